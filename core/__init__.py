@@ -1,0 +1,1 @@
+"""Numerics of base-isolated buildings: values in, values out."""

@@ -1,0 +1,73 @@
+"""What the sensors measured: samples, rate, start and channels, in SI units."""
+
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Literal
+
+import numpy as np
+
+from core.arrays import Matrix, Vector
+from core.errors import RecordError
+
+Direction = Literal["x", "y", "z"]
+Quantity = Literal["acceleration", "velocity", "displacement", "temperature"]
+
+
+@dataclass(frozen=True, slots=True)
+class Channel:
+    """One sensor component: where it sits and what it measures."""
+
+    id: str
+    """Network, station, location and channel code, as in `XX.BNCS.01.HNX`."""
+    level: str
+    quantity: Quantity
+    """Accelerations are absolute; displacements are of the level relative to the ground; temperature in °C."""
+    direction: Direction | None = None
+    """None for a temperature."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Segment:
+    """An unbroken piece of one channel, as it was recorded."""
+
+    channel: str
+    """Id of the channel."""
+    start: datetime
+    """Time of the first sample, aware."""
+    rate: float
+    """Hz."""
+    samples: Vector
+    """(n,) SI units."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Record:
+    """Samples of all channels on one time base."""
+
+    start: datetime
+    """Time of the first sample, aware."""
+    rate: float
+    """Hz."""
+    channels: tuple[Channel, ...]
+    samples: Matrix
+    """(channels, n) SI units; NaN where nothing was recorded."""
+
+    def __post_init__(self) -> None:
+        if self.samples.ndim != 2 or self.samples.shape[0] != len(self.channels):
+            raise RecordError(f"samples of shape {self.samples.shape} do not fit {len(self.channels)} channels")
+        if not self.rate > 0:
+            raise RecordError(f"the sampling rate must be positive, got {self.rate} Hz")
+        if self.start.tzinfo is None:
+            raise RecordError(f"the start {self.start} has no time zone; UTC would do")
+
+    @property
+    def time(self) -> Vector:
+        """(n,) s since the start."""
+        return np.arange(self.samples.shape[1]) / self.rate
+
+    def find(self, level: str, quantity: Quantity, direction: Direction | None) -> Vector | None:
+        """(n,) samples of the first such channel, or None if the record has none."""
+        for channel, samples in zip(self.channels, self.samples, strict=True):
+            if (channel.level, channel.quantity, channel.direction) == (level, quantity, direction):
+                return samples
+        return None

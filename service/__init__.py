@@ -1,0 +1,1 @@
+"""The service: everything with a clock, a disk or a network."""

@@ -1,0 +1,6 @@
+"""Which code is running."""
+
+from importlib.metadata import version
+
+VERSION = version("menshin")
+"""Kept with every result."""
