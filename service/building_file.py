@@ -1,0 +1,226 @@
+"""What a building file says: TOML in; a building, or everything that is wrong with the file, out."""
+
+import tomllib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from datetime import datetime
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any, Literal, get_args
+
+from pydantic import BaseModel, ValidationError
+from pydantic_core import ErrorDetails
+
+from core.description import BuildingDescription, IsolationDesign, IsolationLayer, Level
+from core.record import Channel
+from service.building_tables import BuildingTable, ChannelTable, SourceTable
+from service.formats.errors import FormatError
+from service.formats.units import Gain, unit_gain
+from service.toml_lines import Path as KeyPath
+from service.toml_lines import line_of
+
+
+class BuildingFileError(Exception):
+    """All that is wrong with a building file, one problem a line, each with its line and key."""
+
+    def __init__(self, problems: tuple[str, ...]) -> None:
+        super().__init__("\n".join(problems))
+        self.problems = problems
+
+
+@dataclass(frozen=True, slots=True)
+class SourceFile:
+    """Where the building's records are fetched; docs/building.md tells what each key means."""
+
+    kind: Literal["folder", "fdsnws", "archive"]
+    location: str
+    """An absolute path for a folder, else the address as written."""
+    data: Literal["events", "continuous"]
+    since: datetime | None
+    catalogue: str | None
+    minimum_magnitude: float | None
+    maximum_radius: float | None
+    """degrees."""
+    before: float
+    """s."""
+    after: float
+    """s."""
+
+
+@dataclass(frozen=True, slots=True)
+class BuildingFile:
+    """A building, its monitoring server and the gains of its channels."""
+
+    description: BuildingDescription
+    source: SourceFile | None
+    gains: Mapping[str, Gain]
+    """By channel id, of the channels that give one; these go before StationXML."""
+    latitude: float | None
+    longitude: float | None
+    timezone: str
+    """IANA name."""
+
+
+def read(text: str, folder: Path) -> BuildingFile:
+    """The building that a file describes.
+
+    Args:
+        text: the file.
+        folder: where it lies; a relative source location starts here.
+
+    Raises:
+        BuildingFileError: with every problem of the file, not only the first.
+    """
+    try:
+        document = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise BuildingFileError((f"this is not TOML: {error}",)) from None
+    problems = [*_wrong_keys(document), *_wrong_levels(document), *_wrong_channels(document)]
+    if problems:
+        placed = sorted((line_of(text, path), number, path) for number, (path, _) in enumerate(problems))
+        raise BuildingFileError(
+            tuple(f"line {line}: {_spelled(path)}{problems[number][1]}" for line, number, path in placed)
+        )
+    return _building(BuildingTable.model_validate(document), folder)
+
+
+def _spelled(path: KeyPath) -> str:
+    """`level[3].mass`, counted from 1 as an engineer does."""
+    parts = (f"[{part + 1}]" if isinstance(part, int) else f".{part}" for part in path)
+    return f"{''.join(parts).removeprefix('.')}: " if path else ""
+
+
+Problem = tuple[KeyPath, str]
+
+
+def _wrong_keys(document: Mapping[str, Any]) -> Iterator[Problem]:
+    """Keys that are unknown, missing or of a wrong kind."""
+    try:
+        BuildingTable.model_validate(document)
+    except ValidationError as error:
+        for detail in error.errors():
+            yield detail["loc"], _wanted(detail)
+
+
+def _wanted(detail: ErrorDetails) -> str:
+    """What was found at a key and what is wanted."""
+    table, key = _table_of(detail["loc"]), detail["loc"][-1]
+    if detail["type"] == "extra_forbidden":
+        near = get_close_matches(str(key), table.model_fields, n=1)
+        known = f"did you mean {near[0]!r}?" if near else f"known here: {', '.join(table.model_fields)}"
+        return f"no such key; {known}"
+    field = table.model_fields.get(str(key))
+    meaning = f" ({field.description})" if field is not None else ""
+    if detail["type"] == "missing":
+        return f"is missing{meaning}"
+    wanted = detail["msg"].removeprefix("Value error, ")
+    return f"{wanted[:1].lower()}{wanted[1:]}, got {detail['input']!r}{meaning}"
+
+
+def _table_of(path: KeyPath) -> type[BaseModel]:
+    """The table in which the last key of a path stands."""
+    table: type[BaseModel] = BuildingTable
+    for key in path[:-1]:
+        if isinstance(key, str):
+            table = next(_tables(table.model_fields[key].annotation))
+    return table
+
+
+def _tables(annotation: Any) -> Iterator[type[BaseModel]]:  # noqa: ANN401  a type, however it is written
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        yield annotation
+    for argument in get_args(annotation):
+        yield from _tables(argument)
+
+
+def _rows(document: Mapping[str, Any], name: str) -> list[Mapping[str, Any]]:
+    """The tables of an array of tables, empty where there is none: what is wrong with it is told elsewhere."""
+    rows = document.get(name)
+    return [row if isinstance(row, dict) else {} for row in rows] if isinstance(rows, list) else []
+
+
+def _duplicates(rows: list[Mapping[str, Any]], table: str, key: str) -> Iterator[Problem]:
+    seen: dict[object, int] = {}
+    for index, row in enumerate(rows):
+        if isinstance(value := row.get(key), str) and seen.setdefault(value, index) != index:
+            yield (table, index, key), f"{value!r} is taken by {table}[{seen[value] + 1}]; each needs its own"
+
+
+def _wrong_levels(document: Mapping[str, Any]) -> Iterator[Problem]:
+    """Levels out of order, twice, or without a mass."""
+    levels = _rows(document, "level")
+    yield from _duplicates(levels, "level", "name")
+    for index, level in enumerate(levels):
+        wanted, role = ("ground", "base")[index] if index < 2 else "floor", level.get("role", "floor")
+        if role != wanted:
+            yield (
+                ("level", index, "role"),
+                f"level {index + 1} from the ground up must be {wanted!r}, got {role!r}: first the ground below "
+                f"the isolators, then the base slab just above them, then the floors",
+            )
+        if index > 0 and "mass" not in level:
+            yield ("level", index), "mass is missing (kg)"
+        if index < 2 and "stiffness" in level:
+            yield ("level", index, "stiffness"), "only a floor has a storey below it; leave it out here"
+
+
+def _wrong_channels(document: Mapping[str, Any]) -> Iterator[Problem]:
+    """Channels on no level, twice, without a direction, or in an absurd unit."""
+    channels = _rows(document, "channel")
+    names = [level["name"] for level in _rows(document, "level") if isinstance(level.get("name"), str)]
+    yield from _duplicates(channels, "channel", "id")
+    for index, channel in enumerate(channels):
+        level, quantity = channel.get("level"), channel.get("quantity")
+        if isinstance(level, str) and level not in names:
+            yield ("channel", index, "level"), f"no level is named {level!r}; the levels are {', '.join(names)}"
+        if quantity == "temperature" and "direction" in channel:
+            yield ("channel", index, "direction"), "a temperature has none; leave it out"
+        if quantity in ("acceleration", "velocity", "displacement") and "direction" not in channel:
+            yield ("channel", index), "direction is missing (x, y or z)"
+        yield from _wrong_unit(index, channel)
+
+
+def _wrong_unit(index: int, channel: Mapping[str, Any]) -> Iterator[Problem]:
+    """A gain of 0, a unit without a gain, or one that cannot be the channel's."""
+    gain, unit, quantity = channel.get("gain"), channel.get("unit"), channel.get("quantity")
+    if gain == 0:
+        yield ("channel", index, "gain"), "must not be 0: every sample would be"
+    if unit is not None and gain is None:
+        yield ("channel", index, "unit"), "a unit says what gain is in; give gain too (1.0 if samples are in the unit)"
+    try:
+        meant = unit_gain(unit).quantity if isinstance(unit, str) else quantity
+    except FormatError:  # told with the key itself
+        return
+    if quantity is not None and meant != quantity:
+        yield ("channel", index, "unit"), f"{unit!r} is a unit of {meant}, but this channel measures {quantity}"
+
+
+def _building(table: BuildingTable, folder: Path) -> BuildingFile:
+    design = IsolationDesign(**table.isolation.design.model_dump())
+    description = BuildingDescription(
+        code=table.code,
+        name=table.name,
+        levels=tuple(Level(level.name, level.role, level.mass, level.stiffness) for level in table.level),
+        isolation=IsolationLayer(table.isolation.rubber_height, design),
+        channels=tuple(Channel(c.id, c.level, c.quantity, c.direction) for c in table.channel),
+    )
+    return BuildingFile(
+        description=description,
+        source=None if table.source is None else _source(table.source, folder),
+        gains={channel.id: _gain(channel) for channel in table.channel if channel.gain is not None},
+        latitude=table.latitude,
+        longitude=table.longitude,
+        timezone=table.timezone,
+    )
+
+
+def _source(table: SourceTable, folder: Path) -> SourceFile:
+    values = table.model_dump()
+    if table.kind == "folder":
+        values["location"] = str((folder / table.location).resolve())
+    return SourceFile(**values)
+
+
+def _gain(channel: ChannelTable) -> Gain:
+    unit = 1.0 if channel.unit is None else unit_gain(channel.unit).si_per_count
+    return Gain((1.0 if channel.gain is None else channel.gain) * unit, channel.quantity)
