@@ -138,9 +138,9 @@ class Event(Base):
     start: Mapped[datetime]
     end: Mapped[datetime]
     state: Mapped[str]
-    """`gathering` (files may be missing), `queued`, `analysed` or `refused`."""
+    """`gathering` (files may be missing), `queued`, `analysed`, `refused` or `failed`."""
     reason: Mapped[str | None] = mapped_column(Text)
-    """Why it was refused."""
+    """Why it was refused, or what failed."""
     created_at: Mapped[datetime]
     updated_at: Mapped[datetime]
     building: Mapped[Building] = relationship()
@@ -186,6 +186,8 @@ class Job(Base):
     state: Mapped[str]
     """`waiting`, `running`, `done` or `failed`."""
     claims: Mapped[int] = mapped_column(default=0)
+    failures: Mapped[int] = mapped_column(default=0)
+    """Attempts that went wrong; a worker that was stopped is none."""
     claimed_until: Mapped[datetime | None]
     error: Mapped[str | None] = mapped_column(Text)
     created_at: Mapped[datetime]

@@ -1,0 +1,153 @@
+"""What an analysis needs from the database, and what of it goes back there."""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from sqlalchemy import select, update
+from sqlalchemy.orm import Session, undefer
+
+from core.analysis import AnalysisSettings, DirectionAnalysis, EventAnalysis
+from core.arrays import Vector
+from core.description import BuildingDescription
+from core.estimator import Mode
+from core.record import Segment
+from service import building_file
+from service.blobs import decode, encode
+from service.database import (
+    Analysis,
+    CycleResult,
+    DirectionResult,
+    Event,
+    EventRecording,
+    ModeResult,
+    Recording,
+    Revision,
+    Waveform,
+)
+from service.jobs import Claim
+from service.settings import Settings
+from service.version import VERSION
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Inputs:
+    """All that an analysis is made from; what a result's provenance names."""
+
+    segments: tuple[Segment, ...]
+    description: BuildingDescription
+    settings: AnalysisSettings
+    revision_id: int
+    sha256: tuple[str, ...]
+    """Of every recording of the event."""
+
+
+def inputs(session: Session, claim: Claim, settings: Settings) -> Inputs:
+    """What the analysis of a claimed job is to be made from, as it is stored now."""
+    event = session.get_one(Event, claim.event_id)
+    revision = session.scalars(
+        select(Revision).where(Revision.building_id == event.building_id).order_by(Revision.number.desc()).limit(1)
+    ).one()
+    waveforms = session.scalars(
+        select(Waveform)
+        .where(Waveform.event_id == event.id)
+        .order_by(Waveform.channel, Waveform.start)
+        .options(undefer(Waveform.samples))
+    )
+    hashes = session.scalars(
+        select(Recording.sha256)
+        .join(EventRecording, EventRecording.recording_id == Recording.id)
+        .where(EventRecording.event_id == event.id)
+        .order_by(Recording.sha256)
+    )
+    return Inputs(
+        segments=tuple(_segment(waveform) for waveform in waveforms),
+        description=building_file.read(revision.toml, Path(revision.folder)).description,
+        settings=analysis_settings(settings, claim.arguments),
+        revision_id=revision.id,
+        sha256=tuple(hashes),
+    )
+
+
+def analysis_settings(settings: Settings, arguments: Mapping[str, Any]) -> AnalysisSettings:
+    """The service's analysis settings, with what a job asks for in their place."""
+    own = AnalysisSettings(estimator=settings.estimator, rate=settings.rate, band=settings.band)
+    asked: dict[str, Any] = {name: tuple(v) if isinstance(v, list) else v for name, v in arguments.items()}
+    return replace(own, **asked)
+
+
+def store(session: Session, claim: Claim, inputs: Inputs, result: EventAnalysis, now: datetime) -> Analysis:
+    """Write a result beside the event's earlier ones; it is the current one unless a later job's is there."""
+    event = session.get_one(Event, claim.event_id)
+    of_event = Analysis.event_id == event.id
+    latest = session.scalar(select(Analysis.id).where(of_event, Analysis.job_id > claim.job_id).limit(1)) is None
+    if latest:
+        session.execute(update(Analysis).where(of_event).values(current=False))
+        event.state = "analysed" if result.refusal is None else "refused"
+        event.reason, event.updated_at = result.refusal, now
+    analysis = Analysis(
+        event_id=event.id,
+        job_id=claim.job_id,
+        revision_id=inputs.revision_id,
+        current=latest,
+        created_at=now,
+        version=VERSION,
+        settings=asdict(inputs.settings),
+        inputs=list(inputs.sha256),
+        estimator=inputs.settings.estimator if result.directions else None,
+        quality=[asdict(finding) for finding in result.quality],
+        refusal=result.refusal,
+        peaks=dict(result.peaks),
+        pga=result.pga,
+        directions=[
+            _direction_result(name, direction, result, inputs.description)
+            for name, direction in result.directions.items()
+        ],
+    )
+    session.add(analysis)
+    return analysis
+
+
+def _segment(waveform: Waveform) -> Segment:
+    samples = decode(waveform.samples) * waveform.gain
+    return Segment(waveform.channel, waveform.start, waveform.rate, samples)
+
+
+def _direction_result(
+    name: str, direction: DirectionAnalysis, result: EventAnalysis, description: BuildingDescription
+) -> DirectionResult:
+    force = direction.restoring_force
+    return DirectionResult(
+        direction=name,
+        start=result.start,
+        rate=result.rate,
+        count=force.force.size,
+        peak_force=float(abs(force.force).max()),
+        force_std=float((force.std**2).mean() ** 0.5),
+        peak_displacement=None if direction.displacement is None else float(abs(direction.displacement).max()),
+        displacement=_blob(direction.displacement),
+        velocity=_blob(direction.velocity),
+        force=encode(force.force),
+        force_rigid=encode(force.rigid),
+        force_modal=encode(force.modal),
+        force_std_history=encode(force.std),
+        modes=[_mode_result(number, mode, description) for number, mode in enumerate(force.modes, start=1)],
+        cycles=[CycleResult(**asdict(segment)) for segment in direction.equivalent],
+    )
+
+
+def _mode_result(number: int, mode: Mode, description: BuildingDescription) -> ModeResult:
+    return ModeResult(
+        number=number,
+        frequency=mode.frequency,
+        frequency_std=mode.frequency_std,
+        damping_ratio=mode.damping_ratio,
+        damping_ratio_std=mode.damping_ratio_std,
+        shape={level.name: float(value) for level, value in zip(description.floors, mode.shape, strict=True)},
+    )
+
+
+def _blob(history: Vector | None) -> bytes | None:
+    return None if history is None else encode(history)

@@ -1,0 +1,163 @@
+"""Analyses waiting events: claims a job, has it computed elsewhere, writes the result under its claim."""
+
+import logging
+from collections.abc import Callable
+from concurrent.futures import FIRST_COMPLETED, Future, wait
+from dataclasses import dataclass, field
+from datetime import UTC, datetime, timedelta
+from threading import Event as Signal
+from traceback import format_exception
+
+from sqlalchemy.exc import OperationalError
+from sqlalchemy.orm import Session, sessionmaker
+
+from core.analysis import EventAnalysis, analyse
+from service import jobs, results
+from service.executors import Executors
+from service.jobs import Claim
+from service.results import Inputs
+from service.sessions import reading
+from service.settings import Settings
+
+log = logging.getLogger(__name__)
+
+IDLE = 0.5
+"""s between two looks for work."""
+LONGEST_PAUSE = 30.0
+"""s between two attempts to reach a database that is away."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Running:
+    """A job that is being computed, and what it is computed from."""
+
+    claim: Claim
+    inputs: Inputs
+
+
+@dataclass(slots=True)
+class Worker:
+    """Works until it is told to stop.
+
+    A job is computed at least once and takes effect exactly once: the claim, the reading of the inputs and the
+    writing of the result are three short transactions, and the last one writes only under a claim that still holds.
+    """
+
+    sessions: sessionmaker[Session]
+    executors: Executors
+    settings: Settings
+    clock: Callable[[], datetime] = lambda: datetime.now(UTC)
+    running: dict[Future[EventAnalysis], Running] = field(default_factory=dict)
+    extended_at: datetime | None = None
+
+    def run(self, stop: Signal) -> None:
+        """Work until `stop` is set; jobs that are not finished then are put back."""
+        pause = IDLE
+        while not stop.is_set():
+            try:
+                busy = self.step()
+            except OperationalError as error:
+                if pause == IDLE:
+                    log.warning("the database is out of reach, trying again: %s", error.orig)
+                pause = min(2 * pause, LONGEST_PAUSE)
+                stop.wait(pause)
+                continue
+            if pause != IDLE:
+                log.warning("the database is back")
+                pause = IDLE
+            if not busy:
+                stop.wait(IDLE)
+        self.put_back()
+
+    def run_until_idle(self) -> int:
+        """Work until no job waits; the number of jobs that took effect or were given up."""
+        finished = 0
+        while self.fill() or self.running:
+            finished += self.collect(IDLE)
+            self.hold()
+        return finished
+
+    def step(self) -> bool:
+        """Claim what there is room for, write what is done; False if there is nothing to do."""
+        self.fill()
+        self.collect(IDLE)
+        self.hold()
+        return bool(self.running)
+
+    def fill(self) -> int:
+        """Claim jobs and start them until every worker process has one; the number of jobs started."""
+        started = 0
+        while len(self.running) < self.settings.workers:
+            claim = self._claim()
+            if claim is None:
+                break
+            started += self._start(claim)
+        return started
+
+    def collect(self, timeout: float) -> int:
+        """Write what was computed within `timeout` seconds; the number of jobs that are off our hands."""
+        done = wait(self.running, timeout, FIRST_COMPLETED).done if self.running else ()
+        for future in done:
+            self._write(future, self.running[future])
+            del self.running[future]  # only now: while the database is away the result is kept and written later
+        return len(done)
+
+    def hold(self) -> None:
+        """Extend the leases in time; a claim that was lost is left to who has it now."""
+        now = self.clock()
+        if self.extended_at is not None and now - self.extended_at < self._lease / 3:
+            return
+        self.extended_at = now
+        for future, job in list(self.running.items()):
+            with self.sessions.begin() as session:
+                held = jobs.extend(session, job.claim, now, self._lease)
+            if not held:
+                log.warning("job %d was taken over by another worker", job.claim.job_id)
+                future.cancel()
+                del self.running[future]
+
+    def put_back(self) -> None:
+        """Give up every claim, so that another worker need not wait for the lease to lapse."""
+        try:
+            for job in self.running.values():
+                with self.sessions.begin() as session:
+                    jobs.release(session, job.claim)
+        except OperationalError as error:
+            log.warning("the database is out of reach, the claims will lapse by themselves: %s", error.orig)
+        self.running.clear()
+
+    @property
+    def _lease(self) -> timedelta:
+        return timedelta(seconds=self.settings.lease)
+
+    def _claim(self) -> Claim | None:
+        with self.sessions.begin() as session:
+            return jobs.claim(session, self.clock(), self._lease)
+
+    def _start(self, claim: Claim) -> bool:
+        try:
+            with reading(self.sessions)() as session:
+                inputs = results.inputs(session, claim, self.settings)
+            future = self.executors().submit(analyse, inputs.segments, inputs.description, inputs.settings)
+        except OperationalError:
+            raise
+        except Exception as error:  # the one place that outlives a bug
+            self._went_wrong(claim, error)
+            return False
+        self.running[future] = Running(claim, inputs)
+        return True
+
+    def _write(self, future: Future[EventAnalysis], job: Running) -> None:
+        if error := future.exception():
+            self._went_wrong(job.claim, error)
+            return
+        with self.sessions.begin() as session:
+            if jobs.finish(session, job.claim, self.clock()):
+                results.store(session, job.claim, job.inputs, future.result(), self.clock())
+
+    def _went_wrong(self, claim: Claim, error: BaseException) -> None:
+        """A bug or a killed process: try again, or give up and show it."""
+        log.error("attempt %d at job %d went wrong", claim.failures + 1, claim.job_id, exc_info=error)
+        text = "".join(format_exception(error))
+        with self.sessions.begin() as session:
+            jobs.fail(session, claim, text, self.clock(), self.settings.job_attempts)
