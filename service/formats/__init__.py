@@ -1,0 +1,18 @@
+"""Formats of records: bytes in; traces, or what is wrong with the bytes, out."""
+
+from service.formats.errors import FormatError, UnknownFormatError, UnknownUnitError
+from service.formats.matching import of_building
+from service.formats.reading import read
+from service.formats.trace import Contents, Trace
+from service.formats.units import Gain
+
+__all__ = [
+    "Contents",
+    "FormatError",
+    "Gain",
+    "Trace",
+    "UnknownFormatError",
+    "UnknownUnitError",
+    "of_building",
+    "read",
+]

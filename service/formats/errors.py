@@ -1,12 +1,17 @@
 """What the formats refuse. Every message says what was found and what would do.
 
 FormatError
+├── UnknownFormatError  not the beginning of any format that is known here
 └── UnknownUnitError    the samples are sound, but nothing says what they are
 """
 
 
 class FormatError(Exception):
     """A file that cannot be used as it is."""
+
+
+class UnknownFormatError(FormatError):
+    """Bytes that begin as no known format does."""
 
 
 class UnknownUnitError(FormatError):

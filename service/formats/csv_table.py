@@ -1,0 +1,88 @@
+"""Records in CSV files with a header that says everything; docs/csv.md describes it.
+
+# start: 2024-01-01T00:00:00Z
+# rate: 100
+XX.TOWER.00.HNX [gal], XX.TOWER.01.HNX [gal]
+0.012, -0.003
+"""
+
+import re
+from collections.abc import Mapping, Sequence
+from datetime import UTC, datetime
+
+import numpy as np
+
+from core.arrays import Matrix
+from service.formats.errors import FormatError
+from service.formats.trace import Contents, Trace
+from service.formats.units import Gain, unit_gain
+
+KEYS = ("start", "rate")
+COLUMN = re.compile(r"(\S+)\s*\[([^\]]*)\]")
+
+
+def is_csv(data: bytes) -> bool:
+    """Whether these bytes begin with the header of such a file."""
+    return data.removeprefix(b"\xef\xbb\xbf").startswith(b"#")
+
+
+def read_csv(name: str, data: bytes, gains: Mapping[str, Gain]) -> Contents:
+    """The record of a CSV file, whose header states start, rate, channels and units."""
+    try:
+        lines = [line for line in data.decode("utf-8-sig").splitlines() if line.strip()]
+    except UnicodeDecodeError as error:
+        raise FormatError(f"{name} is no UTF-8 text: {error}; save it as UTF-8") from None
+    heading = [line for line in lines if line.startswith("#")]
+    start, rate = _start_and_rate(name, heading)
+    names, *rows = lines[len(heading) :] or [""]
+    columns = [_column(name, cell) for cell in names.split(",")]
+    samples = _samples(name, len(heading) + 2, len(columns), rows)
+    traces = (
+        Trace(channel, start, rate, numbers, gain.si_per_count, gain.quantity)
+        for (channel, gain), numbers in zip(columns, samples, strict=True)
+    )
+    return Contents("waveforms", tuple(traces))
+
+
+def _start_and_rate(name: str, heading: Sequence[str]) -> tuple[datetime, float]:
+    pairs = [line.removeprefix("#").partition(":") for line in heading]
+    values = {key.strip().lower(): value.strip() for key, _, value in pairs}
+    for key in KEYS:
+        if key not in values:
+            raise FormatError(f"{name} has no line '# {key}: ...' at its top; docs/csv.md shows one")
+    try:
+        start = datetime.fromisoformat(values["start"])
+    except ValueError:
+        raise FormatError(f"the start of {name} is {values['start']!r}; 2024-01-01T00:00:00Z would do") from None
+    if start.tzinfo is None:
+        raise FormatError(f"the start {values['start']!r} of {name} has no offset; a Z at its end means UTC")
+    try:
+        return start.astimezone(UTC), float(values["rate"])
+    except ValueError:
+        raise FormatError(f"the rate of {name} is {values['rate']!r}; a number of Hz would do") from None
+
+
+def _column(name: str, cell: str) -> tuple[str, Gain]:
+    found = COLUMN.fullmatch(cell.strip())
+    if not found:
+        raise FormatError(
+            f"column {cell.strip()!r} of {name} is no channel with its unit; XX.TOWER.01.HNX [gal] would do"
+        )
+    try:
+        return found[1], unit_gain(found[2])
+    except FormatError as error:
+        raise FormatError(f"column {cell.strip()!r} of {name}: {error}") from None
+
+
+def _samples(name: str, first: int, columns: int, rows: Sequence[str]) -> Matrix:
+    """(columns, n) in the file's units."""
+    if not rows:
+        raise FormatError(f"{name} holds no samples below its header; leave it out")
+    for number, row in enumerate(rows, start=first):
+        if row.count(",") != columns - 1:
+            raise FormatError(f"line {number} of {name} has {row.count(',') + 1} numbers; {columns} would do")
+    try:
+        cells = np.array(",".join(rows).split(","), dtype=np.float64)
+    except ValueError as error:
+        raise FormatError(f"{name} holds what is no number: {error}") from None
+    return np.ascontiguousarray(cells.reshape(-1, columns).T)

@@ -1,0 +1,45 @@
+"""Which traces of a file are the building's, and whether they can be what it says."""
+
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
+
+from core.record import Channel, Quantity
+from service.formats.errors import FormatError
+from service.formats.trace import Trace
+
+SI: Mapping[Quantity, str] = {"acceleration": "m/s²", "velocity": "m/s", "displacement": "m", "temperature": "°C"}
+LARGEST: Mapping[Quantity, float] = {"acceleration": 50.0, "velocity": 20.0, "displacement": 10.0, "temperature": 200.0}
+"""SI: no building has seen this; a tenth of all samples beyond it are in another unit."""
+
+
+def of_building(traces: Iterable[Trace], channels: Sequence[Channel]) -> tuple[Trace, ...]:
+    """The traces of the building's channels.
+
+    Raises:
+        FormatError: none is the building's, or one measures another quantity or is too large for its own.
+    """
+    known = {channel.id: channel for channel in channels}
+    found = tuple(traces)
+    kept = tuple(trace for trace in found if trace.channel in known)
+    if found and not kept:
+        strangers = ", ".join(dict.fromkeys(trace.channel for trace in found))
+        raise FormatError(f"no channel of this building: found {strangers}; the building has {', '.join(known)}")
+    for trace in kept:
+        _check(trace, known[trace.channel])
+    return kept
+
+
+def _check(trace: Trace, channel: Channel) -> None:
+    if trace.quantity != channel.quantity:
+        raise FormatError(
+            f"{channel.id} measures {channel.quantity} according to the building file, but the unit of its records is "
+            f"one of {trace.quantity}; one of the two must be mended"
+        )
+    samples = trace.to_si()
+    usual = float(np.quantile(np.abs(samples - np.median(samples)), 0.9))
+    if usual > LARGEST[trace.quantity]:
+        raise FormatError(
+            f"a tenth of the samples of {channel.id} lie more than {usual:.3g} {SI[trace.quantity]} from their median, "
+            f"which no building does; the unit or the gain of its records must be wrong"
+        )

@@ -1,0 +1,68 @@
+"""What a file holds, found by its bytes: the one way in for every format."""
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from service.formats.csmip import is_csmip, read_csmip
+from service.formats.csv_table import is_csv, read_csv
+from service.formats.errors import FormatError, UnknownFormatError
+from service.formats.stationxml import is_stationxml, read_stationxml
+from service.formats.trace import Contents
+from service.formats.units import Gain
+from service.formats.waveforms import is_knet, is_miniseed, is_sac, read_knet, read_miniseed, read_sac
+from service.formats.zipped import Reader, is_zip, read_zip
+
+HTML = re.compile(rb"\s*<(!doctype\s+html|html)\b", re.IGNORECASE)
+TITLE = re.compile(rb"<title[^>]*>(.*?)</title>", re.IGNORECASE | re.DOTALL)
+
+
+@dataclass(frozen=True, slots=True)
+class Format:
+    """One format: how to know it, and how to read it."""
+
+    name: str
+    recognises: Callable[[bytes], bool]
+    read: Reader
+
+
+FORMATS = (
+    Format("miniSEED", is_miniseed, read_miniseed),
+    Format("StationXML", is_stationxml, read_stationxml),
+    Format("K-NET or KiK-net ASCII", is_knet, read_knet),
+    Format("CSMIP V2", is_csmip, read_csmip),
+    Format("CSV", is_csv, read_csv),
+    Format("SAC", is_sac, read_sac),  # last: two bytes in the middle are all that tells it
+)
+
+
+def read(name: str, data: bytes, gains: Mapping[str, Gain]) -> Contents:
+    """What a file, or a zip archive of files, holds.
+
+    Args:
+        name: for messages only; the bytes tell the format.
+        data: the file.
+        gains: by channel id, for formats that do not state the unit of their numbers (miniSEED, SAC).
+
+    Raises:
+        FormatError: what was found and what would do. Nothing of a broken file is returned.
+    """
+    if is_zip(data):
+        return read_zip(name, data, gains, _read_plain)
+    return _read_plain(name, data, gains)
+
+
+def _read_plain(name: str, data: bytes, gains: Mapping[str, Gain]) -> Contents:
+    if not data:
+        raise FormatError(f"{name} is empty; fetch it again")
+    if HTML.match(data):
+        title = TITLE.search(data[:4096])
+        says = title[1].decode(errors="replace").strip() if title else "without a title"
+        raise FormatError(f"{name} is an HTML page ({says}), not data; check the address that answered with it")
+    for form in FORMATS:
+        if form.recognises(data):
+            return form.read(name, data, gains)
+    raise UnknownFormatError(
+        f"{name} begins with {data[:24]!r}, as no known format does; "
+        f"{', '.join(form.name for form in FORMATS)} or a zip archive of these would do"
+    )

@@ -1,0 +1,100 @@
+"""Records in miniSEED, SAC, K-NET and KiK-net files, read by ObsPy."""
+
+import re
+import struct
+import warnings
+from collections.abc import Mapping
+from datetime import UTC
+from io import BytesIO
+
+import numpy as np
+import obspy
+
+from service.formats.errors import FormatError, UnknownUnitError
+from service.formats.trace import Contents, Trace
+from service.formats.units import Gain
+
+MINISEED = re.compile(rb"[0-9 \x00]{6}[DRQM][ \x00]")
+SAC_HEADER = 632  # bytes
+SAC_VERSION_AT = 304  # byte of NVHDR, which is 6 or 7
+
+
+def is_miniseed(data: bytes) -> bool:
+    """Whether these bytes begin as a miniSEED 2 record does."""
+    return MINISEED.match(data) is not None
+
+
+def is_sac(data: bytes) -> bool:
+    """Whether these bytes have a binary SAC header."""
+    version = data[SAC_VERSION_AT : SAC_VERSION_AT + 4]
+    return len(version) == 4 and any(struct.unpack(f"{order}i", version)[0] in (6, 7) for order in "<>")
+
+
+def is_knet(data: bytes) -> bool:
+    """Whether these bytes begin as K-NET and KiK-net ASCII files do."""
+    return data.startswith(b"Origin Time")
+
+
+def read_miniseed(name: str, data: bytes, gains: Mapping[str, Gain]) -> Contents:
+    """The records of a miniSEED file; its units come from elsewhere."""
+    stream = _stream(name, data, "MSEED")
+    record = min(trace.stats.mseed.record_length for trace in stream)
+    if excess := len(data) % record:  # libmseed may leave such a rest out silently
+        raise FormatError(
+            f"{name} is truncated: {len(data)} bytes are {len(data) // record} records of {record} and {excess} left "
+            f"over; fetch it again"
+        )
+    return _with_gains(stream, gains)
+
+
+def read_sac(name: str, data: bytes, gains: Mapping[str, Gain]) -> Contents:
+    """The record of a SAC file; its units come from elsewhere, for hardly any writer states them."""
+    return _with_gains(_stream(name, data, "SAC"), gains)
+
+
+def read_knet(name: str, data: bytes, gains: Mapping[str, Gain]) -> Contents:
+    """The record of a K-NET or KiK-net ASCII file, whose header states the unit and the length."""
+    traces = []
+    for trace in _stream(name, data, "KNET"):
+        wanted, found = round(trace.stats.knet.duration * trace.stats.sampling_rate), trace.stats.npts
+        if found != wanted:
+            raise FormatError(
+                f"{name} is truncated or damaged: its header promises {wanted} samples, {found} follow; fetch it again"
+            )
+        trace.data = trace.data.astype(np.int32)  # counts, which ObsPy hands over as floats
+        traces.append(_trace(trace, Gain(trace.stats.calib, "acceleration")))
+    return Contents("waveforms", tuple(traces))
+
+
+def _stream(name: str, data: bytes, form: str) -> obspy.Stream:
+    """What ObsPy reads; what it only warns of is an error to us: no sample is left out silently."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            stream = obspy.read(BytesIO(data), format=form)
+    except Exception as error:  # ObsPy's readers raise whatever a broken file makes them stumble over
+        raise FormatError(
+            f"{name} is truncated or damaged: as {form} of {len(data)} bytes ObsPy says: {error}; fetch it again"
+        ) from error
+    if not any(trace.stats.npts for trace in stream):
+        raise FormatError(f"{name} holds no samples; leave it out")
+    return stream
+
+
+def _with_gains(stream: obspy.Stream, gains: Mapping[str, Gain]) -> Contents:
+    unknown = tuple(dict.fromkeys(trace.id for trace in stream if trace.id not in gains))
+    traces = tuple(_trace(trace, gains[trace.id]) for trace in stream if trace.id in gains)
+    if not traces:
+        raise UnknownUnitError(unknown)
+    return Contents("waveforms", traces, without_unit=unknown)
+
+
+def _trace(trace: obspy.Trace, gain: Gain) -> Trace:
+    return Trace(
+        channel=trace.id,
+        start=trace.stats.starttime.datetime.replace(tzinfo=UTC),
+        rate=float(trace.stats.sampling_rate),
+        numbers=np.asarray(trace.data),
+        gain=gain.si_per_count,
+        quantity=gain.quantity,
+    )
