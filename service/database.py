@@ -113,7 +113,8 @@ class Recording(Base):
     __table_args__ = (UniqueConstraint("building_id", "sha256"),)
     id: Mapped[int] = mapped_column(primary_key=True)
     building_id: Mapped[int] = mapped_column(ForeignKey("building.id"), index=True)
-    sha256: Mapped[str] = mapped_column(ForeignKey("content.sha256"))
+    sha256: Mapped[str | None] = mapped_column(ForeignKey("content.sha256"))
+    """None where the bytes were refused before they came: too many."""
     name: Mapped[str]
     origin: Mapped[str]
     """Where it came from: a path or an address."""
@@ -125,7 +126,7 @@ class Recording(Base):
     reason: Mapped[str | None] = mapped_column(Text)
     start: Mapped[datetime | None]
     end: Mapped[datetime | None]
-    content: Mapped[Content] = relationship()
+    content: Mapped[Content | None] = relationship()
 
 
 class Event(Base):

@@ -1,0 +1,54 @@
+"""How a database gets the tables that this version of the code expects."""
+
+from collections.abc import Callable
+from typing import Any
+
+from alembic import command
+from alembic.config import Config
+from alembic.runtime.migration import MigrationContext
+from sqlalchemy import event, text
+
+from service.sessions import engine
+
+LOCK = 6_334_607  # any number, the same in all our processes
+
+
+def upgrade(url: str, revision: str = "head") -> None:
+    """Bring the database up to a revision; two processes that start together do it one after the other."""
+    _run(url, lambda config: command.upgrade(config, revision))
+
+
+def downgrade(url: str, revision: str) -> None:
+    """Bring the database down to a revision; `base` is the empty database."""
+    _run(url, lambda config: command.downgrade(config, revision))
+
+
+def revision(url: str) -> str | None:
+    """The revision that the database stands at; None for one without our tables."""
+    connected = engine(url)
+    try:
+        with connected.connect() as connection:
+            return MigrationContext.configure(connection).get_current_revision()
+    finally:
+        connected.dispose()
+
+
+def _run(url: str, migrate: Callable[[Config], None]) -> None:
+    config = Config()
+    config.set_main_option("script_location", "migrations:")
+    connected = engine(url)
+    if connected.dialect.name == "sqlite":
+        event.listen(connected, "connect", _let_tables_be_rebuilt)
+    try:
+        with connected.begin() as connection:
+            if connection.dialect.name == "postgresql":
+                connection.execute(text("SELECT pg_advisory_xact_lock(:lock)"), {"lock": LOCK})
+            config.attributes["connection"] = connection
+            migrate(config)
+    finally:
+        connected.dispose()
+
+
+def _let_tables_be_rebuilt(connection: Any, _: object) -> None:  # noqa: ANN401  the driver's own connection
+    """SQLite alters a table by making it anew, which foreign keys would take for the loss of every row."""
+    connection.execute("PRAGMA foreign_keys=OFF")

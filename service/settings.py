@@ -1,0 +1,162 @@
+"""What can be set: by environment variables (MENSHIN_...) over a TOML file over the defaults."""
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Literal, Self
+
+from platformdirs import user_data_path
+from pydantic import Field, model_validator
+from pydantic_settings import (
+    BaseSettings,
+    EnvSettingsSource,
+    PydanticBaseSettingsSource,
+    SettingsConfigDict,
+    TomlConfigSettingsSource,
+)
+from sqlalchemy.engine import make_url
+
+PREFIX = "MENSHIN_"
+FILE_VARIABLE = "MENSHIN_SETTINGS"
+DEFAULT_FILE = "menshin.toml"
+
+Seconds = Annotated[float, Field(gt=0)]
+Count = Annotated[int, Field(ge=1)]
+
+
+@dataclass(frozen=True, slots=True)
+class Explained:
+    """One setting as it is in force."""
+
+    name: str
+    value: str
+    """Fit to be shown: passwords are masked."""
+    origin: str
+    """Where the value came from: a variable of the environment, a file, or the default."""
+    description: str
+
+
+def settings_file() -> Path | None:
+    """The TOML file that applies: the one that MENSHIN_SETTINGS names, else menshin.toml in the working directory.
+
+    Raises:
+        FileNotFoundError: MENSHIN_SETTINGS names a file that is not there.
+    """
+    if named := os.environ.get(FILE_VARIABLE):
+        if not Path(named).is_file():
+            raise FileNotFoundError(f"{FILE_VARIABLE} names {named}, which is no file; unset it or write that file")
+        return Path(named)
+    return Path(DEFAULT_FILE) if Path(DEFAULT_FILE).is_file() else None
+
+
+def default_database_url() -> str:
+    """An SQLite file in the user's data folder."""
+    return f"sqlite:///{user_data_path('menshin') / 'menshin.sqlite'}"
+
+
+class Settings(BaseSettings):
+    """Everything that can be set."""
+
+    model_config = SettingsConfigDict(env_prefix=PREFIX, extra="forbid", frozen=True)
+
+    database_url: str = Field(
+        default_factory=default_database_url,
+        description="SQLAlchemy address of the database: sqlite:///file or postgresql://user:password@host/name",
+    )
+    host: str = Field(default="127.0.0.1", description="address that the API listens on")
+    port: int = Field(default=8000, ge=0, le=65535, description="port that the API listens on; 0 takes a free one")
+
+    poll_interval: Seconds = Field(default=60.0, description="s between two looks at every source")
+    source_concurrency: Count = Field(default=4, description="requests that run at the same time at one source")
+    http_timeout: Seconds = Field(default=30.0, description="s without a byte after which a request is given up")
+    http_retries: int = Field(default=3, ge=0, description="times that a failed request is repeated, ever later")
+    retry_delay: Seconds = Field(
+        default=1.0, description="s before the first repetition; the next ones wait twice as long"
+    )
+    max_answer_bytes: Count = Field(
+        default=256 * 2**20, description="bytes of the largest file or answer that is accepted"
+    )
+    settle_time: float = Field(
+        default=2.0, ge=0, description="s that a file must have been left unchanged before it is read"
+    )
+
+    event_grace: float = Field(
+        default=120.0, ge=0, description="s after its last file that an event waits for missing channels"
+    )
+    event_tolerance: float = Field(
+        default=5.0, ge=0, description="s between two files that may still belong to one earthquake"
+    )
+    trigger_short: Seconds = Field(default=1.0, description="s, short-term window of the STA/LTA trigger")
+    trigger_long: Seconds = Field(default=30.0, description="s, long-term window of the STA/LTA trigger")
+    trigger_on: Annotated[float, Field(gt=1)] = Field(default=4.0, description="STA/LTA ratio that begins an event")
+    trigger_off: Annotated[float, Field(gt=0)] = Field(default=1.5, description="STA/LTA ratio that ends an event")
+    trigger_channels: Count = Field(default=2, description="channels that must trigger together")
+    trigger_floor: float = Field(
+        default=0.005, ge=0, description="m/s², largest acceleration below which nothing is an event"
+    )
+    trigger_before: Seconds = Field(default=30.0, description="s kept before a trigger")
+    trigger_after: Seconds = Field(default=60.0, description="s kept after a trigger")
+
+    workers: Count = Field(
+        default_factory=lambda: os.cpu_count() or 1, description="analyses that run at the same time"
+    )
+    lease: Seconds = Field(default=120.0, description="s after which a silent worker's job is given to another one")
+    job_attempts: Count = Field(default=3, description="times that a job is tried before it counts as failed")
+    executor: Literal["local", "dask"] = Field(
+        default="local", description="where analyses run: processes of this machine, or a Dask cluster"
+    )
+    dask_address: str | None = Field(default=None, description="address of the Dask scheduler, for executor = dask")
+
+    estimator: str = Field(default="cms", description="estimator of the restoring force")
+    rate: Annotated[float, Field(gt=0)] = Field(default=100.0, description="Hz, to which records are resampled")
+    band: tuple[float, float] = Field(default=(0.1, 30.0), description="Hz, pass band of everything that is estimated")
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if not 0 < self.band[0] < self.band[1] < self.rate / 2:
+            raise ValueError(f"band must rise from above 0 Hz to below rate / 2 = {self.rate / 2} Hz, got {self.band}")
+        if self.trigger_off >= self.trigger_on:
+            raise ValueError(f"trigger_off must be below trigger_on, got {self.trigger_off} and {self.trigger_on}")
+        if self.trigger_short >= self.trigger_long:
+            raise ValueError(
+                f"trigger_short must be below trigger_long, got {self.trigger_short} and {self.trigger_long} s"
+            )
+        if self.executor == "dask" and self.dask_address is None:
+            raise ValueError("executor = dask needs dask_address, such as tcp://scheduler:8786")
+        return self
+
+    @classmethod
+    def settings_customise_sources(
+        cls,
+        settings_cls: type[BaseSettings],
+        init_settings: PydanticBaseSettingsSource,
+        env_settings: PydanticBaseSettingsSource,
+        dotenv_settings: PydanticBaseSettingsSource,
+        file_secret_settings: PydanticBaseSettingsSource,
+    ) -> tuple[PydanticBaseSettingsSource, ...]:
+        """Arguments, then the environment, then the file."""
+        file = settings_file()
+        return (init_settings, env_settings, *([] if file is None else [TomlConfigSettingsSource(settings_cls, file)]))
+
+    def explained(self) -> tuple[Explained, ...]:
+        """Every setting, its value, and why it has it."""
+        return tuple(
+            Explained(name, _shown(name, getattr(self, name)), self._origin(name), field.description or "")
+            for name, field in type(self).model_fields.items()
+        )
+
+    def _origin(self, name: str) -> str:
+        file = settings_file()
+        if name not in self.model_fields_set:
+            return "default"
+        if name in EnvSettingsSource(type(self))():
+            return f"environment {PREFIX}{name.upper()}"
+        if file is not None and name in TomlConfigSettingsSource(type(self), file)():
+            return f"file {file}"
+        return "argument"
+
+
+def _shown(name: str, value: object) -> str:
+    if name == "database_url":
+        return make_url(str(value)).render_as_string(hide_password=True)
+    return "" if value is None else str(value)
