@@ -1,0 +1,122 @@
+"""The paper's estimator: the isolation layer's restoring force by component mode synthesis (eq 10, 21, 23)."""
+
+import numpy as np
+from scipy import linalg
+
+from core.arrays import Matrix, Vector
+from core.errors import IdentificationError, ModelError, RecordError
+from core.estimator import InstrumentedSuperstructure, Mode, RestoringForce
+from core.expansion import assumed_stiffness, expanded, modal_acceleration
+from core.identification import Identification, identified_modes
+from core.modal import real_shape
+from core.noise import noise_std
+
+NAME = "cms"
+
+
+def estimate(superstructure: InstrumentedSuperstructure) -> RestoringForce:
+    """Restoring force from the base slab's and any set of floors' accelerations, with or without the roof.
+
+    The superstructure's modes are identified, expanded to all floors and inverted over the measured ones. Where a
+    record holds fewer modes than there are sensors, static deflections that complete the measured motion stand in for
+    those missing, so that what was measured is never thrown away: the force is then still F = -Σ m_i a_i over
+    statically interpolated floors, as it is with enough modes. `modes` tells how many were identified, perhaps none.
+
+    Raises:
+        RecordError: the record holds gaps, is shorter than 10 s, or does not fit the floors it is said to be from.
+        ModelError: masses or stiffnesses are not positive, or a floor is measured that the building does not have.
+    """
+    _check(superstructure)
+    modes = fixed_base_modes(superstructure, Identification())
+    identified = np.array([mode.shape for mode in modes]).reshape(len(modes), -1).T
+    return force_of_shapes(superstructure, completed(identified, superstructure), modes)
+
+
+def fixed_base_modes(superstructure: InstrumentedSuperstructure, identification: Identification) -> tuple[Mode, ...]:
+    """The superstructure's identified modes, expanded to all floors; none if the record holds none."""
+    try:
+        found = identified_modes(
+            superstructure.base_acceleration, superstructure.floor_acceleration, superstructure.rate, identification
+        )
+    except IdentificationError:
+        return ()
+    modes = []
+    for pole in found:
+        at_sensors = real_shape(pole.shape)
+        shape = expanded(at_sensors[:, None], _stiffness(superstructure), superstructure.measured)[:, 0]
+        modes.append(Mode(frequency=pole.frequency, damping_ratio=pole.damping_ratio, shape=shape))
+    return tuple(modes)
+
+
+def completed(shapes: Matrix, superstructure: InstrumentedSuperstructure) -> Matrix:
+    """Shapes that span every motion of the measured floors: those given, and static deflections for what they lack.
+
+    Args:
+        shapes: (floors, modes) expanded mode shapes; none is (floors, 0) or (0, 0).
+        superstructure: which floors are measured, and its stiffness.
+
+    Returns:
+        (floors, max(modes, measured) or more); the added ones are orthogonal at the sensors to those given.
+    """
+    measured = superstructure.measured
+    if shapes.size == 0:
+        shapes = np.zeros((len(superstructure.floor_mass), 0))
+    missing = linalg.null_space(shapes[measured].T) if shapes.size else np.eye(measured.size)
+    return np.hstack([shapes, expanded(missing, _stiffness(superstructure), measured)])
+
+
+def force_of_shapes(
+    superstructure: InstrumentedSuperstructure, shapes: Matrix, modes: tuple[Mode, ...]
+) -> RestoringForce:
+    """Restoring force from the modal accelerations of the given shapes, and of nothing else (eq 10 and 23).
+
+    Args:
+        superstructure: what was measured.
+        shapes: (floors, k) expanded shapes relative to the base slab.
+        modes: what the result is to report.
+
+    Returns:
+        The force. Its standard deviation is that of the sensors' noise carried through the linear combination, the
+        same at every sample; it does not cover the inertia of the floors without a sensor nor errors in the masses.
+    """
+    base, floors = superstructure.base_acceleration, superstructure.floor_acceleration
+    modal_coordinates = modal_acceleration(shapes, superstructure.measured, floors - base)
+    rigid = -(superstructure.base_mass + superstructure.floor_mass.sum()) * base
+    modal = -(superstructure.floor_mass @ shapes) @ modal_coordinates
+    noise = noise_std(np.vstack([base, floors]), superstructure.rate)
+    std = np.linalg.norm(channel_weights(superstructure, shapes) * noise)
+    return RestoringForce(NAME, rigid + modal, rigid, modal, np.full(base.size, std), modes)
+
+
+def channel_weights(superstructure: InstrumentedSuperstructure, shapes: Matrix) -> Vector:
+    """The force as a linear combination of the channels.
+
+    Returns:
+        (1 + measured,) kg, the base slab's weight first: F = weights @ [a_b; a_measured].
+    """
+    floors = -(superstructure.floor_mass @ shapes) @ linalg.pinv(shapes[superstructure.measured])
+    total = superstructure.base_mass + superstructure.floor_mass.sum()
+    return np.concatenate([[-total - floors.sum()], floors])
+
+
+def _stiffness(superstructure: InstrumentedSuperstructure) -> Vector:
+    if superstructure.storey_stiffness is None:
+        return assumed_stiffness(superstructure.floor_mass)
+    return superstructure.storey_stiffness
+
+
+def _check(superstructure: InstrumentedSuperstructure) -> None:
+    base, floors, measured = (
+        superstructure.base_acceleration,
+        superstructure.floor_acceleration,
+        superstructure.measured,
+    )
+    if floors.shape != (measured.size, base.size):
+        raise RecordError(
+            f"floor accelerations of shape {floors.shape} do not fit "
+            f"{measured.size} measured floors of {base.size} samples"
+        )
+    if not (np.isfinite(base).all() and np.isfinite(floors).all()):
+        raise RecordError("accelerations hold gaps (NaN); a record without gaps, or without that channel, would do")
+    if not (superstructure.base_mass > 0 and np.all(superstructure.floor_mass > 0)):
+        raise ModelError("every mass must be positive")
