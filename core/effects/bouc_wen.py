@@ -1,0 +1,34 @@
+"""Smooth hysteresis of a yielding damper: Bouc (1967), Wen (1976), as the paper writes it in eq 22.
+
+The paper's γ and β stand the other way round in Wen's own papers and in OpenSees.
+"""
+
+from core.effect import Effect, LogNormal, Parameter
+
+
+def law(v, z, strength, F_y, D_y, A, beta, gamma, n):
+    sharpness = 1.0 if n == 1.0 else abs(z) ** (n - 1.0)  # a power in a compiled loop is ten times as slow
+    rate = (A * v - sharpness * z * (gamma * abs(v)) - sharpness * abs(z) * (beta * v)) / D_y
+    return strength * F_y * z, rate
+
+
+EFFECT = Effect(
+    title="Bouc-Wen hysteresis",
+    law=law,
+    states=("z",),
+    parameters=(
+        Parameter("F_y", "N", (0.0, 1e10), LogNormal(1e6, 2.0), "yield force"),
+        Parameter("D_y", "m", (1e-5, 0.5), LogNormal(3e-3, 1.0), "yield displacement"),
+        Parameter("A", "1", (0.1, 10.0), LogNormal(1.0, 0.3), "initial slope of z against u / D_y"),
+        Parameter(
+            "beta", "1", (0.0, 10.0), LogNormal(0.5, 0.5), "softening by |z| itself, on loading and unloading alike"
+        ),
+        Parameter("gamma", "1", (0.0, 10.0), LogNormal(0.5, 0.5), "softening on loading, stiffening on unloading"),
+        Parameter("n", "1", (0.5, 20.0), LogNormal(1.0, 0.5), "sharpness of the yield"),
+    ),
+    absent={"F_y": 0.0},
+    family="hysteretic",
+    explanation="The damper yields at {F_y:.3g} N, about {D_y:.3g} m, and turns the motion into heat at any speed.",
+    suspect_when="The loop encloses an area that does not depend on speed, and softens as the amplitude grows.",
+    source="Wen (1976), eqs 2-3; the paper, eq 22",
+)

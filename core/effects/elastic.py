@@ -1,0 +1,19 @@
+"""The rubber's elastic force k_b x_b (paper, eq 9)."""
+
+from core.effect import Effect, LogNormal, Parameter
+
+
+def law(u, stiffness, k_b):
+    return stiffness * k_b * u
+
+
+EFFECT = Effect(
+    title="Elastic stiffness",
+    law=law,
+    parameters=(Parameter("k_b", "N/m", (0.0, 1e12), LogNormal(1e8, 2.0), "stiffness of the rubber after yield"),),
+    absent={"k_b": 0.0},
+    family="elastic",
+    explanation="The rubber pushes back with {k_b:.3g} N per metre of displacement.",
+    suspect_when="The force rises in proportion to the displacement.",
+    source="the paper, eq 9",
+)

@@ -1,0 +1,19 @@
+"""Linear viscous damping c_b x_b' (paper, eq 9)."""
+
+from core.effect import Effect, LogNormal, Parameter
+
+
+def law(v, c_b):
+    return c_b * v
+
+
+EFFECT = Effect(
+    title="Viscous damping",
+    law=law,
+    parameters=(Parameter("c_b", "N s/m", (0.0, 1e11), LogNormal(1e6, 2.0), "viscous damping coefficient"),),
+    absent={"c_b": 0.0},
+    family="viscous",
+    explanation="A dashpot opposes the motion with {c_b:.3g} N for each metre per second.",
+    suspect_when="The loop is an ellipse that grows wider as the motion grows faster.",
+    source="the paper, eq 9",
+)
