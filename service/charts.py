@@ -20,6 +20,7 @@ MM, KN, KN_PER_MM = 1e3, 1e-3, 1e-6
 FEW = 10
 """Events that a legend can name."""
 BLUE, GREY, ORANGE = "#1f5fa8", "#b8bec6", "#d9720f"
+Picture = alt.LayerChart | alt.VConcatChart
 CONFIG = {
     "font": "sans-serif",
     "axis": {"labelFontSize": 12, "titleFontSize": 13, "titleFontWeight": "normal", "gridColor": "#e6e8eb"},

@@ -1,0 +1,101 @@
+"""Buildings under watch: added and described anew, every description kept."""
+
+from datetime import datetime
+from functools import lru_cache
+from pathlib import Path
+
+from sqlalchemy import select, update
+from sqlalchemy.orm import Session
+
+from service import building_file
+from service.building_file import BuildingFile
+from service.database import Building, Recording, Revision
+
+
+class BuildingError(Exception):
+    """A building that is there already, or is not; the message says which ones are."""
+
+
+def add(session: Session, text: str, folder: Path, now: datetime) -> Building:
+    """Take a building under watch.
+
+    Args:
+        session: of the transaction.
+        text: its building file.
+        folder: where the file lies; a relative source location starts here.
+        now: aware time.
+
+    Raises:
+        BuildingError: its code is taken.
+        BuildingFileError: the file is wrong.
+    """
+    described = building_file.read(text, folder).description
+    if session.scalar(select(Building).where(Building.code == described.code)) is not None:
+        raise BuildingError(f"building {described.code!r} is there already; `menshin building update` would do")
+    building = Building(code=described.code, name=described.name, created_at=now)
+    session.add(building)
+    _describe(session, building, 1, text, folder, now)
+    return building
+
+
+def update_description(session: Session, text: str, folder: Path, now: datetime) -> Revision:
+    """Describe a building anew: later results name the new revision, and what was refused is read again.
+
+    Returns:
+        The revision in force; the one before, if nothing changed.
+
+    Raises:
+        BuildingError: there is no building of that code.
+        BuildingFileError: the file is wrong.
+    """
+    described = building_file.read(text, folder).description
+    building = find(session, described.code)
+    before = current(session, building)
+    if (before.toml, before.folder) == (text, str(folder)):
+        return before
+    building.name = described.name
+    read_again(session, building)
+    return _describe(session, building, before.number + 1, text, folder, now)
+
+
+def find(session: Session, code: str) -> Building:
+    """The building of a code.
+
+    Raises:
+        BuildingError: there is none.
+    """
+    building = session.scalar(select(Building).where(Building.code == code))
+    if building is None:
+        known = ", ".join(session.scalars(select(Building.code).order_by(Building.code))) or "none yet"
+        raise BuildingError(f"no building {code!r}; there are: {known}")
+    return building
+
+
+def current(session: Session, building: Building) -> Revision:
+    """The building's description in force."""
+    newest = select(Revision).where(Revision.building_id == building.id).order_by(Revision.number.desc()).limit(1)
+    return session.scalars(newest).one()
+
+
+def described(session: Session, building: Building) -> BuildingFile:
+    """What the building's description in force says."""
+    revision = current(session, building)
+    return _read(revision.toml, revision.folder)
+
+
+def read_again(session: Session, building: Building) -> None:
+    """Let recordings that were refused, or of which channels were left out, be read again with the next file."""
+    wanting = (Recording.building_id == building.id, Recording.sha256.is_not(None), Recording.reason.is_not(None))
+    session.execute(update(Recording).where(*wanting).values(state="stored"))
+
+
+def _describe(session: Session, building: Building, number: int, text: str, folder: Path, now: datetime) -> Revision:
+    revision = Revision(building=building, number=number, toml=text, folder=str(folder), created_at=now)
+    session.add(revision)
+    session.flush()
+    return revision
+
+
+@lru_cache(maxsize=256)
+def _read(toml: str, folder: str) -> BuildingFile:
+    return building_file.read(toml, Path(folder))

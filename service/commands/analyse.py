@@ -1,0 +1,127 @@
+"""`menshin analyse`: the service's chain on files, without a database."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from core.analysis import AnalysisSettings
+    from core.description import BuildingDescription
+    from service.building_file import BuildingFile
+
+REFUSED, USAGE = 1, 2
+
+app = typer.Typer()
+
+
+@app.command()
+def analyse(
+    files: Annotated[
+        list[Path],
+        typer.Argument(
+            exists=True,
+            dir_okay=False,
+            metavar="FILE...",
+            help="records (miniSEED, K-NET, KiK-net, SAC, CSMIP V2, CSV, or a zip of these) and StationXML; files that "
+            "overlap in time are one event",
+        ),
+    ],
+    building: Annotated[Path, typer.Option(exists=True, dir_okay=False, help="building file (TOML)")],
+    json: Annotated[
+        Path | None, typer.Option(help="write the results here; of several events, each with its start in the name")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(file_okay=False, help="write histories (CSV) and figures (SVG, PNG) into this folder")
+    ] = None,
+    estimator: Annotated[
+        str | None, typer.Option(help="estimator of the restoring force; default: the setting of this name")
+    ] = None,
+    sensors: Annotated[
+        str | None,
+        typer.Option(
+            help="levels to use, by name or role (base, roof = topmost), as in base,4,roof; default: every "
+            "instrumented one"
+        ),
+    ] = None,
+) -> None:
+    """Restoring force, modes and equivalent values of the events in FILE...
+
+    Exit code 0: analysed; 1: an event or a file was refused; 2: wrong usage or building file.
+    """
+    from rich.console import Console
+
+    from core.analysis import analyse as analyse_event
+    from service import event_files, event_json, event_output, event_summary
+    from service.formats import FormatError
+
+    described = _described(building)
+    settings = _settings(estimator, sensors, described.description)
+    try:
+        events = event_files.events(files, described)
+    except FormatError as error:
+        typer.echo(str(error), err=True)
+        raise typer.Exit(REFUSED) from None
+    if not events:
+        raise typer.BadParameter("none of the files holds records", param_hint="FILE...")
+    refused = False
+    for event in events:
+        result = analyse_event(event.segments, described.description, settings)
+        Console().print(event_summary.summary(result, described.description))
+        stamp = f"{event.start:%Y%m%dT%H%M%SZ}" if len(events) > 1 else ""
+        if json is not None:
+            _write_json(event_json.as_json(result, described.description, settings), _stamped(json, stamp))
+        if out is not None:
+            event_output.write(result, described.description.code, out / stamp)
+        refused |= result.refusal is not None
+    if refused:
+        raise typer.Exit(REFUSED)
+
+
+def _described(path: Path) -> "BuildingFile":
+    from service.building_file import BuildingFileError, read
+
+    try:
+        return read(path.read_text("utf-8"), path.resolve().parent)
+    except (BuildingFileError, UnicodeDecodeError) as error:
+        typer.echo(f"{path}:\n{error}", err=True)
+        raise typer.Exit(USAGE) from None
+
+
+def _settings(estimator: str | None, sensors: str | None, description: "BuildingDescription") -> "AnalysisSettings":
+    """The service's own settings, so that both give the same results, with what was asked for in their place."""
+    from core.analysis import AnalysisSettings
+    from core.estimators import ESTIMATORS
+    from service.settings import Settings
+
+    own = Settings()
+    chosen = own.estimator if estimator is None else estimator
+    if chosen not in ESTIMATORS:
+        raise typer.BadParameter(f"no estimator {chosen!r}; there is {', '.join(ESTIMATORS)}", param_hint="--estimator")
+    levels = None if sensors is None else _levels(sensors, description)
+    return AnalysisSettings(estimator=chosen, sensors=levels, rate=own.rate, band=own.band)
+
+
+def _levels(sensors: str, description: "BuildingDescription") -> tuple[str, ...]:
+    """The names of levels given by name or role."""
+    roles = {"ground": description.ground.name, "base": description.base.name, "roof": description.floors[-1].name}
+    known = roles | {level.name: level.name for level in description.levels}
+    asked = [name.strip() for name in sensors.split(",")]
+    for name in asked:
+        if name not in known:
+            raise typer.BadParameter(f"no level {name!r}; there are {', '.join(known)}", param_hint="--sensors")
+    levels = tuple(dict.fromkeys(known[name] for name in asked))
+    if description.base.name not in levels:
+        raise typer.BadParameter("the base slab must be among them, as in base,roof", param_hint="--sensors")
+    return levels
+
+
+def _stamped(path: Path, stamp: str) -> Path:
+    return path.with_stem(f"{path.stem}-{stamp}") if stamp else path
+
+
+def _write_json(document: dict[str, object], path: Path) -> None:
+    import orjson
+
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(orjson.dumps(document, option=orjson.OPT_INDENT_2 | orjson.OPT_APPEND_NEWLINE))

@@ -1,0 +1,83 @@
+"""`menshin building`: the buildings under watch."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+if TYPE_CHECKING:
+    from sqlalchemy.orm import Session
+
+app = typer.Typer(no_args_is_help=True, help="The buildings under watch.")
+
+File = Annotated[Path, typer.Argument(exists=True, dir_okay=False, readable=True, help="building file (TOML)")]
+Code = Annotated[str, typer.Argument(help="code of the building")]
+
+
+@app.command()
+def add(file: File) -> None:
+    """Put a building under watch."""
+    from service import buildings
+
+    with _session() as session:
+        building = buildings.add(session, file.read_text("utf-8"), file.parent, datetime.now(UTC))
+        Console().print(f"{building.code} is under watch: {building.name}")
+
+
+@app.command("list")
+def every() -> None:
+    """All buildings under watch."""
+    from service import buildings
+
+    table = Table("code", "name", "revision", "since (UTC)")
+    with _session() as session:
+        for building in buildings.every(session):
+            last = building.revisions[-1]
+            table.add_row(building.code, building.name, str(last.number), f"{building.created_at:%Y-%m-%d %H:%M}")
+    Console().print(table)
+
+
+@app.command()
+def show(code: Code) -> None:
+    """The description of a building, as its latest file gave it."""
+    from service import buildings
+
+    with _session() as session:
+        typer.echo(buildings.get(session, code).revisions[-1].toml, nl=False)
+
+
+@app.command()
+def update(code: Code, file: File) -> None:
+    """Give a building a new description; earlier results keep the one they were made with."""
+    from service import buildings
+
+    with _session() as session:
+        new = buildings.update(session, code, file.read_text("utf-8"), file.parent, datetime.now(UTC))
+        Console().print(f"{code} is described by revision {new.number}")
+
+
+@contextmanager
+def _session() -> Iterator["Session"]:
+    """A transaction on the database of the settings; what is refused ends the command with exit code 1."""
+    from service.building_file import BuildingFileError
+    from service.buildings import BuildingError
+    from service.migrate import upgrade
+    from service.sessions import sessions
+    from service.settings import Settings
+
+    url = Settings().database_url
+    upgrade(url)
+    made = sessions(url)
+    try:
+        with made.begin() as session:
+            yield session
+    except (BuildingFileError, BuildingError) as error:
+        typer.echo(str(error), err=True)
+        raise typer.Exit(1) from None
+    finally:
+        made.kw["bind"].dispose()

@@ -1,0 +1,95 @@
+"""An analysed event as JSON: SI units, times in UTC, and null with a reason for what is missing."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict
+from math import isfinite
+from typing import Any
+
+import numpy as np
+
+from core.analysis import AnalysisSettings, DirectionAnalysis, EventAnalysis
+from core.description import BuildingDescription
+from core.estimator import Mode
+from service.version import VERSION
+
+REASONS: Mapping[str, str] = {
+    "shear_strain": "the building file gives no isolation.rubber_height",
+    "frequency_std": "the estimator gives none",
+    "damping_ratio_std": "the estimator gives none",
+    "pga": "no horizontal acceleration of the ground was measured",
+    "refusal": "the event was not refused",
+    "sensors": "every instrumented level was used",
+    "channel": "the finding is of no single channel",
+    "value": "the finding has no number",
+}
+"""Why a value of this name may be null."""
+UNDETERMINED = "the record does not determine it"
+
+
+def as_json(event: EventAnalysis, description: BuildingDescription, settings: AnalysisSettings) -> dict[str, Any]:
+    """The event as values that JSON can hold; `missing` gives the reason of every null by its path."""
+    document: dict[str, Any] = {
+        "building": description.code,
+        "start": event.start.isoformat(),
+        "rate": event.rate,
+        "version": VERSION,
+        "settings": asdict(settings),
+        "refusal": event.refusal,
+        "pga": event.pga,
+        "peaks": dict(event.peaks),
+        "directions": {name: _direction(found, description) for name, found in event.directions.items()},
+        "quality": [asdict(finding) for finding in event.quality],
+    }
+    finite = _finite(document)
+    return {**finite, "missing": dict(_missing(finite, ""))}
+
+
+def _direction(found: DirectionAnalysis, description: BuildingDescription) -> dict[str, Any]:
+    force = found.restoring_force
+    return {
+        "superstructure": {"modes": [_mode(mode, description) for mode in force.modes]},
+        "restoring_force": {
+            "estimator": force.estimator,
+            "peak": float(np.abs(force.force).max()),
+            "std": float(np.sqrt(np.mean(force.std**2))),
+        },
+        "equivalent": [asdict(segment) for segment in found.equivalent],
+    }
+
+
+def _mode(mode: Mode, description: BuildingDescription) -> dict[str, Any]:
+    shape = zip(description.floors, mode.shape.tolist(), strict=True)
+    return {
+        "frequency": mode.frequency,
+        "frequency_std": mode.frequency_std,
+        "damping_ratio": mode.damping_ratio,
+        "damping_ratio_std": mode.damping_ratio_std,
+        "shape": {level.name: value for level, value in shape},
+    }
+
+
+def _finite(value: Any) -> Any:  # noqa: ANN401  whatever JSON may hold
+    """The same with None for every number that JSON cannot hold."""
+    match value:
+        case float() | np.floating():
+            return float(value) if isfinite(value) else None
+        case Mapping():
+            return {key: _finite(member) for key, member in value.items()}
+        case str():
+            return value
+        case Sequence():
+            return [_finite(member) for member in value]
+    return value
+
+
+def _missing(value: Any, path: str) -> Iterator[tuple[str, str]]:  # noqa: ANN401  whatever JSON may hold
+    """The path of every null, and its reason."""
+    match value:
+        case None:
+            yield path.removeprefix("."), REASONS.get(path.rpartition(".")[2], UNDETERMINED)
+        case dict():
+            for key, member in value.items():
+                yield from _missing(member, f"{path}.{key}")
+        case list():
+            for index, member in enumerate(value):
+                yield from _missing(member, f"{path}[{index}]")
