@@ -7,6 +7,7 @@ keys it by this file alone and returned a stale law after an edit in an effect's
 
 from collections.abc import Callable, Mapping
 from functools import cache
+from typing import Any
 
 from numba import njit
 
@@ -36,7 +37,7 @@ def source(effects: Mapping[str, Effect]) -> str:
 
 def compiled(effects: Mapping[str, Effect]) -> Callable[..., float]:
     """The force function, jitted: (u, v, u_cross, ..., opcode, at_p, at_x, p, x, dx) → N; fills dx with x's rates."""
-    namespace = {name: jitted(effect.law) for name, effect in effects.items()}
+    namespace: dict[str, Any] = {name: jitted(effect.law) for name, effect in effects.items()}
     exec(source(effects), namespace)  # the source is ours, made of the laws above
     program: Callable[..., float] = jitted(namespace["force"])
     return program
