@@ -25,20 +25,23 @@ def add(file: File) -> None:
     from service import buildings
 
     with _session() as session:
-        building = buildings.add(session, file.read_text("utf-8"), file.parent, datetime.now(UTC))
+        building = buildings.add(session, file.read_text("utf-8"), file.parent.resolve(), datetime.now(UTC))
         Console().print(f"{building.code} is under watch: {building.name}")
 
 
 @app.command("list")
 def every() -> None:
     """All buildings under watch."""
+    from sqlalchemy import select
+
     from service import buildings
+    from service.database import Building
 
     table = Table("code", "name", "revision", "since (UTC)")
     with _session() as session:
-        for building in buildings.every(session):
-            last = building.revisions[-1]
-            table.add_row(building.code, building.name, str(last.number), f"{building.created_at:%Y-%m-%d %H:%M}")
+        for building in session.scalars(select(Building).order_by(Building.code)):
+            number = str(buildings.current(session, building).number)
+            table.add_row(building.code, building.name, number, f"{building.created_at:%Y-%m-%d %H:%M}")
     Console().print(table)
 
 
@@ -48,17 +51,22 @@ def show(code: Code) -> None:
     from service import buildings
 
     with _session() as session:
-        typer.echo(buildings.get(session, code).revisions[-1].toml, nl=False)
+        typer.echo(buildings.current(session, buildings.find(session, code)).toml, nl=False)
 
 
 @app.command()
 def update(code: Code, file: File) -> None:
     """Give a building a new description; earlier results keep the one they were made with."""
-    from service import buildings
+    from service import building_file, buildings
 
+    text, folder = file.read_text("utf-8"), file.parent.resolve()
     with _session() as session:
-        new = buildings.update(session, code, file.read_text("utf-8"), file.parent, datetime.now(UTC))
-        Console().print(f"{code} is described by revision {new.number}")
+        buildings.find(session, code)
+        described = building_file.read(text, folder).description.code
+        if described != code:
+            raise buildings.BuildingError(f"{file} describes building {described!r}; a file of {code!r} would do")
+        revision = buildings.update_description(session, text, folder, datetime.now(UTC))
+        Console().print(f"{code} is described by revision {revision.number}")
 
 
 @contextmanager
