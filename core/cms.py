@@ -28,8 +28,8 @@ def estimate(superstructure: InstrumentedSuperstructure) -> RestoringForce:
     """
     _check(superstructure)
     modes = fixed_base_modes(superstructure, Identification())
-    identified = np.array([mode.shape for mode in modes]).reshape(len(modes), -1).T
-    return force_of_shapes(superstructure, completed(identified, superstructure), modes)
+    shapes = completed(shape_matrix(modes, len(superstructure.floor_mass)), superstructure)
+    return force_of_shapes(superstructure, shapes, modes)
 
 
 def fixed_base_modes(superstructure: InstrumentedSuperstructure, identification: Identification) -> tuple[Mode, ...]:
@@ -48,19 +48,22 @@ def fixed_base_modes(superstructure: InstrumentedSuperstructure, identification:
     return tuple(modes)
 
 
+def shape_matrix(modes: tuple[Mode, ...], floors: int) -> Matrix:
+    """(floors, modes) the modes' shapes side by side, perhaps none."""
+    return np.array([mode.shape for mode in modes]).reshape(len(modes), floors).T
+
+
 def completed(shapes: Matrix, superstructure: InstrumentedSuperstructure) -> Matrix:
     """Shapes that span every motion of the measured floors: those given, and static deflections for what they lack.
 
     Args:
-        shapes: (floors, modes) expanded mode shapes; none is (floors, 0) or (0, 0).
+        shapes: (floors, modes) expanded mode shapes, perhaps none.
         superstructure: which floors are measured, and its stiffness.
 
     Returns:
         (floors, max(modes, measured) or more); the added ones are orthogonal at the sensors to those given.
     """
     measured = superstructure.measured
-    if shapes.size == 0:
-        shapes = np.zeros((len(superstructure.floor_mass), 0))
     missing = linalg.null_space(shapes[measured].T) if shapes.size else np.eye(measured.size)
     return np.hstack([shapes, expanded(missing, _stiffness(superstructure), measured)])
 

@@ -18,7 +18,7 @@ class Identification:
     rate: float = 100 / 3
     """Hz, to which the record is decimated: the modes that matter are below a third of it."""
     block_rows: int = 30
-    largest_order: int = 20
+    largest_order: int = 24
     weighting: Weighting = cva
     stability: Stability = field(default_factory=Stability)
 

@@ -12,16 +12,22 @@ from core.subspace import ObservabilitySpan
 class Stability:
     """How far a pole may move from one order to the next and still be called stable."""
 
-    frequency: float = 0.01
+    frequency: float = 0.02
     """Relative change."""
-    damping_ratio: float = 0.1
+    damping_ratio: float = 0.3
     """Relative change."""
-    modal_assurance: float = 0.98
+    modal_assurance: float = 0.95
     """The least."""
     largest_damping_ratio: float = 0.2
     """A superstructure's mode is below this; what is above is the spectrum's background."""
+    highest_frequency: float = 0.4
+    """Share of the sampling rate, above which the anti-alias filter has taken the motion away."""
     share: float = 0.5
     """Of the orders from its first appearance on in which a mode must be stable."""
+    least_count: int = 3
+    """Orders in which a mode must be stable."""
+    least_order: int = 10
+    """Of a pole that is reported: lower orders are biased by the modes they leave out."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,19 +59,22 @@ def stabilisation_diagram(
     diagram: list[DiagramPole] = []
     before: list[DiagramPole] = []
     for order in (order for order in orders if order <= span.columns.shape[1]):
-        current = _judged(poles(*span.system(order), rate), order, before, stability)
+        current = _judged(poles(*span.system(order), rate), rate, order, before, stability)
         diagram += current
         before = current
     return tuple(diagram)
 
 
-def _judged(found: Poles, order: int, before: Sequence[DiagramPole], stability: Stability) -> list[DiagramPole]:
+def _judged(
+    found: Poles, rate: float, order: int, before: Sequence[DiagramPole], stability: Stability
+) -> list[DiagramPole]:
     """The plausible poles of one order."""
     judged = []
     for value, frequency, ratio, shape in zip(
         found.eigenvalues, found.frequency, found.damping_ratio, found.shapes.T, strict=True
     ):
-        if 0 < ratio < stability.largest_damping_ratio:
+        within = frequency < stability.highest_frequency * rate
+        if within and 0 < ratio < stability.largest_damping_ratio:
             pole = DiagramPole(order, complex(value), float(frequency), float(ratio), shape, is_stable=False)
             was_there = any(is_same(pole, other, stability) for other in before)
             judged.append(DiagramPole(order, pole.eigenvalue, pole.frequency, pole.damping_ratio, shape, was_there))
@@ -82,21 +91,33 @@ def is_same(one: DiagramPole, other: DiagramPole, stability: Stability) -> bool:
 
 
 def stable_modes(diagram: Sequence[DiagramPole], stability: Stability) -> tuple[DiagramPole, ...]:
-    """The modes at the highest order that are stable there and in most orders since they first appeared.
+    """The modes: columns of the diagram in which a pole is stable in most orders since it first appeared.
 
     Returns:
-        Lowest frequency first; empty if no pole is stable.
+        Of each column the pole with the median damping ratio among the orders that are high enough to be unbiased;
+        lowest frequency first; empty if no pole is stable.
     """
-    if not diagram:
-        return ()
     orders = sorted({pole.order for pole in diagram})
     modes = []
-    for pole in (pole for pole in diagram if pole.order == orders[-1] and pole.is_stable):
-        seen = sorted({other.order for other in diagram if other.is_stable and is_same(pole, other, stability)})
-        possible = [order for order in orders if order >= seen[0]]
-        if len(seen) >= max(2, stability.share * len(possible)) and len(seen) >= 0.2 * len(orders):
-            modes.append(pole)
+    for column in _columns(diagram, stability):
+        possible = [order for order in orders if order >= column[0].order]
+        unbiased = [pole for pole in column if pole.order >= stability.least_order]
+        if unbiased and len(column) >= max(stability.least_count, stability.share * len(possible)):
+            modes.append(sorted(unbiased, key=lambda pole: pole.damping_ratio)[(len(unbiased) - 1) // 2])
     return tuple(sorted(modes, key=lambda mode: mode.frequency))
+
+
+def _columns(diagram: Sequence[DiagramPole], stability: Stability) -> list[list[DiagramPole]]:
+    """The stable poles, each appended to the column whose last pole it repeats at a higher order, or a new one."""
+    columns: list[list[DiagramPole]] = []
+    for pole in (pole for pole in diagram if pole.is_stable):
+        for column in columns:
+            if column[-1].order < pole.order and is_same(pole, column[-1], stability):
+                column.append(pole)
+                break
+        else:
+            columns.append([pole])
+    return columns
 
 
 def even_orders(largest: int) -> range:
