@@ -1,0 +1,91 @@
+"""Which earthquakes strike the simulated building, when and how hard."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+
+import numpy as np
+from obspy import UTCDateTime
+from obspy.core.event import Event, EventDescription, Origin, ResourceIdentifier
+
+from core.arrays import Vector
+
+SMALLEST, LARGEST = 0.05, 3.0  # m/s²: 5 to 300 gal
+YEARS = timedelta(days=3 * 365)
+APART = timedelta(hours=6)
+P_VELOCITY = 6000.0  # m/s
+DEPTH = 30_000.0  # m
+METRES_PER_DEGREE = 111_195.0
+
+
+@dataclass(frozen=True, slots=True)
+class Earthquake:
+    """An earthquake as the building feels it."""
+
+    number: int
+    """From 0, the oldest first."""
+    arrival: datetime
+    """When the motion begins at the building, aware."""
+    motion: str
+    """Name of the recorded ground motion that it is made of."""
+    peak: float
+    """m/s², the larger of the two horizontal peak ground accelerations."""
+    north: float
+    """m, from the building to the epicentre."""
+
+
+def history(until: datetime, count: int, motions: Sequence[str], rng: np.random.Generator) -> tuple[Earthquake, ...]:
+    """The earthquakes of the years before a time: at random times, as many small ones as nature has.
+
+    Args:
+        until: aware; the last earthquake lies at least six hours before.
+        count: how many.
+        motions: names to choose from; none is used twice before each was used once.
+        rng: the dice.
+    """
+    room = YEARS - count * APART
+    moments = np.sort(rng.uniform(0.0, room.total_seconds(), count))
+    arrivals = [until - YEARS + timedelta(seconds=round(s, 2)) + n * APART for n, s in enumerate(moments)]
+    peaks = rng.permutation(peak_accelerations(count))
+    order = [motions[i] for _ in range(0, count, len(motions)) for i in rng.permutation(len(motions))]
+    return tuple(
+        Earthquake(n, arrivals[n], order[n], float(peaks[n]), round(float(rng.uniform(2e4, 1.5e5)), -2))
+        for n in range(count)
+    )
+
+
+def next_earthquake(
+    earlier: Sequence[Earthquake], arrival: datetime, motions: Sequence[str], rng: np.random.Generator
+) -> Earthquake:
+    """One more earthquake, of middling strength so that it can be seen."""
+    return Earthquake(len(earlier), arrival, str(rng.choice(motions)), float(rng.uniform(0.3, 1.0)), 6e4)
+
+
+def peak_accelerations(count: int) -> Vector:
+    """(count,) m/s², rising: the number above a is inversely proportional to a, between the smallest and the largest.
+
+    Ground motion at a site follows such a power law (Cornell, 1968, eq 27); the quantiles are spread evenly, so that
+    every history holds weak and strong ones.
+    """
+    exceeded = np.linspace(1.0, 0.0, count)
+    return np.asarray(1.0 / (1.0 / LARGEST + exceeded * (1.0 / SMALLEST - 1.0 / LARGEST)))
+
+
+def quakeml(earthquake: Earthquake, latitude: float, longitude: float) -> Event:
+    """The earthquake as a seismological agency would announce it: where it began, and when."""
+    travel = np.hypot(earthquake.north, DEPTH) / P_VELOCITY
+    name = f"smi:local/demo/{earthquake.number}"
+    origin = Origin(
+        resource_id=ResourceIdentifier(f"{name}/origin"),
+        time=UTCDateTime(earthquake.arrival) - travel,
+        latitude=latitude + earthquake.north / METRES_PER_DEGREE,
+        longitude=longitude,
+        depth=DEPTH,
+    )
+    return Event(
+        resource_id=ResourceIdentifier(name),
+        event_type="earthquake",
+        event_descriptions=[EventDescription(f"simulated, {earthquake.motion}")],
+        origins=[origin],
+        preferred_origin_id=origin.resource_id,
+    )

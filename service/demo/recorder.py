@@ -1,0 +1,62 @@
+"""What the simulated building's monitoring server records of an earthquake."""
+
+from collections.abc import Mapping
+from datetime import timedelta
+
+import numpy as np
+from obspy import Trace, UTCDateTime
+
+from core.arrays import Vector
+from core.paper import BUILDING, FOURTH_STOREY, ISOLATOR
+from core.simulation import Response, simulate
+from service.demo.catalogue import Earthquake
+from service.demo.motions import GroundMotion, prepared
+from service.demo.site import BASE, DIRECTIONS, GROUND, RATE, Sensor, sensors
+
+BEFORE, AFTER = 15.0, 45.0  # s, pre-event memory and post-event recording
+OFFSET = 50.0  # of the noise: how far a sensor's zero may lie off
+
+
+def record(earthquake: Earthquake, motion: GroundMotion, seed: int) -> list[Trace]:
+    """The counts of every channel; the same earthquake and seed give the same counts."""
+    shaking = prepared(motion, RATE, BEFORE, AFTER)
+    shaking *= earthquake.peak / np.abs(shaking).max()
+    rng = np.random.default_rng([seed, earthquake.number])
+    measured = {
+        direction: _measured(ground, simulate(BUILDING, ISOLATOR, ground, RATE))
+        for direction, ground in zip(DIRECTIONS, shaking, strict=True)
+    }
+    return [_digitized(sensor, measured[sensor.direction], earthquake, rng) for sensor in sensors()]
+
+
+def duration(motion: GroundMotion) -> timedelta:
+    """How long the record of a motion is."""
+    return timedelta(seconds=BEFORE + AFTER + motion.acceleration.shape[1] / motion.rate)
+
+
+def _measured(ground: Vector, response: Response) -> Mapping[tuple[str, str], Vector]:
+    return {
+        (GROUND, "acceleration"): ground,
+        (BASE, "acceleration"): response.base_acceleration,
+        (BASE, "displacement"): response.isolator_displacement,
+        ("4F", "acceleration"): response.floor_acceleration[FOURTH_STOREY],
+        ("roof", "acceleration"): response.floor_acceleration[-1],
+    }
+
+
+def _digitized(
+    sensor: Sensor, measured: Mapping[tuple[str, str], Vector], earthquake: Earthquake, rng: np.random.Generator
+) -> Trace:
+    true = measured[sensor.level, sensor.quantity]
+    offset = sensor.noise * rng.uniform(-OFFSET, OFFSET)
+    sensed = true + offset + sensor.noise * rng.standard_normal(true.size)
+    network, station, location, channel = sensor.id.split(".")
+    header = {
+        "network": network,
+        "station": station,
+        "location": location,
+        "channel": channel,
+        "sampling_rate": RATE,
+        "starttime": UTCDateTime(earthquake.arrival) - BEFORE,
+    }
+    return Trace(np.round(sensed / sensor.resolution).astype(np.int32), header)
