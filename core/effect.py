@@ -18,9 +18,6 @@ CONDITIONS = ("axial_load", "temperature", "time")
 SCALES = ("stiffness", "strength")
 """Dimensionless, 1 when intact: set by effects that act on them, read by the others."""
 
-Family = Literal["elastic", "viscous", "hysteretic"]
-"""Effects of one family leave alike traces, and records may not tell them apart."""
-
 
 @dataclass(frozen=True, slots=True)
 class LogNormal:
@@ -55,7 +52,8 @@ class Effect:
     parameters: tuple[Parameter, ...]
     absent: Mapping[str, float]
     """Values of parameters at which the effect does nothing at all."""
-    family: Family
+    family: str
+    """Effects of one family leave alike traces, and records may not tell them apart."""
     explanation: str
     """A sentence for the engineer, with the parameters' values in it."""
     suspect_when: str

@@ -8,4 +8,4 @@ SHARED = Path(__file__).resolve().parents[3] / "shared"
 BNCS = SHARED / "data" / "bncs"
 CSMIP = SHARED / "data" / "csmip"
 
-needs_shared = pytest.mark.skipif(not BNCS.is_dir(), reason="needs the real records in ../shared/data beside the checkout")
+needs_shared = pytest.mark.skipif(not BNCS.is_dir(), reason="needs the real records in ../shared/data ")
