@@ -37,7 +37,7 @@ def source(effects: Mapping[str, Effect]) -> str:
 
 def compiled(effects: Mapping[str, Effect]) -> Callable[..., float]:
     """The force function, jitted: (u, v, u_cross, ..., opcode, at_p, at_x, p, x, dx) → N; fills dx with x's rates."""
-    namespace: dict[str, Any] = {name: jitted(effect.law) for name, effect in effects.items()}
+    namespace: dict[str, Any] = {f"law_{name}": jitted(effect.law) for name, effect in effects.items()}
     exec(source(effects), namespace)  # the source is ours, made of the laws above
     program: Callable[..., float] = jitted(namespace["force"])
     return program
@@ -56,6 +56,6 @@ def _branch(name: str, effect: Effect) -> list[str]:
     results = ", ".join(["y", *(f"dx[j + {n}]" for n in range(len(effect.states)))])
     arguments = ", ".join(place[need] for need in effect.needs)
     return [
-        f"            {results} = {name}({arguments})",
+        f"            {results} = law_{name}({arguments})",
         f"            {effect.acts_on} {'+=' if effect.acts_on == 'force' else '*='} y",
     ]
