@@ -1,0 +1,129 @@
+"""Commands that run the service, or a part of it."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from service.settings import Settings
+
+app = typer.Typer(no_args_is_help=True)
+
+
+@app.command()
+def up(
+    workers: Annotated[int | None, typer.Option(help="Analyses that run at the same time.")] = None,
+    port: Annotated[int | None, typer.Option(help="Port of the API.")] = None,
+) -> None:
+    """Run everything in one process tree: API, poller and worker."""
+    from service.roles import api, running, signalled
+
+    settings = _settings(workers=workers, port=port)
+    with signalled() as stop, running(settings, stop, poll=True, work=True):
+        api(settings, stop)
+
+
+@app.command()
+def api(port: Annotated[int | None, typer.Option(help="Port of the API.")] = None) -> None:
+    """Run the API and its pages alone."""
+    from service.roles import api, running, signalled
+
+    settings = _settings(port=port)
+    with signalled() as stop, running(settings, stop):
+        api(settings, stop)
+
+
+@app.command()
+def poll(
+    once: Annotated[bool, typer.Option("--once", help="Look at every source once, then end.")] = False,
+) -> None:
+    """Fetch what is new at every building's source."""
+    from service.roles import migrated, running, signalled
+
+    settings = _settings()
+    if once:
+        from service.looking import Look
+
+        with migrated(settings) as sessions:
+            Look(sessions, settings).at_all()
+        return
+    with signalled() as stop, running(settings, stop, poll=True):
+        stop.wait()
+
+
+@app.command()
+def work(
+    once: Annotated[bool, typer.Option("--once", "--until-idle", help="End when no job waits.")] = False,
+    workers: Annotated[int | None, typer.Option(help="Analyses that run at the same time.")] = None,
+) -> None:
+    """Analyse the events that wait."""
+    from service.roles import migrated, running, signalled, worked_off
+
+    settings = _settings(workers=workers)
+    if once:
+        with migrated(settings) as sessions:
+            typer.echo(f"{worked_off(sessions, settings)} jobs done")
+        return
+    with signalled() as stop, running(settings, stop, work=True):
+        stop.wait()
+
+
+@app.command("import")
+def import_files(
+    files: Annotated[list[Path], typer.Argument(exists=True, dir_okay=False, help="Records or StationXML.")],
+    building: Annotated[str, typer.Option(help="Code of the building.")],
+) -> None:
+    """Put files into the database, by the poller's own path."""
+    from service import events
+    from service.buildings import BuildingError, find
+    from service.looking import Look
+    from service.roles import migrated
+    from service.sources.arrival import Arrival
+
+    settings = _settings()
+    refused = False
+    with migrated(settings) as sessions:
+        look = Look(sessions, settings)
+        try:
+            with sessions() as session:
+                found = find(session, building)
+        except BuildingError as error:
+            raise typer.BadParameter(str(error)) from None
+        arrivals = tuple(Arrival(name=f.name, origin=str(f.resolve()), data=f.read_bytes()) for f in files)
+        for recording in look.bring(found, arrivals):
+            typer.echo(f"{recording.name}: {recording.state}{f': {recording.reason}' if recording.reason else ''}")
+            refused = refused or recording.state == "refused"
+        with sessions.begin() as session:
+            events.queue_now(session, found, look.clock())
+    raise typer.Exit(1 if refused else 0)
+
+
+@app.command("settings")
+def show_settings() -> None:
+    """Show every setting that is in force, and why."""
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table("setting", "value", "from", "meaning")
+    for setting in _settings().explained():
+        table.add_row(setting.name, setting.value, setting.origin, setting.description)
+    Console().print(table)
+
+
+def _settings(**given: object) -> "Settings":
+    """The settings in force; what is wrong with them ends the command with its reason."""
+    from pydantic import ValidationError
+
+    from service.settings import Settings
+
+    try:
+        return Settings(**{name: value for name, value in given.items() if value is not None})  # type: ignore[arg-type]
+    except ValidationError as error:
+        problems = (
+            f"{'.'.join(map(str, e['loc'])) or 'settings'}: {e['msg']}, got {e['input']!r}" for e in error.errors()
+        )
+        typer.echo("\n".join(problems), err=True)
+    except (FileNotFoundError, ValueError) as error:
+        typer.echo(str(error), err=True)
+    raise typer.Exit(2)

@@ -1,0 +1,124 @@
+"""The service's parts as they run together in one process tree, and how they end."""
+
+import logging
+import signal
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from threading import Event as Signal
+from threading import Thread
+from types import FrameType
+
+from sqlalchemy.orm import Session, sessionmaker
+
+from service import migrate
+from service.sessions import sessions
+from service.settings import Settings
+
+log = logging.getLogger(__name__)
+
+
+@contextmanager
+def migrated(settings: Settings) -> Iterator[sessionmaker[Session]]:
+    """Sessions at a database that is up to date."""
+    migrate.upgrade(settings.database_url)
+    opened = sessions(settings.database_url)
+    try:
+        yield opened
+    finally:
+        opened.kw["bind"].dispose()
+
+
+@contextmanager
+def signalled() -> Iterator[Signal]:
+    """Set when the process is asked to end (Ctrl-C, SIGTERM)."""
+    stop = Signal()
+
+    def end(number: int, frame: FrameType | None) -> None:
+        stop.set()
+
+    before = {number: signal.signal(number, end) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield stop
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+@contextmanager
+def running(settings: Settings, stop: Signal, *, poll: bool = False, work: bool = False) -> Iterator[None]:
+    """The poller and the worker beside what the caller does; both have ended afterwards."""
+    logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
+    logging.getLogger("apscheduler").setLevel(logging.WARNING)
+    logging.getLogger("httpx").setLevel(logging.WARNING)
+    with migrated(settings) as opened:
+        parts = [
+            *([Thread(target=_guarded, args=(_poll, opened, settings, stop), name="poller")] if poll else []),
+            *([Thread(target=_guarded, args=(_work, opened, settings, stop), name="worker")] if work else []),
+        ]
+        for part in parts:
+            part.start()
+        try:
+            yield
+        finally:
+            stop.set()
+            for part in parts:
+                part.join()
+
+
+def api(settings: Settings, stop: Signal) -> None:
+    """Serve the API until it is asked to end."""
+    import uvicorn
+
+    from service.app import create
+
+    server = uvicorn.Server(uvicorn.Config(create(settings), settings.host, settings.port, log_level="warning"))
+
+    def end_with_the_others() -> None:
+        stop.wait()
+        server.should_exit = True
+
+    Thread(target=end_with_the_others, daemon=True, name="end of the API").start()
+    log.info("serving at http://%s:%d", settings.host, settings.port)
+    server.run()
+
+
+def worked_off(opened: sessionmaker[Session], settings: Settings) -> int:
+    """Work until no job waits; the number of jobs that were done."""
+    from service.executors import executors
+    from service.worker import Worker
+
+    made = executors(settings)
+    try:
+        return Worker(opened, made, settings).run_until_idle()
+    finally:
+        made().shutdown(wait=True)
+
+
+Part = Callable[[sessionmaker[Session], Settings, Signal], None]
+
+
+def _guarded(part: Part, opened: sessionmaker[Session], settings: Settings, stop: Signal) -> None:
+    """A part that crashes ends the others too: whoever started us sees it and starts us again."""
+    try:
+        part(opened, settings, stop)
+    except Exception:
+        log.exception("%s crashed", part.__name__.strip("_"))
+    finally:
+        stop.set()
+
+
+def _poll(opened: sessionmaker[Session], settings: Settings, stop: Signal) -> None:
+    from service.poller import Poller
+
+    Poller(opened, settings).run(stop)
+
+
+def _work(opened: sessionmaker[Session], settings: Settings, stop: Signal) -> None:
+    from service.executors import executors
+    from service.worker import Worker
+
+    made = executors(settings)
+    try:
+        Worker(opened, made, settings).run(stop)
+    finally:
+        made().shutdown(wait=True, **({"kill_workers": True} if settings.executor == "local" else {}))

@@ -1,0 +1,69 @@
+"""Which earthquakes happened, by an FDSN event service."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
+from io import BytesIO
+
+import obspy
+
+from service.sources.arrival import SourceError
+from service.sources.http import Client
+
+
+@dataclass(frozen=True, slots=True)
+class Origin:
+    """An earthquake's beginning."""
+
+    id: str
+    time: datetime
+
+
+@dataclass(frozen=True, slots=True)
+class Catalogue:
+    """An event service and what is asked of it."""
+
+    address: str
+    """Of the server; its service is at /fdsnws/event/1."""
+    before: timedelta
+    """Fetched before an origin time."""
+    after: timedelta
+    """Fetched after it."""
+    minimum_magnitude: float | None
+    within: tuple[float, float, float] | None
+    """Latitude, longitude and radius in degrees."""
+    client: Client
+    patience: timedelta = timedelta(days=1)
+    """Records and earthquakes may appear this much later than they happened."""
+
+    def is_offered(self) -> bool:
+        """Whether the server has an event service."""
+        try:
+            return not self.client.get(f"{self.address}/fdsnws/event/1/version").is_empty
+        except SourceError as error:
+            if "answered 501" in str(error) or "answered 405" in str(error):
+                return False
+            raise
+
+    def origins(self, start: datetime, end: datetime) -> Iterator[Origin]:
+        """The earthquakes between two times, earliest first."""
+        asked = {"starttime": f"{start:%Y-%m-%dT%H:%M:%S}", "endtime": f"{end:%Y-%m-%dT%H:%M:%S}"}
+        if self.minimum_magnitude is not None:
+            asked["minmagnitude"] = f"{self.minimum_magnitude:g}"
+        if self.within is not None:
+            asked |= dict(zip(("latitude", "longitude", "maxradius"), map(str, self.within), strict=True))
+        answer = self.client.get(f"{self.address}/fdsnws/event/1/query", asked)
+        if answer.is_empty:
+            return
+        try:
+            found = obspy.read_events(BytesIO(answer.body), format="QUAKEML")
+        except Exception as error:  # ObsPy raises whatever the XML makes it stumble over
+            raise SourceError(f"{self.address} answered with no QuakeML: {error}") from error
+        origins = [Origin(str(e.resource_id), _time(e)) for e in found if e.origins]
+        yield from sorted(origins, key=lambda origin: origin.time)
+
+
+def _time(earthquake: obspy.core.event.Event) -> datetime:
+    origin = earthquake.preferred_origin() or earthquake.origins[0]
+    time: datetime = origin.time.datetime
+    return time.replace(tzinfo=UTC)

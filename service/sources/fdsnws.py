@@ -1,0 +1,151 @@
+"""A monitoring server with FDSN web services: station, dataselect, and event where it offers one.
+
+International Federation of Digital Seismograph Networks, FDSN Web Service Specifications 1.2 (2019).
+"""
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
+from hashlib import sha256
+
+from service.sources.arrival import Arrival, Cursor, SourceError, Step, TooLargeError
+from service.sources.catalogue import Catalogue
+from service.sources.http import Client
+from service.sources.miniseed import complete_until
+
+EARLIEST = datetime(1990, 1, 1, tzinfo=UTC)
+FIRST_WINDOW = timedelta(hours=1)
+LONGEST_WINDOW = timedelta(days=366)
+SHORTEST_WINDOW = timedelta(seconds=60)
+LATE = timedelta(minutes=10)
+"""Data may come this much later than data of a later time."""
+STATIONS_HOLD = timedelta(days=1)
+WRITTEN = re.compile(rb"<Created>.*?</Created>", re.DOTALL)
+
+
+@dataclass(frozen=True, slots=True)
+class FdsnWebServices:
+    """Stations first, then waveforms: around the catalogue's earthquakes, or all of them in windows of time."""
+
+    address: str
+    """Of the server; its services are at /fdsnws."""
+    channels: tuple[str, ...]
+    """Ids."""
+    since: datetime
+    catalogue: Catalogue | None
+    client: Client
+
+    def steps(self, cursor: Cursor, now: datetime) -> Iterator[Step]:
+        """What is new of stations and waveforms."""
+        for step in self._stations(cursor, now):
+            cursor = step.cursor
+            yield step
+        if self.catalogue is not None and self.catalogue.is_offered():
+            yield from self._around_earthquakes(self.catalogue, cursor, now)
+        else:
+            yield from self._in_windows(cursor, now)
+
+    def _stations(self, cursor: Cursor, now: datetime) -> Iterator[Step]:
+        looked = cursor.get("stations_at")
+        if looked is not None and now - datetime.fromisoformat(looked) < STATIONS_HOLD:
+            return
+        codes = [channel.split(".") for channel in self.channels]
+        asked = {
+            "network": _either(code[0] for code in codes),
+            "station": _either(code[1] for code in codes),
+            "level": "response",
+        }
+        answer = self.client.get(f"{self.address}/fdsnws/station/1/query", asked)
+        digest = sha256(WRITTEN.sub(b"", answer.body)).hexdigest()  # it is written anew for every question
+        if answer.is_empty or digest == cursor.get("stations"):
+            yield Step((), {**cursor, **({} if answer.is_empty else {"stations_at": now.isoformat()})})
+            return
+        arrival = Arrival(name="station.xml", origin=f"{self.address}/fdsnws/station/1", data=answer.body)
+        yield Step((arrival,), {**cursor, "stations": digest, "stations_at": now.isoformat()})
+
+    def _around_earthquakes(self, catalogue: Catalogue, cursor: Cursor, now: datetime) -> Iterator[Step]:
+        done: dict[str, str] = dict(cursor.get("earthquakes", {}))
+        until = datetime.fromisoformat(cursor["catalogue_until"]) if "catalogue_until" in cursor else self.since
+        for origin in catalogue.origins(until, now):
+            start, end = origin.time - catalogue.before, origin.time + catalogue.after
+            if origin.id in done or end > now:
+                continue
+            arrivals = tuple(self._arrivals(start, end))
+            if arrivals or now - end > catalogue.patience:
+                done[origin.id] = origin.time.isoformat()
+            yield Step(arrivals, {**cursor, "earthquakes": dict(done)})
+        resume = max(self.since, now - catalogue.patience - catalogue.before - catalogue.after)
+        kept = {key: time for key, time in done.items() if datetime.fromisoformat(time) >= resume}
+        yield Step((), {**cursor, "earthquakes": kept, "catalogue_until": resume.isoformat()})
+
+    def _in_windows(self, cursor: Cursor, now: datetime) -> Iterator[Step]:
+        """Windows that double over silence, so that years of it cost a few questions, and halve on large answers."""
+        start = datetime.fromisoformat(cursor["until"]) if "until" in cursor else self.since
+        window = timedelta(seconds=cursor.get("window", FIRST_WINDOW.total_seconds()))
+        while start < now:
+            end = min(start + window, now)
+            try:
+                body = self._waveforms(start, end)
+                arrivals = () if body is None else (self._named(start, end, body),)
+            except TooLargeError as error:
+                if end - start > SHORTEST_WINDOW:
+                    window = max((end - start) / 2, SHORTEST_WINDOW)
+                    continue
+                body, arrivals = None, (self._refused(start, end, error),)
+            reached = end
+            if end > now - LATE and not (arrivals and arrivals[0].refusal):
+                reached = complete_until(body, len(self.channels), start, now - LATE)
+            if body is None or len(body) < self.client.settings.max_answer_bytes // 16:
+                window = min(2 * window, LONGEST_WINDOW)
+            elif len(body) > self.client.settings.max_answer_bytes // 4:
+                window = max(window / 2, SHORTEST_WINDOW)
+            yield Step(arrivals, {**cursor, "until": reached.isoformat(), "window": window.total_seconds()})
+            if end >= now:
+                return
+            start = reached
+
+    def _arrivals(self, start: datetime, end: datetime) -> Iterator[Arrival]:
+        """The waveforms of a time, in halves where they are too large in one."""
+        try:
+            body = self._waveforms(start, end)
+        except TooLargeError as error:
+            if end - start <= SHORTEST_WINDOW:
+                yield self._refused(start, end, error)
+                return
+            middle = start + (end - start) / 2
+            yield from self._arrivals(start, middle)
+            yield from self._arrivals(middle, end)
+            return
+        if body is not None:
+            yield self._named(start, end, body)
+
+    def _waveforms(self, start: datetime, end: datetime) -> bytes | None:
+        codes = list(zip(*(channel.split(".") for channel in self.channels), strict=True))
+        names = ("network", "station", "location", "channel")
+        asked = {name: _either(code or "--" for code in column) for name, column in zip(names, codes, strict=True)}
+        asked |= {"starttime": _written(start), "endtime": _written(end)}
+        answer = self.client.get(f"{self.address}/fdsnws/dataselect/1/query", asked)
+        if answer.status not in (200, 204, 404):
+            raise SourceError(f"{self.address} answered {answer.status} to a question without a condition")
+        return None if answer.is_empty or not answer.body else answer.body
+
+    def _named(self, start: datetime, end: datetime, body: bytes) -> Arrival:
+        name = f"{start:%Y%m%dT%H%M%S}-{end:%Y%m%dT%H%M%S}.mseed"
+        return Arrival(name=name, origin=self._origin(start, end), data=body)
+
+    def _refused(self, start: datetime, end: datetime, error: SourceError) -> Arrival:
+        return Arrival(
+            name=f"{start:%Y%m%dT%H%M%S}.mseed", origin=self._origin(start, end), data=None, refusal=str(error)
+        )
+
+    def _origin(self, start: datetime, end: datetime) -> str:
+        return f"{self.address}/fdsnws/dataselect/1/query?starttime={_written(start)}&endtime={_written(end)}"
+
+
+def _either(codes: Iterator[str]) -> str:
+    return ",".join(dict.fromkeys(codes))
+
+
+def _written(time: datetime) -> str:
+    return time.astimezone(UTC).strftime("%Y-%m-%dT%H:%M:%S.%f")

@@ -1,0 +1,61 @@
+"""The source that a building file names."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from datetime import timedelta
+from pathlib import Path
+
+from service.building_file import BuildingFile, SourceFile
+from service.settings import Settings
+from service.sources.archive import Archive
+from service.sources.arrival import Source
+from service.sources.catalogue import Catalogue
+from service.sources.fdsnws import EARLIEST, FdsnWebServices
+from service.sources.folder import Folder
+from service.sources.http import Client, client
+
+
+@contextmanager
+def opened(
+    building: BuildingFile, source: SourceFile, settings: Settings, sleep: Callable[[float], object]
+) -> Iterator[Source]:
+    """The source, with its connections closed afterwards."""
+    if source.kind == "folder":
+        yield Folder(Path(source.location), settings.max_answer_bytes, settings.settle_time)
+        return
+    asking = client(settings, sleep)
+    try:
+        if source.kind == "archive":
+            yield Archive(source.location, asking)
+        else:
+            yield _fdsnws(building, source, asking)
+    finally:
+        asking.http.close()
+
+
+def _fdsnws(building: BuildingFile, source: SourceFile, asking: Client) -> FdsnWebServices:
+    return FdsnWebServices(
+        address=_server(source.location),
+        channels=tuple(channel.id for channel in building.description.channels),
+        since=source.since or EARLIEST,
+        catalogue=_catalogue(building, source, asking) if source.data == "events" else None,
+        client=asking,
+    )
+
+
+def _catalogue(building: BuildingFile, source: SourceFile, asking: Client) -> Catalogue:
+    within = None
+    if source.maximum_radius is not None and building.latitude is not None and building.longitude is not None:
+        within = (building.latitude, building.longitude, source.maximum_radius)
+    return Catalogue(
+        address=_server(source.catalogue or source.location),
+        before=timedelta(seconds=source.before),
+        after=timedelta(seconds=source.after),
+        minimum_magnitude=source.minimum_magnitude,
+        within=within,
+        client=asking,
+    )
+
+
+def _server(location: str) -> str:
+    return location.split("/fdsnws")[0].rstrip("/")

@@ -1,0 +1,107 @@
+"""Where in a continuous record the earthquakes are: STA/LTA on several channels together.
+
+Allen (1978), Bull. Seism. Soc. Am. 68, 1521; the ratio and the coincidence are ObsPy's.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
+
+import numpy as np
+from obspy import Stream, Trace, UTCDateTime
+from obspy.signal.trigger import coincidence_trigger
+
+from core.record import Segment
+
+LOWEST = 0.5
+"""Hz, of the high-pass filter before the ratio: an offset or a drift would hide the shaking."""
+
+
+@dataclass(frozen=True, slots=True)
+class TriggerSettings:
+    """When shaking is an earthquake, and how much is kept around it."""
+
+    short: float
+    """s, short-term window."""
+    long: float
+    """s, long-term window: nothing triggers before one of it has been recorded."""
+    on: float
+    """Ratio that begins an event."""
+    off: float
+    """Ratio that ends it."""
+    channels: int
+    """That must trigger together; all of them, if the building has fewer."""
+    floor: float
+    """m/s², peak below which nothing is an event."""
+    before: timedelta
+    after: timedelta
+
+
+@dataclass(frozen=True, slots=True)
+class Window:
+    """A time that holds one earthquake, with its memory before and after."""
+
+    start: datetime
+    end: datetime
+
+
+def windows(segments: Sequence[Segment], settings: TriggerSettings) -> tuple[Window, ...]:
+    """The earthquakes in continuous records, earliest first; windows that touch are one.
+
+    Args:
+        segments: accelerations, SI, any number of pieces a channel; pieces may overlap.
+        settings: when shaking is an earthquake.
+    """
+    stream = _stream(segments, settings)
+    if not stream:
+        return ()
+    wanted = min(settings.channels, len({trace.id for trace in stream}))
+    triggers = coincidence_trigger(
+        "recstalta", settings.on, settings.off, stream, wanted, sta=settings.short, lta=settings.long
+    )
+    found = []
+    for trigger in triggers:
+        start, end = trigger["time"], trigger["time"] + trigger["duration"]
+        if _peak(stream, start, end) >= settings.floor:
+            found.append(Window(_aware(start) - settings.before, _aware(end) + settings.after))
+    return _joined(found)
+
+
+def _stream(segments: Sequence[Segment], settings: TriggerSettings) -> Stream:
+    """The pieces, one where they meet or overlap, of those long enough for the ratio."""
+    stream = Stream()
+    for segment in segments:
+        network, station, location, channel = segment.channel.split(".")
+        header = {
+            "network": network,
+            "station": station,
+            "location": location,
+            "channel": channel,
+            "starttime": UTCDateTime(segment.start),
+            "sampling_rate": segment.rate,
+        }
+        stream.append(Trace(segment.samples.copy(), header))
+    stream.merge(method=1, interpolation_samples=0)
+    stream = stream.split()
+    stream.traces = [trace for trace in stream if trace.stats.endtime - trace.stats.starttime > settings.long]
+    return stream.detrend("constant").filter("highpass", freq=LOWEST)
+
+
+def _peak(stream: Stream, start: UTCDateTime, end: UTCDateTime) -> float:
+    pieces = stream.slice(start, end)
+    return max((float(np.abs(trace.data).max()) for trace in pieces if trace.stats.npts), default=0.0)
+
+
+def _joined(found: Sequence[Window]) -> tuple[Window, ...]:
+    joined: list[Window] = []
+    for window in sorted(found, key=lambda window: window.start):
+        if joined and window.start <= joined[-1].end:
+            joined[-1] = Window(joined[-1].start, max(joined[-1].end, window.end))
+        else:
+            joined.append(window)
+    return tuple(joined)
+
+
+def _aware(time: UTCDateTime) -> datetime:
+    moment: datetime = time.datetime
+    return moment.replace(tzinfo=UTC)
