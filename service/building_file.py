@@ -75,7 +75,8 @@ def read(text: str, folder: Path) -> BuildingFile:
         document = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise BuildingFileError((f"this is not TOML: {error}",)) from None
-    problems = [*_wrong_keys(document), *_wrong_levels(document), *_wrong_channels(document)]
+    checks = (_wrong_keys, _wrong_levels, _wrong_source, _wrong_channels)
+    problems = [problem for check in checks for problem in check(document)]
     if problems:
         placed = sorted((line_of(text, path), number, path) for number, (path, _) in enumerate(problems))
         raise BuildingFileError(
@@ -162,6 +163,14 @@ def _wrong_levels(document: Mapping[str, Any]) -> Iterator[Problem]:
             yield ("level", index), "mass is missing (kg)"
         if index < 2 and "stiffness" in level:
             yield ("level", index, "stiffness"), "only a floor has a storey below it; leave it out here"
+
+
+def _wrong_source(document: Mapping[str, Any]) -> Iterator[Problem]:
+    """A radius around nowhere."""
+    source = document.get("source")
+    placed = "latitude" in document and "longitude" in document
+    if isinstance(source, dict) and "maximum_radius" in source and not placed:
+        yield ("source", "maximum_radius"), "around where? give latitude and longitude at the top of the file"
 
 
 def _wrong_channels(document: Mapping[str, Any]) -> Iterator[Problem]:

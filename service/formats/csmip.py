@@ -5,8 +5,8 @@ header of 25 lines, 100 integers, 100 reals, then three series, each after a lin
 """
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from datetime import UTC, datetime
+from collections.abc import Mapping, Sequence
+from datetime import UTC, datetime, timedelta, timezone
 
 import numpy as np
 
@@ -16,16 +16,23 @@ from service.formats.trace import Contents, Trace
 from service.formats.units import Gain, unit_gain
 
 FIRST = re.compile(rb"corrected accelerogram", re.IGNORECASE)
-START = re.compile(r"Start time:\s*(\d+/\s*\d+/\d+,\s*\d+:\s*\d+:\s*[\d.]+)\s*(UTC|GMT)", re.IGNORECASE)
-STATION = re.compile(r"Station No\.\s*(\S+)")
-CHANNEL = re.compile(r"^Chan\s+(\d+):\s*(.*?)\s*(?:Location:\s*(.*))?$")
+START = re.compile(
+    r"(?:Start|Trigger) time:\s*(\d+/\s*\d+/\d+,\s*\d+:\s*\d+:\s*[\d.]+)\s*(UTC|GMT|PST|PDT)", re.IGNORECASE
+)
+ZONES = {"UTC": 0, "GMT": 0, "PST": -8, "PDT": -7}
+"""h ahead of UTC; older files give California's time."""
+HEADER_LINES = 25
+STATION = re.compile(r"Station No\.\s*(\S+)", re.IGNORECASE)
+CHANNEL = re.compile(r"^Chan\s+(\d+):\s*(.*?)\s*(?:Location:\s*(.*))?$", re.IGNORECASE)
 PEAK = re.compile(r"Peak\s+(acceleration|velocity|displacement)\s*=\s*(-?[\d.]+)", re.IGNORECASE)
 SERIES = re.compile(
-    r"\s*(\d+) points of (accel|veloc|displ) data equally spaced at\s+([\d.]+)\s*sec,"
-    r" in (cm/sec2|cm/sec|cm)\.?\s*\((\d+)f(\d+)\.(\d+)\)",
+    r"\s*(\d+) points of (accel|veloc|displ) data equally spaced at\s+([\d.]+)\s*sec[,.]\s*"
+    r"(?:in|\(units:) ([a-z/]+2?)[.)]?(?:\s*\((\d+)f(\d+)\.\d+\))?",
     re.IGNORECASE,
 )
 END = re.compile(r"/&\s*-*\s*End of data for channel")
+COLUMNS, WIDTH = 8, 10
+"""Where the line before the numbers does not say it."""
 CODES = {"acceleration": "ACC", "velocity": "VEL", "displacement": "DIS"}
 PRINTED = 0.001
 """cm, s: the last digit of the header's peaks."""
@@ -43,31 +50,37 @@ def read_csmip(name: str, data: bytes, gains: Mapping[str, Gain]) -> Contents:
     if not ends:
         raise FormatError(f"{name} is truncated: no line says 'End of data for channel'; fetch it again")
     starts = [0, *(end + 1 for end in ends[:-1])]
-    traces = (trace for start, end in zip(starts, ends, strict=True) for trace in _channel(name, lines[start:end]))
+    traces: list[Trace] = []
+    for start, end in zip(starts, ends, strict=True):
+        traces += _channel(name, lines[start:end])
     return Contents("waveforms", tuple(traces))
 
 
-def _channel(name: str, lines: Sequence[str]) -> Iterator[Trace]:
+def _channel(name: str, lines: Sequence[str]) -> list[Trace]:
     """The series of one channel, each checked against the peak that the header prints."""
-    header = [line.rstrip() for line in lines[:25]]
-    station, start = _match(name, header, STATION, "Station No.")[1], _start(name, header)
+    header = [line.rstrip() for line in lines[:HEADER_LINES]]
+    found = [(at, series) for at, line in enumerate(lines) if (series := SERIES.match(line))]
+    if not found:
+        raise FormatError(f"{name} has no line 'points of accel data equally spaced at ...'; corrected data would do")
+    return [_series(name, header, lines[at + 1 :], series) for at, series in found]
+
+
+def _series(name: str, header: Sequence[str], lines: Sequence[str], series: re.Match[str]) -> Trace:
+    station = _match(name, header, STATION, "Station No.")[1]
     number, orientation, location = _match(name, header, CHANNEL, "Chan").groups(default="")
+    what, unit = f"{series[2].lower()} of channel {number} in {name}", unit_gain(series[4])
+    numbers = _numbers(what, lines, series)
     peaks = {peak[1].lower(): abs(float(peak[2])) for line in header if (peak := PEAK.match(line))}
-    for at, line in enumerate(lines):
-        if not (series := SERIES.match(line)):
-            continue
-        unit = unit_gain(series[4])
-        numbers = _numbers(f"{series[2]} of channel {number} in {name}", lines[at + 1 :], series)
-        _check_peak(f"{series[2]} of channel {number} in {name}", numbers, peaks.get(unit.quantity))
-        yield Trace(
-            channel=f"CE.{station}.{int(number):02d}.{CODES[unit.quantity]}",
-            start=start,
-            rate=1 / float(series[3]),
-            numbers=numbers,
-            gain=unit.si_per_count,
-            quantity=unit.quantity,
-            sensor=", ".join(part for part in (orientation, location) if part),
-        )
+    _check_peak(what, numbers, peaks.get(unit.quantity))
+    return Trace(
+        channel=f"CE.{station}.{int(number):02d}.{CODES[unit.quantity]}",
+        start=_start(name, header),
+        rate=1 / float(series[3]),
+        numbers=numbers,
+        gain=unit.si_per_count,
+        quantity=unit.quantity,
+        sensor=", ".join(part for part in (orientation, location) if part),
+    )
 
 
 def _match(name: str, header: Sequence[str], pattern: re.Pattern[str], label: str) -> re.Match[str]:
@@ -78,16 +91,17 @@ def _match(name: str, header: Sequence[str], pattern: re.Pattern[str], label: st
 
 
 def _start(name: str, header: Sequence[str]) -> datetime:
-    text = _match(name, header, START, "Start time: month/day/year, hour:minute:second UTC")[1]
+    found = _match(name, header, START, "Start time: month/day/year, hour:minute:second UTC")
     try:
-        return datetime.strptime(text.replace(" ", ""), "%m/%d/%y,%H:%M:%S.%f").replace(tzinfo=UTC)
+        local = datetime.strptime(found[1].replace(" ", ""), "%m/%d/%y,%H:%M:%S.%f")
     except ValueError:
-        raise FormatError(f"the start time of {name} is {text!r}; month/day/year, h:m:s.s in UTC would do") from None
+        raise FormatError(f"the start of {name} is {found[1]!r}; month/day/year, hour:minute:second would do") from None
+    return local.replace(tzinfo=timezone(timedelta(hours=ZONES[found[2].upper()]))).astimezone(UTC)
 
 
 def _numbers(what: str, lines: Sequence[str], series: re.Match[str]) -> Vector:
     """(n,) cm, s: numbers in columns of fixed width, which may touch."""
-    count, columns, width = int(series[1]), int(series[5]), int(series[6])
+    count, columns, width = int(series[1]), int(series[5] or COLUMNS), int(series[6] or WIDTH)
     rows = lines[: -(-count // columns)]
     text = "".join(row.ljust(columns * width)[: columns * width] for row in rows)
     fields = np.frombuffer(text.encode("ascii", errors="replace"), dtype=f"S{width}")[:count]

@@ -244,6 +244,14 @@ def test_a_missing_key_is_named_with_its_table(key: str) -> None:
     assert any(message in found for found in problems(text)), problems(text)
 
 
+def test_a_radius_needs_a_centre() -> None:
+    text = SMALL.replace("latitude = 35.5\n", "").replace('kind = "folder"', 'kind = "fdsnws"\nmaximum_radius = 3.0')
+    assert problems(text) == (
+        f"line {line(text, 'maximum')}: source.maximum_radius: around where? give latitude and longitude at the top of "
+        f"the file",
+    )
+
+
 def test_all_that_is_wrong_is_told_at_once_in_the_order_of_the_file() -> None:
     text = SMALL.replace("mass = 2.7e6", "mas = 2.7e6").replace('"Asia/Tokyo"', '"Mars"').replace("gal", "m")
     found = problems(text)
