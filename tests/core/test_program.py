@@ -46,4 +46,13 @@ def test_an_effect_that_scales_acts_on_those_that_read_the_scale() -> None:
 def test_the_source_has_one_branch_for_every_effect() -> None:
     text = source(EFFECTS)
     assert text.count("opcode[s] ==") == len(EFFECTS)
-    assert all(f"= {name}(" in text for name in EFFECTS)
+    assert all(f"= law_{name}(" in text for name in EFFECTS)
+
+
+@pytest.mark.parametrize("name", ["temperature", "strength", "force", "opcode"])
+def test_an_effect_may_bear_the_name_of_what_laws_read(name: str) -> None:
+    only = {name: EFFECTS["elastic"]}
+    slot = np.zeros(1, dtype=int)
+    stiffness = np.array([2e6])
+    force = compiled(only)(0.1, 0.0, 0.0, 0.0, 1.0, 20.0, 0.0, slot, slot, slot, stiffness, np.zeros(0), np.zeros(0))
+    assert force == pytest.approx(2e5)
