@@ -12,6 +12,7 @@ from service.formats import Gain, Trace
 
 
 def data_of(session: Session, recording: Recording) -> bytes:
+    """The bytes as they came."""
     content = select(Content).where(Content.sha256 == recording.sha256).options(undefer(Content.data))
     return session.scalars(content).one().data
 
