@@ -43,6 +43,7 @@ def history(until: datetime, count: int, motions: Sequence[str], rng: np.random.
         motions: names to choose from; none is used twice before each was used once.
         rng: the dice.
     """
+    until = until.replace(microsecond=0)
     room = YEARS - count * APART
     moments = np.sort(rng.uniform(0.0, room.total_seconds(), count))
     arrivals = [until - YEARS + timedelta(seconds=round(s, 2)) + n * APART for n, s in enumerate(moments)]
@@ -54,11 +55,10 @@ def history(until: datetime, count: int, motions: Sequence[str], rng: np.random.
     )
 
 
-def next_earthquake(
-    earlier: Sequence[Earthquake], arrival: datetime, motions: Sequence[str], rng: np.random.Generator
-) -> Earthquake:
+def next_earthquake(number: int, arrival: datetime, motions: Sequence[str], rng: np.random.Generator) -> Earthquake:
     """One more earthquake, of middling strength so that it can be seen."""
-    return Earthquake(len(earlier), arrival, str(rng.choice(motions)), float(rng.uniform(0.3, 1.0)), 6e4)
+    peak = float(rng.uniform(0.3, 1.0))
+    return Earthquake(number, arrival.replace(microsecond=0), str(rng.choice(motions)), peak, north=6e4)
 
 
 def peak_accelerations(count: int) -> Vector:

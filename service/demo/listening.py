@@ -7,13 +7,13 @@ from contextlib import contextmanager
 from threading import Thread
 
 import uvicorn
-from uvicorn._types import ASGIApplication
+from starlette.applications import Starlette
 
 LOOPBACK = "127.0.0.1"
 
 
 @contextmanager
-def listening(application: ASGIApplication, port: int = 0) -> Iterator[str]:
+def listening(application: Starlette, port: int = 0) -> Iterator[str]:
     """The address under which the application answers on loopback, from a thread; port 0 takes a free one."""
     with socket.create_server((LOOPBACK, port)) as door:
         server = uvicorn.Server(uvicorn.Config(application, log_level="warning", lifespan="off"))
@@ -26,3 +26,14 @@ def listening(application: ASGIApplication, port: int = 0) -> Iterator[str]:
         finally:
             server.should_exit = True
             thread.join(timeout=10.0)
+
+
+def free_port(wanted: int) -> int:
+    """The wanted port if nobody listens there, else a free one."""
+    for port in (wanted, 0):
+        try:
+            with socket.create_server((LOOPBACK, port)) as door:
+                return int(door.getsockname()[1])
+        except OSError:
+            continue
+    raise OSError(f"no port is free at {LOOPBACK}")

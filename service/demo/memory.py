@@ -1,8 +1,8 @@
 """The simulated building's past and future in a folder: earthquakes and the records that are made of them."""
 
 import json
-from collections.abc import Callable, Sequence
-from dataclasses import asdict, replace
+from collections.abc import Sequence
+from dataclasses import asdict
 from datetime import datetime, timedelta
 from pathlib import Path
 
@@ -11,11 +11,14 @@ import numpy as np
 from service.demo.archive import Archive
 from service.demo.catalogue import Earthquake, history, next_earthquake, quakeml
 from service.demo.motions import GroundMotion
-from service.demo.recorder import BEFORE, duration, record
-from service.demo.site import LATITUDE, LONGITUDE, inventory
+from service.demo.recorder import record
+from service.demo.site import AFTER_ORIGIN, LATITUDE, LONGITUDE
 
 FILE = "earthquakes.json"
 SEED = 2006
+RECORDED = timedelta(seconds=AFTER_ORIGIN)
+"""After which the record of an earthquake is complete, however long its motion."""
+APART = timedelta(minutes=5)
 
 
 def remembered(folder: Path, now: datetime, count: int, motions: Sequence[GroundMotion]) -> tuple[Earthquake, ...]:
@@ -36,15 +39,6 @@ def remember(folder: Path, earthquakes: Sequence[Earthquake]) -> None:
     fresh.replace(folder / FILE)
 
 
-def archive(earthquakes: Sequence[Earthquake], motions: Sequence[GroundMotion], done: Callable[[], None]) -> Archive:
-    """The monitoring server's archive of these earthquakes; `done` is called after each."""
-    held = Archive(inventory())
-    for earthquake in earthquakes:
-        strike(held, earthquake, motions)
-        done()
-    return held
-
-
 def strike(held: Archive, earthquake: Earthquake, motions: Sequence[GroundMotion]) -> None:
     """Record an earthquake."""
     motion = next(motion for motion in motions if motion.name == earthquake.motion)
@@ -52,11 +46,14 @@ def strike(held: Archive, earthquake: Earthquake, motions: Sequence[GroundMotion
 
 
 def one_more(folder: Path, earlier: Sequence[Earthquake], now: datetime, motions: Sequence[GroundMotion]) -> Earthquake:
-    """An earthquake whose record has just ended."""
-    shortest = sorted(motions, key=duration)[: len(motions) // 2]
-    names = [motion.name for motion in shortest]
-    fresh = next_earthquake(earlier, now, names, np.random.default_rng([SEED, len(earlier)]))
-    motion = next(motion for motion in shortest if motion.name == fresh.motion)
-    ended = replace(fresh, arrival=now - duration(motion) + timedelta(seconds=BEFORE))
-    remember(folder, (*earlier, ended))
-    return ended
+    """An earthquake that the monitoring server has just finished recording; the folder remembers it."""
+    names = [motion.name for motion in motions]
+    fresh = next_earthquake(len(earlier), now - RECORDED, names, np.random.default_rng([SEED, len(earlier)]))
+    remember(folder, (*earlier, fresh))
+    return fresh
+
+
+def until_next(earlier: Sequence[Earthquake], now: datetime, wanted: timedelta) -> timedelta:
+    """How long to wait before one more earthquake: as wanted, or longer, so that no two records overlap."""
+    latest = max(earthquake.arrival for earthquake in earlier)
+    return max(wanted, latest + APART + RECORDED - now)

@@ -1,7 +1,6 @@
 """What the simulated building's monitoring server records of an earthquake."""
 
 from collections.abc import Mapping
-from datetime import timedelta
 
 import numpy as np
 from obspy import Trace, UTCDateTime
@@ -27,11 +26,6 @@ def record(earthquake: Earthquake, motion: GroundMotion, seed: int) -> list[Trac
         for direction, ground in zip(DIRECTIONS, shaking, strict=True)
     }
     return [_digitized(sensor, measured[sensor.direction], earthquake, rng) for sensor in sensors()]
-
-
-def duration(motion: GroundMotion) -> timedelta:
-    """How long the record of a motion is."""
-    return timedelta(seconds=BEFORE + AFTER + motion.acceleration.shape[1] / motion.rate)
 
 
 def _measured(ground: Vector, response: Response) -> Mapping[tuple[str, str], Vector]:

@@ -17,6 +17,7 @@ RATE = 100.0  # Hz
 RUBBER_HEIGHT = 0.2  # m, displacement of 100 % shear strain (paper, section 8)
 GROUND, BASE, FLOORS = "ground", "1F", ("2F", "3F", "4F", "5F", "6F", "7F", "roof")
 DIRECTIONS: tuple[Direction, ...] = ("x", "y")
+BEFORE_ORIGIN, AFTER_ORIGIN = 30.0, 180.0  # s, in which every record of the demo lies
 OPENED = UTCDateTime(2000, 1, 1)
 UNITS = {"acceleration": "M/S**2", "displacement": "M"}
 
@@ -81,7 +82,7 @@ def building_file(server: str) -> str:
         f"c_b = {layer['viscous']['c_b']:.1f}",
         f"F_y = {layer['bouc_wen']['F_y']:.1f}",
         f"D_y = {layer['bouc_wen']['D_y']}",
-        f'[source]\nkind = "fdsnws"\nlocation = "{server}"',
+        f'[source]\nkind = "fdsnws"\nlocation = "{server}"\nbefore = {BEFORE_ORIGIN}\nafter = {AFTER_ORIGIN}',
     ]
     lines += [
         f'[[channel]]\nid = "{s.id}"\nlevel = "{s.level}"\ndirection = "{s.direction}"\nquantity = "{s.quantity}"'

@@ -1,0 +1,65 @@
+"""`menshin demo`: a simulated building behind a real monitoring server, watched as a real one would be."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+app = typer.Typer(no_args_is_help=True)
+
+
+@app.command()
+def demo(
+    folder: Annotated[
+        Path | None,
+        typer.Option(file_okay=False, help="Where the demonstration is kept; default: the user's data folder."),
+    ] = None,
+    port: Annotated[
+        int,
+        typer.Option(min=0, max=65535, help="Port of the page and the API; another one if it is taken, 0: a free one."),
+    ] = 8000,
+    earthquakes: Annotated[
+        int, typer.Option(min=2, max=500, help="Earthquakes of the past three years, where the folder holds none yet.")
+    ] = 32,
+    next_after: Annotated[float, typer.Option(min=0, help="Seconds until one more earthquake happens.")] = 60.0,
+    reset: Annotated[bool, typer.Option("--reset", help="Forget what the folder holds and start anew.")] = False,
+) -> None:
+    """Watch a simulated base-isolated building: recorded ground motions, a real monitoring server, the whole service.
+
+    A second start carries on where the first one ended.
+    """
+    from datetime import UTC, datetime, timedelta
+
+    from platformdirs import user_data_path
+    from rich.console import Console
+
+    from service.demo.listening import free_port
+    from service.demo.motions import MotionsMissingError, recorded
+    from service.demo.performance import perform, settings_of
+    from service.demo.stage import forget, prepared
+    from service.demo.telling import bars
+
+    console = Console()
+    kept = (folder or user_data_path("menshin") / "demo").resolve()
+    try:
+        if reset:
+            forget(kept)
+        with bars(console) as bar:
+            reading = bar.add_task("reading recorded ground motions", total=1)
+            motions = recorded()
+            bar.advance(reading)
+            striking = bar.add_task("simulating earthquakes", total=earthquakes)
+            now = datetime.now(UTC)
+            stage = prepared(
+                kept, motions, earthquakes, now, lambda done, of: bar.update(striking, completed=done, total=of)
+            )
+    except MotionsMissingError as missing:
+        typer.echo(str(missing), err=True)
+        raise typer.Exit(1) from None
+    except KeyboardInterrupt:
+        raise typer.Exit(0) from None
+    free = free_port(port)
+    if port not in {0, free}:
+        console.print(f"[yellow]port {port} is taken: port {free} is used instead[/]")
+    console.print(f"kept in {kept}", soft_wrap=True)
+    perform(stage, settings_of(kept, free), timedelta(seconds=next_after), console)

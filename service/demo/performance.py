@@ -1,0 +1,69 @@
+"""The demonstration itself: the monitoring server answers, and the service watches it by its production path."""
+
+import logging
+import tomllib
+from contextlib import ExitStack
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from threading import Thread
+
+from rich.console import Console
+from sqlalchemy.orm import Session
+
+from service import buildings, roles
+from service.demo.listening import LOOPBACK, free_port, listening
+from service.demo.server import application
+from service.demo.site import CODE, building_file
+from service.demo.stage import BUILDING, DATABASE, Stage
+from service.demo.telling import tell
+from service.settings import Settings
+
+POLL_INTERVAL = 5.0  # s, so that a spectator need not wait
+
+
+def perform(stage: Stage, settings: Settings, next_after: timedelta, console: Console) -> None:
+    """Serve, fetch and analyse until asked to end."""
+    logging.basicConfig(level=logging.WARNING, format="%(levelname)s %(name)s: %(message)s")
+    with ExitStack() as stack:
+        stop = stack.enter_context(roles.signalled())
+        server = stack.enter_context(listening(application(stage.archive), free_port(_port_before(stage.folder))))
+        console.print(f"monitoring server of the simulated building: {server}/fdsnws/")
+        sessions = stack.enter_context(roles.migrated(settings))
+        with sessions.begin() as session:
+            put_under_watch(session, stage.folder, server)
+        stack.enter_context(roles.running(settings, stop, poll=True, work=True))
+        teller = Thread(target=tell, args=(stage, sessions, next_after, stop, console), name="teller")
+        teller.start()
+        stack.callback(teller.join)
+        stack.callback(stop.set)
+        console.print(f"[bold]Menshin answers at http://{LOOPBACK}:{settings.port}/[/] (Ctrl-C ends it)")
+        roles.api(settings, stop)
+    console.print("ended; the next start carries on from here")
+
+
+def settings_of(folder: Path, port: int) -> Settings:
+    """Settings as they are in force, but with a database and a port of the demonstration's own."""
+    return Settings(
+        database_url=f"sqlite:///{folder / DATABASE}", host=LOOPBACK, port=port, poll_interval=POLL_INTERVAL
+    )
+
+
+def put_under_watch(session: Session, folder: Path, server: str) -> None:
+    """Add the building, or tell where its monitoring server is now; its file lies in the folder for all to read."""
+    text, now = building_file(server), datetime.now(UTC)
+    (folder / BUILDING).write_text(text)
+    try:
+        buildings.find(session, CODE)
+    except buildings.BuildingError:
+        buildings.add(session, text, folder, now)
+    else:
+        buildings.update_description(session, text, folder, now)
+
+
+def _port_before(folder: Path) -> int:
+    """The monitoring server's port of the last time, 0 if there was none."""
+    file = folder / BUILDING
+    if not file.exists():
+        return 0
+    address: str = tomllib.loads(file.read_text())["source"]["location"]
+    return int(address.rpartition(":")[2])
