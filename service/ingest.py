@@ -58,9 +58,9 @@ def read(session: Session, recording: Recording, now: datetime, *, settings: Set
     except FormatError as error:
         unit_is_missing = isinstance(error, UnknownUnitError)
         recording.kind = "waveforms" if unit_is_missing else recording.kind
-        recording.state, recording.reason = "refused", str(error)
+        recording.state, recording.reason = "refused", _refusal(error, described)
         return
-    recording.reason = _left_out(contents, traces)
+    recording.reason = _left_out(contents, described)
     if contents.kind == "station":
         session.flush()
         _read_again_with_gains(session, building)
@@ -101,13 +101,23 @@ def _check_clock(traces: Iterable[Trace], now: datetime) -> None:
             )
 
 
-def _left_out(contents: Contents, traces: tuple[Trace, ...]) -> str | None:
+def _refusal(error: FormatError, described: BuildingFile) -> str:
+    """Why nothing of a file could be used; that its channels are not the building's goes before their unit."""
+    known = [channel.id for channel in described.description.channels]
+    if isinstance(error, UnknownUnitError) and not set(error.channels) & set(known):
+        return f"no channel of this building: found {', '.join(error.channels)}; the building has {', '.join(known)}"
+    return str(error)
+
+
+def _left_out(contents: Contents, described: BuildingFile) -> str | None:
     """What of a file that was read could not be used, for the engineer; None if nothing."""
-    used = {trace.channel for trace in traces}
-    strangers = list(dict.fromkeys(trace.channel for trace in contents.traces if trace.channel not in used))
+    known = {channel.id for channel in described.description.channels}
+    there = [*(trace.channel for trace in contents.traces), *contents.without_unit]
+    strangers = [channel for channel in dict.fromkeys(there) if channel not in known]
+    unitless = tuple(channel for channel in contents.without_unit if channel in known)
     reasons = list(contents.remarks)
-    if contents.without_unit:
-        reasons.append(str(UnknownUnitError(contents.without_unit)))
+    if unitless:
+        reasons.append(str(UnknownUnitError(unitless)))
     if strangers:
         reasons.append(f"channels that the building file does not name were left out: {', '.join(strangers)}")
     return "; ".join(reasons) or None

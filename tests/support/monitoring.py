@@ -1,0 +1,226 @@
+"""A monitoring server on loopback that misbehaves on demand, and records for it to serve."""
+
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from datetime import UTC, datetime, timedelta
+from email.utils import format_datetime
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from io import BytesIO
+from time import monotonic
+
+import numpy as np
+from obspy import Stream, Trace, UTCDateTime
+
+BUILDING = """
+code = "TOWER"
+name = "A tower"
+[[level]]
+name = "ground"
+role = "ground"
+[[level]]
+name = "base"
+role = "base"
+mass = 1e5
+[[level]]
+name = "roof"
+mass = 1e5
+[source]
+kind = "{kind}"
+location = "{location}"
+{more}
+[[channel]]
+id = "XX.TOWER.00.HNX"
+level = "ground"
+direction = "x"
+quantity = "acceleration"
+{gain}
+[[channel]]
+id = "XX.TOWER.01.HNX"
+level = "base"
+direction = "x"
+quantity = "acceleration"
+{gain}
+[[channel]]
+id = "XX.TOWER.02.HNX"
+level = "roof"
+direction = "x"
+quantity = "acceleration"
+{gain}
+"""
+LOCATIONS = ("00", "01", "02")
+START = datetime(2024, 1, 1, tzinfo=UTC)
+GAIN = 1e-6
+RATE = 100.0
+
+
+def building_file(kind: str = "folder", location: str = ".", more: str = "", gain: str = f"gain = {GAIN}") -> str:
+    """A building of three levels with an accelerometer each."""
+    return BUILDING.format(kind=kind, location=location, more=more, gain=gain)
+
+
+def stream(
+    start: datetime = START, seconds: float = 20, locations: tuple[str, ...] = LOCATIONS, seed: int = 1
+) -> Stream:
+    """Noise of about 0.1 m/s² in counts."""
+    rng = np.random.default_rng(seed)
+    count = round(seconds * RATE)
+    return Stream(
+        Trace(
+            np.round(1e5 * rng.standard_normal(count)).astype(np.int32),
+            {
+                "network": "XX",
+                "station": "TOWER",
+                "location": location,
+                "channel": "HNX",
+                "starttime": UTCDateTime(start),
+                "sampling_rate": RATE,
+            },
+        )
+        for location in locations
+    )
+
+
+def miniseed(traces: Stream) -> bytes:
+    """As a logger writes it."""
+    file = BytesIO()
+    traces.write(file, format="MSEED", reclen=512)
+    return file.getvalue()
+
+
+@dataclass
+class Page:
+    """What stands at an address."""
+
+    body: bytes = b""
+    status: int = 200
+    headers: dict[str, str] = field(default_factory=dict)
+    failures: int = 0
+    """Times that it answers 500 first."""
+    breaks_after: int | None = None
+    """Bytes after which the first answer breaks off."""
+    stalls: bool = False
+    """Whether it stops after the first byte."""
+    promised: int | None = None
+    """Content-Length, where it is not the body's."""
+
+
+@dataclass
+class Server:
+    """The pages by path, and what was asked."""
+
+    address: str = ""
+    pages: dict[str, Page] = field(default_factory=dict)
+    asked: list[tuple[str, dict[str, str]]] = field(default_factory=list)
+    """Path with query, and headers."""
+    ended: threading.Event = field(default_factory=threading.Event)
+    waveforms: Stream | None = None
+    """Answers dataselect, where it is given."""
+    most: int = 10**12
+    """Samples beyond which dataselect answers 413."""
+
+    def add(self, path: str, body: bytes, changed: datetime = START) -> Page:
+        """A file."""
+        self.pages[path] = Page(body, headers={"Last-Modified": format_datetime(changed, usegmt=True)})
+        return self.pages[path]
+
+
+@contextmanager
+def serving() -> Iterator[Server]:
+    """A server on a free port of loopback."""
+    server = Server()
+
+    class Handler(BaseHTTPRequestHandler):
+        protocol_version = "HTTP/1.1"
+
+        def do_GET(self) -> None:
+            answer(self, server)
+
+        def log_message(self, format: str, *values: object) -> None:
+            """Silence: what was asked is kept in `asked`."""
+
+    http = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+    http.daemon_threads = True
+    server.address = f"http://127.0.0.1:{http.server_port}"
+    thread = threading.Thread(target=http.serve_forever, kwargs={"poll_interval": 0.01})
+    thread.start()
+    try:
+        yield server
+    finally:
+        server.ended.set()
+        http.shutdown()
+        thread.join()
+        http.server_close()
+
+
+def answer(request: BaseHTTPRequestHandler, server: Server) -> None:
+    """Answer as the page says."""
+    server.asked.append((request.path, dict(request.headers)))
+    path, _, query = request.path.partition("?")
+    if path not in server.pages and path == "/fdsnws/dataselect/1/query" and server.waveforms is not None:
+        page = selected(server, query)
+    else:
+        page = server.pages.get(path, Page(status=404))
+    if page.failures > 0:
+        page.failures -= 1
+        page = Page(b"it went wrong", 500)
+    body, status, headers = page.body, page.status, dict(page.headers)
+    asked = request.headers.get("Range", "")
+    if asked and request.headers.get("If-Range") == headers.get("Last-Modified"):
+        first = int(asked.removeprefix("bytes=").removesuffix("-"))
+        headers["Content-Range"] = f"bytes {first}-{len(body) - 1}/{len(body)}"
+        body, status = body[first:], 206
+    request.send_response(status)
+    if status != 204:
+        request.send_header("Content-Length", str(len(body) if page.promised is None else page.promised))
+    for name, value in headers.items():
+        request.send_header(name, value)
+    request.end_headers()
+    write(request, page, body, server)
+
+
+def write(request: BaseHTTPRequestHandler, page: Page, body: bytes, server: Server) -> None:
+    """Write the body, or what of it the page lets out."""
+    try:
+        if page.stalls:
+            request.wfile.write(body[:1])
+            request.wfile.flush()
+            server.ended.wait(60)
+        elif page.breaks_after is not None:
+            request.wfile.write(body[: page.breaks_after])
+            request.wfile.flush()
+            page.breaks_after = None
+            request.close_connection = True
+        else:
+            request.wfile.write(body)
+    except OSError:  # the client has gone
+        request.close_connection = True
+
+
+def selected(server: Server, query: str) -> Page:
+    """Waveforms between two times; 204 if there are none, 413 if they are too many."""
+    given = dict(pair.split("=", 1) for pair in query.replace("%3A", ":").split("&"))
+    assert server.waveforms is not None
+    found = server.waveforms.slice(UTCDateTime(given["starttime"]), UTCDateTime(given["endtime"]))
+    if sum(trace.stats.npts for trace in found) > server.most:
+        return Page(b"too much", 413)
+    return Page(miniseed(found)) if found else Page(status=204)
+
+
+def within(seconds: float) -> "Deadline":
+    """A moment after which a test that waits has failed."""
+    return Deadline(monotonic() + seconds)
+
+
+@dataclass
+class Deadline:
+    """True until it has passed."""
+
+    at: float
+
+    def __bool__(self) -> bool:
+        return monotonic() < self.at
+
+
+MINUTE = timedelta(minutes=1)
