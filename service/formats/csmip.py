@@ -23,7 +23,8 @@ ZONES = {"UTC": 0, "GMT": 0, "PST": -8, "PDT": -7}
 """h ahead of UTC; older files give California's time."""
 HEADER_LINES = 25
 STATION = re.compile(r"Station No\.\s*(\S+)", re.IGNORECASE)
-CHANNEL = re.compile(r"^Chan\s+(\d+):\s*(.*?)\s*(?:Location:\s*(.*))?$", re.IGNORECASE)
+CHANNEL = re.compile(r"^Chan\s+(\d+):\s*(.*?)\s*(?:\(Sta Chn:\s*(\d+)\s*\))?\s*(?:Location:\s*(.*))?$", re.IGNORECASE)
+"""A station of several recorders gives a channel its number on the recorder, and its number at the station."""
 PEAK = re.compile(r"Peak\s+(acceleration|velocity|displacement)\s*=\s*(-?[\d.]+)", re.IGNORECASE)
 SERIES = re.compile(
     r"\s*(\d+) points of (accel|veloc|displ) data equally spaced at\s+([\d.]+)\s*sec[,.]\s*"
@@ -67,7 +68,8 @@ def _channel(name: str, lines: Sequence[str]) -> list[Trace]:
 
 def _series(name: str, header: Sequence[str], lines: Sequence[str], series: re.Match[str]) -> Trace:
     station = _match(name, header, STATION, "Station No.")[1]
-    number, orientation, location = _match(name, header, CHANNEL, "Chan").groups(default="")
+    recorded, orientation, at_station, location = _match(name, header, CHANNEL, "Chan").groups(default="")
+    number = at_station or recorded
     what, unit = f"{series[2].lower()} of channel {number} in {name}", unit_gain(series[4])
     numbers = _numbers(what, lines, series)
     peaks = {peak[1].lower(): abs(float(peak[2])) for line in header if (peak := PEAK.match(line))}
@@ -92,11 +94,11 @@ def _match(name: str, header: Sequence[str], pattern: re.Pattern[str], label: st
 
 def _start(name: str, header: Sequence[str]) -> datetime:
     found = _match(name, header, START, "Start time: month/day/year, hour:minute:second UTC")
+    zone = timezone(timedelta(hours=ZONES[found[2].upper()]))
     try:
-        local = datetime.strptime(found[1].replace(" ", ""), "%m/%d/%y,%H:%M:%S.%f")
+        return datetime.strptime(found[1].replace(" ", ""), "%m/%d/%y,%H:%M:%S.%f").replace(tzinfo=zone).astimezone(UTC)
     except ValueError:
         raise FormatError(f"the start of {name} is {found[1]!r}; month/day/year, hour:minute:second would do") from None
-    return local.replace(tzinfo=timezone(timedelta(hours=ZONES[found[2].upper()]))).astimezone(UTC)
 
 
 def _numbers(what: str, lines: Sequence[str], series: re.Match[str]) -> Vector:

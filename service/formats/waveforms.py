@@ -77,7 +77,7 @@ def _stream(name: str, data: bytes, form: str) -> obspy.Stream:
             f"{name} is truncated or damaged: as {form} of {len(data)} bytes ObsPy says: {error}; fetch it again"
         ) from error
     if not any(trace.stats.npts for trace in stream):
-        raise FormatError(f"{name} holds no samples; leave it out")
+        raise FormatError(f"{name} is truncated or empty: it holds no samples; fetch it again")
     return stream
 
 

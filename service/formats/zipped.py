@@ -3,12 +3,13 @@
 from collections.abc import Callable, Mapping
 from io import BytesIO
 from zipfile import BadZipFile, ZipFile, ZipInfo
+from zlib import error as ZlibError  # noqa: N812  a class, whatever its name
 
 from service.formats.errors import FormatError, UnknownFormatError
 from service.formats.trace import Contents
 from service.formats.units import Gain
 
-LARGEST = 1 << 30
+LARGEST = 256 * 2**20
 """Bytes, of all members together."""
 MOST_MEMBERS = 10_000
 
@@ -65,7 +66,7 @@ def _members(name: str, data: bytes) -> dict[str, bytes]:
                 members[info.filename] = _unpacked(name, archive, info, left)
                 left -= len(members[info.filename])
             return members
-    except (BadZipFile, NotImplementedError, RuntimeError, EOFError, OSError) as error:
+    except (BadZipFile, ZlibError, NotImplementedError, RuntimeError, EOFError, OSError) as error:
         raise FormatError(f"{name} is no readable zip archive: {error}; fetch it again") from error
 
 
