@@ -7,7 +7,7 @@ from datetime import datetime, timedelta
 from email.utils import parsedate_to_datetime
 from urllib.parse import unquote
 
-from service.sources.arrival import Arrival, Cursor, Step, TooLargeError
+from service.sources.arrival import Arrival, Cursor, SourceError, Step, TooLargeError
 from service.sources.http import Answer, Client
 from service.sources.listing import Listed, listed
 
@@ -27,6 +27,7 @@ class Archive:
         taken: dict[str, str] = dict(cursor.get("taken", {}))
         seen: dict[str, str] = dict(cursor.get("seen", {}))
         wanted = [entry for entry in self._entries(self.address) if taken.get(entry.address) != entry.mark]
+        pages: list[str] = []
         count = self.client.settings.source_concurrency
         with ThreadPoolExecutor(count) as pool:
             for first in range(0, len(wanted), count):  # so many at a time: they are held in memory
@@ -36,10 +37,17 @@ class Archive:
                     if arrival is None or seen.get(entry.address, entry.mark) != entry.mark:
                         seen[entry.address] = entry.mark
                         continue
+                    if is_page(arrival):
+                        pages.append(entry.address)
+                        arrivals.append(arrival)
+                        continue
                     taken[entry.address] = entry.mark
                     seen.pop(entry.address, None)
                     arrivals.append(arrival)
                 yield Step(tuple(arrivals), {"taken": dict(taken), "seen": dict(seen)})
+
+        if pages:
+            raise SourceError(f"{pages[0]} answered with an HTML page in place of a file; it is asked for again")
 
     def _entries(self, address: str, depth: int = 0) -> Iterator[Listed]:
         answer = self.client.get(address)
@@ -69,3 +77,8 @@ class Archive:
             return False
         settle_time = timedelta(seconds=self.client.settings.settle_time)
         return changed.tzinfo is not None and timedelta(0) <= now - changed < settle_time
+
+
+def is_page(arrival: Arrival) -> bool:
+    """Whether a server that wants a login, or is being mended, has answered in place of the file."""
+    return arrival.data is not None and arrival.data[:256].lstrip().lower().startswith((b"<!doctype html", b"<html"))

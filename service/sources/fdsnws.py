@@ -12,7 +12,7 @@ from hashlib import sha256
 from service.sources.arrival import Arrival, Cursor, SourceError, Step, TooLargeError
 from service.sources.catalogue import Catalogue
 from service.sources.http import Client
-from service.sources.miniseed import complete_until
+from service.sources.miniseed import complete_until, problem
 
 EARLIEST = datetime(1990, 1, 1, tzinfo=UTC)
 FIRST_WINDOW = timedelta(hours=1)
@@ -72,9 +72,11 @@ class FdsnWebServices:
             if origin.id in done or end > now:
                 continue
             arrivals = tuple(self._arrivals(start, end))
+            yield from self._broken(arrivals, cursor)
             if arrivals or now - end > catalogue.patience:
                 done[origin.id] = origin.time.isoformat()
-            yield Step(arrivals, {**cursor, "earthquakes": dict(done)})
+            cursor = {**cursor, "earthquakes": dict(done)}
+            yield Step(arrivals, cursor)
         resume = max(self.since, now - catalogue.patience - catalogue.before - catalogue.after)
         kept = {key: time for key, time in done.items() if datetime.fromisoformat(time) >= resume}
         yield Step((), {**cursor, "earthquakes": kept, "catalogue_until": resume.isoformat()})
@@ -93,6 +95,7 @@ class FdsnWebServices:
                     window = max((end - start) / 2, SHORTEST_WINDOW)
                     continue
                 body, arrivals = None, (self._refused(start, end, error),)
+            yield from self._broken(arrivals, cursor)
             reached = end
             if end > now - LATE and not (arrivals and arrivals[0].refusal):
                 reached = complete_until(body, len(self.channels), start, now - LATE)
@@ -100,10 +103,22 @@ class FdsnWebServices:
                 window = min(2 * window, LONGEST_WINDOW)
             elif len(body) > self.client.settings.max_answer_bytes // 4:
                 window = max(window / 2, SHORTEST_WINDOW)
-            yield Step(arrivals, {**cursor, "until": reached.isoformat(), "window": window.total_seconds()})
+            cursor = {**cursor, "until": reached.isoformat(), "window": window.total_seconds()}
+            yield Step(arrivals, cursor)
             if end >= now:
                 return
             start = reached
+
+    def _broken(self, arrivals: tuple[Arrival, ...], cursor: Cursor) -> Iterator[Step]:
+        """A page or half a file in place of waveforms is kept, but the cursor stays: they are asked for again.
+
+        Raises:
+            SourceError: there was one.
+        """
+        for arrival in arrivals:
+            if arrival.data is not None and (found := problem(arrival.name, arrival.data)) is not None:
+                yield Step((arrival,), cursor)
+                raise SourceError(f"{arrival.origin} answered with no whole miniSEED: {found}")
 
     def _arrivals(self, start: datetime, end: datetime) -> Iterator[Arrival]:
         """The waveforms of a time, in halves where they are too large in one."""

@@ -1,9 +1,22 @@
-"""How far an answer of waveforms reaches, which tells where to ask next."""
+"""Whether an answer of waveforms is whole, and how far it reaches, which tells where to ask next."""
 
 from datetime import UTC, datetime
 from io import BytesIO
 
 import obspy
+
+from service.formats import FormatError, UnknownUnitError, read
+
+
+def problem(name: str, body: bytes) -> str | None:
+    """Why these are no whole waveforms; None if they are. Their units are not asked for here."""
+    try:
+        read(name, body, {})
+    except UnknownUnitError:
+        return None
+    except FormatError as error:
+        return str(error)
+    return None
 
 
 def complete_until(body: bytes | None, channels: int, start: datetime, late: datetime) -> datetime:

@@ -4,11 +4,10 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from datetime import UTC, datetime, timedelta
+from datetime import UTC, datetime
 from email.utils import format_datetime
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from io import BytesIO
-from time import monotonic
 
 import numpy as np
 from obspy import Stream, Trace, UTCDateTime
@@ -126,6 +125,15 @@ class Server:
         return self.pages[path]
 
 
+class Quiet(ThreadingHTTPServer):
+    """Says nothing of clients that go away in the middle: the tests make them."""
+
+    daemon_threads = True
+
+    def handle_error(self, request: object, client_address: object) -> None:
+        """Silence."""
+
+
 @contextmanager
 def serving() -> Iterator[Server]:
     """A server on a free port of loopback."""
@@ -140,8 +148,7 @@ def serving() -> Iterator[Server]:
         def log_message(self, format: str, *values: object) -> None:
             """Silence: what was asked is kept in `asked`."""
 
-    http = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
-    http.daemon_threads = True
+    http = Quiet(("127.0.0.1", 0), Handler)
     server.address = f"http://127.0.0.1:{http.server_port}"
     thread = threading.Thread(target=http.serve_forever, kwargs={"poll_interval": 0.01})
     thread.start()
@@ -206,21 +213,3 @@ def selected(server: Server, query: str) -> Page:
     if sum(trace.stats.npts for trace in found) > server.most:
         return Page(b"too much", 413)
     return Page(miniseed(found)) if found else Page(status=204)
-
-
-def within(seconds: float) -> "Deadline":
-    """A moment after which a test that waits has failed."""
-    return Deadline(monotonic() + seconds)
-
-
-@dataclass
-class Deadline:
-    """True until it has passed."""
-
-    at: float
-
-    def __bool__(self) -> bool:
-        return monotonic() < self.at
-
-
-MINUTE = timedelta(minutes=1)

@@ -1,0 +1,71 @@
+"""Files of a folder are taken once, when they have settled."""
+
+import os
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import pytest
+
+from service.sources.arrival import SourceError
+from service.sources.folder import Folder
+
+NOW = datetime(2024, 1, 1, tzinfo=UTC)
+
+
+def write(file: Path, data: bytes, age: float) -> None:
+    file.parent.mkdir(exist_ok=True)
+    file.write_bytes(data)
+    os.utime(file, (NOW.timestamp() - age,) * 2)
+
+
+def look(folder: Folder, cursor: dict[str, object], later: float = 0) -> tuple[list[bytes | None], dict[str, object]]:
+    data: list[bytes | None] = []
+    for step in folder.steps(cursor, NOW + timedelta(seconds=later)):
+        data += [arrival.data for arrival in step.arrivals]
+        cursor = dict(step.cursor)
+    return data, cursor
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Folder:
+    return Folder(tmp_path, max_bytes=1000, settle_time=2)
+
+
+def test_each_file_once_and_again_when_it_changed(folder: Folder) -> None:
+    write(folder.path / "a.mseed", b"a", 100)
+    write(folder.path / "2024" / "b.mseed", b"b", 100)
+    data, cursor = look(folder, {})
+    assert data == [b"b", b"a"]
+    assert look(folder, cursor)[0] == []
+    write(folder.path / "a.mseed", b"aa", 50)
+    assert look(folder, cursor)[0] == [b"aa"]
+
+
+def test_a_file_that_grows_is_left_until_it_has_settled(folder: Folder) -> None:
+    write(folder.path / "a.mseed", b"a", 1)
+    data, cursor = look(folder, {})
+    assert data == []
+    write(folder.path / "a.mseed", b"aa", 10)  # old enough, but it has changed since the last look
+    data, cursor = look(folder, cursor)
+    assert data == []
+    assert look(folder, cursor)[0] == [b"aa"]
+
+
+def test_documents_and_hidden_files_are_no_records(folder: Folder) -> None:
+    for name in ("building.toml", "README.md", "LICENSE", ".a.mseed.part"):
+        write(folder.path / name, b"x", 100)
+    assert look(folder, {})[0] == []
+
+
+def test_a_file_too_large_is_not_read(folder: Folder) -> None:
+    with (folder.path / "a.mseed").open("wb") as file:
+        file.truncate(2 * 10**9)
+    os.utime(folder.path / "a.mseed", (NOW.timestamp() - 100,) * 2)
+    (step,) = folder.steps({}, NOW)
+    assert step.arrivals[0].data is None
+    assert "2000000000 bytes, 1000 are accepted" in (step.arrivals[0].refusal or "")
+
+
+def test_a_folder_that_is_missing_is_told(tmp_path: Path) -> None:
+    with pytest.raises(SourceError, match="is no folder"):
+        list(Folder(tmp_path / "gone", 1000, 2).steps({}, NOW))
