@@ -2,7 +2,7 @@
 
 import typer
 
-from service.commands import analyse, building
+from service.commands import analyse, building, demo, run
 
 app = typer.Typer(
     name="menshin",
@@ -10,5 +10,6 @@ app = typer.Typer(
     pretty_exceptions_show_locals=False,
     help="Structural health monitoring for base-isolated buildings.",
 )
-app.add_typer(analyse.app)
+for group in (demo, run, analyse):
+    app.add_typer(group.app)
 app.add_typer(building.app, name="building")

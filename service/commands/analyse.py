@@ -23,29 +23,30 @@ def analyse(
             exists=True,
             dir_okay=False,
             metavar="FILE...",
-            help="records (miniSEED, K-NET, KiK-net, SAC, CSMIP V2, CSV, or a zip of these) and StationXML; files that "
-            "overlap in time are one event",
+            help="Records (miniSEED, K-NET, KiK-net, SAC, CSMIP V2, CSV, or a zip of these) and StationXML; files that "
+            "overlap in time are one event.",
         ),
     ],
-    building: Annotated[Path, typer.Option(exists=True, dir_okay=False, help="building file (TOML)")],
+    building: Annotated[Path, typer.Option(exists=True, dir_okay=False, help="Building file (TOML).")],
     json: Annotated[
-        Path | None, typer.Option(help="write the results here; of several events, each with its start in the name")
+        Path | None, typer.Option(help="Write the results here; of several events, each with its start in the name.")
     ] = None,
     out: Annotated[
-        Path | None, typer.Option(file_okay=False, help="write histories (CSV) and figures (SVG, PNG) into this folder")
+        Path | None,
+        typer.Option(file_okay=False, help="Write histories (CSV) and figures (SVG, PNG) into this folder."),
     ] = None,
     estimator: Annotated[
-        str | None, typer.Option(help="estimator of the restoring force; default: the setting of this name")
+        str | None, typer.Option(help="Estimator of the restoring force; default: the setting of this name.")
     ] = None,
     sensors: Annotated[
         str | None,
         typer.Option(
-            help="levels to use, by name or role (base, roof = topmost), as in base,4,roof; default: every "
-            "instrumented one"
+            help="Levels to use, by name or role (base, roof = topmost), as in base,4,roof; default: every "
+            "instrumented one."
         ),
     ] = None,
 ) -> None:
-    """Restoring force, modes and equivalent values of the events in FILE...
+    """Analyse the events in some files: restoring force, modes, equivalent stiffness and damping.
 
     Exit code 0: analysed; 1: an event or a file was refused; 2: wrong usage or building file.
     """

@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 
 app = typer.Typer(no_args_is_help=True, help="The buildings under watch.")
 
-File = Annotated[Path, typer.Argument(exists=True, dir_okay=False, readable=True, help="building file (TOML)")]
-Code = Annotated[str, typer.Argument(help="code of the building")]
+File = Annotated[Path, typer.Argument(exists=True, dir_okay=False, readable=True, help="Building file (TOML).")]
+Code = Annotated[str, typer.Argument(help="Code of the building.")]
 
 
 @app.command()
@@ -31,7 +31,7 @@ def add(file: File) -> None:
 
 @app.command("list")
 def every() -> None:
-    """All buildings under watch."""
+    """List the buildings under watch."""
     from sqlalchemy import select
 
     from service import buildings
@@ -47,7 +47,7 @@ def every() -> None:
 
 @app.command()
 def show(code: Code) -> None:
-    """The description of a building, as its latest file gave it."""
+    """Print the description of a building, as its latest file gave it."""
     from service import buildings
 
     with _session() as session:
