@@ -15,7 +15,17 @@ from starlette.responses import PlainTextResponse, Response
 from starlette.routing import Route
 
 from service.demo.archive import Archive
-from service.demo.fdsn_query import PARAMETERS, SELECTION, QueryError, Selection, parameters, posted, selection
+from service.demo.fdsn_query import (
+    EARLIEST,
+    LATEST,
+    PARAMETERS,
+    SELECTION,
+    QueryError,
+    Selection,
+    parameters,
+    posted,
+    selection,
+)
 
 VERSION = "1.2.0"
 MINISEED = "application/vnd.fdsn.mseed"
@@ -26,18 +36,20 @@ Answer = Callable[[Archive, dict[str, str], list[Selection]], Response | None]
 
 
 def application(archive: Archive) -> Starlette:
-    """The three services."""
-    routes = [
-        Route(f"/fdsnws/event/1/{name.lower()}", partial(_no_names, name)) for name in ("Catalogs", "Contributors")
-    ]
-    for service, answer in ANSWERS.items():
+    """The services; where the archive knows of no earthquake, there is no event service."""
+    catalogued = bool(archive.earthquakes(EARLIEST, LATEST))
+    routes = []
+    for service in ("station", "dataselect", *(("event",) if catalogued else ())):
         root = f"/fdsnws/{service}/1"
         routes += [
             Route(f"{root}/version", _version),
             Route(f"{root}/application.wadl", partial(_description, service)),
-            Route(f"{root}/query", partial(_query, archive, service, answer), methods=["GET", "POST"]),
+            Route(f"{root}/query", partial(_query, archive, service, ANSWERS[service]), methods=["GET", "POST"]),
         ]
-    return Starlette(routes=routes)
+    lists = ("Catalogs", "Contributors") if catalogued else ()
+    return Starlette(
+        routes=[*routes, *(Route(f"/fdsnws/event/1/{name.lower()}", partial(_no_names, name)) for name in lists)]
+    )
 
 
 def _stations(archive: Archive, named: dict[str, str], selections: list[Selection]) -> Response | None:
