@@ -13,6 +13,8 @@ from core.equivalent import EquivalentSegment
 from core.quality import Finding
 
 STYLES = {"note": "dim", "warning": "yellow", "fatal": "bold red"}
+SHOWN = 12
+"""Cycles in a summary: the largest."""
 MM, KN, KN_PER_MM, PERCENT = 1e3, 1e-3, 1e-6, 1e2
 
 
@@ -67,10 +69,14 @@ def _modes(found: DirectionAnalysis, description: BuildingDescription) -> Table:
 
 
 def _equivalent(cycles: tuple[EquivalentSegment, ...]) -> Table:
-    table = Table(title="isolation layer by cycle", title_justify="left")
-    for heading in ("from (s)", "to (s)", "amplitude (mm)", "shear strain (%)", "k_eq (kN/mm)", "c_eq (kN s/mm)"):
-        table.add_column(heading, justify="right")
-    for cycle in cycles:
+    largest = sorted(sorted(cycles, key=lambda cycle: -cycle.amplitude)[:SHOWN], key=lambda cycle: cycle.start)
+    title = "isolation layer by cycle"
+    if len(cycles) > SHOWN:
+        title += f", the {SHOWN} largest of {len(cycles)} (--json writes all)"
+    table = Table(title=title, title_justify="left")
+    for heading in ("from (s)", "to (s)", "amplitude (mm)", "strain (%)", "k_eq (kN/mm)", "c_eq (kN s/mm)"):
+        table.add_column(heading, justify="right", no_wrap=heading.startswith(("k_eq", "c_eq")))
+    for cycle in largest:
         table.add_row(
             f"{cycle.start:.2f}",
             f"{cycle.end:.2f}",
