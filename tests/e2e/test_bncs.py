@@ -60,7 +60,7 @@ def stored(folder: Path, source: str) -> Iterator[tuple[sessionmaker[Session], S
 def server(*, catalogued: bool) -> Iterator[str]:
     """A monitoring server of the same records, with or without a catalogue of the earthquakes."""
     traces = sum((obspy.read(BNCS / f"{name}.mseed") for name in TESTS), Stream())
-    starts = sorted({trace.stats.starttime for trace in traces}) if catalogued else []
+    starts = [trace.stats.starttime for trace in traces.select(id="XX.BNCS.00.HNX")] if catalogued else []
     earthquakes = [_earthquake(start) for start in starts]
     with listening(application(Archive(read_inventory(BNCS / "station.xml"), traces.traces, earthquakes))) as address:
         yield address
@@ -134,8 +134,7 @@ def test_the_force_fits_the_inertia_of_all_levels(
             select(DirectionResult.force).join(Analysis).join(Event).where(Analysis.current).order_by(Event.start)
         ).all()
     fits = [fit(inertia(name), decode(force)) for name, force in zip(TESTS, forces, strict=True)]
-    # a tenth for the printed digit, and two for filters that differ at the ends of the record
-    assert fits == pytest.approx(FITS[sensors], abs=0.3)
+    assert fits == pytest.approx(FITS[sensors], abs=0.1)  # the printed digit, and filters of another make
 
 
 def test_stiffness_falls_with_amplitude(by_folder: tuple[sessionmaker[Session], Settings]) -> None:
@@ -158,7 +157,8 @@ def inertia(name: str) -> np.ndarray:
     traces = obspy.read(BNCS / f"{name}.mseed").select(channel="HNX")
     weighted = sum(-MASS[t.stats.location] * t.data.astype(float) for t in traces if t.stats.location in MASS)
     at_100_hz = resample_poly(weighted - weighted.mean(), 1, 2)
-    return sosfiltfilt(butter(4, BAND, "bandpass", fs=100.0, output="sos"), at_100_hz)
+    two_periods = 2000  # of the lowest frequency, else the filter rings at the ends
+    return sosfiltfilt(butter(4, BAND, "bandpass", fs=100.0, output="sos"), at_100_hz, padlen=two_periods)
 
 
 def fit(true: np.ndarray, estimated: np.ndarray) -> float:
