@@ -1,0 +1,61 @@
+"""The web application, assembled."""
+
+from typing import Any
+
+from fastapi import APIRouter, Depends, FastAPI
+
+from service import auth, errors, schemas
+from service.auth import Keys
+from service.routers import buildings, events, health, operations, series
+from service.sessions import reading, sessions
+from service.settings import Settings
+from service.version import VERSION
+
+DESCRIPTION = """\
+Structural health monitoring for base-isolated buildings. Values are in SI units and times in UTC, unless a name says
+otherwise; what is missing is null, with its reason beside it. Tables and series are answered as JSON or CSV
+(`Accept: text/csv` or `format=csv`); long series can be thinned by `points`. Every error is a problem document
+(RFC 9457). A key goes into `Authorization: Bearer KEY` or `X-API-Key: KEY`; without any key the service answers its
+own machine only.
+"""
+TAGS = [
+    {"name": "buildings", "description": "Buildings, and what is followed over the years."},
+    {"name": "events", "description": "One earthquake at one building."},
+    {"name": "series", "description": "Long series of an event."},
+    {"name": "operations", "description": "Sources, jobs and the service's health."},
+]
+SECURITY = {
+    "bearer": {"type": "http", "scheme": "bearer", "description": "An API key."},
+    "key": {"type": "apiKey", "in": "header", "name": "X-API-Key", "description": "An API key."},
+}
+
+
+def create(settings: Settings) -> FastAPI:
+    """The application on the database that the settings name, which must have its tables."""
+    app = FastAPI(
+        title="Menshin", version=VERSION, description=DESCRIPTION, openapi_tags=TAGS, docs_url=None, redoc_url=None
+    )
+    app.state.settings = settings
+    app.state.sessions = sessions(settings.database_url)
+    app.state.reading = reading(app.state.sessions)
+    app.state.keys = Keys(app.state.reading)
+    errors.install(app)
+    api = APIRouter(prefix="/api/v1", dependencies=[Depends(auth.viewer)])
+    for router in (buildings.router, events.router, series.router, operations.router):
+        api.include_router(router)
+    app.include_router(api)
+    app.include_router(health.router)
+    app.openapi = lambda: openapi(app)  # type: ignore[method-assign]  # FastAPI's documented way to extend it
+    return app
+
+
+def openapi(app: FastAPI) -> dict[str, Any]:
+    """FastAPI's document with the problem's schema and the two ways to give a key."""
+    if app.openapi_schema is None:
+        document = FastAPI.openapi(app)
+        components = document.setdefault("components", {})
+        components["schemas"]["Problem"] = schemas.Problem.model_json_schema()
+        components["securitySchemes"] = SECURITY
+        document["security"] = [{name: []} for name in SECURITY]
+        app.openapi_schema = document
+    return app.openapi_schema

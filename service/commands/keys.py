@@ -1,0 +1,78 @@
+"""`menshin key`: who may use the API."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+if TYPE_CHECKING:
+    from sqlalchemy.orm import Session
+
+app = typer.Typer(no_args_is_help=True, help="Who may use the API.")
+
+Name = Annotated[str, typer.Argument(help="name of the key: who or what uses it")]
+RoleName = Annotated[
+    str, typer.Option("--role", help="viewer (reads), engineer (asks for analyses too) or admin (all)")
+]
+
+
+@app.command()
+def create(name: Name, role: RoleName) -> None:
+    """Make a key and print it: it cannot be shown again."""
+    from service import keys
+    from service.auth import Role
+
+    if role not in Role.__members__:
+        raise typer.BadParameter(f"{role!r} is no role; {', '.join(Role.__members__)} are", param_hint="--role")
+    with _session() as session:
+        key = keys.create(session, name, Role[role], datetime.now(UTC))
+    typer.echo(key)
+
+
+@app.command("list")
+def every() -> None:
+    """Every key, without its secret part."""
+    from service import keys
+
+    table = Table("name", "role", "begins with", "created (UTC)", "revoked (UTC)")
+    with _session() as session:
+        found = keys.every(session)
+    for key in found:
+        revoked = "" if key.revoked_at is None else f"{key.revoked_at:%Y-%m-%d %H:%M}"
+        table.add_row(key.name, key.role, key.hash.partition(":")[0], f"{key.created_at:%Y-%m-%d %H:%M}", revoked)
+    Console().print(table)
+
+
+@app.command()
+def revoke(name: Name) -> None:
+    """Make a key worthless, within a second."""
+    from service import keys
+
+    with _session() as session:
+        keys.revoke(session, name, datetime.now(UTC))
+    typer.echo(f"The key {name!r} is revoked.")
+
+
+@contextmanager
+def _session() -> Iterator["Session"]:
+    """A transaction on the database of the settings; a wrong name ends the command with exit code 1."""
+    from service.keys import KeyNameError
+    from service.migrate import upgrade
+    from service.sessions import sessions
+    from service.settings import Settings
+
+    url = Settings().database_url
+    upgrade(url)
+    made = sessions(url)
+    try:
+        with made.begin() as session:
+            yield session
+    except KeyNameError as error:
+        typer.echo(str(error), err=True)
+        raise typer.Exit(1) from None
+    finally:
+        made.kw["bind"].dispose()

@@ -1,0 +1,107 @@
+"""Errors as HTTP: every one of them is a problem document (RFC 9457).
+
+ServiceError
+├── NotFoundError       404, nothing by that name
+├── InvalidError        422, well formed, but not a thing that could be done here
+├── UnauthorizedError   401, a key is missing or not known
+└── ForbiddenError      403, known, but not allowed
+"""
+
+from collections.abc import Mapping
+from http import HTTPStatus
+from typing import Any
+
+import orjson
+from fastapi import FastAPI, Request, Response
+from fastapi.exceptions import RequestValidationError
+from starlette.exceptions import HTTPException
+
+PROBLEM = "application/problem+json"
+DETAIL = {
+    404: "Nothing is served at this path; /docs lists what is.",
+    405: "This path does not answer that method; the header Allow lists those it does.",
+    500: "An error of ours; the log of the service has it.",
+}
+
+
+class ServiceError(Exception):
+    """What the service can refuse to do; the message says what was found and what would do."""
+
+    status: int
+    headers: Mapping[str, str] = {}
+
+
+class NotFoundError(ServiceError):
+    """Nothing by that name."""
+
+    status = 404
+
+    def __init__(self, what: str, name: object) -> None:
+        super().__init__(f"There is no {what} {str(name)!r}.")
+
+
+class InvalidError(ServiceError):
+    """Well formed, but not a thing that could be done here."""
+
+    status = 422
+
+
+class UnauthorizedError(ServiceError):
+    """A key is missing or not known."""
+
+    status = 401
+    headers = {"WWW-Authenticate": 'Bearer realm="menshin"'}  # noqa: RUF012  read only
+
+
+class ForbiddenError(ServiceError):
+    """Known, but not allowed."""
+
+    status = 403
+
+
+def problem(status: int, detail: str, headers: Mapping[str, str] | None = None, **members: object) -> Response:
+    """One problem document; `members` are its own extensions, such as `errors`."""
+    document = {"type": "about:blank", "title": HTTPStatus(status).phrase, "status": status, "detail": detail}
+    return Response(orjson.dumps(document | members), status, dict(headers or {}), PROBLEM)
+
+
+def of_service(_: Request, error: Exception) -> Response:
+    """A refusal of ours."""
+    assert isinstance(error, ServiceError)
+    return problem(error.status, str(error), error.headers)
+
+
+def of_framework(_: Request, error: Exception) -> Response:
+    """No such path, or not with that method."""
+    assert isinstance(error, HTTPException)
+    detail = DETAIL.get(error.status_code, str(error.detail))
+    return problem(error.status_code, detail, error.headers)
+
+
+def of_request(_: Request, error: Exception) -> Response:
+    """A malformed request: which parameter, and what is wanted of it."""
+    assert isinstance(error, RequestValidationError)
+    errors = [
+        {"in": str(e["loc"][0]), "name": ".".join(map(str, e["loc"][1:])), "wanted": e["msg"]} for e in error.errors()
+    ]
+    first = errors[0]
+    return problem(422, f"{first['in']} {first['name']}: {first['wanted']}", errors=errors)
+
+
+def of_ours(_: Request, __: Exception) -> Response:
+    """A bug: it says nothing of itself to the outside and is logged by the server."""
+    return problem(500, DETAIL[500])
+
+
+def install(app: FastAPI) -> None:
+    """Give every error its status and its document."""
+    app.add_exception_handler(ServiceError, of_service)
+    app.add_exception_handler(HTTPException, of_framework)
+    app.add_exception_handler(RequestValidationError, of_request)
+    app.add_exception_handler(Exception, of_ours)
+
+
+def documented(*statuses: int) -> dict[int | str, dict[str, Any]]:
+    """What the OpenAPI document says of these statuses."""
+    content = {PROBLEM: {"schema": {"$ref": "#/components/schemas/Problem"}}}
+    return {status: {"description": HTTPStatus(status).phrase, "content": content} for status in statuses}

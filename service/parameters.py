@@ -1,0 +1,104 @@
+"""What the parameters of requests may be, and what they mean: one definition for all routes."""
+
+import re
+from datetime import UTC, datetime
+from typing import Annotated, Literal
+
+from fastapi import Depends, Path, Query, Request
+from pydantic import BeforeValidator, WithJsonSchema
+from sqlalchemy.orm import Session, sessionmaker
+
+from service.queries import Place, Span
+
+RFC_3339 = re.compile(r"\d{4}-\d\d-\d\d([Tt ]\d\d:\d\d(:\d\d(\.\d+)?)?([Zz]|[+-]\d\d:\d\d)?)?", re.ASCII)
+LARGEST = 2**31 - 1
+
+
+def read_time(written: object) -> datetime:
+    """An aware time; UTC where no zone is written.
+
+    Raises:
+        ValueError: it is not written as RFC 3339 says.
+    """
+    if not isinstance(written, str) or not RFC_3339.fullmatch(written):
+        raise ValueError("a date or a time as in 2010-02-27T06:34:11Z is wanted")
+    time = datetime.fromisoformat(written.upper())
+    try:
+        return time.replace(tzinfo=UTC) if time.tzinfo is None else time.astimezone(UTC)
+    except OverflowError:  # at the ends of the calendar the zone does not matter
+        return time.replace(tzinfo=UTC)
+
+
+Time = Annotated[
+    datetime,
+    BeforeValidator(read_time),
+    WithJsonSchema({"type": "string", "format": "date-time", "examples": ["2010-02-27T06:34:11Z"]}),
+]
+Code = Annotated[str, Path(description="Code of the building.", pattern=r"^[A-Za-z0-9_-]{1,32}$", examples=["BNCS"])]
+Id = Annotated[int, Path(description="Number of the event.", ge=1, le=LARGEST, examples=[1])]
+JobId = Annotated[int, Path(description="Number of the job.", ge=1, le=LARGEST, examples=[1])]
+ChannelId = Annotated[
+    str,
+    Path(description="Id of the channel.", pattern=r"^[!-.0-~]{1,64}$", examples=["XX.BNCS.01.HNX"]),
+]
+Cursor = Annotated[
+    str | None,
+    Query(
+        description="`next` of the page before.", pattern=r"^-?[0-9]{1,16}_[0-9]{1,9}$", examples=["1267252451000000_1"]
+    ),
+]
+Limit = Annotated[int, Query(description="Rows of a page.", ge=1, le=500)]
+RowLimit = Annotated[int, Query(description="Rows of a page.", ge=1, le=20_000)]
+MinimumPga = Annotated[
+    float | None,
+    Query(description="m/s², least peak horizontal ground acceleration.", ge=0, allow_inf_nan=False, examples=[0.5]),
+]
+HorizontalDirection = Annotated[
+    Literal["x", "y"], Query(description="Horizontal direction, as the building file names it.")
+]
+AnyDirection = Annotated[Literal["x", "y"] | None, Query(description="Only this horizontal direction.")]
+AnalysisId = Annotated[
+    int | None, Query(description="Number of an earlier analysis; without it the latest one.", ge=1, le=LARGEST)
+]
+Points = Annotated[
+    int | None,
+    Query(
+        description="Thin the series to at most this many samples, keeping the extremes of every pixel of each series; "
+        "without it every sample is answered.",
+        ge=16,
+        le=1_000_000,
+        examples=[2000],
+    ),
+]
+
+
+def of_span(
+    after: Annotated[
+        Time | None, Query(description="Only events that start then or later (UTC unless a zone is given).")
+    ] = None,
+    before: Annotated[Time | None, Query(description="Only events that start before that.")] = None,
+) -> Span:
+    """The span of time that a request names."""
+    return Span(after=after, before=before)
+
+
+def place(cursor: str | None) -> Place | None:
+    """Where the page before ended."""
+    return None if cursor is None else Place.read(cursor)
+
+
+async def of_reading(request: Request) -> sessionmaker[Session]:
+    """Sessions that only read."""
+    found: sessionmaker[Session] = request.app.state.reading
+    return found
+
+
+async def of_writing(request: Request) -> sessionmaker[Session]:
+    """Sessions that may write."""
+    found: sessionmaker[Session] = request.app.state.sessions
+    return found
+
+
+EventSpan = Annotated[Span, Depends(of_span)]
+Reading = Annotated[sessionmaker[Session], Depends(of_reading)]
+Writing = Annotated[sessionmaker[Session], Depends(of_writing)]

@@ -1,0 +1,282 @@
+"""What is asked of the database, by name: each question is one statement."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
+from typing import Any
+
+from sqlalchemy import Row, Select, func, select, tuple_
+from sqlalchemy.orm import Session, joinedload, selectinload, undefer
+
+from service.database import (
+    Analysis,
+    ApiKey,
+    Building,
+    CycleResult,
+    DirectionResult,
+    Event,
+    EventRecording,
+    Job,
+    Lease,
+    ModeResult,
+    Recording,
+    Revision,
+    SourceState,
+    Waveform,
+)
+from service.errors import NotFoundError
+
+EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where a page of a list ends: the next one starts just after it."""
+
+    time: datetime
+    id: int
+
+    def __str__(self) -> str:
+        return f"{(self.time - EPOCH) // timedelta(microseconds=1)}_{self.id}"
+
+    @classmethod
+    def read(cls, cursor: str) -> "Place":
+        """The place that a cursor, as written by `str`, stands for."""
+        microseconds, identity = cursor.split("_")
+        return cls(EPOCH + timedelta(microseconds=int(microseconds)), int(identity))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Span:
+    """Which events: those that start at `after` or later and before `before`."""
+
+    after: datetime | None = None
+    before: datetime | None = None
+
+    def limit(self, question: Select[Any]) -> Select[Any]:
+        """The question about these events only."""
+        if self.after is not None:
+            question = question.where(Event.start >= self.after)
+        return question if self.before is None else question.where(Event.start < self.before)
+
+
+def keys_in_force(session: Session) -> Sequence[ApiKey]:
+    """Keys that were not revoked."""
+    return session.scalars(select(ApiKey).where(ApiKey.revoked_at.is_(None))).all()
+
+
+def _latest_revision() -> Select[Any]:
+    """Buildings, each with its latest description."""
+    newest = (
+        select(Revision.building_id, func.max(Revision.number).label("number"))
+        .group_by(Revision.building_id)
+        .subquery()
+    )
+    return (
+        select(Building, Revision)
+        .join(newest, newest.c.building_id == Building.id)
+        .join(Revision, (Revision.building_id == Building.id) & (Revision.number == newest.c.number))
+    )
+
+
+def buildings(session: Session) -> Sequence[Row[Any]]:
+    """(Building, Revision, number of events, start of the last one) by code."""
+    events = (
+        select(Event.building_id, func.count().label("events"), func.max(Event.start).label("last"))
+        .group_by(Event.building_id)
+        .subquery()
+    )
+    question = _latest_revision().add_columns(func.coalesce(events.c.events, 0), events.c.last)
+    return session.execute(
+        question.outerjoin(events, events.c.building_id == Building.id).order_by(Building.code)
+    ).all()
+
+
+def building(session: Session, code: str) -> tuple[Building, Revision]:
+    """A building and its latest description.
+
+    Raises:
+        NotFoundError: there is none by that code.
+    """
+    row = session.execute(_latest_revision().where(Building.code == code)).one_or_none()
+    if row is None:
+        raise NotFoundError("building", code)
+    return row.Building, row.Revision
+
+
+def _events() -> Select[Any]:
+    """(Event, its latest analysis or None)."""
+    return select(Event, Analysis).outerjoin(Analysis, (Analysis.event_id == Event.id) & Analysis.current)
+
+
+def events(
+    session: Session, building_id: int, span: Span, min_pga: float | None, cursor: Place | None, limit: int
+) -> Sequence[Row[Any]]:
+    """(Event, Analysis | None) of a building, the latest first."""
+    question = span.limit(_events().where(Event.building_id == building_id))
+    if min_pga is not None:
+        question = question.where(Analysis.pga >= min_pga)
+    if cursor is not None:
+        question = question.where(tuple_(Event.start, Event.id) < tuple_(cursor.time, cursor.id))
+    return session.execute(question.order_by(Event.start.desc(), Event.id.desc()).limit(limit)).all()
+
+
+def last_analysed(session: Session, building_id: int) -> Event | None:
+    """The latest event with a result."""
+    question = select(Event).join(Analysis, (Analysis.event_id == Event.id) & Analysis.current)
+    usable = question.where(Event.building_id == building_id, Analysis.refusal.is_(None))
+    return session.scalars(usable.order_by(Event.start.desc(), Event.id.desc()).limit(1)).one_or_none()
+
+
+def event(session: Session, identity: int) -> Event:
+    """An event with its building and its channels, without their samples.
+
+    Raises:
+        NotFoundError: there is none by that number.
+    """
+    question = select(Event).options(joinedload(Event.building), selectinload(Event.waveforms))
+    found = session.scalars(question.where(Event.id == identity)).one_or_none()
+    if found is None:
+        raise NotFoundError("event", identity)
+    return found
+
+
+def analyses(session: Session, event_id: int) -> Sequence[Analysis]:
+    """Every analysis of an event, the earliest first."""
+    return session.scalars(select(Analysis).where(Analysis.event_id == event_id).order_by(Analysis.id)).all()
+
+
+def recordings(session: Session, event_id: int) -> Sequence[Recording]:
+    """The files that an event was cut from, by name."""
+    question = select(Recording).join(EventRecording, EventRecording.recording_id == Recording.id)
+    return session.scalars(question.where(EventRecording.event_id == event_id).order_by(Recording.name)).all()
+
+
+def direction_results(session: Session, analysis_id: int) -> Sequence[DirectionResult]:
+    """What an analysis found, by direction, with modes; without histories."""
+    question = select(DirectionResult).options(
+        selectinload(DirectionResult.modes), selectinload(DirectionResult.cycles)
+    )
+    return session.scalars(
+        question.where(DirectionResult.analysis_id == analysis_id).order_by(DirectionResult.direction)
+    ).all()
+
+
+def direction_result(session: Session, event_id: int, direction: str, analysis_id: int | None) -> DirectionResult:
+    """One direction of an event's latest analysis, or of the one that is named; histories are not loaded yet.
+
+    Raises:
+        NotFoundError: there is no such event, analysis or direction.
+    """
+    question = (
+        select(DirectionResult)
+        .join(DirectionResult.analysis)
+        .options(joinedload(DirectionResult.analysis).joinedload(Analysis.event).joinedload(Event.building))
+        .where(Analysis.event_id == event_id, DirectionResult.direction == direction)
+    )
+    chosen = Analysis.current if analysis_id is None else Analysis.id == analysis_id
+    found = session.scalars(question.where(chosen)).one_or_none()
+    if found is None:
+        raise NotFoundError("result", f"event {event_id}, direction {direction}, analysis {analysis_id or 'latest'}")
+    return found
+
+
+def _results(building_id: int, span: Span, direction: str | None) -> Select[Any]:
+    """Events of a building with a direction of their latest analysis."""
+    question = (
+        select(Event.id.label("event"), Event.start.label("event_start"), DirectionResult.direction)
+        .join(Analysis, (Analysis.event_id == Event.id) & Analysis.current)
+        .join(DirectionResult, DirectionResult.analysis_id == Analysis.id)
+        .where(Event.building_id == building_id)
+    )
+    return span.limit(question if direction is None else question.where(DirectionResult.direction == direction))
+
+
+def cycles(
+    session: Session, building_id: int, span: Span, direction: str | None, cursor: Place | None, limit: int
+) -> Sequence[Row[Any]]:
+    """Every cycle of every event's latest analysis, the earliest first; the last column is the cycle's id."""
+    of_cycle = [CycleResult.__table__.c[name] for name in CYCLE]
+    question = _results(building_id, span, direction).add_columns(
+        DirectionResult.start.label("record_start"), *of_cycle
+    )
+    question = question.join(CycleResult, CycleResult.result_id == DirectionResult.id).add_columns(CycleResult.id)
+    if cursor is not None:
+        question = question.where(tuple_(Event.start, CycleResult.id) > tuple_(cursor.time, cursor.id))
+    return session.execute(question.order_by(Event.start, CycleResult.id).limit(limit)).all()
+
+
+CYCLE = ("start", "end", "amplitude", "shear_strain", "k_eq", "k_eq_std", "c_eq", "c_eq_std")
+
+
+def modes(
+    session: Session, building_id: int, span: Span, direction: str | None, cursor: Place | None, limit: int
+) -> Sequence[Row[Any]]:
+    """Every mode of every event's latest analysis, the earliest first; the last column is the mode's id."""
+    of_mode = [ModeResult.__table__.c[name] for name in MODE]
+    question = _results(building_id, span, direction).add_columns(*of_mode)
+    question = question.join(ModeResult, ModeResult.result_id == DirectionResult.id).add_columns(ModeResult.id)
+    if cursor is not None:
+        question = question.where(tuple_(Event.start, ModeResult.id) > tuple_(cursor.time, cursor.id))
+    return session.execute(question.order_by(Event.start, ModeResult.id).limit(limit)).all()
+
+
+MODE = ("number", "frequency", "frequency_std", "damping_ratio", "damping_ratio_std")
+
+
+def sources(session: Session) -> Sequence[Row[Any]]:
+    """(Building, Revision, SourceState | None) by code."""
+    question = _latest_revision().add_columns(SourceState)
+    return session.execute(
+        question.outerjoin(SourceState, SourceState.building_id == Building.id).order_by(Building.code)
+    ).all()
+
+
+def jobs(session: Session, state: str | None, event_id: int | None, before: int | None, limit: int) -> Sequence[Job]:
+    """Jobs, the latest first; `before` is the id at which the page before ended."""
+    question = select(Job)
+    for column, wanted in ((Job.state, state), (Job.event_id, event_id)):
+        if wanted is not None:
+            question = question.where(column == wanted)
+    if before is not None:
+        question = question.where(Job.id < before)
+    return session.scalars(question.order_by(Job.id.desc()).limit(limit)).all()
+
+
+def job(session: Session, identity: int) -> Job:
+    """A job.
+
+    Raises:
+        NotFoundError: there is none by that number.
+    """
+    found = session.get(Job, identity)
+    if found is None:
+        raise NotFoundError("job", identity)
+    return found
+
+
+def lease_until(session: Session, name: str) -> datetime | None:
+    """Until when a right is held, or was; None if nobody ever held it."""
+    return session.scalar(select(Lease.until).where(Lease.name == name))
+
+
+def histories(session: Session, result_id: int, columns: Sequence[str]) -> Row[Any]:
+    """The named histories of a direction's result, as stored."""
+    table = DirectionResult.__table__
+    return session.execute(select(*(table.c[name] for name in columns)).where(table.c.id == result_id)).one()
+
+
+def channel(session: Session, event_id: int, name: str) -> tuple[Event, Sequence[Waveform]]:
+    """An event and the pieces of one of its channels with their samples, in order of time.
+
+    Raises:
+        NotFoundError: there is no such event, or it has no such channel.
+    """
+    found = session.scalars(select(Event).options(joinedload(Event.building)).where(Event.id == event_id)).one_or_none()
+    if found is None:
+        raise NotFoundError("event", event_id)
+    question = select(Waveform).options(undefer(Waveform.samples)).where(Waveform.event_id == event_id)
+    pieces = session.scalars(question.where(Waveform.channel == name).order_by(Waveform.start)).all()
+    if not pieces:
+        raise NotFoundError(f"channel in event {event_id}", name)
+    return found, pieces

@@ -1,0 +1,111 @@
+"""What is known of the buildings: descriptions, events, equivalent stiffness and modes over the years."""
+
+from datetime import datetime
+
+from fastapi import APIRouter, Request, Response
+
+from service import queries, schemas
+from service.answers import Format, document, responses, table
+from service.buildings import described
+from service.parameters import AnyDirection, Code, Cursor, EventSpan, Limit, MinimumPga, Reading, RowLimit, place
+from service.queries import Place
+
+router = APIRouter(prefix="/buildings", tags=["buildings"])
+
+
+def following(rows: list[tuple[datetime, int]], limit: int) -> str | None:
+    """The cursor of the next page; None where this one was not full."""
+    return str(Place(*rows[-1])) if len(rows) == limit else None
+
+
+@router.get("", operation_id="list_buildings", **responses(schemas.Buildings, csv=True))
+def buildings(request: Request, sessions: Reading, format: Format = None) -> Response:
+    """Every building under watch, by code."""
+    with sessions() as session:
+        rows = [(b.code, b.name, events, last) for b, _, events, last in queries.buildings(session)]
+    return table(request, format, tuple(schemas.BuildingRow.model_fields), rows, None)
+
+
+@router.get("/{code}", operation_id="get_building", **responses(schemas.BuildingOut, 404))
+def building(request: Request, code: Code, sessions: Reading) -> Response:
+    """A building as its description in force gives it: levels, sensors, isolation layer."""
+    with sessions() as session:
+        found, revision = queries.building(session, code)
+        file = described(session, found)
+    description = file.description
+    answer = schemas.BuildingOut(
+        code=found.code,
+        name=found.name,
+        revision=revision.number,
+        revised_at=revision.created_at,
+        rubber_height=description.isolation.rubber_height,
+        latitude=file.latitude,
+        longitude=file.longitude,
+        timezone=file.timezone,
+        levels=[schemas.LevelOut.model_validate(level) for level in description.levels],
+        channels=[schemas.ChannelOut.model_validate(channel) for channel in description.channels],
+    )
+    return document(request, answer)
+
+
+@router.get("/{code}/events", operation_id="list_events", **responses(schemas.Events, 404, csv=True))
+def events(
+    request: Request,
+    code: Code,
+    sessions: Reading,
+    span: EventSpan,
+    min_pga: MinimumPga = None,
+    cursor: Cursor = None,
+    limit: Limit = 50,
+    format: Format = None,
+) -> Response:
+    """The building's events, the latest first."""
+    with sessions() as session:
+        found, _ = queries.building(session, code)
+        pairs = queries.events(session, found.id, span, min_pga, place(cursor), limit)
+    rows = [
+        (e.id, e.start, e.end, e.state, e.reason, a and a.pga, a and a.id)
+        for e, a in pairs
+    ]  # fmt: skip
+    last = following([(e.start, e.id) for e, _ in pairs], limit)
+    return table(request, format, tuple(schemas.EventRow.model_fields), rows, last)
+
+
+@router.get("/{code}/equivalent", operation_id="list_equivalent", **responses(schemas.Cycles, 404, csv=True))
+def equivalent(
+    request: Request,
+    code: Code,
+    sessions: Reading,
+    span: EventSpan,
+    direction: AnyDirection = None,
+    cursor: Cursor = None,
+    limit: RowLimit = 5000,
+    format: Format = None,
+) -> Response:
+    """Equivalent stiffness and damping of the isolation layer, a row per cycle of each event, the earliest first."""
+    with sessions() as session:
+        found, _ = queries.building(session, code)
+        rows = queries.cycles(session, found.id, span, direction, place(cursor), limit)
+    last = following([(row.event_start, row.id) for row in rows], limit)
+    columns = tuple(schemas.CycleRow.model_fields)
+    return table(request, format, columns, [row[:-1] for row in rows], last, building=code)
+
+
+@router.get("/{code}/modes", operation_id="list_modes", **responses(schemas.Modes, 404, csv=True))
+def modes(
+    request: Request,
+    code: Code,
+    sessions: Reading,
+    span: EventSpan,
+    direction: AnyDirection = None,
+    cursor: Cursor = None,
+    limit: RowLimit = 5000,
+    format: Format = None,
+) -> Response:
+    """Frequencies and damping ratios of the superstructure, a row per mode of each event, the earliest first."""
+    with sessions() as session:
+        found, _ = queries.building(session, code)
+        rows = queries.modes(session, found.id, span, direction, place(cursor), limit)
+    last = following([(row.event_start, row.id) for row in rows], limit)
+    columns = tuple(schemas.ModeRow.model_fields)
+    return table(request, format, columns, [row[:-1] for row in rows], last, building=code)

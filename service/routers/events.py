@@ -1,0 +1,126 @@
+"""What is known of one event, and the wish to have it analysed again."""
+
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from typing import Annotated
+
+from fastapi import APIRouter, Body, Depends, Request, Response
+from sqlalchemy.orm import Session
+
+from core.description import BuildingDescription
+from core.estimators import ESTIMATORS
+from service import jobs, queries, schemas
+from service.answers import document, responses
+from service.auth import engineer
+from service.buildings import described
+from service.database import Analysis
+from service.errors import InvalidError, NotFoundError, documented
+from service.parameters import AnalysisId, Id, Reading, Writing
+
+router = APIRouter(prefix="/events", tags=["events"])
+
+
+@router.get("/{event_id}", operation_id="get_event", **responses(schemas.EventOut, 404))
+def event(request: Request, event_id: Id, sessions: Reading, analysis: AnalysisId = None) -> Response:
+    """An event: channels, quality, peaks, modes, and what the analysis was made from."""
+    with sessions() as session:
+        found = queries.event(session, event_id)
+        made = queries.analyses(session, event_id)
+        shown = chosen(made, analysis)
+        answer = schemas.EventOut(
+            id=found.id,
+            building=found.building.code,
+            start=found.start,
+            end=found.end,
+            state=found.state,
+            reason=found.reason,
+            pga=shown and shown.pga,
+            waveforms=[schemas.WaveformOut.model_validate(waveform) for waveform in found.waveforms],
+            analysis=shown and schemas.Provenance.model_validate(shown),
+            earlier=[schemas.Provenance.model_validate(one) for one in made if one is not shown],
+            quality=[schemas.FindingOut.model_validate(finding) for finding in shown.quality] if shown else [],
+            peaks=peaks(shown, described(session, found.building).description) if shown else [],
+            directions=directions(session, shown.id) if shown else [],
+        )
+    return document(request, answer)
+
+
+def chosen(made: Sequence[Analysis], number: int | None) -> Analysis | None:
+    """The analysis of that number, or the latest; None before the first."""
+    if number is None:
+        return next((analysis for analysis in made if analysis.current), None)
+    found = next((analysis for analysis in made if analysis.id == number), None)
+    if found is None:
+        raise NotFoundError("analysis of this event", number)
+    return found
+
+
+def peaks(analysis: Analysis, description: BuildingDescription) -> list[schemas.PeakOut]:
+    """Peaks by channel, with what each channel measures."""
+    known = {channel.id: channel for channel in description.channels}
+    return [
+        schemas.PeakOut(
+            channel=channel,
+            level=known[channel].level if channel in known else None,
+            quantity=known[channel].quantity if channel in known else None,
+            direction=known[channel].direction if channel in known else None,
+            peak=peak,
+        )
+        for channel, peak in sorted(analysis.peaks.items())
+    ]
+
+
+def directions(session: Session, analysis_id: int) -> list[schemas.DirectionOut]:
+    """What an analysis found, by direction."""
+    return [
+        schemas.DirectionOut(
+            direction=result.direction,
+            peak_force=result.peak_force,
+            force_std=result.force_std,
+            peak_displacement=result.peak_displacement,
+            cycles=len(result.cycles),
+            modes=[schemas.ModeOut.model_validate(mode) for mode in result.modes],
+        )
+        for result in queries.direction_results(session, analysis_id)
+    ]
+
+
+@router.post(
+    "/{event_id}/analyses",
+    operation_id="analyse_event",
+    status_code=202,
+    response_model=schemas.JobOut,
+    dependencies=[Depends(engineer)],
+    responses={202: {"headers": {"Location": {"description": "Address of the job.", "schema": {"type": "string"}}}}}
+    | documented(400, 401, 403, 404, 422),
+)
+def analyse(
+    event_id: Id,
+    sessions: Writing,
+    response: Response,
+    wanted: Annotated[schemas.AnalysisRequest, Body(description="Settings that differ; {} for none.")],
+) -> schemas.JobOut:
+    """Have the event analysed again; the earlier results are kept. A like job that still waits is answered instead."""
+    with sessions.begin() as session:
+        found = queries.event(session, event_id)
+        arguments = checked(wanted, described(session, found.building).description)
+        job = jobs.enqueue(session, found, arguments, datetime.now(UTC))
+        answer = schemas.JobOut.model_validate(job)
+    response.headers["Location"] = f"/api/v1/jobs/{answer.id}"
+    return answer
+
+
+def checked(wanted: schemas.AnalysisRequest, description: BuildingDescription) -> dict[str, object]:
+    """The arguments of the job.
+
+    Raises:
+        InvalidError: no such estimator or level, or a band that the rate cannot hold.
+    """
+    if wanted.estimator is not None and wanted.estimator not in ESTIMATORS:
+        raise InvalidError(f"There is no estimator {wanted.estimator!r}; there are {', '.join(sorted(ESTIMATORS))}.")
+    levels = [level.name for level in description.levels[1:]]
+    if unknown := [name for name in wanted.sensors or () if name not in levels]:
+        raise InvalidError(f"No level above the isolators is named {unknown[0]!r}; there are {', '.join(levels)}.")
+    if wanted.band is not None and not 0 < wanted.band[0] < wanted.band[1]:
+        raise InvalidError(f"The band must rise from above 0 Hz, got {wanted.band}.")
+    return wanted.model_dump(exclude_none=True)

@@ -1,0 +1,67 @@
+"""How the service is doing: its sources and its jobs."""
+
+from typing import Annotated, Literal
+
+from fastapi import APIRouter, Query, Request, Response
+from sqlalchemy.engine import make_url
+from sqlalchemy.exc import ArgumentError
+
+from service import queries, schemas
+from service.answers import Format, document, responses, table
+from service.buildings import described
+from service.parameters import LARGEST, JobId, Limit, Reading
+
+router = APIRouter(tags=["operations"])
+
+State = Annotated[Literal["waiting", "running", "done", "failed"] | None, Query(description="Only jobs in this state.")]
+OfEvent = Annotated[int | None, Query(description="Only jobs of this event.", ge=1, le=LARGEST)]
+Before = Annotated[int | None, Query(description="`next` of the page before.", ge=1, le=LARGEST)]
+
+
+def without_password(location: str) -> str:
+    """An address as it may be shown; a path stays as it is."""
+    try:
+        return make_url(location).render_as_string(hide_password=True) if "@" in location else location
+    except ArgumentError:
+        return location
+
+
+@router.get("/sources", operation_id="list_sources", **responses(schemas.Sources, csv=True))
+def sources(request: Request, sessions: Reading, format: Format = None) -> Response:
+    """Every building's monitoring server and how it is doing."""
+    with sessions() as session:
+        rows = [
+            (
+                building.code,
+                source.kind,
+                without_password(source.location),
+                *(getattr(state, name, None) for name in ("attempted_at", "succeeded_at", "failing_since", "error")),
+            )
+            for building, _, state in queries.sources(session)
+            if (source := described(session, building).source) is not None
+        ]
+    return table(request, format, tuple(schemas.SourceOut.model_fields), rows, None)
+
+
+@router.get("/jobs", operation_id="list_jobs", **responses(schemas.Jobs))
+def jobs(
+    request: Request,
+    sessions: Reading,
+    state: State = None,
+    event: OfEvent = None,
+    cursor: Before = None,
+    limit: Limit = 50,
+) -> Response:
+    """Jobs, the latest first."""
+    with sessions() as session:
+        found = [schemas.JobOut.model_validate(job) for job in queries.jobs(session, state, event, cursor, limit)]
+    last = str(found[-1].id) if len(found) == limit and found[-1].id > 1 else None
+    return document(request, schemas.Jobs(items=found, next=last))
+
+
+@router.get("/jobs/{job_id}", operation_id="get_job", **responses(schemas.JobOut, 404))
+def job(request: Request, job_id: JobId, sessions: Reading) -> Response:
+    """A job and how far it is."""
+    with sessions() as session:
+        answer = schemas.JobOut.model_validate(queries.job(session, job_id))
+    return document(request, answer)

@@ -1,0 +1,134 @@
+"""The long series of an event: its channels as recorded, and the restoring force."""
+
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal
+
+import numpy as np
+import orjson
+from fastapi import APIRouter, Query, Request, Response
+
+from core.arrays import Indices, Vector
+from service import queries, schemas
+from service.answers import OPTIONS, Format, is_known, responses, series_lines, tag, unchanged, wants_csv, written
+from service.blobs import decode
+from service.buildings import described
+from service.database import DirectionResult, Waveform
+from service.parameters import AnalysisId, ChannelId, HorizontalDirection, Id, Points, Reading
+from service.thinning import extremes
+from service.version import VERSION
+
+router = APIRouter(prefix="/events", tags=["series"])
+
+NAMES = ("displacement", "velocity", "force", "force_rigid", "force_modal", "force_std")
+COLUMN = {"force_std": "force_std_history"}
+Name = Literal["displacement", "velocity", "force", "force_rigid", "force_modal", "force_std"]
+Names = Annotated[list[Name] | None, Query(description="Only these series; repeat the parameter for several.")]
+
+
+def kept(series: Mapping[str, Vector], count: int, points: int | None) -> Indices | None:
+    """Samples that stay: together they hold the extremes of every pixel of each series. None where all do."""
+    if points is None or count <= points or not series:
+        return None
+    return np.unique(np.concatenate([extremes(one, points // len(series)) for one in series.values()]))
+
+
+@router.get(
+    "/{event_id}/restoring-force", operation_id="get_restoring_force", **responses(schemas.ForceSeries, 404, csv=True)
+)
+def restoring_force(
+    request: Request,
+    event_id: Id,
+    direction: HorizontalDirection,
+    sessions: Reading,
+    series: Names = None,
+    points: Points = None,
+    analysis: AnalysisId = None,
+    format: Format = None,
+) -> Response:
+    """Motion and restoring force of the isolation layer; sample i is at start + i · step unless `time` is given."""
+    names = [name for name in NAMES if series is None or name in series]
+    with sessions() as session:
+        result = queries.direction_result(session, event_id, direction, analysis)
+        etag = tag(VERSION, result.id, names, points, wants_csv(request, format))
+        if is_known(request, etag):
+            return unchanged(etag)
+        blobs = queries.histories(session, result.id, [COLUMN.get(name, name) for name in names])
+    found = {name: decode(blob) for name, blob in zip(names, blobs, strict=True) if blob is not None}
+    chosen = kept(found, result.count, points)
+    if chosen is not None:
+        found = {name: one[chosen] for name, one in found.items()}
+    time = (np.arange(result.count) if chosen is None else chosen) / result.rate
+    if wants_csv(request, format):
+        return written(request, series_lines({"time": time} | found), "text/csv", etag)
+    content = described_force(result, names) | {"time": None if chosen is None else time} | found
+    return written(request, orjson.dumps(content, option=OPTIONS), "application/json", etag)
+
+
+def described_force(result: DirectionResult, names: list[str]) -> dict[str, Any]:
+    """All of the answer but the series."""
+    measured = result.peak_displacement is not None
+    return dict.fromkeys(names) | {
+        "event": result.analysis.event_id,
+        "building": result.analysis.event.building.code,
+        "direction": result.direction,
+        "analysis": result.analysis_id,
+        "estimator": result.analysis.estimator,
+        "start": result.start,
+        "rate": result.rate,
+        "step": 1 / result.rate,
+        "count": result.count,
+        "missing": None if measured else "no channel measures the displacement of the isolation layer",
+    }
+
+
+@router.get(
+    "/{event_id}/waveforms/{channel}", operation_id="get_waveform", **responses(schemas.WaveformSeries, 404, csv=True)
+)
+def waveform(
+    request: Request, event_id: Id, channel: ChannelId, sessions: Reading, points: Points = None, format: Format = None
+) -> Response:
+    """A channel as recorded, in SI units; CSV counts time from the event's start."""
+    with sessions() as session:
+        event, pieces = queries.channel(session, event_id, channel)
+        etag = tag(VERSION, [piece.id for piece in pieces], points, wants_csv(request, format))
+        if is_known(request, etag):
+            return unchanged(etag)
+        channels = described(session, event.building).description.channels
+    sensor = next((one for one in channels if one.id == channel), None)
+    series = [thinned(piece, points) for piece in pieces]
+    if wants_csv(request, format):
+        offsets = [(piece.start - event.start).total_seconds() for piece in pieces]
+        times = [offset + time for offset, (time, _) in zip(offsets, series, strict=True)]
+        lines = {"time": np.concatenate(times), "samples": np.concatenate([samples for _, samples in series])}
+        return written(request, series_lines(lines), "text/csv", etag)
+    content = {
+        "event": event_id,
+        "channel": channel,
+        "level": sensor and sensor.level,
+        "quantity": sensor and sensor.quantity,
+        "direction": sensor and sensor.direction,
+        "pieces": [described_piece(*pair) for pair in zip(pieces, series, strict=True)],
+        "missing": "the sensor gave no finite number" if any(~np.isfinite(one).all() for _, one in series) else None,
+    }
+    return written(request, orjson.dumps(content, option=OPTIONS), "application/json", etag)
+
+
+def thinned(piece: Waveform, points: int | None) -> tuple[Vector, Vector]:
+    """(n,) s after the piece's start and (n,) SI units, of the samples that stay."""
+    samples = decode(piece.samples).astype(float) * piece.gain
+    chosen = kept({"samples": samples}, samples.size, points)
+    indices = np.arange(samples.size) if chosen is None else chosen
+    return indices / piece.rate, samples[indices]
+
+
+def described_piece(piece: Waveform, series: tuple[Vector, Vector]) -> dict[str, Any]:
+    """A piece with its samples; time only where they are not regular."""
+    time, samples = series
+    return {
+        "start": piece.start,
+        "rate": piece.rate,
+        "step": 1 / piece.rate,
+        "count": piece.count,
+        "time": None if samples.size == piece.count else time,
+        "samples": samples,
+    }

@@ -1,0 +1,336 @@
+"""What the API answers: names, units and meaning of every value. SI units, UTC times; what is missing is null."""
+
+from datetime import datetime
+from typing import Annotated, Any
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from core.quality import Severity
+from core.record import Direction, Quantity
+
+Number = Annotated[float, Field(allow_inf_nan=False)]
+Series = list[float | None]
+
+
+class Answer(BaseModel):
+    """Read from a row, and nothing else comes with it."""
+
+    model_config = ConfigDict(from_attributes=True, extra="forbid")
+
+
+class Problem(BaseModel):
+    """What went wrong (RFC 9457)."""
+
+    type: str = Field(examples=["about:blank"])
+    title: str = Field(description="The status in words.", examples=["Not Found"])
+    status: int = Field(examples=[404])
+    detail: str = Field(description="What was found and what would do.", examples=["There is no building 'X'."])
+    errors: list[dict[str, str]] | None = Field(None, description="Per parameter: `in`, `name`, `wanted`; for 422.")
+
+
+class BuildingRow(Answer):
+    """A building under watch."""
+
+    code: str
+    name: str
+    events: int = Field(description="Number of events so far.")
+    last_event: datetime | None = Field(description="Start of the latest event; null before the first.")
+
+
+class Buildings(Answer):
+    """All buildings under watch."""
+
+    items: list[BuildingRow]
+    next: str | None = Field(description="Cursor of the next page; null after the last.")
+
+
+class LevelOut(Answer):
+    """A level, as the building file gives it."""
+
+    name: str
+    role: str = Field(description="`ground`, `base` or `floor`.")
+    mass: Number | None = Field(description="kg; null where the file gives none.")
+    stiffness: Number | None = Field(description="N/m, design value of the storey below; null where not given.")
+
+
+class ChannelOut(Answer):
+    """A sensor component, as the building file gives it."""
+
+    id: str
+    level: str
+    quantity: Quantity
+    direction: Direction | None = Field(description="Null for a temperature.")
+
+
+class BuildingOut(Answer):
+    """A building and its description in force."""
+
+    code: str
+    name: str
+    revision: int = Field(description="Number of the description; each update makes a new one.")
+    revised_at: datetime
+    rubber_height: Number | None = Field(description="m, displacement of 100 % shear strain; null where not given.")
+    latitude: Number | None = Field(description="°; null where not given.")
+    longitude: Number | None = Field(description="°; null where not given.")
+    timezone: str
+    levels: list[LevelOut] = Field(description="From the ground up.")
+    channels: list[ChannelOut]
+
+
+class EventRow(Answer):
+    """An event in a list."""
+
+    id: int
+    start: datetime
+    end: datetime
+    state: str = Field(description="`gathering`, `queued`, `analysed`, `refused` or `failed`.")
+    reason: str | None = Field(description="Why it was refused or failed.")
+    pga: Number | None = Field(description="m/s²; null before the analysis, or where the ground is not measured.")
+    analysis: int | None = Field(description="Number of the latest analysis; null before the first.")
+
+
+class Events(Answer):
+    """A page of events, the latest first."""
+
+    items: list[EventRow]
+    next: str | None = Field(description="Cursor of the next page; null after the last.")
+
+
+class FindingOut(Answer):
+    """What screening found."""
+
+    kind: str
+    severity: Severity
+    message: str
+    channel: str | None
+    value: Number | None
+
+
+class PeakOut(Answer):
+    """Largest absolute value of a channel, its mean removed."""
+
+    channel: str
+    level: str | None = Field(description="Null where the building file no longer has the channel.")
+    quantity: str | None
+    direction: str | None
+    peak: Number | None = Field(description="m/s², m/s, m or °C, by quantity; null where the channel held no number.")
+
+
+class ModeOut(Answer):
+    """A fixed-base mode of the superstructure."""
+
+    number: int
+    frequency: Number = Field(description="Hz.")
+    frequency_std: Number | None = Field(description="Hz; null where the estimator gives none.")
+    damping_ratio: Number
+    damping_ratio_std: Number | None = Field(description="Null where the estimator gives none.")
+    shape: dict[str, float] = Field(description="By level, relative to the base slab.")
+
+
+class DirectionOut(Answer):
+    """What was found in a direction."""
+
+    direction: str
+    peak_force: Number = Field(description="N, largest absolute restoring force.")
+    force_std: Number = Field(description="N, its standard deviation.")
+    peak_displacement: Number | None = Field(description="m; null where nothing measures the layer's displacement.")
+    cycles: int = Field(description="Number of cycles with k_eq and c_eq.")
+    modes: list[ModeOut]
+
+
+class Provenance(Answer):
+    """What an analysis was made from, so that it can be made again."""
+
+    id: int
+    current: bool = Field(description="Whether it is the event's latest.")
+    created_at: datetime
+    version: str = Field(description="Of the code.")
+    revision_id: int = Field(description="Of the building's description.")
+    estimator: str | None
+    settings: dict[str, Any]
+    inputs: list[str] = Field(description="SHA-256 of every recording it was made from.")
+    refusal: str | None = Field(description="Why nothing could be found.")
+
+
+class WaveformOut(Answer):
+    """An unbroken piece of a channel."""
+
+    channel: str
+    start: datetime
+    rate: Number = Field(description="Hz.")
+    count: int = Field(description="Number of samples.")
+
+
+class EventOut(Answer):
+    """An event and what came of it."""
+
+    id: int
+    building: str
+    start: datetime
+    end: datetime
+    state: str = Field(description="`gathering`, `queued`, `analysed`, `refused` or `failed`.")
+    reason: str | None
+    pga: Number | None = Field(description="m/s², largest horizontal ground acceleration; null where not known.")
+    waveforms: list[WaveformOut]
+    analysis: Provenance | None = Field(description="The analysis that is shown; null before the first.")
+    earlier: list[Provenance] = Field(description="The other analyses.")
+    quality: list[FindingOut]
+    peaks: list[PeakOut]
+    directions: list[DirectionOut] = Field(description="Empty before the analysis, or where it was refused.")
+
+
+class Piece(Answer):
+    """Samples of an unbroken piece of a channel."""
+
+    start: datetime = Field(description="Of the first sample.")
+    rate: Number = Field(description="Hz.")
+    step: Number = Field(description="s between samples.")
+    count: int = Field(description="Number of samples recorded.")
+    time: Series | None = Field(description="s after `start`, where thinned; else null: sample i is at i · step.")
+    samples: Series = Field(description="SI units; null where the sensor gave no number.")
+
+
+class WaveformSeries(Answer):
+    """A channel of an event as recorded."""
+
+    event: int
+    channel: str
+    level: str | None
+    quantity: str | None = Field(
+        description="acceleration (m/s²), velocity (m/s), displacement (m) or temperature (°C)."
+    )
+    direction: str | None
+    pieces: list[Piece] = Field(description="In order of time; a gap lies between two.")
+    missing: str | None = Field(description="Why samples are null; null where none is.")
+
+
+class ForceSeries(Answer):
+    """Motion and restoring force of the isolation layer; F > 0 where it is displaced to the + side (paper, eq 10)."""
+
+    event: int
+    building: str
+    direction: str
+    analysis: int
+    estimator: str | None
+    start: datetime = Field(description="Of the first sample.")
+    rate: Number = Field(description="Hz.")
+    step: Number = Field(description="s between samples.")
+    count: int = Field(description="Number of samples before thinning.")
+    time: Series | None = Field(description="s after `start`, where thinned; else null: sample i is at i · step.")
+    displacement: Series | None = Field(None, description="m.")
+    velocity: Series | None = Field(None, description="m/s.")
+    force: Series | None = Field(None, description="N, force_rigid + force_modal.")
+    force_rigid: Series | None = Field(None, description="N, inertia of the building moving as the base slab.")
+    force_modal: Series | None = Field(None, description="N, inertia of the superstructure relative to the base slab.")
+    force_std: Series | None = Field(None, description="N, standard deviation of the force.")
+    missing: str | None = Field(description="Why displacement and velocity are null; null where they are not.")
+
+
+class CycleRow(Answer):
+    """The layer as a spring and a dashpot over one cycle (paper, eq 24-27)."""
+
+    event: int
+    event_start: datetime
+    direction: str
+    record_start: datetime = Field(description="Time to which start and end count.")
+    start: Number = Field(description="s after record_start.")
+    end: Number = Field(description="s after record_start.")
+    amplitude: Number = Field(description="m.")
+    shear_strain: Number | None = Field(description="amplitude / rubber height; null where the height is not given.")
+    k_eq: Number = Field(description="N/m.")
+    k_eq_std: Number = Field(description="N/m.")
+    c_eq: Number = Field(description="N s/m.")
+    c_eq_std: Number = Field(description="N s/m.")
+
+
+class Cycles(Answer):
+    """A page of cycles, the earliest first."""
+
+    building: str
+    items: list[CycleRow]
+    next: str | None = Field(description="Cursor of the next page; null after the last.")
+
+
+class ModeRow(Answer):
+    """A fixed-base mode of the superstructure in one event."""
+
+    event: int
+    event_start: datetime
+    direction: str
+    number: int
+    frequency: Number = Field(description="Hz.")
+    frequency_std: Number | None = Field(description="Hz; null where the estimator gives none.")
+    damping_ratio: Number
+    damping_ratio_std: Number | None = Field(description="Null where the estimator gives none.")
+
+
+class Modes(Answer):
+    """A page of modes, the earliest first."""
+
+    building: str
+    items: list[ModeRow]
+    next: str | None = Field(description="Cursor of the next page; null after the last.")
+
+
+class SourceOut(Answer):
+    """A building's monitoring server and how it is doing."""
+
+    building: str
+    kind: str
+    location: str = Field(description="Without the password, if it has one.")
+    attempted_at: datetime | None = Field(description="Null before the first attempt.")
+    succeeded_at: datetime | None = Field(description="Null before the first success.")
+    failing_since: datetime | None = Field(description="Null while it answers.")
+    error: str | None
+
+
+class Sources(Answer):
+    """All sources."""
+
+    items: list[SourceOut]
+    next: str | None = Field(description="Cursor of the next page; null after the last.")
+
+
+class AnalysisRequest(BaseModel):
+    """What shall differ from the service's settings; nothing: the settings in force."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+    estimator: str | None = Field(None, description="Name of an estimator.", examples=["cms"])
+    sensors: list[str] | None = Field(
+        None, min_length=2, description="Names of the levels to use, the base slab among them."
+    )
+    rate: float | None = Field(
+        None, ge=20, le=1000, description="Hz, to which records are resampled.", examples=[100.0]
+    )
+    band: list[float] | None = Field(
+        None, min_length=2, max_length=2, description="Hz, pass band: its two ends, rising.", examples=[[0.1, 30.0]]
+    )
+
+
+class JobOut(Answer):
+    """An analysis that waits, runs, is done or has failed."""
+
+    id: int
+    kind: str
+    event_id: int
+    state: str = Field(description="`waiting`, `running`, `done` or `failed`.")
+    arguments: dict[str, Any] = Field(description="What differs from the service's settings.")
+    claims: int = Field(description="How often a worker took it.")
+    claimed_until: datetime | None = Field(description="End of the worker's lease; null while nobody works on it.")
+    error: str | None
+    created_at: datetime
+    finished_at: datetime | None
+
+
+class Jobs(Answer):
+    """A page of jobs, the latest first."""
+
+    items: list[JobOut]
+    next: str | None = Field(description="Cursor of the next page; null after the last.")
+
+
+class Health(Answer):
+    """How the service is doing."""
+
+    status: str = Field(examples=["ready"])
