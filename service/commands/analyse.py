@@ -5,6 +5,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from service.commands.in_force import settings_in_force
+
 if TYPE_CHECKING:
     from core.analysis import AnalysisSettings
     from core.description import BuildingDescription
@@ -93,9 +95,8 @@ def _settings(estimator: str | None, sensors: str | None, description: "Building
     """The service's own settings, so that both give the same results, with what was asked for in their place."""
     from core.analysis import AnalysisSettings
     from core.estimators import ESTIMATORS
-    from service.settings import Settings
 
-    own = Settings()
+    own = settings_in_force()
     chosen = own.estimator if estimator is None else estimator
     if chosen not in ESTIMATORS:
         raise typer.BadParameter(f"no estimator {chosen!r}; there is {', '.join(ESTIMATORS)}", param_hint="--estimator")

@@ -10,6 +10,8 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
+from service.commands.in_force import settings_in_force
+
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
 
@@ -76,9 +78,8 @@ def _session() -> Iterator["Session"]:
     from service.buildings import BuildingError
     from service.migrate import upgrade
     from service.sessions import sessions
-    from service.settings import Settings
 
-    url = Settings().database_url
+    url = settings_in_force().database_url
     upgrade(url)
     made = sessions(url)
     try:

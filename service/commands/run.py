@@ -1,12 +1,11 @@
 """Commands that run the service, or a part of it."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-if TYPE_CHECKING:
-    from service.settings import Settings
+from service.commands.in_force import settings_in_force
 
 app = typer.Typer(no_args_is_help=True)
 
@@ -19,7 +18,7 @@ def up(
     """Run everything in one process tree: API, poller and worker."""
     from service.roles import api, running, signalled
 
-    settings = _settings(workers=workers, port=port)
+    settings = settings_in_force(workers=workers, port=port)
     with signalled() as stop, running(settings, stop, poll=True, work=True):
         api(settings, stop)
 
@@ -29,7 +28,7 @@ def api(port: Annotated[int | None, typer.Option(help="Port of the API.")] = Non
     """Run the API and its pages alone."""
     from service.roles import api, running, signalled
 
-    settings = _settings(port=port)
+    settings = settings_in_force(port=port)
     with signalled() as stop, running(settings, stop):
         api(settings, stop)
 
@@ -41,7 +40,7 @@ def poll(
     """Fetch what is new at every building's source."""
     from service.roles import migrated, running, signalled
 
-    settings = _settings()
+    settings = settings_in_force()
     if once:
         from service.looking import Look
 
@@ -60,7 +59,7 @@ def work(
     """Analyse the events that wait."""
     from service.roles import migrated, running, signalled, worked_off
 
-    settings = _settings(workers=workers)
+    settings = settings_in_force(workers=workers)
     if once:
         with migrated(settings) as sessions:
             typer.echo(f"{worked_off(sessions, settings)} jobs done")
@@ -81,7 +80,7 @@ def import_files(
     from service.roles import migrated
     from service.sources.arrival import Arrival
 
-    settings = _settings()
+    settings = settings_in_force()
     refused = False
     with migrated(settings) as sessions:
         look = Look(sessions, settings)
@@ -100,30 +99,12 @@ def import_files(
 
 
 @app.command("settings")
-def show_settings() -> None:
+def showsettings_in_force() -> None:
     """Show every setting that is in force, and why."""
     from rich.console import Console
     from rich.table import Table
 
     table = Table("setting", "value", "from", "meaning")
-    for setting in _settings().explained():
+    for setting in settings_in_force().explained():
         table.add_row(setting.name, setting.value, setting.origin, setting.description)
     Console().print(table)
-
-
-def _settings(**given: object) -> "Settings":
-    """The settings in force; what is wrong with them ends the command with its reason."""
-    from pydantic import ValidationError
-
-    from service.settings import Settings
-
-    try:
-        return Settings(**{name: value for name, value in given.items() if value is not None})  # type: ignore[arg-type]
-    except ValidationError as error:
-        problems = (
-            f"{'.'.join(map(str, e['loc'])) or 'settings'}: {e['msg']}, got {e['input']!r}" for e in error.errors()
-        )
-        typer.echo("\n".join(problems), err=True)
-    except (FileNotFoundError, ValueError) as error:
-        typer.echo(str(error), err=True)
-    raise typer.Exit(2)

@@ -1,0 +1,26 @@
+"""The settings that a command works under; what is wrong with them ends it with its reason."""
+
+from typing import TYPE_CHECKING
+
+import typer
+
+if TYPE_CHECKING:
+    from service.settings import Settings
+
+
+def settings_in_force(**given: object) -> "Settings":
+    """Arguments that are not None over the environment, the file and the defaults; exit code 2 if they are wrong."""
+    from pydantic import ValidationError
+
+    from service.settings import Settings
+
+    try:
+        return Settings(**{name: value for name, value in given.items() if value is not None})  # type: ignore[arg-type]
+    except ValidationError as error:
+        problems = (
+            f"{'.'.join(map(str, e['loc'])) or 'settings'}: {e['msg']}, got {e['input']!r}" for e in error.errors()
+        )
+        typer.echo("\n".join(problems), err=True)
+    except (FileNotFoundError, ValueError) as error:
+        typer.echo(str(error), err=True)
+    raise typer.Exit(2)

@@ -1,0 +1,79 @@
+from pathlib import Path
+
+import pytest
+from building_files import SMALL
+from click.testing import Result
+from typer.testing import CliRunner
+
+from service.cli import app
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, empty_database_url: str) -> Path:
+    """Where the building file lies; the commands work on a database without a table."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("MENSHIN_SETTINGS", raising=False)
+    monkeypatch.setenv("MENSHIN_DATABASE_URL", empty_database_url)
+    (tmp_path / "building.toml").write_text(SMALL, "utf-8")
+    return tmp_path
+
+
+def building(*arguments: object) -> Result:
+    return CliRunner().invoke(app, ["building", *map(str, arguments)])
+
+
+def test_a_building_is_added_listed_shown_and_updated(folder: Path) -> None:
+    file = folder / "building.toml"
+    assert building("add", file).exit_code == 0
+    assert "TOWER" in building("list").output
+    assert building("show", "TOWER").output == SMALL
+    heavier = SMALL.replace("mass = 2.3e6", "mass = 2.4e6")
+    file.write_text(heavier, "utf-8")
+    assert "revision 2" in building("update", "TOWER", file).output
+    assert building("show", "TOWER").output == heavier
+
+
+def test_the_same_description_again_is_no_new_revision(folder: Path) -> None:
+    building("add", folder / "building.toml")
+    assert "revision 1" in building("update", "TOWER", folder / "building.toml").output
+
+
+def test_a_building_is_added_once(folder: Path) -> None:
+    building("add", folder / "building.toml")
+    again = building("add", folder / "building.toml")
+    assert again.exit_code == 1
+    assert "is there already" in again.output
+
+
+def test_a_wrong_file_adds_nothing_and_says_all_that_is_wrong(folder: Path) -> None:
+    wrong = SMALL.replace("mass = 2.3e6", "mass = -1.0").replace('"Asia/Tokyo"', '"Mars"')
+    (folder / "building.toml").write_text(wrong, "utf-8")
+    done = building("add", folder / "building.toml")
+    assert done.exit_code == 1
+    assert "timezone: 'Mars' is no time zone" in done.output
+    assert "level[4].mass: input should be greater than 0, got -1.0" in done.output
+    assert "TOWER" not in building("list").output
+
+
+@pytest.mark.parametrize("command", [("show", "NONE"), ("update", "NONE", "building.toml")])
+def test_an_unknown_building_is_refused_with_those_that_are_known(folder: Path, command: tuple[str, ...]) -> None:
+    building("add", folder / "building.toml")
+    done = building(*command)
+    assert done.exit_code == 1
+    assert "no building 'NONE'; there are: TOWER" in done.output
+
+
+def test_a_building_is_not_updated_with_another_ones_file(folder: Path) -> None:
+    building("add", folder / "building.toml")
+    (folder / "other.toml").write_text(SMALL.replace('"TOWER"', '"OTHER"'), "utf-8")
+    done = building("update", "TOWER", "other.toml")
+    assert done.exit_code == 1
+    assert "describes building 'OTHER'; a file of 'TOWER' would do" in done.output
+    assert building("show", "TOWER").output == SMALL
+
+
+def test_wrong_settings_end_with_two_and_their_name(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("MENSHIN_PORT", "many")
+    done = building("list")
+    assert done.exit_code == 2
+    assert "port: " in done.output
