@@ -1,6 +1,19 @@
 """Equivalent stiffness and damping of the isolation layer, segment by segment (paper, eq 24-27)."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from core.arrays import Matrix, Vector
+from core.displacement import Motion
+
+Span = tuple[int, int]
+"""First sample of a segment, and one past its last."""
+
+FEWEST_SAMPLES = 12
+"""Of a segment: four for each of the three coefficients."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,3 +34,108 @@ class EquivalentSegment:
     c_eq: float
     """N s/m."""
     c_eq_std: float
+
+
+def cycles(displacement: Vector, threshold: float) -> tuple[Span, ...]:
+    """Complete cycles between zero up-crossings.
+
+    An up-crossing counts once the displacement has gone from below −threshold/2 to above +threshold/2 (hysteresis:
+    noise that crosses zero makes no cycle), and a cycle once its amplitude, √2 · RMS about its mean, reaches the
+    threshold.
+
+    Args:
+        displacement: (n,) m, about its position at rest.
+        threshold: m, the smallest amplitude that counts.
+    """
+    side = np.where(displacement > threshold / 2, 1, np.where(displacement < -threshold / 2, -1, 0))
+    beyond = np.flatnonzero(side)
+    turn = np.flatnonzero((side[beyond][:-1] < 0) & (side[beyond][1:] > 0))
+    crossings = [_up_crossing(displacement, *beyond[i : i + 2]) for i in turn]
+    return tuple(
+        (a, b) for a, b in pairwise(crossings) if b - a >= FEWEST_SAMPLES and amplitude(displacement[a:b]) >= threshold
+    )
+
+
+def windows(size: int, rate: float, length: float) -> tuple[Span, ...]:
+    """The paper's segments: windows of a fixed length in s, one after the other; what is left at the end is dropped."""
+    step = max(FEWEST_SAMPLES, round(length * rate))
+    return tuple((start, start + step) for start in range(0, size - step + 1, step))
+
+
+def equivalent_segments(
+    force: Vector, motion: Motion, rate: float, spans: Sequence[Span], rubber_height: float | None = None
+) -> tuple[EquivalentSegment, ...]:
+    """k_eq and c_eq of each span by least squares with an intercept (eq 24-26).
+
+    Args:
+        force: (n,) N, restoring force.
+        motion: of the isolation layer, n samples.
+        rate: Hz.
+        spans: the segments, as from `cycles` or `windows`.
+        rubber_height: m, displacement of 100 % shear strain.
+    """
+    return tuple(_segment(force, motion, rate, span, rubber_height) for span in spans)
+
+
+def amplitude(displacement: Vector) -> float:
+    """√2 · RMS about the mean (eq 27), in m: the amplitude of a sine."""
+    return float(np.sqrt(2.0) * displacement.std())
+
+
+def regression(regressors: Matrix, response: Vector) -> tuple[Vector, Matrix]:
+    """Least squares, and a covariance that holds when the residuals are autocorrelated.
+
+    Newey and West (1987) with the Bartlett kernel and Andrews's (1991) bandwidth for a first-order process, scaled
+    by n/(n − p) for the p coefficients.
+
+    Args:
+        regressors: (n, p).
+        response: (n,).
+
+    Returns:
+        (p,) coefficients and (p, p) covariance.
+    """
+    count, coefficients = regressors.shape
+    solution = np.asarray(np.linalg.lstsq(regressors, response, rcond=None)[0])
+    residual = response - regressors @ solution
+    score = regressors * residual[:, None]
+    meat = score.T @ score
+    for lag in range(1, _bandwidth(residual) + 1):
+        product = score[lag:].T @ score[:-lag]
+        meat += (1 - lag / (_bandwidth(residual) + 1)) * (product + product.T)
+    bread = np.linalg.pinv(regressors.T @ regressors)
+    covariance: Matrix = bread @ meat @ bread * count / (count - coefficients)
+    return solution, covariance
+
+
+def _segment(force: Vector, motion: Motion, rate: float, span: Span, rubber_height: float | None) -> EquivalentSegment:
+    start, end = span
+    x, v, f = motion.displacement[start:end], motion.velocity[start:end], force[start:end]
+    scale = np.array([x.std(), v.std(), 1.0])  # so that metres and metres per second weigh alike in the pseudo-inverse
+    coefficients, covariance = regression(np.column_stack([x, v, np.ones_like(x)]) / scale, f)
+    k_eq, c_eq, _ = coefficients / scale
+    k_eq_std, c_eq_std, _ = np.sqrt(np.diag(covariance)) / scale
+    reached = amplitude(x)
+    return EquivalentSegment(
+        start=start / rate,
+        end=end / rate,
+        amplitude=reached,
+        shear_strain=None if rubber_height is None else reached / rubber_height,
+        k_eq=float(k_eq),
+        k_eq_std=float(k_eq_std),
+        c_eq=float(c_eq),
+        c_eq_std=float(c_eq_std),
+    )
+
+
+def _bandwidth(residual: Vector) -> int:
+    """Andrews (1991), eq 6.2 and 6.4: lags for a Bartlett kernel, at most a third of the samples."""
+    power = float(residual @ residual)
+    ρ = min(0.97, abs(float(residual[1:] @ residual[:-1])) / power) if power > 0 else 0.0
+    α = 4 * ρ**2 / (1 - ρ**2) ** 2
+    return min(int(1.1447 * (α * residual.size) ** (1 / 3)), residual.size // 3)
+
+
+def _up_crossing(displacement: Vector, below: int, above: int) -> int:
+    """The first sample at or above zero after the last one below it, between the two given samples."""
+    return int(below + 1 + np.flatnonzero(displacement[below : above + 1] < 0)[-1])

@@ -1,0 +1,163 @@
+"""Is each channel, looked at alone, fit for use?"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.ndimage import median_filter
+
+from core.arrays import Vector
+from core.assembly import Trace
+from core.description import BuildingDescription
+from core.quality import Finding, Severity
+from core.record import Channel
+
+MENDED_GAP = 0.1
+"""s, the longest gap that interpolation mends."""
+SILENT_GAP = 0.03
+"""s, the longest gap whose mending cannot be seen in the results."""
+SPIKE = 20.0
+"""Of the 99th percentile of the distance from the running median: a larger one is no motion."""
+MOST_SPIKES = 10
+"""In a channel: with more of them it is not mended."""
+CLIPPED_RUN = 3
+"""Samples in a row at the channel's largest value, of which no analogue signal is capable."""
+RESOLVED = 50
+"""Steps of the digitiser within the largest value, below which a run of equal samples is only coarse."""
+LARGEST = {"acceleration": 30.0, "velocity": 10.0, "displacement": 2.0, "temperature": 80.0}
+"""SI (°C for a temperature): beyond, the unit is wrong."""
+
+
+def loss(channel: Channel, description: BuildingDescription) -> Severity:
+    """How bad it is to be without the channel: nothing can be estimated without the base slab's acceleration."""
+    base = channel.level == description.base.name and channel.quantity == "acceleration" and channel.direction != "z"
+    return "fatal" if base else "warning"
+
+
+def screened(trace: Trace, channel: Channel, lost: Severity) -> tuple[Trace | None, tuple[Finding, ...]]:
+    """The trace, mended where that is possible, or None if it cannot be used; and what was found.
+
+    Args:
+        trace: of the channel, at its own rate.
+        channel: which one.
+        lost: severity of what makes the channel unusable.
+    """
+    mended, gaps = _without_gaps(trace, channel, lost)
+    if mended is None:
+        return None, gaps
+    faults = [check(mended, channel, lost) for check in (_dead, _unit, _clipping)]
+    found = [finding for finding in faults if finding is not None]
+    if found:
+        return None, (*gaps, *found)
+    smooth, spikes = _without_spikes(mended, channel, lost)
+    return smooth, (*gaps, *spikes)
+
+
+def _without_gaps(trace: Trace, channel: Channel, lost: Severity) -> tuple[Trace | None, tuple[Finding, ...]]:
+    absent = ~np.isfinite(trace.samples)
+    if not absent.any():
+        return trace, ()
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], absent.astype(int), [0]])))
+    longest = float(np.diff(edges)[::2].max() / trace.rate)
+    if longest > MENDED_GAP or absent.mean() > 0.01 or absent[0] or absent[-1]:
+        message = (
+            f"{absent.sum()} samples are missing or not a number, up to {longest:.3g} s in a row; gaps up to "
+            f"{MENDED_GAP} s can be mended. The channel is left out; send the missing data and analyse again"
+        )
+        return None, (Finding("gap", lost, message, channel.id, longest),)
+    position = np.arange(absent.size)
+    samples = trace.samples.copy()
+    samples[absent] = np.interp(position[absent], position[~absent], samples[~absent])
+    message = f"{absent.sum()} missing samples, up to {longest:.3g} s in a row, were interpolated"
+    severity: Severity = "note" if longest <= SILENT_GAP else "warning"
+    return Trace(trace.start, trace.rate, samples), (Finding("gap", severity, message, channel.id, longest),)
+
+
+def _dead(trace: Trace, channel: Channel, lost: Severity) -> Finding | None:
+    still = float(np.mean(np.diff(trace.samples) == 0)) if trace.samples.size > 1 else 1.0
+    if channel.quantity == "temperature" or np.ptp(trace.samples) > 0:
+        return None
+    message = f"{100 * still:.3g} % of the samples repeat the one before; check sensor and cable. It is left out"
+    return Finding("dead", lost, message, channel.id, float(trace.samples[0]))
+
+
+def _unit(trace: Trace, channel: Channel, lost: Severity) -> Finding | None:
+    centred = trace.samples - (0.0 if channel.quantity == "temperature" else np.median(trace.samples))
+    peak, limit = float(np.abs(centred).max()), LARGEST[channel.quantity]
+    # A single wild sample is a spike, not a unit: the unit shows in a share of the record.
+    if np.quantile(np.abs(centred), 0.999) <= limit:
+        return None
+    message = (
+        f"reaches {peak:.4g} as a {channel.quantity}, more than {limit:g} (SI); check the unit (gal are 0.01 m/s², "
+        "g are 9.81 m/s²). It is left out"
+    )
+    return Finding("unit", lost, message, channel.id, peak)
+
+
+def _clipping(trace: Trace, channel: Channel, lost: Severity) -> Finding | None:
+    if channel.quantity == "temperature":
+        return None
+    centred = trace.samples - np.median(trace.samples)
+    steps = np.abs(np.diff(trace.samples))
+    step = steps[steps > 0].min(initial=np.inf)
+    clipped = 0
+    for rail in (centred.max(), centred.min()):
+        at_rail = np.abs(centred - rail) <= 1e-9 * abs(rail)
+        if abs(rail) > RESOLVED * step and abs(rail) > 0.2 * np.ptp(centred):
+            clipped += _in_runs(at_rail)
+    if not clipped:
+        return None
+    level = float(np.abs(centred).max())
+    message = (
+        f"{clipped} samples lie flat at the largest value, {level:.4g} (SI): the sensor was at its limit. "
+        "It is left out; a sensor of larger range would do"
+    )
+    return Finding("clipping", lost, message, channel.id, level)
+
+
+def _in_runs(true: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> int:
+    """How many samples lie in runs of at least CLIPPED_RUN."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], true.astype(int), [0]])))
+    lengths = np.diff(edges)[::2]
+    return int(lengths[lengths >= CLIPPED_RUN].sum())
+
+
+def _without_spikes(trace: Trace, channel: Channel, lost: Severity) -> tuple[Trace | None, tuple[Finding, ...]]:
+    distance = np.abs(trace.samples - median_filter(trace.samples, 7, mode="nearest"))
+    wild = distance > SPIKE * _running_level(distance, trace.rate)
+    wild &= distance > 0.1 * np.quantile(np.abs(trace.samples - np.median(trace.samples)), 0.999)
+    count = int(wild.sum())
+    if channel.quantity == "temperature" or not count:
+        return trace, ()
+    largest = float(distance[wild].max())
+    if count > MOST_SPIKES:
+        message = f"{count} spikes up to {largest:.4g} (SI); check the cable. The channel is left out"
+        return None, (Finding("spike", lost, message, channel.id, largest),)
+    position = np.arange(wild.size)
+    samples = trace.samples.copy()
+    samples[wild] = np.interp(position[wild], position[~wild], samples[~wild])
+    message = f"{count} spikes up to {largest:.4g} (SI) were interpolated; check the cable if they come again"
+    return Trace(trace.start, trace.rate, samples), (Finding("spike", "warning", message, channel.id, largest),)
+
+
+def _running_level(distance: Vector, rate: float) -> Vector:
+    """99th percentile of each second and of its neighbours, so that a strong phase is judged by itself."""
+    block = max(1, round(rate))
+    levels = [float(np.quantile(distance[i : i + block], 0.97)) for i in range(0, distance.size, block)]
+    around = [max(levels[max(0, i - 1) : i + 2]) for i in range(len(levels))]
+    floor = float(np.quantile(distance, 0.5))
+    return np.repeat(np.maximum(around, floor), block)[: distance.size]
+
+
+def missing(channels: Sequence[Channel], present: set[str], description: BuildingDescription) -> tuple[Finding, ...]:
+    """What the description lists and the record does not have."""
+    return tuple(
+        Finding(
+            "missing",
+            loss(channel, description),
+            f"the {channel.quantity} of level {channel.level!r} was not recorded; the event's other file, or a "
+            "description without the channel, would do",
+            channel.id,
+        )
+        for channel in channels
+        if channel.id not in present
+    )
