@@ -2,7 +2,7 @@
 
 import typer
 
-from service.commands import analyse, building, demo, run
+from service.commands import analyse, building, demo, keys, run
 
 app = typer.Typer(
     name="menshin",
@@ -13,3 +13,4 @@ app = typer.Typer(
 for group in (demo, run, analyse):
     app.add_typer(group.app)
 app.add_typer(building.app, name="building")
+app.add_typer(keys.app, name="key")
