@@ -12,12 +12,12 @@ from core.paper import BUILDING as PAPER
 from service import building_file
 from service.demo import memory
 from service.demo.catalogue import APART, YEARS, history, peak_accelerations
-from service.demo.fdsn_query import Selection
 from service.demo.motions import GroundMotion, prepared, recorded
 from service.demo.site import LATITUDE, sensors
 from service.demo.site import building_file as written
 from service.demo.stage import Stage, forget
 from service.demo.stage import prepared as staged
+from service.fdsn_query import Selection
 
 NOW = datetime(2026, 1, 1, tzinfo=UTC)
 COUNT = 3
