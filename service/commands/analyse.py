@@ -8,9 +8,10 @@ import typer
 from service.commands.in_force import settings_in_force
 
 if TYPE_CHECKING:
-    from core.analysis import AnalysisSettings
+    from core.analysis import AnalysisSettings, EventAnalysis
     from core.description import BuildingDescription
     from service.building_file import BuildingFile
+    from service.event_files import EventFiles
 
 REFUSED, USAGE = 1, 2
 
@@ -52,33 +53,47 @@ def analyse(
 
     Exit code 0: analysed; 1: an event or a file was refused; 2: wrong usage or building file.
     """
-    from rich.console import Console
-
-    from core.analysis import analyse as analyse_event
-    from service import event_files, event_json, event_output, event_summary
+    from service.event_files import events
     from service.formats import FormatError
 
     described = _described(building)
     settings = _settings(estimator, sensors, described.description)
     try:
-        events = event_files.events(files, described)
+        found = events(files, described)
     except FormatError as error:
         typer.echo(str(error), err=True)
         raise typer.Exit(REFUSED) from None
-    if not events:
+    if not found:
         raise typer.BadParameter("none of the files holds records", param_hint="FILE...")
-    refused = False
-    for event in events:
-        result = analyse_event(event.segments, described.description, settings)
-        Console().print(event_summary.summary(result, described.description))
-        stamp = f"{event.start:%Y%m%dT%H%M%SZ}" if len(events) > 1 else ""
-        if json is not None:
-            _write_json(event_json.as_json(result, described.description, settings), _stamped(json, stamp))
-        if out is not None:
-            event_output.write(result, described.description.code, out / stamp)
-        refused |= result.refusal is not None
-    if refused:
+    stamps = [f"{event.start:%Y%m%dT%H%M%SZ}" if len(found) > 1 else "" for event in found]
+    results = [
+        _analysed(event, described.description, settings, _stamped(json, stamp), out and out / stamp)
+        for event, stamp in zip(found, stamps, strict=True)
+    ]
+    if any(result.refusal is not None for result in results):
         raise typer.Exit(REFUSED)
+
+
+def _analysed(
+    event: "EventFiles",
+    description: "BuildingDescription",
+    settings: "AnalysisSettings",
+    json: Path | None,
+    out: Path | None,
+) -> "EventAnalysis":
+    """Analyse one event, print its summary and write what is asked for."""
+    from rich.console import Console
+
+    from core.analysis import analyse as analyse_event
+    from service import event_json, event_output, event_summary
+
+    result = analyse_event(event.segments, description, settings)
+    Console().print(event_summary.summary(result, description))
+    if json is not None:
+        _write_json(event_json.as_json(result, description, settings), json)
+    if out is not None:
+        event_output.write(result, description.code, out)
+    return result
 
 
 def _described(path: Path) -> "BuildingFile":
@@ -118,8 +133,8 @@ def _levels(sensors: str, description: "BuildingDescription") -> tuple[str, ...]
     return levels
 
 
-def _stamped(path: Path, stamp: str) -> Path:
-    return path.with_stem(f"{path.stem}-{stamp}") if stamp else path
+def _stamped(path: Path | None, stamp: str) -> Path | None:
+    return path.with_stem(f"{path.stem}-{stamp}") if path is not None and stamp else path
 
 
 def _write_json(document: dict[str, object], path: Path) -> None:
