@@ -1,12 +1,15 @@
 """The web application, assembled."""
 
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
 from typing import Any
 
 from fastapi import APIRouter, Depends, FastAPI
+from fastapi.staticfiles import StaticFiles
 
 from service import auth, errors, schemas
 from service.auth import Keys
-from service.routers import buildings, events, health, operations, series
+from service.routers import buildings, events, fdsnws, health, operations, pages, series
 from service.sessions import reading, sessions
 from service.settings import Settings
 from service.version import VERSION
@@ -33,7 +36,13 @@ SECURITY = {
 def create(settings: Settings) -> FastAPI:
     """The application on the database that the settings name, which must have its tables."""
     app = FastAPI(
-        title="Menshin", version=VERSION, description=DESCRIPTION, openapi_tags=TAGS, docs_url=None, redoc_url=None
+        title="Menshin",
+        version=VERSION,
+        description=DESCRIPTION,
+        openapi_tags=TAGS,
+        docs_url=None,
+        redoc_url=None,
+        lifespan=lifespan,
     )
     app.state.settings = settings
     app.state.sessions = sessions(settings.database_url)
@@ -44,9 +53,19 @@ def create(settings: Settings) -> FastAPI:
     for router in (buildings.router, events.router, series.router, operations.router):
         api.include_router(router)
     app.include_router(api)
+    for router in (fdsnws.router, pages.router):
+        app.include_router(router, dependencies=[Depends(auth.viewer)])
     app.include_router(health.router)
+    app.mount("/static", StaticFiles(directory=pages.FOLDER / "static"))
     app.openapi = lambda: openapi(app)  # type: ignore[method-assign]  # FastAPI's documented way to extend it
     return app
+
+
+@asynccontextmanager
+async def lifespan(app: FastAPI) -> AsyncIterator[None]:
+    """The connections are closed with the application."""
+    yield
+    app.state.sessions.kw["bind"].dispose()
 
 
 def openapi(app: FastAPI) -> dict[str, Any]:

@@ -280,3 +280,47 @@ def channel(session: Session, event_id: int, name: str) -> tuple[Event, Sequence
     if not pieces:
         raise NotFoundError(f"channel in event {event_id}", name)
     return found, pieces
+
+
+def epochs(session: Session) -> Sequence[tuple[Building, Row[Any]]]:
+    """Every building's channels by gain and rate: from when to when something is stored."""
+    question = (
+        select(
+            Event.building_id,
+            Waveform.channel,
+            Waveform.gain,
+            Waveform.rate,
+            func.min(Waveform.start).label("start"),
+            func.max(Event.end).label("end"),
+        )
+        .join(Waveform, Waveform.event_id == Event.id)
+        .group_by(Event.building_id, Waveform.channel, Waveform.gain, Waveform.rate)
+    )
+    known = {building.id: building for building in session.scalars(select(Building))}
+    return [(known[row.building_id], row) for row in session.execute(question)]
+
+
+def pieces(session: Session, start: datetime, end: datetime) -> Sequence[Row[Any]]:
+    """(id, channel) of the waveforms of events that overlap a span of time."""
+    question = select(Waveform.id, Waveform.channel).join(Event, Event.id == Waveform.event_id)
+    return session.execute(question.where(Event.start <= end, Event.end >= start)).all()
+
+
+def samples(session: Session, numbers: Sequence[int]) -> Sequence[Waveform]:
+    """These waveforms with their samples."""
+    question = select(Waveform).options(undefer(Waveform.samples)).where(Waveform.id.in_(numbers))
+    return session.scalars(question.order_by(Waveform.channel, Waveform.start)).all()
+
+
+def loop(session: Session, result_id: int) -> Row[Any]:
+    """Rate, displacement and force of a direction's result, as stored.
+
+    Raises:
+        NotFoundError: there is no such result, or nothing measured its displacement.
+    """
+    question = select(DirectionResult.rate, DirectionResult.displacement, DirectionResult.force)
+    usable = question.where(DirectionResult.id == result_id, DirectionResult.displacement.is_not(None))
+    found = session.execute(usable).one_or_none()
+    if found is None:
+        raise NotFoundError("loop of result", result_id)
+    return found

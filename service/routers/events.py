@@ -19,6 +19,8 @@ from service.parameters import AnalysisId, Id, Reading, Writing
 
 router = APIRouter(prefix="/events", tags=["events"])
 
+LOCATION = {"description": "Address of the job.", "schema": {"type": "string"}}
+
 
 @router.get("/{event_id}", operation_id="get_event", **responses(schemas.EventOut, 404))
 def event(request: Request, event_id: Id, sessions: Reading, analysis: AnalysisId = None) -> Response:
@@ -34,9 +36,9 @@ def event(request: Request, event_id: Id, sessions: Reading, analysis: AnalysisI
             end=found.end,
             state=found.state,
             reason=found.reason,
-            pga=shown and shown.pga,
+            pga=shown.pga if shown else None,
             waveforms=[schemas.WaveformOut.model_validate(waveform) for waveform in found.waveforms],
-            analysis=shown and schemas.Provenance.model_validate(shown),
+            analysis=schemas.Provenance.model_validate(shown) if shown else None,
             earlier=[schemas.Provenance.model_validate(one) for one in made if one is not shown],
             quality=[schemas.FindingOut.model_validate(finding) for finding in shown.quality] if shown else [],
             peaks=peaks(shown, described(session, found.building).description) if shown else [],
@@ -91,8 +93,7 @@ def directions(session: Session, analysis_id: int) -> list[schemas.DirectionOut]
     status_code=202,
     response_model=schemas.JobOut,
     dependencies=[Depends(engineer)],
-    responses={202: {"headers": {"Location": {"description": "Address of the job.", "schema": {"type": "string"}}}}}
-    | documented(400, 401, 403, 404, 422),
+    responses=documented(400, 401, 403, 404, 422) | {202: {"headers": {"Location": LOCATION}}},
 )
 def analyse(
     event_id: Id,

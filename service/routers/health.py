@@ -8,6 +8,7 @@ from sqlalchemy.exc import SQLAlchemyError
 from service import migrate, queries, schemas
 from service.errors import documented, problem
 from service.parameters import Reading
+from service.poller import POLLING
 
 router = APIRouter(tags=["operations"])
 
@@ -26,7 +27,7 @@ def ready(request: Request, sessions: Reading) -> schemas.Health | Response:
         if standing is None:
             return problem(503, "The database has no tables yet; 'menshin up' or 'menshin api' makes them.")
         with sessions() as session:
-            until = queries.lease_until(session, "poller")
+            until = queries.lease_until(session, POLLING)
     except SQLAlchemyError:
         return problem(503, "The database does not answer.")
     if until is None or until < datetime.now(UTC):
