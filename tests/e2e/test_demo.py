@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import httpx
+import psutil
 import pytest
 
 PAST = 3
@@ -80,12 +81,17 @@ def interrupted(running: Demo) -> float:
     return time.monotonic() - begin
 
 
-def left_over(group: int) -> bool:
+def left_over(group: int) -> list[psutil.Process]:
+    """Processes of the group that still live after the moment that a child needs to see that its parent is gone."""
+    members = [process for process in psutil.process_iter() if _group(process) == group]
+    return psutil.wait_procs(members, timeout=5.0)[1]
+
+
+def _group(process: psutil.Process) -> int | None:
     try:
-        os.killpg(group, 0)
-    except ProcessLookupError:
-        return False
-    return True
+        return None if process.status() == psutil.STATUS_ZOMBIE else os.getpgid(process.pid)
+    except (ProcessLookupError, psutil.NoSuchProcess):
+        return None
 
 
 @pytest.mark.slow
