@@ -10,6 +10,7 @@ from core.expansion import assumed_stiffness, expanded, modal_acceleration
 from core.identification import Identification, identified_modes
 from core.modal import real_shape
 from core.noise import noise_std
+from core.substructure import modal_force, rigid_force
 
 NAME = "cms"
 
@@ -84,8 +85,8 @@ def force_of_shapes(
     """
     base, floors = superstructure.base_acceleration, superstructure.floor_acceleration
     modal_coordinates = modal_acceleration(shapes, superstructure.measured, floors - base)
-    rigid = -(superstructure.base_mass + superstructure.floor_mass.sum()) * base
-    modal = -(superstructure.floor_mass @ shapes) @ modal_coordinates
+    rigid = rigid_force(superstructure.base_mass + superstructure.floor_mass.sum(), base)
+    modal = modal_force(superstructure.floor_mass, shapes, modal_coordinates)
     noise = noise_std(np.vstack([base, floors]), superstructure.rate)
     std = np.linalg.norm(channel_weights(superstructure, shapes) * noise)
     return RestoringForce(NAME, rigid + modal, rigid, modal, np.full(base.size, std), modes)

@@ -4,6 +4,7 @@ import numpy as np
 from scipy import linalg
 
 from core.arrays import Indices, Matrix, Vector
+from core.building import storey_stiffness_matrix
 from core.errors import ModelError
 
 
@@ -41,8 +42,7 @@ def static_shapes(storey_stiffness: Vector, measured: Indices) -> Matrix:
     if measured.size == 0 or measured[0] < 0 or measured[-1] >= floors or np.any(np.diff(measured) <= 0):
         raise ModelError(f"measured floors must rise within 0 ... {floors - 1}, got {measured.tolist()}")
     unmeasured = np.setdiff1d(np.arange(floors), measured)
-    above = np.append(storey_stiffness[1:], 0.0)
-    K = np.diag(storey_stiffness + above) - np.diag(above[:-1], 1) - np.diag(above[:-1], -1)
+    K = storey_stiffness_matrix(storey_stiffness)
     shapes = np.zeros((floors, measured.size))
     shapes[measured, np.arange(measured.size)] = 1.0
     if unmeasured.size:

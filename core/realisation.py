@@ -69,7 +69,7 @@ def realise(A: Matrix, C: Matrix, inputs: Matrix, outputs: Matrix) -> StateSpace
 
 
 def _design(eigenvalues: ComplexVector, shapes: ComplexMatrix, inputs: Matrix) -> Matrix:
-    """Outputs one after the other to unit entries of B, x(0) and D: 2 Re(c s) to a real one, -2 Im(c s) to an imaginary."""
+    """Outputs to unit entries of B, x(0) and D: 2 Re(c s) to a real one, -2 Im(c s) to an imaginary one."""
     n, p = inputs.shape[1], len(shapes)
     driven = [[signal.lfilter([0, 1], [1, -w], u) for w in eigenvalues] for u in inputs]
     free = eigenvalues[:, None] ** np.arange(n)
