@@ -10,6 +10,7 @@ import numpy as np
 from core.arrays import Vector
 from core.assembly import Trace, joined, on_one_time_base
 from core.conditioning import band_passed, without_baseline
+from core.consistency import disagreements
 from core.description import BuildingDescription
 from core.displacement import Motion, fuse, integrate
 from core.equivalent import EquivalentSegment, cycles, equivalent_segments
@@ -23,6 +24,8 @@ from core.screening import loss, missing, screened
 
 ABOVE_NOISE = 10.0
 """Of the displacement's noise: the smallest amplitude of a cycle that is reported."""
+KEPT = ("delay", "clock")
+"""Kinds of disagreement that leave a channel worth using."""
 SMALLEST_CYCLE = 1e-5
 """m, the resolution of a good transducer: no smaller cycle is reported."""
 
@@ -92,10 +95,13 @@ def analyse(segments: Sequence[Segment], description: BuildingDescription, setti
         found.append(Finding("record", "fatal", str(error)))
         start = min((segment.start for segment in segments), default=datetime.min.replace(tzinfo=UTC))
         return EventAnalysis(start, settings.rate, {}, tuple(found), {}, None, _refusal(found))
+    wrong = disagreements(record, description)
+    found += wrong
+    trusted = _without(record, {finding.channel for finding in wrong if finding.kind not in KEPT})
     directions: dict[Direction, DirectionAnalysis] = {}
     for direction in description.horizontal_directions:
         try:
-            directions[direction] = _direction(record, description, settings, direction, found)
+            directions[direction] = _direction(trusted, description, settings, direction, found)
         except CoreError as error:
             found.append(Finding("direction", "fatal", f"direction {direction}: {error}"))
     if not directions and all(finding.severity != "fatal" for finding in found):
@@ -163,6 +169,11 @@ def _complete(record: Record, description: BuildingDescription, found: list[Find
     if not rows:
         raise RecordError("no channel covers the whole event; send the rest and analyse again")
     return rows
+
+
+def _without(record: Record, left_out: set[str | None]) -> Record:
+    kept = [row for row, channel in enumerate(record.channels) if channel.id not in left_out]
+    return replace(record, channels=tuple(record.channels[row] for row in kept), samples=record.samples[kept])
 
 
 def _direction(

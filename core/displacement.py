@@ -13,9 +13,6 @@ from scipy.fft import dct, dst, idst
 from core.arrays import Vector
 from core.errors import RecordError
 
-NOISE_BAND = (0.35, 0.40)
-"""Of the sampling rate: above what a building does, below the edge of the anti-alias filter."""
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Motion:
@@ -25,23 +22,6 @@ class Motion:
     """(n,) m."""
     velocity: Vector
     """(n,) m/s."""
-
-
-def noise_level(samples: Vector, rate: float) -> float:
-    """Standard deviation of a channel's white noise, from the band where only noise is left.
-
-    Args:
-        samples: (n,) any unit, not yet band-passed.
-        rate: Hz.
-
-    Returns:
-        Standard deviation of white noise of that density, in the samples' unit.
-    """
-    window = np.hanning(samples.size)
-    power = np.abs(np.fft.rfft((samples - samples.mean()) * window)) ** 2 / np.sum(window**2)
-    frequency = np.fft.rfftfreq(samples.size, 1 / rate)
-    low, high = np.array(NOISE_BAND) * rate
-    return float(np.sqrt(np.mean(power[(frequency >= low) & (frequency <= high)])))
 
 
 def fuse(

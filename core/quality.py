@@ -4,7 +4,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 Severity = Literal["note", "warning", "fatal"]
-"""`note`: mended or harmless; `warning`: the results may be affected; `fatal`: the event is refused."""
+"""`note`: mended or harmless; `warning`: the results may be affected; `fatal`: its direction is left out; an
+event with no direction left is refused."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,263 @@
+"""Do the channels agree with each other where the building must move as one body?
+
+Below the first fixed-base frequency all levels above the isolators move nearly together, the higher ones a little
+more (the quasi-static deflection of a shear building grows with height), and the layer's displacement is the
+difference of what lies above and below it. A channel that is reversed, swapped, late or in another unit breaks this.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+
+from core.arrays import ComplexMatrix, ComplexVector, Vector
+from core.description import BuildingDescription
+from core.errors import RecordError
+from core.noise import noise_std
+from core.quality import Finding
+from core.record import Channel, Direction, Record
+from core.screening import loss
+
+BAND = (0.2, 0.7)
+"""Hz, above the accelerometers' drift and below the first fixed-base frequency."""
+CLEAR = 100.0
+"""Power of a channel over that of its noise in the band, below which nothing is concluded from it."""
+COHERENT = 0.8
+"""Squared coherence of two levels of one rigid body; healthy buildings have 0.98 and more."""
+GAIN = 2.0
+"""Factor between two levels; quasi-static deflection makes 1.2 of it on a real five-storey building."""
+LATE = 0.03
+"""s; the damping of a real building makes 0.007 s of it."""
+JUMP = 0.06
+"""s, between two windows of 20 s."""
+WINDOW = 20.0
+"""s."""
+CERTAIN = 5.0
+"""Standard deviations by which a lower level must move more than a higher one to be called out of order."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Spectra:
+    """Low-frequency accelerations of one direction's channels; a displacement is differentiated twice."""
+
+    channels: tuple[Channel, ...]
+    """Those that are clear above their noise: ground, base slab and floors upward, then the displacement."""
+    values: ComplexMatrix
+    """(channels, frequencies)."""
+    frequency: Vector
+    """(frequencies,) Hz."""
+    levels: Mapping[str, int]
+    """Place of each level's acceleration; 0 for the ground, 1 for the base slab."""
+
+    def acceleration(self, place: int) -> ComplexVector | None:
+        """(frequencies,) of the level at that place, or None."""
+        for channel, row in zip(self.channels, self.values, strict=True):
+            if channel.quantity == "acceleration" and self.levels[channel.level] == place:
+                return row
+        return None
+
+
+@dataclass(frozen=True, slots=True)
+class _Fault:
+    kind: str
+    channel: Channel
+    value: float
+    message: str
+
+
+def disagreements(record: Record, description: BuildingDescription) -> tuple[Finding, ...]:
+    """Channels that are reversed, swapped, late or of another unit, judged by the others.
+
+    If reversing one channel, or swapping two, makes all agree, that is what is reported. Otherwise every channel
+    that disagrees is. Channels too weak at low frequencies are not judged.
+
+    Args:
+        record: complete channels about their position at rest.
+        description: of the building.
+    """
+    findings: list[Finding] = []
+    for direction in description.horizontal_directions:
+        spectra = _spectra(record, description, direction)
+        if spectra is None:
+            continue
+        faults = _explained(spectra) or [*_late(record, description, spectra)]
+        findings += [
+            Finding(f.kind, loss(f.channel, description), f.message, f.channel.id, f.value)
+            if f.kind not in ("delay", "clock")
+            else Finding(f.kind, "warning", f.message, f.channel.id, f.value)
+            for f in faults
+        ]
+    return tuple(findings)
+
+
+def _spectra(record: Record, description: BuildingDescription, direction: Direction) -> _Spectra | None:
+    levels = {level.name: place for place, level in enumerate(description.levels)}
+    rows = [i for i, c in enumerate(record.channels) if c.direction == direction and c.quantity != "velocity"]
+    rows = [i for i in rows if record.channels[i].quantity == "acceleration" or levels[record.channels[i].level] == 1]
+    rows.sort(key=lambda i: (record.channels[i].quantity == "displacement", levels[record.channels[i].level]))
+    if not rows:
+        return None
+    samples = record.samples[rows]
+    try:
+        noise = noise_std(samples, record.rate)
+    except RecordError:  # too short to know its noise: nothing is concluded
+        return None
+    window = np.hanning(samples.shape[1])
+    frequency: Vector = np.asarray(np.fft.rfftfreq(window.size, 1 / record.rate), dtype=float)
+    within = (frequency >= BAND[0]) & (frequency <= BAND[1])
+    values = np.fft.rfft(samples * window, axis=1)[:, within]
+    clear = np.sum(np.abs(values) ** 2, axis=1) > CLEAR * within.sum() * np.sum(window**2) * noise**2
+    for place, i in enumerate(rows):
+        if record.channels[i].quantity == "displacement":
+            values[place] *= -((2 * np.pi * frequency[within]) ** 2)
+    kept = [record.channels[i] for i, usable in zip(rows, clear, strict=True) if usable]
+    return _Spectra(tuple(kept), values[clear], np.asarray(frequency[within]), levels)
+
+
+def _explained(spectra: _Spectra) -> list[_Fault]:
+    """The fewest faults that explain what disagrees: one channel reversed, two swapped, or each as it looks."""
+    faults = [*_disagreeing(spectra)]
+    if not faults:
+        return []
+    for i, channel in enumerate(spectra.channels):
+        sign = np.ones((len(spectra.channels), 1))
+        sign[i] = -1
+        if not any(_disagreeing(replace(spectra, values=sign * spectra.values))):
+            message = "moves opposite to all others: its polarity is reversed. Turn its sign and analyse again"
+            return [_Fault("reversed", channel, -1.0, message)]
+    for i, j in combinations(range(len(spectra.channels)), 2):
+        order = np.arange(len(spectra.channels))
+        order[[i, j]] = j, i
+        if spectra.channels[i].quantity == spectra.channels[j].quantity and not any(
+            _disagreeing(replace(spectra, values=spectra.values[order]))
+        ):
+            return [
+                _swapped(spectra.channels[i], spectra.channels[j]),
+                _swapped(spectra.channels[j], spectra.channels[i]),
+            ]
+    return faults
+
+
+def _swapped(channel: Channel, other: Channel) -> _Fault:
+    message = f"moves as {other.id} should, and that as this: they are swapped. Correct the building file"
+    return _Fault("swapped", channel, 1.0, message)
+
+
+def _disagreeing(spectra: _Spectra) -> Iterator[_Fault]:
+    base = spectra.acceleration(1)
+    if base is None:
+        return
+    floors = [c for c in spectra.channels if c.quantity == "acceleration" and spectra.levels[c.level] > 1]
+    for channel in floors:
+        floor = spectra.acceleration(spectra.levels[channel.level])
+        if floor is not None:
+            yield from _against(channel, floor, base, "the base slab")
+    yield from _out_of_order(spectra, base, floors)
+    yield from _layer(spectra, base)
+
+
+def _against(channel: Channel, motion: ComplexVector, expected: ComplexVector, name: str) -> Iterator[_Fault]:
+    """What is wrong with a channel that should move nearly as expected."""
+    cross = np.vdot(expected, motion)
+    power, own = np.vdot(expected, expected).real, np.vdot(motion, motion).real
+    coherence, gain = abs(cross) ** 2 / (power * own), float(cross.real / power)
+    if coherence < COHERENT:
+        message = f"does not move with {name} below {BAND[1]} Hz (squared coherence {coherence:.2f}): check the sensor"
+        yield _Fault("incoherent", channel, float(coherence), f"{message}. It is left out")
+    elif gain < 0:
+        message = f"moves opposite to {name}: its polarity is reversed. Turn its sign and analyse again"
+        yield _Fault("reversed", channel, gain, message)
+    elif not 1 / GAIN < gain < GAIN:
+        message = (
+            f"moves {gain:.3g} times as much as {name} below {BAND[1]} Hz: check its unit and gain. It is left out"
+        )
+        yield _Fault("unit", channel, gain, message)
+
+
+def _out_of_order(spectra: _Spectra, base: ComplexVector, floors: list[Channel]) -> Iterator[_Fault]:
+    """Levels that deflect less than one below them: every storey's drift is in phase with −(acceleration)."""
+    deflection = (2 * np.pi * spectra.frequency) ** 2 * base
+    lower = base
+    for channel in floors:
+        higher = spectra.acceleration(spectra.levels[channel.level])
+        if higher is None:
+            continue
+        drift = higher - lower
+        slope = np.vdot(deflection, drift).real / np.vdot(deflection, deflection).real
+        residual = drift - slope * deflection
+        spread = np.sqrt(np.vdot(residual, residual).real / np.vdot(deflection, deflection).real / drift.size)
+        if slope < -CERTAIN * spread:
+            message = "moves less than a level below it: two levels may be swapped. Check the building file"
+            yield _Fault("swapped", channel, float(slope), f"{message}. It is left out")
+        lower = higher
+
+
+def _layer(spectra: _Spectra, base: ComplexVector) -> Iterator[_Fault]:
+    """The displacement, twice differentiated, against its two sides: x'' = p a_base − q a_ground with p = q = 1."""
+    ground = spectra.acceleration(0)
+    across = [(c, row) for c, row in zip(spectra.channels, spectra.values, strict=True) if c.quantity == "displacement"]
+    if ground is None or not across:
+        return
+    below = next(c for c in spectra.channels if c.quantity == "acceleration" and spectra.levels[c.level] == 0)
+    channel, motion = across[0]
+    sides = np.column_stack([base, -ground])
+    (p, q), *_ = np.linalg.lstsq(sides, motion, rcond=None)
+    if abs(p) > 0 and 1 / GAIN < (q / p).real < GAIN:
+        yield from _against(channel, motion, base - ground, "base slab against ground")
+    elif abs(p - 1) < 1 - 1 / GAIN:
+        yield from _against(below, ground, base - motion, "base slab less the layer's displacement")
+    else:
+        yield from _against(channel, motion, base - ground, "base slab against ground")
+
+
+def _late(record: Record, description: BuildingDescription, spectra: _Spectra) -> Iterator[_Fault]:
+    """Channels whose clock differs from that of the others, all the time or from some time on."""
+    for channel, samples, reference, name in _expectations(record, description, spectra):
+        delays = _delays(samples, reference, record.rate)
+        if delays.size == 0:
+            continue
+        jump, delay = float(np.ptp(delays)), float(np.median(delays))
+        if jump > JUMP:
+            message = f"its clock jumps by {jump:.3g} s against {name} within the event; check the logger's clock"
+            yield _Fault("clock", channel, jump, message)
+        elif abs(delay) > LATE:
+            message = f"is {delay:.3g} s late against {name}; check the logger's clock"
+            yield _Fault("delay", channel, delay, message)
+
+
+def _expectations(
+    record: Record, description: BuildingDescription, spectra: _Spectra
+) -> Iterator[tuple[Channel, Vector, Vector, str]]:
+    """Clear channels, their accelerations, and the acceleration that each should show at the same time."""
+    direction = spectra.channels[0].direction if spectra.channels else None
+    base = record.find(description.base.name, "acceleration", direction)
+    ground = record.find(description.ground.name, "acceleration", direction)
+    for channel in spectra.channels:
+        samples = record.find(channel.level, channel.quantity, direction)
+        if base is None or samples is None:
+            continue
+        if channel.quantity == "acceleration" and spectra.levels[channel.level] > 1:
+            yield channel, samples, base, "the base slab"
+        elif channel.quantity == "displacement" and ground is not None:
+            twice = np.gradient(np.gradient(samples)) * record.rate**2
+            yield channel, twice, base - ground, "base slab less ground"
+
+
+def _delays(samples: Vector, reference: Vector, rate: float) -> Vector:
+    """(windows,) s, delay in each window of 20 s that is coherent and holds a tenth of the strongest one's power."""
+    length = round(WINDOW * rate)
+    frequency = np.fft.rfftfreq(length, 1 / rate)
+    within = (frequency >= BAND[0]) & (frequency <= BAND[1])
+    ω, found = 2 * np.pi * frequency[within], []
+    for start in range(0, reference.size - length + 1, length // 2):
+        piece = np.vstack([samples, reference])[:, start : start + length]
+        own, other = np.fft.rfft((piece - piece.mean(axis=1, keepdims=True)) * np.hanning(length), axis=1)[:, within]
+        cross = own * other.conj()
+        power = np.abs(other) ** 2
+        coherence = abs(cross.sum()) ** 2 / (power.sum() * np.sum(np.abs(own) ** 2) + np.finfo(float).tiny)
+        found.append(
+            (-np.sum(ω * cross.imag) / np.sum(ω**2 * np.abs(cross) + np.finfo(float).tiny), power.sum(), coherence)
+        )
+    delay, power, coherence = np.array(found).reshape(-1, 3).T
+    return np.asarray(delay[(power > 0.1 * power.max(initial=0.0)) & (coherence > COHERENT)])
