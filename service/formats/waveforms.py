@@ -6,6 +6,7 @@ import warnings
 from collections.abc import Mapping
 from datetime import UTC
 from io import BytesIO
+from threading import Lock
 
 import numpy as np
 import obspy
@@ -17,6 +18,9 @@ from service.formats.units import Gain
 MINISEED = re.compile(rb"[0-9 \x00]{6}[DRQM][ \x00]")
 SAC_HEADER = 632  # bytes
 SAC_VERSION_AT = 304  # byte of NVHDR, which is 6 or 7
+
+ONE_READER = Lock()
+"""Warnings are filtered for the whole process: one reader at a time, and no other thread's warnings become errors."""
 
 
 def is_miniseed(data: bytes) -> bool:
@@ -69,8 +73,8 @@ def read_knet(name: str, data: bytes, gains: Mapping[str, Gain]) -> Contents:
 def _stream(name: str, data: bytes, form: str) -> obspy.Stream:
     """What ObsPy reads; what it only warns of is an error to us: no sample is left out silently."""
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error")
+        with ONE_READER, warnings.catch_warnings():
+            warnings.filterwarnings("error", module=r"obspy\.")
             stream = obspy.read(BytesIO(data), format=form)
     except Exception as error:  # ObsPy's readers raise whatever a broken file makes them stumble over
         raise FormatError(

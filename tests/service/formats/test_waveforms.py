@@ -1,4 +1,7 @@
+import warnings
+from concurrent.futures import ThreadPoolExecutor
 from datetime import UTC, datetime
+from threading import Event
 
 import numpy as np
 import pytest
@@ -54,6 +57,25 @@ def test_a_rest_too_short_for_libmseed_to_mention_is_not_left_out_silently() -> 
     whole = written("MSEED", counts(10_000).astype(np.float64))
     with pytest.raises(FormatError, match="truncated"):
         read("a.mseed", whole[:-100], GAINS)
+
+
+def test_reading_makes_no_error_of_another_threads_warning() -> None:
+    """Python's warning filters are the process's own: a reader once turned the whole service's warnings to errors."""
+    whole, stop = written("MSEED", counts(10_000)), Event()
+
+    def reads() -> None:
+        while not stop.is_set():
+            read("a", whole, GAINS)
+
+    with ThreadPoolExecutor(2) as readers, warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        busy = [readers.submit(reads) for _ in range(2)]
+        try:
+            for _ in range(20_000):
+                warnings.warn("nothing of the reader's", UserWarning, stacklevel=1)
+        finally:
+            stop.set()
+    assert [reader.result() for reader in busy] == [None, None]
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
