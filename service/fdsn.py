@@ -17,7 +17,6 @@ from obspy.core.inventory import (
     Site,
     Station,
 )
-from sqlalchemy import Row
 from sqlalchemy.orm import Session
 
 from core.record import Quantity
@@ -26,6 +25,7 @@ from service.blobs import decode
 from service.building_file import BuildingFile
 from service.buildings import described
 from service.fdsn_query import Selection
+from service.queries import Line
 
 UNITS: dict[Quantity, str] = {
     "acceleration": "M/S**2",
@@ -59,7 +59,7 @@ def _place(file: BuildingFile) -> tuple[float, float]:
     return file.latitude or 0.0, file.longitude or 0.0
 
 
-def _channel(row: Row[Any], file: BuildingFile) -> Channel:
+def _channel(row: Line, file: BuildingFile) -> Channel:
     sensor = next((one for one in file.description.channels if one.id == row.channel), None)
     response = None if sensor is None else _response(UNITS[sensor.quantity], 1.0 / row.gain)
     _, _, location, code = row.channel.split(".")
@@ -91,7 +91,7 @@ def is_wanted(channel: str, wanted: Selection) -> bool:
     )
 
 
-def overlaps(row: Row[Any], wanted: Selection) -> bool:
+def overlaps(row: Line, wanted: Selection) -> bool:
     """Whether something of it lies in the wanted time."""
     return bool(UTCDateTime(row.start) <= wanted.end and UTCDateTime(row.end) >= wanted.start)
 

@@ -26,6 +26,8 @@ from service.database import (
 )
 from service.errors import NotFoundError
 
+Question = Select[*tuple[Any, ...]]
+Line = Row[*tuple[Any, ...]]
 EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 
 
@@ -53,7 +55,7 @@ class Span:
     after: datetime | None = None
     before: datetime | None = None
 
-    def limit(self, question: Select[Any]) -> Select[Any]:
+    def limit(self, question: Question) -> Question:
         """The question about these events only."""
         if self.after is not None:
             question = question.where(Event.start >= self.after)
@@ -65,7 +67,7 @@ def keys_in_force(session: Session) -> Sequence[ApiKey]:
     return session.scalars(select(ApiKey).where(ApiKey.revoked_at.is_(None))).all()
 
 
-def _latest_revision() -> Select[Any]:
+def _latest_revision() -> Question:
     """Buildings, each with its latest description."""
     newest = (
         select(Revision.building_id, func.max(Revision.number).label("number"))
@@ -79,7 +81,7 @@ def _latest_revision() -> Select[Any]:
     )
 
 
-def buildings(session: Session) -> Sequence[Row[Any]]:
+def buildings(session: Session) -> Sequence[Line]:
     """(Building, Revision, number of events, start of the last one) by code."""
     events = (
         select(Event.building_id, func.count().label("events"), func.max(Event.start).label("last"))
@@ -104,14 +106,14 @@ def building(session: Session, code: str) -> tuple[Building, Revision]:
     return row.Building, row.Revision
 
 
-def _events() -> Select[Any]:
+def _events() -> Question:
     """(Event, its latest analysis or None)."""
     return select(Event, Analysis).outerjoin(Analysis, (Analysis.event_id == Event.id) & Analysis.current)
 
 
 def events(
     session: Session, building_id: int, span: Span, min_pga: float | None, cursor: Place | None, limit: int
-) -> Sequence[Row[Any]]:
+) -> Sequence[Line]:
     """(Event, Analysis | None) of a building, the latest first."""
     question = span.limit(_events().where(Event.building_id == building_id))
     if min_pga is not None:
@@ -181,7 +183,7 @@ def direction_result(session: Session, event_id: int, direction: str, analysis_i
     return found
 
 
-def _results(building_id: int, span: Span, direction: str | None) -> Select[Any]:
+def _results(building_id: int, span: Span, direction: str | None) -> Question:
     """Events of a building with a direction of their latest analysis."""
     question = (
         select(Event.id.label("event"), Event.start.label("event_start"), DirectionResult.direction)
@@ -194,7 +196,7 @@ def _results(building_id: int, span: Span, direction: str | None) -> Select[Any]
 
 def cycles(
     session: Session, building_id: int, span: Span, direction: str | None, cursor: Place | None, limit: int
-) -> Sequence[Row[Any]]:
+) -> Sequence[Line]:
     """Every cycle of every event's latest analysis, the earliest first; the last column is the cycle's id."""
     of_cycle = [CycleResult.__table__.c[name] for name in CYCLE]
     question = _results(building_id, span, direction).add_columns(
@@ -211,7 +213,7 @@ CYCLE = ("start", "end", "amplitude", "shear_strain", "k_eq", "k_eq_std", "c_eq"
 
 def modes(
     session: Session, building_id: int, span: Span, direction: str | None, cursor: Place | None, limit: int
-) -> Sequence[Row[Any]]:
+) -> Sequence[Line]:
     """Every mode of every event's latest analysis, the earliest first; the last column is the mode's id."""
     of_mode = [ModeResult.__table__.c[name] for name in MODE]
     question = _results(building_id, span, direction).add_columns(*of_mode)
@@ -224,7 +226,7 @@ def modes(
 MODE = ("number", "frequency", "frequency_std", "damping_ratio", "damping_ratio_std")
 
 
-def sources(session: Session) -> Sequence[Row[Any]]:
+def sources(session: Session) -> Sequence[Line]:
     """(Building, Revision, SourceState | None) by code."""
     question = _latest_revision().add_columns(SourceState)
     return session.execute(
@@ -260,7 +262,7 @@ def lease_until(session: Session, name: str) -> datetime | None:
     return session.scalar(select(Lease.until).where(Lease.name == name))
 
 
-def histories(session: Session, result_id: int, columns: Sequence[str]) -> Row[Any]:
+def histories(session: Session, result_id: int, columns: Sequence[str]) -> Line:
     """The named histories of a direction's result, as stored."""
     table = DirectionResult.__table__
     return session.execute(select(*(table.c[name] for name in columns)).where(table.c.id == result_id)).one()
@@ -282,7 +284,7 @@ def channel(session: Session, event_id: int, name: str) -> tuple[Event, Sequence
     return found, pieces
 
 
-def epochs(session: Session) -> Sequence[tuple[Building, Row[Any]]]:
+def epochs(session: Session) -> Sequence[tuple[Building, Line]]:
     """Every building's channels by gain and rate: from when to when something is stored."""
     question = (
         select(
@@ -300,7 +302,7 @@ def epochs(session: Session) -> Sequence[tuple[Building, Row[Any]]]:
     return [(known[row.building_id], row) for row in session.execute(question)]
 
 
-def pieces(session: Session, start: datetime, end: datetime) -> Sequence[Row[Any]]:
+def pieces(session: Session, start: datetime, end: datetime) -> Sequence[Line]:
     """(id, channel) of the waveforms of events that overlap a span of time."""
     question = select(Waveform.id, Waveform.channel).join(Event, Event.id == Waveform.event_id)
     return session.execute(question.where(Event.start <= end, Event.end >= start)).all()
@@ -312,7 +314,7 @@ def samples(session: Session, numbers: Sequence[int]) -> Sequence[Waveform]:
     return session.scalars(question.order_by(Waveform.channel, Waveform.start)).all()
 
 
-def loop(session: Session, result_id: int) -> Row[Any]:
+def loop(session: Session, result_id: int) -> Line:
     """Rate, displacement and force of a direction's result, as stored.
 
     Raises:
