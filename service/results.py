@@ -67,7 +67,7 @@ def inputs(session: Session, claim: Claim, settings: Settings) -> Inputs:
         description=building_file.read(revision.toml, Path(revision.folder)).description,
         settings=analysis_settings(settings, claim.arguments),
         revision_id=revision.id,
-        sha256=tuple(hashes),
+        sha256=tuple(sha256 for sha256 in hashes if sha256 is not None),
     )
 
 
