@@ -33,6 +33,10 @@ JUMP = 0.06
 """s, between two windows of 20 s."""
 WINDOW = 20.0
 """s."""
+STRONG = 0.02
+"""Of the strongest window's power: a weaker window is not timed."""
+CLOCK_COHERENT = 0.9
+"""Squared coherence of a window above which its delay is certain to some 0.02 s."""
 CERTAIN = 5.0
 """Standard deviations by which a lower level must move more than a higher one to be called out of order."""
 
@@ -245,7 +249,7 @@ def _expectations(
 
 
 def _delays(samples: Vector, reference: Vector, rate: float) -> Vector:
-    """(windows,) s, delay in each window of 20 s that is coherent and holds a tenth of the strongest one's power."""
+    """(windows,) s, delay in each window of 20 s that is strong and coherent enough to time it."""
     length = round(WINDOW * rate)
     frequency = np.fft.rfftfreq(length, 1 / rate)
     within = (frequency >= BAND[0]) & (frequency <= BAND[1])
@@ -260,4 +264,4 @@ def _delays(samples: Vector, reference: Vector, rate: float) -> Vector:
             (-np.sum(ω * cross.imag) / np.sum(ω**2 * np.abs(cross) + np.finfo(float).tiny), power.sum(), coherence)
         )
     delay, power, coherence = np.array(found).reshape(-1, 3).T
-    return np.asarray(delay[(power > 0.1 * power.max(initial=0.0)) & (coherence > COHERENT)])
+    return np.asarray(delay[(power > STRONG * power.max(initial=0.0)) & (coherence > CLOCK_COHERENT)])

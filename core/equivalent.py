@@ -85,8 +85,8 @@ def amplitude(displacement: Vector) -> float:
 def regression(regressors: Matrix, response: Vector) -> tuple[Vector, Matrix]:
     """Least squares, and a covariance that holds when the residuals are autocorrelated.
 
-    Newey and West (1987) with the Bartlett kernel and Andrews's (1991) bandwidth for a first-order process, scaled
-    by n/(n − p) for the p coefficients.
+    Newey and West (1987) with the Bartlett kernel, prewhitened by a first-order process for each coefficient
+    (Andrews and Monahan, 1992), scaled by n/(n − p) for the p coefficients.
 
     Args:
         regressors: (n, p).
@@ -99,10 +99,16 @@ def regression(regressors: Matrix, response: Vector) -> tuple[Vector, Matrix]:
     solution = np.asarray(np.linalg.lstsq(regressors, response, rcond=None)[0])
     residual = response - regressors @ solution
     score = regressors * residual[:, None]
-    meat = score.T @ score
-    for lag in range(1, _bandwidth(residual) + 1):
-        product = score[lag:].T @ score[:-lag]
-        meat += (1 - lag / (_bandwidth(residual) + 1)) * (product + product.T)
+    ρ = np.clip(
+        np.sum(score[1:] * score[:-1], axis=0) / np.maximum(np.sum(score**2, axis=0), np.finfo(float).tiny), 0, 0.97
+    )
+    white = score[1:] - ρ * score[:-1]
+    bandwidth = _bandwidth(white)
+    meat = white.T @ white
+    for lag in range(1, bandwidth + 1):
+        product = white[lag:].T @ white[:-lag]
+        meat += (1 - lag / (bandwidth + 1)) * (product + product.T)
+    meat /= np.outer(1 - ρ, 1 - ρ)
     bread = np.linalg.pinv(regressors.T @ regressors)
     covariance: Matrix = bread @ meat @ bread * count / (count - coefficients)
     return solution, covariance
@@ -128,12 +134,9 @@ def _segment(force: Vector, motion: Motion, rate: float, span: Span, rubber_heig
     )
 
 
-def _bandwidth(residual: Vector) -> int:
-    """Andrews (1991), eq 6.2 and 6.4: lags for a Bartlett kernel, at most a third of the samples."""
-    power = float(residual @ residual)
-    ρ = min(0.97, abs(float(residual[1:] @ residual[:-1])) / power) if power > 0 else 0.0
-    α = 4 * ρ**2 / (1 - ρ**2) ** 2
-    return min(int(1.1447 * (α * residual.size) ** (1 / 3)), residual.size // 3)
+def _bandwidth(score: Matrix) -> int:
+    """Newey and West (1994): lags for a Bartlett kernel."""
+    return int(4 * (score.shape[0] / 100) ** (2 / 9))
 
 
 def _up_crossing(displacement: Vector, below: int, above: int) -> int:

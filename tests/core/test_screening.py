@@ -1,0 +1,127 @@
+"""Every kind of fault is found at its channel, with its severity; healthy records have none."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from described import BASE, FOURTH, GROUND, LAYER, ROOF, bncs, bncs_segments, paper, records, segments
+from motions import akt013, chi_chi, kobe
+from shared import needs_shared
+
+from core.analysis import AnalysisSettings, EventAnalysis, analyse
+from core.arrays import Vector
+
+CHANNELS = (GROUND, BASE, FOURTH, ROOF, LAYER)
+Fault = Callable[[Vector], Vector]
+
+
+def analysed(samples: dict[str, Vector]) -> EventAnalysis:
+    return analyse(segments(samples), paper(), AnalysisSettings())
+
+
+def serious(result: EventAnalysis) -> list[tuple[str, str, str | None]]:
+    return [(f.kind, f.severity, f.channel) for f in result.quality if f.severity != "note" and f.kind != "direction"]
+
+
+def spiked(samples: Vector) -> Vector:
+    return samples + np.where(np.arange(samples.size) == 5000, 3 * np.abs(samples).max(), 0)
+
+
+def gapped(samples: Vector) -> Vector:
+    return np.where((np.arange(samples.size) >= 5000) & (np.arange(samples.size) < 5100), np.nan, samples)
+
+
+def clipped(samples: Vector) -> Vector:
+    limit = 0.5 * np.abs(samples).max()
+    return samples.clip(-limit, limit)
+
+
+UNUSABLE: dict[str, Fault] = {
+    "dead": lambda samples: 0 * samples,
+    "unit": lambda samples: 100 * samples,
+    "reversed": lambda samples: -samples,
+    "clipping": clipped,
+    "gap": gapped,
+}
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.01, 0.1])
+@pytest.mark.parametrize("scale", [0.05, 1.0, 4.0])
+@pytest.mark.parametrize("motion", [akt013, kobe, chi_chi])
+def test_healthy_simulated_records_raise_no_alarm(motion: Callable[[], Vector], scale: float, noise: float) -> None:
+    result = analysed(records(1, noise, motion, scale))
+    assert serious(result) == []
+    assert result.refusal is None
+
+
+@needs_shared
+@pytest.mark.parametrize("event", ["CNP100", "LAC100", "SP100"])
+def test_healthy_real_records_raise_no_alarm(event: str) -> None:
+    assert serious(analyse(bncs_segments(event), bncs(), AnalysisSettings())) == []
+
+
+@pytest.mark.parametrize("channel", CHANNELS)
+@pytest.mark.parametrize("kind", UNUSABLE)
+def test_an_unusable_channel_is_named_and_refuses_the_event_if_it_is_the_base_slab(kind: str, channel: str) -> None:
+    samples = records(2)
+    samples[channel] = UNUSABLE[kind](samples[channel])
+    result = analysed(samples)
+    assert serious(result) == [(kind, "fatal" if channel == BASE else "warning", channel)]
+    assert (result.refusal is not None) == (channel == BASE) == (not result.directions)
+
+
+@pytest.mark.parametrize("channel", CHANNELS)
+def test_a_spike_is_mended_with_a_warning(channel: str) -> None:
+    samples = records(3)
+    samples[channel] = spiked(samples[channel])
+    result = analysed(samples)
+    assert serious(result) == [("spike", "warning", channel)]
+    healthy = analysed(records(3))
+    there, here = (each.directions["x"].restoring_force.force for each in (healthy, result))
+    assert np.abs(here - there).max() < 0.02 * np.abs(there).max()  # what a straight line through one sample misses
+
+
+@pytest.mark.parametrize("channel", CHANNELS)
+def test_a_missing_channel_is_named(channel: str) -> None:
+    samples = records(4)
+    del samples[channel]
+    result = analysed(samples)
+    assert serious(result) == [("missing", "fatal" if channel == BASE else "warning", channel)]
+    assert (result.refusal is not None) == (channel == BASE)
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [(GROUND, BASE), (GROUND, FOURTH), (GROUND, ROOF), (BASE, FOURTH), (BASE, ROOF), (FOURTH, ROOF)],
+)
+def test_two_swapped_channels_are_both_named(one: str, other: str) -> None:
+    samples = records(5)
+    samples[one], samples[other] = samples[other], samples[one]
+    found = serious(analysed(samples))
+    assert {(kind, channel) for kind, _, channel in found} == {("swapped", one), ("swapped", other)}
+    assert ("swapped", "fatal", BASE) in found or BASE not in (one, other)
+
+
+@pytest.mark.parametrize("channel", [FOURTH, ROOF, LAYER])
+def test_a_late_clock_is_measured(channel: str) -> None:
+    samples = records(6)
+    samples[channel] = np.roll(samples[channel], 6)
+    result = analysed(samples)
+    assert serious(result) == [("delay", "warning", channel)]
+    [late] = [finding.value for finding in result.quality if finding.kind == "delay"]
+    assert late == pytest.approx(0.06, abs=0.007)  # the damping's own share on a real building
+
+
+@pytest.mark.parametrize("channel", [FOURTH, ROOF, LAYER])
+def test_a_clock_that_jumps_in_the_strong_phase_is_found(channel: str) -> None:
+    samples = records(7)
+    jump = 4500
+    samples[channel] = np.concatenate([samples[channel][:jump], np.roll(samples[channel], 15)[jump:]])
+    assert ("clock", "warning", channel) in serious(analysed(samples))
+
+
+def test_a_short_gap_is_mended_with_a_note() -> None:
+    samples = records(8)
+    samples[ROOF][5000:5002] = np.nan
+    result = analysed(samples)
+    assert [(f.kind, f.severity, f.channel) for f in result.quality] == [("gap", "note", ROOF)]
