@@ -16,7 +16,7 @@ MENDED_GAP = 0.1
 SILENT_GAP = 0.03
 """s, the longest gap whose mending cannot be seen in the results."""
 SPIKE = 20.0
-"""Of the 99th percentile of the distance from the running median: a larger one is no motion."""
+"""Of the 97th percentile of the distance from the running median nearby: a larger one is no motion."""
 MOST_SPIKES = 10
 """In a channel: with more of them it is not mended."""
 CLIPPED_RUN = 3
@@ -140,7 +140,7 @@ def _without_spikes(trace: Trace, channel: Channel, lost: Severity) -> tuple[Tra
 
 
 def _running_level(distance: Vector, rate: float) -> Vector:
-    """99th percentile of each second and of its neighbours, so that a strong phase is judged by itself."""
+    """97th percentile of each second and of its neighbours, so that a strong phase is judged by itself."""
     block = max(1, round(rate))
     levels = [float(np.quantile(distance[i : i + block], 0.97)) for i in range(0, distance.size, block)]
     around = [max(levels[max(0, i - 1) : i + 2]) for i in range(len(levels))]
