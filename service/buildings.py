@@ -41,6 +41,8 @@ def add(session: Session, text: str, folder: Path, now: datetime) -> Building:
 def update_description(session: Session, text: str, folder: Path, now: datetime) -> Revision:
     """Describe a building anew: later results name the new revision, and what was refused is read again.
 
+    That it is read again holds for a description that says nothing new, too.
+
     Returns:
         The revision in force; the one before, if nothing changed.
 
@@ -51,10 +53,10 @@ def update_description(session: Session, text: str, folder: Path, now: datetime)
     described = building_file.read(text, folder).description
     building = find(session, described.code)
     before = current(session, building)
+    read_again(session, building)
     if (before.toml, before.folder) == (text, str(folder)):
         return before
     building.name = described.name
-    read_again(session, building)
     return _describe(session, building, before.number + 1, text, folder, now)
 
 
@@ -86,7 +88,7 @@ def described(session: Session, building: Building) -> BuildingFile:
 def read_again(session: Session, building: Building) -> None:
     """Let recordings that were refused, or of which channels were left out, be read again with the next file."""
     wanting = (Recording.building_id == building.id, Recording.sha256.is_not(None), Recording.reason.is_not(None))
-    session.execute(update(Recording).where(*wanting).values(state="stored"))
+    session.execute(update(Recording).where(*wanting).values(state="stored", failures=0))
 
 
 def _describe(session: Session, building: Building, number: int, text: str, folder: Path, now: datetime) -> Revision:

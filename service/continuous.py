@@ -89,7 +89,9 @@ def _cut(
         event = event or events.at(session, building, window.start, window.end, now)
         events.add(session, event, recording, cuts, now)
         reached = max(reached, events.extent(cuts)[1])
-    if event is not None and reached >= window.end - timedelta(seconds=1) and not events.missing(session, event):
+    if event is None or event.state != "gathering":
+        return
+    if reached >= window.end - timedelta(seconds=1) and events.is_complete(session, event):
         jobs.enqueue(session, event, {}, now)
 
 

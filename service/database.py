@@ -124,6 +124,10 @@ class Recording(Base):
     state: Mapped[str]
     """`stored`, `read` or `refused`."""
     reason: Mapped[str | None] = mapped_column(Text)
+    failures: Mapped[int] = mapped_column(default=0)
+    """Attempts at reading it over which the code failed."""
+    version: Mapped[str | None]
+    """Of the code that read it, or failed at it."""
     start: Mapped[datetime | None]
     end: Mapped[datetime | None]
     content: Mapped[Content | None] = relationship()

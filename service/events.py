@@ -30,7 +30,7 @@ def take_in(
         start, end = extent(group)
         event = at(session, building, start - tolerance, end + tolerance, now)
         add(session, event, recording, group, now)
-        if not missing(session, event):
+        if event.state == "gathering" and is_complete(session, event):
             jobs.enqueue(session, event, {}, now)
 
 
@@ -64,13 +64,11 @@ def add(session: Session, event: Event, recording: Recording, traces: Iterable[T
         event.state, event.reason, event.updated_at = "gathering", None, now
 
 
-def missing(session: Session, event: Event) -> set[str]:
-    """Ids of the building's channels of which the event has nothing; empty for an event that changed in nothing."""
-    if event.state != "gathering":
-        return {"nothing new"}
+def is_complete(session: Session, event: Event) -> bool:
+    """Whether the event has something of each of the building's channels."""
     channels = buildings.described(session, session.get_one(Building, event.building_id)).description.channels
     there = session.scalars(select(Waveform.channel).where(Waveform.event_id == event.id).distinct())
-    return {channel.id for channel in channels} - set(there)
+    return {channel.id for channel in channels} <= set(there)
 
 
 def extent(traces: Iterable[Trace]) -> tuple[datetime, datetime]:

@@ -1,9 +1,9 @@
 """The one way in for files, from the poller, the import command or a test: bytes first, then what they hold."""
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from datetime import UTC, datetime, timedelta
 
-from sqlalchemy import select
+from sqlalchemy import select, update
 from sqlalchemy.orm import Session
 
 from service import buildings, continuous, events, formats
@@ -14,6 +14,7 @@ from service.formats import Contents, FormatError, Trace, UnknownUnitError
 from service.recordings import store
 from service.settings import Settings
 from service.spans import span
+from service.version import VERSION
 
 CLOCK_SET = datetime(1980, 1, 1, tzinfo=UTC)
 """No strong-motion logger with a clock is older: earlier times are those of a clock that was never set."""
@@ -25,31 +26,32 @@ def ingest(
 ) -> Recording:
     """Keep a file, read it, and join its records to their events, in one transaction.
 
-    Where a crash must not lose the bytes, commit between `recordings.store` and `read_stored`.
+    Where a crash must not lose the bytes, commit between `recordings.store` and `read`.
     """
     recording = store(session, building, name, origin, data, now)
-    read_stored(session, building, now, settings=settings)
+    while (waiting := next_stored(session, building)) is not None:
+        read(session, waiting, now, settings=settings)
+        session.flush()
     return recording
 
 
-def read_stored(session: Session, building: Building, now: datetime, *, settings: Settings) -> int:
-    """Read every recording of the building that is stored and not read yet; the number of those read.
-
-    Station files come first, and after them those that were refused for want of one.
-    """
-    count = 0
-    while (recording := _next_stored(session, building)) is not None:
-        read(session, recording, now, settings=settings)
-        session.flush()
-        count += 1
-    return count
+def next_stored(session: Session, building: Building, passed: Collection[int] = ()) -> Recording | None:
+    """What is to be read next of the building: station files first; none of the ids that are passed over."""
+    waiting = select(Recording).where(
+        Recording.building_id == building.id, Recording.state == "stored", Recording.id.not_in(passed)
+    )
+    return session.scalar(waiting.order_by(Recording.name.ilike("%.xml").desc(), Recording.id).limit(1))
 
 
 def read(session: Session, recording: Recording, now: datetime, *, settings: Settings) -> None:
-    """Read one recording: its traces join their events; a refusal is kept with its reason."""
+    """Read one recording that is stored: its traces join their events; a refusal is kept with its reason."""
     building = session.get_one(Building, recording.building_id, with_for_update=True)
+    session.refresh(recording)
+    if recording.state != "stored":  # another process was quicker
+        return
     described = buildings.described(session, building)
     recording.kind, recording.state, recording.reason = "unknown", "read", None
+    recording.failures, recording.version = 0, VERSION
     try:
         contents = formats.read(recording.name, data_of(session, recording), gains(session, building))
         recording.kind = contents.kind
@@ -72,9 +74,21 @@ def read(session: Session, recording: Recording, now: datetime, *, settings: Set
         take_in(session, building, recording, traces, now, settings=settings)
 
 
-def _next_stored(session: Session, building: Building) -> Recording | None:
-    waiting = select(Recording).where(Recording.building_id == building.id, Recording.state == "stored")
-    return session.scalar(waiting.order_by(Recording.name.ilike("%.xml").desc(), Recording.id).limit(1))
+def went_wrong(recording: Recording, error: Exception, *, settings: Settings) -> None:
+    """The code failed at a recording: it is tried again at the next look, and refused after as many as are set."""
+    recording.failures, recording.version = recording.failures + 1, VERSION
+    found = f"reading it went wrong ({type(error).__name__}: {error})".replace("\0", "\N{REPLACEMENT CHARACTER}")
+    if recording.failures < settings.job_attempts:
+        recording.reason = f"{found}; it is tried again at the next look"
+        return
+    wanted = "`menshin building update`, or another version of menshin, reads it again"
+    recording.state, recording.reason = "refused", f"{found}, {recording.failures} times; {wanted}"
+
+
+def read_again_with_this_version(session: Session, building: Building) -> None:
+    """What an earlier version of the code failed at may go better now."""
+    failed = (Recording.building_id == building.id, Recording.state == "refused", Recording.failures > 0)
+    session.execute(update(Recording).where(*failed, Recording.version != VERSION).values(state="stored", failures=0))
 
 
 def _read_again_with_gains(session: Session, building: Building) -> None:

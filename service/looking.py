@@ -7,13 +7,15 @@ from datetime import UTC, datetime
 from time import sleep
 from typing import Any
 
+from sqlalchemy.exc import InterfaceError, OperationalError
 from sqlalchemy.orm import Session, sessionmaker
 
 from service import buildings, events
 from service.building_file import BuildingFile, SourceFile
 from service.database import Building, Recording, SourceState
-from service.ingest import read_stored
+from service.ingest import next_stored, read, read_again_with_this_version, went_wrong
 from service.recordings import refuse_unseen, store
+from service.sessions import reading
 from service.settings import Settings
 from service.sources.arrival import Arrival, SourceError, Step
 from service.sources.opening import opened
@@ -46,6 +48,8 @@ class Look:
         with self.sessions() as session:
             building = buildings.find(session, code)
             described, cursor = buildings.described(session, building), self._cursor(session, building)
+        with self.sessions.begin() as session:
+            read_again_with_this_version(session, building)
         self._read(building)  # what an interrupted look has stored, or a new description lets be read
         if described.source is None:
             return
@@ -92,8 +96,24 @@ class Look:
         return store(session, building, name, origin, arrival.data, now)
 
     def _read(self, building: Building) -> None:
-        with self.sessions.begin() as session:
-            read_stored(session, building, self.clock(), settings=self.settings)
+        """Read what is stored, each in a transaction of its own: one that the code fails at holds up no other."""
+        failed: list[int] = []
+        while (recording := self._next_stored(building, failed)) is not None:
+            try:
+                with self.sessions.begin() as session:
+                    waiting = session.get_one(Recording, recording.id)
+                    read(session, waiting, self.clock(), settings=self.settings)
+            except (OperationalError, InterfaceError):  # the database is away
+                raise
+            except Exception as error:  # the one place that outlives a bug
+                log.exception("reading recording %d of %s went wrong", recording.id, building.code)
+                failed.append(recording.id)
+                with self.sessions.begin() as session:
+                    went_wrong(session.get_one(Recording, recording.id), error, settings=self.settings)
+
+    def _next_stored(self, building: Building, passed: list[int]) -> Recording | None:
+        with reading(self.sessions)() as session:
+            return next_stored(session, building, passed)
 
     def _cursor(self, session: Session, building: Building) -> dict[str, Any]:
         state = session.get(SourceState, building.id)

@@ -56,6 +56,7 @@ def _recorded(
         kind="unknown",
         state=state,
         reason=reason,
+        failures=0,
     )
     session.add(recording)
     session.flush()

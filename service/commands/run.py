@@ -92,7 +92,7 @@ def import_files(
         arrivals = tuple(Arrival(name=f.name, origin=str(f.resolve()), data=f.read_bytes()) for f in files)
         for recording in look.bring(found, arrivals):
             typer.echo(f"{recording.name}: {recording.state}{f': {recording.reason}' if recording.reason else ''}")
-            refused = refused or recording.state == "refused"
+            refused = refused or recording.state != "read"
         with sessions.begin() as session:
             events.queue_now(session, found, look.clock())
     raise typer.Exit(1 if refused else 0)

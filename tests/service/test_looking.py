@@ -7,13 +7,16 @@ from pathlib import Path
 
 import pytest
 from monitoring import START, Page, Server, building_file, miniseed, serving, stream
-from sqlalchemy import select
+from sqlalchemy import delete, select, update
 from sqlalchemy.orm import Session, sessionmaker, undefer
 
 from service import buildings
 from service.database import Event, EventRecording, Job, Recording, SourceState, Waveform
+from service.ingest import ingest
 from service.looking import Look
+from service.recordings import store
 from service.settings import Settings
+from service.version import VERSION
 
 NOW = START + timedelta(days=1)
 SETTINGS = Settings(http_timeout=0.5, http_retries=1, retry_delay=0.01, max_answer_bytes=10_000_000)
@@ -126,8 +129,6 @@ def test_a_page_in_place_of_data_is_kept_and_the_data_are_asked_for_again(
 
 
 def test_what_was_stored_before_a_crash_is_read_at_the_next_look(sessions: sessionmaker[Session]) -> None:
-    from service.recordings import store
-
     add(sessions, "folder", "/nowhere")
     with sessions.begin() as session:
         store(session, buildings.find(session, "TOWER"), "a.mseed", "/a.mseed", miniseed(stream()), NOW)
@@ -135,3 +136,50 @@ def test_what_was_stored_before_a_crash_is_read_at_the_next_look(sessions: sessi
     with sessions() as session:
         assert session.scalars(select(Recording)).one().state == "read"
         assert session.scalars(select(Event)).one().state == "queued"
+
+
+@pytest.fixture
+def stumbling(sessions: sessionmaker[Session]) -> int:
+    """A stored recording over which the code fails, with a sound one behind it; the id of the first.
+
+    It overlaps an event whose samples are damaged in the database.
+    """
+    files = {"whole": stream(), "overlapping": stream(seconds=30), "sound": stream(START + timedelta(hours=1))}
+    add(sessions, "folder", "/nowhere")
+    with sessions.begin() as session:
+        building = buildings.find(session, "TOWER")
+        ingest(session, building, "whole", "/whole", miniseed(files.pop("whole")), NOW, settings=SETTINGS)
+        session.execute(update(Waveform).values(samples=b"damaged"))
+        stored = [store(session, building, name, f"/{name}", miniseed(data), NOW) for name, data in files.items()]
+        return stored[0].id
+
+
+def test_what_the_code_fails_at_is_given_up_and_holds_up_no_other(
+    sessions: sessionmaker[Session], stumbling: int
+) -> None:
+    for looks in range(1, SETTINGS.job_attempts + 3):
+        look(sessions)
+        with sessions() as session:
+            failed = session.get_one(Recording, stumbling)
+            assert failed.failures == min(looks, SETTINGS.job_attempts)
+            assert failed.state == ("stored" if looks < SETTINGS.job_attempts else "refused")
+            assert "reading it went wrong" in (failed.reason or "")
+            assert session.scalars(select(Recording).where(Recording.name == "sound")).one().state == "read"
+            assert len(session.scalars(select(Event)).all()) == 2
+
+
+@pytest.mark.parametrize("way", ["update", "version"])
+def test_what_was_given_up_can_be_read_again(sessions: sessionmaker[Session], stumbling: int, way: str) -> None:
+    for _ in range(SETTINGS.job_attempts):
+        look(sessions)
+    with sessions.begin() as session:
+        session.execute(delete(Waveform).where(Waveform.samples == b"damaged"))
+        if way == "update":
+            buildings.update_description(session, building_file("folder", "/nowhere"), Path("/"), NOW)
+        else:
+            session.get_one(Recording, stumbling).version = "0.0.1"
+    look(sessions)
+    with sessions() as session:
+        mended = session.get_one(Recording, stumbling)
+        assert (mended.state, mended.reason, mended.failures) == ("read", None, 0)
+        assert (mended.start, mended.version) == (START, VERSION)
