@@ -26,8 +26,8 @@ def analyse(
             exists=True,
             dir_okay=False,
             metavar="FILE...",
-            help="Records (miniSEED, K-NET, KiK-net, SAC, CSMIP V2, CSV, or a zip of these) and StationXML; files that "
-            "overlap in time are one event.",
+            help="Records (miniSEED, K-NET, KiK-net, SAC, CSMIP and COSMOS V2, CSV, or a zip of these) and StationXML; "
+            "files that overlap in time are one event.",
         ),
     ],
     building: Annotated[Path, typer.Option(exists=True, dir_okay=False, help="Building file (TOML).")],

@@ -8,12 +8,10 @@ import re
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime, timedelta, timezone
 
-import numpy as np
-
-from core.arrays import Vector
 from service.formats.errors import FormatError
 from service.formats.trace import Contents, Trace
 from service.formats.units import Gain, unit_gain
+from service.formats.volume import check_peak, first_match, numbers_in_columns, records, sampling_rate
 
 FIRST = re.compile(rb"corrected accelerogram", re.IGNORECASE)
 START = re.compile(
@@ -27,16 +25,14 @@ CHANNEL = re.compile(r"^Chan\s+(\d+):\s*(.*?)\s*(?:\(Sta Chn:\s*(\d+)\s*\))?\s*(
 """A station of several recorders gives a channel its number on the recorder, and its number at the station."""
 PEAK = re.compile(r"Peak\s+(acceleration|velocity|displacement)\s*=\s*(-?[\d.]+)", re.IGNORECASE)
 SERIES = re.compile(
-    r"\s*(\d+) points of (accel|veloc|displ) data equally spaced at\s+([\d.]+)\s*sec[,.]\s*"
-    r"(?:in|\(units:) ([a-z/]+2?)[.)]?(?:\s*\((\d+)f(\d+)\.\d+\))?",
+    r"\s*([1-9]\d*) points of (accel|veloc|displ) data equally spaced at\s+([\d.]+)\s*sec[,.]\s*"
+    r"(?:in|\(units:) ([a-z/]+2?)[.)]?(?:\s*\(([1-9]\d?)f([1-9]\d?)\.\d+\))?",
     re.IGNORECASE,
 )
 END = re.compile(r"/&\s*-*\s*End of data for channel")
 COLUMNS, WIDTH = 8, 10
 """Where the line before the numbers does not say it."""
 CODES = {"acceleration": "ACC", "velocity": "VEL", "displacement": "DIS"}
-PRINTED = 0.001
-"""cm, s: the last digit of the header's peaks."""
 
 
 def is_csmip(data: bytes) -> bool:
@@ -46,14 +42,7 @@ def is_csmip(data: bytes) -> bool:
 
 def read_csmip(name: str, data: bytes, gains: Mapping[str, Gain]) -> Contents:
     """All channels of a file; ids are `CE.<station>.<channel number>.<ACC|VEL|DIS>`."""
-    lines = data.decode("ascii", errors="replace").splitlines()
-    ends = [number for number, line in enumerate(lines) if END.match(line)]
-    if not ends:
-        raise FormatError(f"{name} is truncated: no line says 'End of data for channel'; fetch it again")
-    starts = [0, *(end + 1 for end in ends[:-1])]
-    traces: list[Trace] = []
-    for start, end in zip(starts, ends, strict=True):
-        traces += _channel(name, lines[start:end])
+    traces = (trace for lines in records(name, data, END) for trace in _channel(name, lines))
     return Contents("waveforms", tuple(traces))
 
 
@@ -67,17 +56,19 @@ def _channel(name: str, lines: Sequence[str]) -> list[Trace]:
 
 
 def _series(name: str, header: Sequence[str], lines: Sequence[str], series: re.Match[str]) -> Trace:
-    station = _match(name, header, STATION, "Station No.")[1]
-    recorded, orientation, at_station, location = _match(name, header, CHANNEL, "Chan").groups(default="")
+    _, station = first_match(name, header, STATION, "Station No.")
+    _, channel = first_match(name, header, CHANNEL, "Chan")
+    recorded, orientation, at_station, location = channel.groups(default="")
     number = at_station or recorded
     what, unit = f"{series[2].lower()} of channel {number} in {name}", unit_gain(series[4])
-    numbers = _numbers(what, lines, series)
+    count, columns, width = int(series[1]), int(series[5] or COLUMNS), int(series[6] or WIDTH)
+    numbers = numbers_in_columns(what, lines, count, columns, width)
     peaks = {peak[1].lower(): abs(float(peak[2])) for line in header if (peak := PEAK.match(line))}
-    _check_peak(what, numbers, peaks.get(unit.quantity))
+    check_peak(what, numbers, peaks.get(unit.quantity))
     return Trace(
-        channel=f"CE.{station}.{int(number):02d}.{CODES[unit.quantity]}",
+        channel=f"CE.{station[1]}.{int(number):02d}.{CODES[unit.quantity]}",
         start=_start(name, header),
-        rate=1 / float(series[3]),
+        rate=sampling_rate(what, series[3]),
         numbers=numbers,
         gain=unit.si_per_count,
         quantity=unit.quantity,
@@ -85,35 +76,10 @@ def _series(name: str, header: Sequence[str], lines: Sequence[str], series: re.M
     )
 
 
-def _match(name: str, header: Sequence[str], pattern: re.Pattern[str], label: str) -> re.Match[str]:
-    for line in header:
-        if found := pattern.search(line):
-            return found
-    raise FormatError(f"the header of {name} has no {label!r}; a CSMIP volume 2 file with it would do")
-
-
 def _start(name: str, header: Sequence[str]) -> datetime:
-    found = _match(name, header, START, "Start time: month/day/year, hour:minute:second UTC")
+    _, found = first_match(name, header, START, "Start time: month/day/year, hour:minute:second UTC")
     zone = timezone(timedelta(hours=ZONES[found[2].upper()]))
     try:
         return datetime.strptime(found[1].replace(" ", ""), "%m/%d/%y,%H:%M:%S.%f").replace(tzinfo=zone).astimezone(UTC)
     except ValueError:
         raise FormatError(f"the start of {name} is {found[1]!r}; month/day/year, hour:minute:second would do") from None
-
-
-def _numbers(what: str, lines: Sequence[str], series: re.Match[str]) -> Vector:
-    """(n,) cm, s: numbers in columns of fixed width, which may touch."""
-    count, columns, width = int(series[1]), int(series[5] or COLUMNS), int(series[6] or WIDTH)
-    rows = lines[: -(-count // columns)]
-    text = "".join(row.ljust(columns * width)[: columns * width] for row in rows)
-    fields = np.frombuffer(text.encode("ascii", errors="replace"), dtype=f"S{width}")[:count]
-    try:
-        return fields.astype(np.float64)
-    except ValueError:
-        raise FormatError(f"{what} is truncated or damaged: {count} numbers of {width} columns would do") from None
-
-
-def _check_peak(what: str, numbers: Vector, printed: float | None) -> None:
-    found = float(np.abs(numbers).max()) if numbers.size else 0.0
-    if printed is not None and abs(found - printed) > PRINTED:
-        raise FormatError(f"{what} is damaged: its peak is {found:.3f}, its header prints {printed:.3f} (cm, s)")

@@ -4,6 +4,7 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
+from service.formats.cosmos import is_cosmos, read_cosmos
 from service.formats.csmip import is_csmip, read_csmip
 from service.formats.csv_table import is_csv, read_csv
 from service.formats.errors import FormatError, UnknownFormatError
@@ -31,6 +32,7 @@ FORMATS = (
     Format("StationXML", is_stationxml, read_stationxml),
     Format("K-NET or KiK-net ASCII", is_knet, read_knet),
     Format("CSMIP V2", is_csmip, read_csmip),
+    Format("COSMOS V2", is_cosmos, read_cosmos),
     Format("CSV", is_csv, read_csv),
     Format("SAC", is_sac, read_sac),  # last: two bytes in the middle are all that tells it
 )

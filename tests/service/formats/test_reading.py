@@ -37,7 +37,8 @@ def test_nothing_is_no_data() -> None:
 
 
 def test_an_unknown_format_is_refused_with_those_that_are_known() -> None:
-    with pytest.raises(UnknownFormatError, match="miniSEED, StationXML, K-NET or KiK-net ASCII, CSMIP V2, CSV, SAC"):
+    formats = "miniSEED, StationXML, K-NET or KiK-net ASCII, CSMIP V2, COSMOS V2, CSV, SAC"
+    with pytest.raises(UnknownFormatError, match=formats):
         read("notes.txt", b"The logger was replaced in May.", {})
 
 
@@ -49,7 +50,9 @@ def test_whatever_the_bytes_nothing_but_a_refusal_comes_of_noise(noise: bytes) -
 
 @given(
     st.binary(max_size=600),
-    st.sampled_from(["000001D ", "Origin Time ", "Corrected accelerogram", "#", "<FDSNStationXML"]),
+    st.sampled_from(
+        ["000001D ", "Origin Time ", "Corrected accelerogram", "Velocity data (Format v01.20", "#", "<FDSNStationXML"]
+    ),
 )
 def test_whatever_follows_a_right_beginning_nothing_but_a_refusal_comes_of_noise(noise: bytes, beginning: str) -> None:
     with pytest.raises(FormatError):
