@@ -7,8 +7,9 @@ from typing import Any
 from fastapi import APIRouter, Depends, FastAPI
 from fastapi.staticfiles import StaticFiles
 
-from service import auth, errors, schemas
+from service import auth, errors, metrics, schemas
 from service.auth import Keys
+from service.metrics import Measured
 from service.routers import buildings, events, fdsnws, health, operations, pages, series
 from service.sessions import reading, sessions
 from service.settings import Settings
@@ -48,6 +49,8 @@ def create(settings: Settings) -> FastAPI:
     app.state.sessions = sessions(settings.database_url)
     app.state.reading = reading(app.state.sessions)
     app.state.keys = Keys(app.state.reading)
+    app.state.metrics = metrics.registry(app.state.reading)
+    app.add_middleware(Measured, registry=app.state.metrics)
     errors.install(app)
     api = APIRouter(prefix="/api/v1", dependencies=[Depends(auth.viewer)])
     for router in (buildings.router, events.router, series.router, operations.router):

@@ -1,12 +1,15 @@
 """How a database gets the tables that this version of the code expects."""
 
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 from alembic import command
 from alembic.config import Config
 from alembic.runtime.migration import MigrationContext
+from alembic.script import ScriptDirectory
 from sqlalchemy import event, text
+from sqlalchemy.orm import Session
 
 from service.sessions import engine
 
@@ -23,19 +26,24 @@ def downgrade(url: str, revision: str) -> None:
     _run(url, lambda config: command.downgrade(config, revision))
 
 
-def revision(url: str) -> str | None:
-    """The revision that the database stands at; None for one without our tables."""
-    connected = engine(url)
-    try:
-        with connected.connect() as connection:
-            return MigrationContext.configure(connection).get_current_revision()
-    finally:
-        connected.dispose()
+def is_newest(session: Session) -> bool:
+    """Whether a database has the tables that this version of the code expects."""
+    return MigrationContext.configure(session.connection()).get_current_revision() == _newest()
+
+
+@cache
+def _newest() -> str | None:
+    return ScriptDirectory.from_config(_config()).get_current_head()
+
+
+def _config() -> Config:
+    config = Config()
+    config.set_main_option("script_location", "migrations:")
+    return config
 
 
 def _run(url: str, migrate: Callable[[Config], None]) -> None:
-    config = Config()
-    config.set_main_option("script_location", "migrations:")
+    config = _config()
     connected = engine(url)
     if connected.dialect.name == "sqlite":
         event.listen(connected, "connect", _let_tables_be_rebuilt)

@@ -71,7 +71,11 @@ def api(settings: Settings, stop: Signal) -> None:
 
     from service.app import create
 
-    server = uvicorn.Server(uvicorn.Config(create(settings), settings.host, settings.port, log_level="warning"))
+    server = uvicorn.Server(
+        uvicorn.Config(
+            create(settings), settings.host, settings.port, log_level="warning", proxy_headers=False
+        )  # who asks is told by the connection, not by what a header says of it
+    )
 
     def end_with_the_others() -> None:
         stop.wait()

@@ -1,16 +1,23 @@
-"""Whether the service is alive and ready."""
+"""Whether the service is alive and ready, and what Prometheus may know of it."""
 
 from datetime import UTC, datetime
 
-from fastapi import APIRouter, Request, Response
+from fastapi import APIRouter, Depends, Request, Response
+from prometheus_client import CONTENT_TYPE_LATEST, generate_latest
 from sqlalchemy.exc import SQLAlchemyError
 
-from service import migrate, queries, schemas
+from service import auth, migrate, queries, schemas
 from service.errors import documented, problem
 from service.parameters import Reading
 from service.poller import POLLING
 
 router = APIRouter(tags=["operations"])
+
+OTHER_TABLES = (
+    "The tables of the database are not those of this version; 'menshin up', 'menshin api', 'menshin poll' or "
+    "'menshin work' of the newest version makes them so."
+)
+METRICS = "The metrics in Prometheus' text format, each with its meaning."
 
 
 @router.get("/healthz", operation_id="is_alive", response_model=schemas.Health)
@@ -20,16 +27,30 @@ async def alive() -> schemas.Health:
 
 
 @router.get("/readyz", operation_id="is_ready", response_model=schemas.Health, responses=documented(503))
-def ready(request: Request, sessions: Reading) -> schemas.Health | Response:
-    """200 if the database answers, has its tables, and a poller was seen lately; else 503 with what is missing."""
+def ready(sessions: Reading) -> schemas.Health | Response:
+    """200 if the database answers, has this version's tables, and a poller was seen lately; else 503 with the lack."""
     try:
-        standing = migrate.revision(request.app.state.settings.database_url)
-        if standing is None:
-            return problem(503, "The database has no tables yet; 'menshin up' or 'menshin api' makes them.")
         with sessions() as session:
+            if not migrate.is_newest(session):
+                return problem(503, OTHER_TABLES)
             until = queries.lease_until(session, POLLING)
     except SQLAlchemyError:
         return problem(503, "The database does not answer.")
     if until is None or until < datetime.now(UTC):
         return problem(503, "No poller was seen lately; 'menshin poll' or 'menshin up' starts one.")
     return schemas.Health(status="ready")
+
+
+@router.get(
+    "/metrics",
+    operation_id="get_metrics",
+    dependencies=[Depends(auth.viewer)],
+    response_class=Response,
+    responses=documented(401, 403) | {200: {"description": METRICS, "content": {CONTENT_TYPE_LATEST: {}}}},
+)
+def measured(request: Request) -> Response:
+    """State of buildings, events and jobs, and the durations of requests, for Prometheus; it takes a viewer's key.
+
+    Times are Unix times: `time() - menshin_oldest_waiting_job_timestamp_seconds` is how long a job has waited.
+    """
+    return Response(generate_latest(request.app.state.metrics), media_type=CONTENT_TYPE_LATEST)

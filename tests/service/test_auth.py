@@ -1,31 +1,17 @@
 """Who may use the API."""
 
-import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
 from datetime import UTC, datetime
 
 import pytest
+from asking import client
 from sqlalchemy.orm import Session, sessionmaker
 
 from service import keys
-from service.app import create
 from service.auth import Role, digest
 from service.database import ApiKey
-from service.settings import Settings
-
-with warnings.catch_warnings():
-    warnings.simplefilter("ignore")  # starlette tells of the next httpx at import
-    from fastapi.testclient import TestClient
 
 NOW = datetime(2024, 1, 1, tzinfo=UTC)
 BUILDINGS = "/api/v1/buildings"
-
-
-@contextmanager
-def client(url: str, host: str = "127.0.0.1", name: str = "127.0.0.1:8000") -> Iterator[TestClient]:
-    with TestClient(create(Settings(database_url=url)), base_url=f"http://{name}", client=(host, 40000)) as made:
-        yield made
 
 
 @pytest.mark.parametrize(

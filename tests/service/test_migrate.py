@@ -47,8 +47,11 @@ def test_down_and_up_again_with_rows(database_url: str, sessions: sessionmaker[S
     sessions.kw["bind"].dispose()
     migrate.downgrade(database_url, "base")
     assert tables(database_url) == set()
-    assert migrate.revision(database_url) is None
+    with sessions() as session:
+        assert not migrate.is_newest(session)
     migrate.upgrade(database_url)
+    with sessions() as session:
+        assert migrate.is_newest(session)
     assert tables(database_url) == set(Base.metadata.tables)
     with_rows(sessions)
 

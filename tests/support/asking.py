@@ -1,0 +1,22 @@
+"""A browser or a program that asks the application, without a server between."""
+
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from service.app import create
+from service.settings import Settings
+
+with warnings.catch_warnings():
+    warnings.simplefilter("ignore")  # starlette tells of the next httpx at import
+    from fastapi.testclient import TestClient
+
+
+@contextmanager
+def client(
+    url: str, host: str = "127.0.0.1", name: str = "127.0.0.1:8000", scheme: str = "http", **settings: int
+) -> Iterator[TestClient]:
+    """Asks the application on this database from `host`, by the name that the address has; redirects stay visible."""
+    app = create(Settings(database_url=url, **settings))
+    with TestClient(app, base_url=f"{scheme}://{name}", client=(host, 40000), follow_redirects=False) as made:
+        yield made
