@@ -90,11 +90,27 @@ class SourceState(Base):
     __tablename__ = "source_state"
     building_id: Mapped[int] = mapped_column(ForeignKey("building.id"), primary_key=True)
     cursor: Mapped[dict[str, Any]]
-    """The source's own: where to go on, ETags, sizes seen."""
+    """The source's own: where to go on. What is kept of each file is in `fetched_file`."""
     attempted_at: Mapped[datetime | None]
     succeeded_at: Mapped[datetime | None]
     failing_since: Mapped[datetime | None]
     error: Mapped[str | None] = mapped_column(Text)
+
+
+class FetchedFile(Base):
+    """A file of a building's source, as far as it was taken."""
+
+    __tablename__ = "fetched_file"
+    building_id: Mapped[int] = mapped_column(ForeignKey("building.id"), primary_key=True)
+    address: Mapped[str] = mapped_column(primary_key=True)
+    mark: Mapped[str | None]
+    """Tells the version that was taken; None until one was."""
+    attempts: Mapped[int]
+    """Looks at which it came, but not whole as it seems."""
+    version: Mapped[str | None]
+    """What the server must still have for the beginning to be of use."""
+    beginning: Mapped[bytes | None] = mapped_column(LargeBinary, deferred=True)
+    """Of a body that broke off."""
 
 
 class Content(Base):

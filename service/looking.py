@@ -13,6 +13,7 @@ from sqlalchemy.orm import Session, sessionmaker
 from service import buildings, events
 from service.building_file import BuildingFile, SourceFile
 from service.database import Building, Recording, SourceState
+from service.fetched import Fetched, remember
 from service.ingest import next_stored, read, read_again_with_this_version, went_wrong
 from service.recordings import refuse_unseen, store
 from service.sessions import reading
@@ -75,7 +76,8 @@ class Look:
             events.queue_ready(session, self.clock(), settings=self.settings)
 
     def _follow(self, building: Building, described: BuildingFile, source: SourceFile, cursor: dict[str, Any]) -> None:
-        with opened(described, source, self.settings, self.sleep) as found:
+        memory = Fetched(self.sessions, building.id)
+        with opened(described, source, self.settings, memory, self.sleep) as found:
             for step in found.steps(cursor, self.clock()):
                 self._take(building, step)
                 if self.stopped():
@@ -85,6 +87,7 @@ class Look:
         with self.sessions.begin() as session:
             for arrival in step.arrivals:
                 self._store(session, building, arrival)
+            remember(session, building, step.files)
             _state(session, building).cursor = dict(step.cursor)
         if step.arrivals:
             self._read(building)

@@ -107,6 +107,17 @@ def upgrade() -> None:
         sa.PrimaryKeyConstraint("building_id", name=op.f("pk_source_state")),
     )
     op.create_table(
+        "fetched_file",
+        sa.Column("building_id", sa.Integer(), nullable=False),
+        sa.Column("address", sa.String(), nullable=False),
+        sa.Column("mark", sa.String(), nullable=True),
+        sa.Column("attempts", sa.Integer(), nullable=False),
+        sa.Column("version", sa.String(), nullable=True),
+        sa.Column("beginning", sa.LargeBinary(), nullable=True),
+        sa.ForeignKeyConstraint(["building_id"], ["building.id"], name=op.f("fk_fetched_file_building_id_building")),
+        sa.PrimaryKeyConstraint("building_id", "address", name=op.f("pk_fetched_file")),
+    )
+    op.create_table(
         "event_recording",
         sa.Column("event_id", sa.Integer(), nullable=False),
         sa.Column("recording_id", sa.Integer(), nullable=False),
@@ -248,6 +259,7 @@ def downgrade() -> None:
     op.drop_table("waveform")
     op.drop_table("job")
     op.drop_table("event_recording")
+    op.drop_table("fetched_file")
     op.drop_table("source_state")
     op.drop_table("revision")
     op.drop_table("recording")

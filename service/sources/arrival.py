@@ -5,8 +5,10 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import Any, Protocol
 
+from service.sources.memory import Known
+
 Cursor = Mapping[str, Any]
-"""How far a source was read: JSON, the source's own."""
+"""How far a source was read: JSON, the source's own, and small however much was read."""
 
 
 class SourceError(Exception):
@@ -42,6 +44,8 @@ class Step:
 
     arrivals: tuple[Arrival, ...]
     cursor: Cursor
+    files: tuple[Known, ...] = ()
+    """What is known of files from now on."""
 
 
 class Source(Protocol):

@@ -4,12 +4,23 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
+from typing import NamedTuple
 
 from service.sources.arrival import Arrival, Cursor, SourceError, Step, TooLargeError
+from service.sources.memory import Known, Memory, in_batches
 
 DOCUMENTS = {".toml", ".md", ".pdf", ".rst"}
 """What lies beside records and is none."""
 DOCUMENT_NAMES = {"license", "readme", "copying"}
+
+
+class Mark(NamedTuple):
+    """Tells a file's version."""
+
+    size: int
+    """Bytes."""
+    changed: float
+    """s since 1970, of the last change."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,34 +31,43 @@ class Folder:
     max_bytes: int
     settle_time: float
     """s that a file must have been left unchanged."""
+    memory: Memory
 
     def steps(self, cursor: Cursor, now: datetime) -> Iterator[Step]:
         """New and changed files; one that still grows is left for the next look."""
         if not self.path.is_dir():
             raise SourceError(f"{self.path} is no folder; make it, or correct location in the building file")
-        taken: dict[str, list[float]] = dict(cursor.get("taken", {}))
-        seen: dict[str, list[float]] = dict(cursor.get("seen", {}))
-        for file in self._files():
-            name, mark = str(file.relative_to(self.path)), _mark(file)
-            if mark is None or taken.get(name) == mark:
+        seen: dict[str, str] = cursor.get("seen", {})
+        growing: dict[str, str] = {}
+        for file, mark in self._new_files():
+            address = str(file)
+            is_young = now.timestamp() - mark.changed < self.settle_time
+            if seen.get(address, str(mark)) != str(mark) or is_young:
+                growing[address] = str(mark)
                 continue
-            growing = name in seen and seen[name] != mark
-            if growing or now.timestamp() - mark[1] < self.settle_time:
-                seen[name] = mark
-                yield Step((), {"taken": dict(taken), "seen": dict(seen)})
-                continue
-            arrival = self._arrival(file, name, int(mark[0]))
+            arrival = self._arrival(file, mark.size)
             if _mark(file) != mark:  # it grew while it was read
+                growing[address] = str(mark)
                 continue
-            taken[name] = mark
-            seen.pop(name, None)
-            yield Step((arrival,), {"taken": dict(taken), "seen": dict(seen)})
+            yield Step((arrival,), cursor, (Known(address, str(mark)),))
+        if growing != seen:
+            yield Step((), {"seen": growing})
+
+    def _new_files(self) -> Iterator[tuple[Path, Mark]]:
+        """Those that are not known by the mark that they have now, with it."""
+        for batch in in_batches(self._files()):
+            known = self.memory.known([str(file) for file in batch])
+            for file in batch:
+                mark, had = _mark(file), known.get(str(file))
+                if mark is not None and (had is None or had.mark != str(mark)):
+                    yield file, mark
 
     def _files(self) -> list[Path]:
         found = (path for path in self.path.rglob("*") if path.is_file() and not _is_document(path))
         return sorted(path for path in found if not any(p.startswith(".") for p in path.relative_to(self.path).parts))
 
-    def _arrival(self, file: Path, name: str, size: int) -> Arrival:
+    def _arrival(self, file: Path, size: int) -> Arrival:
+        name = str(file.relative_to(self.path))
         if size > self.max_bytes:
             return Arrival(
                 name=name, origin=str(file), data=None, refusal=str(TooLargeError(str(file), size, self.max_bytes))
@@ -58,13 +78,13 @@ class Folder:
             raise SourceError(f"{file} cannot be read: {error.strerror}; the service needs the right to") from error
 
 
-def _mark(file: Path) -> list[float] | None:
-    """Size in bytes and time of the last change; None if the file is gone."""
+def _mark(file: Path) -> Mark | None:
+    """None if the file is gone."""
     try:
         status = file.stat()
     except FileNotFoundError:
         return None
-    return [status.st_size, status.st_mtime]
+    return Mark(status.st_size, status.st_mtime)
 
 
 def _is_document(file: Path) -> bool:

@@ -4,6 +4,8 @@ import logging
 import random
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from datetime import timedelta
+from email.utils import parsedate_to_datetime
 from http import HTTPStatus
 from time import monotonic
 
@@ -31,6 +33,10 @@ class Answer:
     """A mark of this version."""
     modified: str | None
     """When it was changed last, as the server says it."""
+    is_delimited: bool = True
+    """Whether the server said where the body ends: without that, half a body looks like a whole one."""
+    age: timedelta | None = None
+    """How long ago it was changed, by the server's own clock."""
 
     @property
     def is_empty(self) -> bool:
@@ -43,8 +49,17 @@ class Partial:
     """The beginning of an answer that broke off."""
 
     body: bytearray = field(default_factory=bytearray)
-    mark: str | None = None
+    version: str | None = None
     """What the server must still have for the rest to fit."""
+
+
+class UnansweredError(SourceError):
+    """No answer after all attempts."""
+
+    def __init__(self, message: str, partial: Partial) -> None:
+        super().__init__(message)
+        self.partial = partial
+        """What came of it; the next look may go on with it."""
 
 
 class BrokenError(SourceError):
@@ -64,26 +79,36 @@ class Client:
     sleep: Callable[[float], object]
     """Waits so many seconds."""
 
-    def get(self, address: str, parameters: Mapping[str, str] | None = None, etag: str | None = None) -> Answer:
+    def get(
+        self,
+        address: str,
+        parameters: Mapping[str, str] | None = None,
+        *,
+        unless: Mapping[str, str] | None = None,
+        partial: Partial | None = None,
+    ) -> Answer:
         """The answer to a question, asked again while that may help.
 
         Args:
             address: absolute.
             parameters: of the query.
-            etag: of the version that is had already.
+            unless: headers (If-None-Match, If-Modified-Since) that name the version that is had already.
+            partial: the beginning of an earlier answer.
 
         Raises:
             TooLargeError: it has more bytes than are accepted; its body is not read.
-            SourceError: no answer after all attempts, or a refusal.
+            UnansweredError: no answer after all attempts.
+            SourceError: a refusal.
         """
         url = httpx.URL(address, params=parameters) if parameters else httpx.URL(address)
-        partial = Partial()
+        partial = partial or Partial()
         for attempt in range(self.settings.http_retries + 1):
             try:
-                return self._attempt(url, etag, partial)
+                return self._attempt(url, unless or {}, partial)
             except BrokenError as error:
                 if attempt == self.settings.http_retries:
-                    raise SourceError(f"{error}, {attempt + 1} times; it is tried again at the next look") from error
+                    told = f"{error}, {attempt + 1} times; it is tried again at the next look"
+                    raise UnansweredError(told, partial) from error
                 self.sleep(self._delay(attempt, error.after))
         raise AssertionError("unreachable")
 
@@ -92,10 +117,10 @@ class Client:
         delay: float = self.settings.retry_delay * 2.0**attempt * random.uniform(0.5, 1.5)
         return min(max(delay, wanted or 0.0), LONGEST_DELAY)
 
-    def _attempt(self, url: httpx.URL, etag: str | None, partial: Partial) -> Answer:
-        headers = {"If-None-Match": etag} if etag else {}
-        if partial.body and partial.mark:
-            headers = {"Range": f"bytes={len(partial.body)}-", "If-Range": partial.mark}
+    def _attempt(self, url: httpx.URL, unless: Mapping[str, str], partial: Partial) -> Answer:
+        headers = dict(unless)
+        if partial.body and partial.version:
+            headers = {"Range": f"bytes={len(partial.body)}-", "If-Range": partial.version}
         try:
             with self.http.stream("GET", url, headers=headers) as response:
                 return self._answer(response, partial)
@@ -113,6 +138,9 @@ class Client:
             return Answer(status, b"", etag, modified)
         if status == HTTPStatus.REQUEST_ENTITY_TOO_LARGE:
             raise TooLargeError(str(response.url), None, self.settings.max_answer_bytes)
+        if status == HTTPStatus.REQUESTED_RANGE_NOT_SATISFIABLE and partial.body:
+            partial.body.clear()
+            raise BrokenError(f"{response.url} has nothing beyond the bytes that had come")
         if status in WORTH_REPEATING:
             after = response.headers.get("retry-after", "")
             raise BrokenError(
@@ -126,9 +154,11 @@ class Client:
             f"bytes {len(partial.body)}-"
         ):
             partial.body.clear()
-        partial.mark = modified if etag is None or etag.startswith("W/") else etag
+        partial.version = modified if etag is None or etag.startswith("W/") else etag
         self._read(response, partial.body)
-        return Answer(HTTPStatus.OK, bytes(partial.body), etag, modified)
+        is_delimited = not {"content-length", "transfer-encoding"}.isdisjoint(response.headers)
+        age = _between(modified, response.headers.get("date"))
+        return Answer(HTTPStatus.OK, bytes(partial.body), etag, modified, is_delimited, age)
 
     def _read(self, response: httpx.Response, body: bytearray) -> None:
         limit, began = self.settings.max_answer_bytes, monotonic()
@@ -141,6 +171,16 @@ class Client:
                 raise TooLargeError(str(response.url), None, limit)
             if monotonic() - began > LONGEST_ANSWER * self.settings.http_timeout:
                 raise BrokenError(f"{response.url} sent only {len(body)} bytes in {monotonic() - began:.0f} s")
+
+
+def _between(earlier: str | None, later: str | None) -> timedelta | None:
+    """Between two times of HTTP; None if one of them is missing or is none."""
+    try:
+        return (
+            None if earlier is None or later is None else parsedate_to_datetime(later) - parsedate_to_datetime(earlier)
+        )
+    except (ValueError, TypeError):  # no date, or one with a zone and one without
+        return None
 
 
 def client(settings: Settings, sleep: Callable[[float], object]) -> Client:

@@ -13,20 +13,25 @@ from service.sources.catalogue import Catalogue
 from service.sources.fdsnws import EARLIEST, FdsnWebServices
 from service.sources.folder import Folder
 from service.sources.http import Client, client
+from service.sources.memory import Memory
 
 
 @contextmanager
 def opened(
-    building: BuildingFile, source: SourceFile, settings: Settings, sleep: Callable[[float], object]
+    building: BuildingFile,
+    source: SourceFile,
+    settings: Settings,
+    memory: Memory,
+    sleep: Callable[[float], object],
 ) -> Iterator[Source]:
     """The source, with its connections closed afterwards."""
     if source.kind == "folder":
-        yield Folder(Path(source.location), settings.max_answer_bytes, settings.settle_time)
+        yield Folder(Path(source.location), settings.max_answer_bytes, settings.settle_time, memory)
         return
     asking = client(settings, sleep)
     try:
         if source.kind == "archive":
-            yield Archive(source.location, asking)
+            yield Archive(source.location, asking, memory)
         else:
             yield _fdsnws(building, source, asking)
     finally:

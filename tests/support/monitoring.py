@@ -1,9 +1,9 @@
 """A monitoring server on loopback that misbehaves on demand, and records for it to serve."""
 
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from email.utils import format_datetime
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -11,6 +11,8 @@ from io import BytesIO
 
 import numpy as np
 from obspy import Stream, Trace, UTCDateTime
+
+from service.sources.memory import Known
 
 BUILDING = """
 code = "TOWER"
@@ -49,6 +51,7 @@ quantity = "acceleration"
 {gain}
 """
 LOCATIONS = ("00", "01", "02")
+VALIDATORS = {"ETag": "If-None-Match", "Last-Modified": "If-Modified-Since"}
 START = datetime(2024, 1, 1, tzinfo=UTC)
 GAIN = 1e-6
 RATE = 100.0
@@ -98,11 +101,15 @@ class Page:
     failures: int = 0
     """Times that it answers 500 first."""
     breaks_after: int | None = None
-    """Bytes after which the first answer breaks off."""
+    """Bytes after which an answer breaks off."""
+    breaks: int = 1
+    """Answers that break off."""
     stalls: bool = False
     """Whether it stops after the first byte."""
     promised: int | None = None
     """Content-Length, where it is not the body's."""
+    says_length: bool = True
+    """Whether it tells where its body ends."""
 
 
 @dataclass
@@ -123,6 +130,22 @@ class Server:
         """A file."""
         self.pages[path] = Page(body, headers={"Last-Modified": format_datetime(changed, usegmt=True)})
         return self.pages[path]
+
+
+@dataclass
+class Remembering:
+    """A source's memory, without a database."""
+
+    files: dict[str, Known] = field(default_factory=dict)
+
+    def known(self, addresses: Sequence[str]) -> dict[str, Known]:
+        return {address: replace(self.files[address], beginning=None) for address in addresses if address in self.files}
+
+    def beginning(self, address: str) -> bytes:
+        return self.files[address].beginning or b""
+
+    def keep(self, files: Sequence[Known]) -> None:
+        self.files |= {file.address: file for file in files}
 
 
 class Quiet(ThreadingHTTPServer):
@@ -173,13 +196,18 @@ def answer(request: BaseHTTPRequestHandler, server: Server) -> None:
         page.failures -= 1
         page = Page(b"it went wrong", 500)
     body, status, headers = page.body, page.status, dict(page.headers)
+    had = {name: request.headers.get(asked) for name, asked in VALIDATORS.items()}
+    if any(value is not None and value == headers.get(name) for name, value in had.items()):
+        body, status = b"", 304
     asked = request.headers.get("Range", "")
     if asked and request.headers.get("If-Range") == headers.get("Last-Modified"):
         first = int(asked.removeprefix("bytes=").removesuffix("-"))
         headers["Content-Range"] = f"bytes {first}-{len(body) - 1}/{len(body)}"
         body, status = body[first:], 206
     request.send_response(status)
-    if status != 204:
+    if not page.says_length:
+        request.close_connection = True
+    elif status not in (204, 304):
         request.send_header("Content-Length", str(len(body) if page.promised is None else page.promised))
     for name, value in headers.items():
         request.send_header(name, value)
@@ -194,10 +222,10 @@ def write(request: BaseHTTPRequestHandler, page: Page, body: bytes, server: Serv
             request.wfile.write(body[:1])
             request.wfile.flush()
             server.ended.wait(60)
-        elif page.breaks_after is not None:
+        elif page.breaks_after is not None and page.breaks > 0:
             request.wfile.write(body[: page.breaks_after])
             request.wfile.flush()
-            page.breaks_after = None
+            page.breaks -= 1
             request.close_connection = True
         else:
             request.wfile.write(body)

@@ -5,6 +5,7 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
+from monitoring import Remembering
 
 from service.sources.arrival import SourceError
 from service.sources.folder import Folder
@@ -23,12 +24,14 @@ def look(folder: Folder, cursor: dict[str, object], later: float = 0) -> tuple[l
     for step in folder.steps(cursor, NOW + timedelta(seconds=later)):
         data += [arrival.data for arrival in step.arrivals]
         cursor = dict(step.cursor)
+        assert isinstance(folder.memory, Remembering)
+        folder.memory.keep(step.files)
     return data, cursor
 
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Folder:
-    return Folder(tmp_path, max_bytes=1000, settle_time=2)
+    return Folder(tmp_path, max_bytes=1000, settle_time=2, memory=Remembering())
 
 
 def test_each_file_once_and_again_when_it_changed(folder: Folder) -> None:
@@ -68,4 +71,21 @@ def test_a_file_too_large_is_not_read(folder: Folder) -> None:
 
 def test_a_folder_that_is_missing_is_told(tmp_path: Path) -> None:
     with pytest.raises(SourceError, match="is no folder"):
-        list(Folder(tmp_path / "gone", 1000, 2).steps({}, NOW))
+        list(Folder(tmp_path / "gone", 1000, 2, Remembering()).steps({}, NOW))
+
+
+def test_the_cursor_stays_small_however_many_files_were_taken(folder: Folder) -> None:
+    for number in range(1200):
+        write(folder.path / f"{number}.mseed", b"%d" % number, 100)
+    data, cursor = look(folder, {})
+    assert len(set(data)) == 1200
+    assert len(str(cursor)) < 100
+    assert look(folder, cursor)[0] == []
+
+
+def test_a_file_that_grew_and_went_is_forgotten(folder: Folder) -> None:
+    write(folder.path / "a.mseed", b"a", 1)
+    _, cursor = look(folder, {})
+    assert cursor["seen"]
+    (folder.path / "a.mseed").unlink()
+    assert look(folder, cursor)[1] == {"seen": {}}

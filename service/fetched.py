@@ -1,0 +1,41 @@
+"""Which files of a building's source were taken, kept in the database."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session, sessionmaker, undefer
+
+from service.database import Building, FetchedFile
+from service.sessions import reading
+from service.sources.memory import Known
+
+
+@dataclass(frozen=True, slots=True)
+class Fetched:
+    """What is known of the files of one building's source."""
+
+    sessions: sessionmaker[Session]
+    building_id: int
+
+    def known(self, addresses: Sequence[str]) -> Mapping[str, Known]:
+        """By address, those that anything is known of; without their beginnings."""
+        rows = select(FetchedFile).where(
+            FetchedFile.building_id == self.building_id, FetchedFile.address.in_(addresses)
+        )
+        with reading(self.sessions)() as session:
+            return {
+                row.address: Known(row.address, row.mark, row.attempts, row.version) for row in session.scalars(rows)
+            }
+
+    def beginning(self, address: str) -> bytes:
+        """Of a body that broke off."""
+        with reading(self.sessions)() as session:
+            key = (self.building_id, address)
+            return session.get_one(FetchedFile, key, options=[undefer(FetchedFile.beginning)]).beginning or b""
+
+
+def remember(session: Session, building: Building, files: Iterable[Known]) -> None:
+    """Keep what is known of files now."""
+    for file in files:
+        session.merge(FetchedFile(building_id=building.id, **asdict(file)))

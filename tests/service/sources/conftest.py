@@ -1,0 +1,25 @@
+"""A server that misbehaves, and how it is asked."""
+
+import threading
+from collections.abc import Iterator
+
+import pytest
+from monitoring import Server, serving
+
+from service.settings import Settings
+from service.sources.http import Client, client
+
+SETTINGS = Settings(http_timeout=0.5, http_retries=2, retry_delay=0.01, max_answer_bytes=1_000_000)
+
+
+@pytest.fixture
+def server() -> Iterator[Server]:
+    with serving() as server:
+        yield server
+
+
+@pytest.fixture
+def asking() -> Iterator[Client]:
+    made = client(SETTINGS, threading.Event().wait)
+    yield made
+    made.http.close()
