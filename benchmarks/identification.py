@@ -16,8 +16,9 @@ from core.arrays import Matrix
 from core.building import fixed_base_modes
 from core.modal import poles
 from core.paper import BUILDING, ISOLATOR
+from core.projection import project
 from core.simulation import simulate
-from core.subspace import moesp, observability_span, project
+from core.subspace import moesp, observability_span
 
 RATE = 100.0
 ORDER = 14
@@ -25,7 +26,7 @@ REPEATS = 5
 
 
 def ours(u: Matrix, y: Matrix, block_rows: int) -> tuple[Matrix, Matrix]:
-    return observability_span(project(u, y, block_rows), moesp, len(y)).system(ORDER)
+    return observability_span(project(u, y, block_rows), moesp).system(ORDER)
 
 
 def slicot(algorithm: str) -> Callable[[Matrix, Matrix, int], tuple[Matrix, Matrix]]:

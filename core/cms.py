@@ -7,7 +7,7 @@ from core.arrays import Matrix, Vector
 from core.errors import IdentificationError, ModelError, RecordError
 from core.estimator import InstrumentedSuperstructure, Mode, RestoringForce
 from core.expansion import assumed_stiffness, expanded, modal_acceleration
-from core.identification import Identification, identified_modes
+from core.identification import Identification, IdentifiedMode, identified_modes
 from core.modal import real_shape
 from core.noise import noise_std
 from core.substructure import modal_force, rigid_force
@@ -41,12 +41,18 @@ def fixed_base_modes(superstructure: InstrumentedSuperstructure, identification:
         )
     except IdentificationError:
         return ()
-    modes = []
-    for pole in found:
-        at_sensors = real_shape(pole.shape)
-        shape = expanded(at_sensors[:, None], _stiffness(superstructure), superstructure.measured)[:, 0]
-        modes.append(Mode(frequency=pole.frequency, damping_ratio=pole.damping_ratio, shape=shape))
-    return tuple(modes)
+    return tuple(_at_all_floors(mode, superstructure) for mode in found)
+
+
+def _at_all_floors(found: IdentifiedMode, superstructure: InstrumentedSuperstructure) -> Mode:
+    at_sensors = real_shape(found.shape)
+    return Mode(
+        frequency=found.frequency,
+        damping_ratio=found.damping_ratio,
+        shape=expanded(at_sensors[:, None], _stiffness(superstructure), superstructure.measured)[:, 0],
+        frequency_std=None if found.deviation is None else found.deviation.frequency,
+        damping_ratio_std=None if found.deviation is None else found.deviation.damping_ratio,
+    )
 
 
 def shape_matrix(modes: tuple[Mode, ...], floors: int) -> Matrix:

@@ -25,12 +25,13 @@ class StateSpace:
     """(order,) x(0)."""
 
     def response(self, inputs: Matrix) -> Matrix:
-        """(outputs, n) to inputs of (inputs, n)."""
-        state, states = self.start, np.empty((inputs.shape[1], len(self.A)))
-        for t, forcing in enumerate((self.B @ inputs).T):
-            states[t] = state
-            state = self.A @ state + forcing
-        return np.asarray(self.C @ states.T + self.D @ inputs)
+        """(outputs, n) to inputs of (inputs, n); mode by mode, so that A must be diagonalisable."""
+        eigenvalues, vectors = linalg.eig(self.A, check_finite=False)
+        forcing = np.hstack([self.start[:, None], self.B @ inputs[:, :-1]])
+        modal = linalg.inv(vectors) @ forcing
+        for mode, w in zip(modal, eigenvalues, strict=True):
+            mode[:] = signal.lfilter([1], [1, -w], mode)
+        return np.asarray(((self.C @ vectors) @ modal).real + self.D @ inputs)
 
 
 def realise(A: Matrix, C: Matrix, inputs: Matrix, outputs: Matrix) -> StateSpace:
@@ -53,8 +54,7 @@ def realise(A: Matrix, C: Matrix, inputs: Matrix, outputs: Matrix) -> StateSpace
     if not kept.any():
         raise IdentificationError("every mode of the system grows; another order would do")
     eigenvalues, shapes = eigenvalues[kept], C @ vectors[:, kept]
-    design = _design(eigenvalues, shapes, inputs)
-    solution = linalg.lstsq(design, outputs.ravel(), lapack_driver="gelsy", check_finite=False)[0]
+    solution = _solution(_responses(eigenvalues, inputs), shapes, inputs, outputs)
     m, p, modes = len(inputs), len(outputs), len(eigenvalues)
     modal = solution[: -m * p].reshape(2, m + 1, modes)
     states = np.stack([modal[0], modal[1]], axis=-1).reshape(m + 1, 2 * modes)
@@ -68,12 +68,27 @@ def realise(A: Matrix, C: Matrix, inputs: Matrix, outputs: Matrix) -> StateSpace
     )
 
 
-def _design(eigenvalues: ComplexVector, shapes: ComplexMatrix, inputs: Matrix) -> Matrix:
-    """Outputs to unit entries of B, x(0) and D: 2 Re(c s) to a real one, -2 Im(c s) to an imaginary one."""
-    n, p = inputs.shape[1], len(shapes)
+def _responses(eigenvalues: ComplexVector, inputs: Matrix) -> ComplexMatrix:
+    """(n, (m + 1) modes) of each mode to each input, and to a unit start."""
     driven = [[signal.lfilter([0, 1], [1, -w], u) for w in eigenvalues] for u in inputs]
-    free = eigenvalues[:, None] ** np.arange(n)
-    responses = np.array([*driven, free]).reshape(-1, n)
-    seen = np.tile(shapes, len(inputs) + 1)[:, None, :] * responses.T
-    direct = np.kron(np.eye(p), inputs.T)
-    return np.hstack([2 * seen.real.reshape(p * n, -1), -2 * seen.imag.reshape(p * n, -1), direct])
+    impulse = np.eye(1, inputs.shape[1])[0]
+    free = [signal.lfilter([1], [1, -w], impulse) for w in eigenvalues]
+    return np.array([*driven, free]).reshape(-1, inputs.shape[1]).T
+
+
+def _solution(responses: ComplexMatrix, shapes: ComplexMatrix, inputs: Matrix, outputs: Matrix) -> Vector:
+    """Entries of B and x(0), real and then imaginary, and of D.
+
+    An output responds by 2 Re(c s) to a real entry and by -2 Im(c s) to an imaginary one. All outputs share the
+    responses s, so that one orthogonal triangle of these takes time out of the problem before it is solved.
+    """
+    k, p = responses.shape[1], len(shapes)
+    regressors = np.hstack([responses.real, responses.imag, inputs.T])
+    R = linalg.qr(np.hstack([regressors, outputs.T]), mode="r", overwrite_a=True, check_finite=False)[0]
+    R, rotated = np.split(R[: regressors.shape[1]], [regressors.shape[1]], axis=1)
+    seen = np.tile(shapes, k // shapes.shape[1])[:, None, :]
+    real = 2 * (seen.real * R[:, :k] - seen.imag * R[:, k : 2 * k])
+    imaginary = -2 * (seen.imag * R[:, :k] + seen.real * R[:, k : 2 * k])
+    direct = np.kron(np.eye(p), R[:, 2 * k :])
+    design = np.hstack([real.reshape(-1, k), imaginary.reshape(-1, k), direct])
+    return np.asarray(linalg.lstsq(design, rotated.T.ravel(), lapack_driver="gelsy", check_finite=False)[0])

@@ -1,4 +1,4 @@
-"""Input-output subspace identification: a state-space model from what was measured (paper, eq 12-19)."""
+"""Input-output subspace identification: a state-space model from what was measured (paper, eq 11-12, 16-19)."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -9,35 +9,23 @@ from scipy import linalg
 
 from core.arrays import Matrix, Vector
 from core.errors import IdentificationError
+from core.projection import Projection
 
 NEGLIGIBLE = 1e-10
 """Share of the largest singular value below which a direction is rounding, not data."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Projection:
-    """The lower triangle of [U_f; W_p; Y_f] = L Q, row blocks future input, past, future output.
-
-    Eq 16 in these terms: Y_f Π = L32 Q2 + L33 Q3 and W_p Π = L22 Q2, so that no N x N matrix is ever formed.
-    """
-
-    past_input: Matrix
-    """L21, (rows of the past, rows of the future input)."""
-    past: Matrix
-    """L22, (rows of the past, the same)."""
-    future: Matrix
-    """L32, (rows of the future output, rows of the past)."""
-    unexplained: Matrix
-    """L33, (rows of the future output, the same): what the past does not explain."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
 class Weighted:
-    """The matrix whose singular value decomposition is taken, and the way back from its columns."""
+    """W1 L32 W2, whose singular value decomposition is taken; a weighting that is None is the unit matrix."""
 
     matrix: Matrix
-    unweight: Matrix | None = None
-    """Left inverse of the row weighting; None where the rows are not weighted."""
+    row_weighting: Matrix | None = None
+    """W1."""
+    row_unweighting: Matrix | None = None
+    """Left inverse of W1 on the range of L32."""
+    column_weighting: Matrix | None = None
+    """W2."""
 
 
 Weighting = Callable[[Projection], Weighted]
@@ -50,8 +38,8 @@ def moesp(projection: Projection) -> Weighted:
 
 def n4sid(projection: Projection) -> Weighted:
     """Van Overschee and De Moor (1994): the oblique projection of the future output on the past, Y_f Π Φᵀ(ΦΠΦᵀ)⁻¹Φ."""
-    coefficients = projection.future @ linalg.pinv(projection.past, rtol=NEGLIGIBLE)
-    return Weighted(coefficients @ np.hstack([projection.past_input, projection.past]))
+    W2 = linalg.pinv(projection.past, rtol=NEGLIGIBLE) @ np.hstack([projection.past_input, projection.past])
+    return Weighted(projection.future @ W2, column_weighting=W2)
 
 
 def cva(projection: Projection) -> Weighted:
@@ -59,7 +47,8 @@ def cva(projection: Projection) -> Weighted:
     U, s, _ = linalg.svd(np.hstack([projection.future, projection.unexplained]), full_matrices=False)
     kept = s > NEGLIGIBLE * s[0]
     U, s = U[:, kept], s[kept]
-    return Weighted(U.T @ projection.future / s[:, None], unweight=U * s)
+    W1 = (U / s).T
+    return Weighted(W1 @ projection.future, row_weighting=W1, row_unweighting=U * s)
 
 
 WEIGHTINGS: Mapping[str, Weighting] = MappingProxyType({"n4sid": n4sid, "moesp": moesp, "cva": cva})
@@ -74,71 +63,19 @@ def is_identifiable(*, outputs: int, inputs: int, references: int, regulators: i
     return regulators * (outputs + references) >= outputs + inputs
 
 
-def block_hankel(series: Matrix, block_rows: int) -> Matrix:
-    """Y_r(1) ... Y_r(N) side by side (eq 13, 15).
-
-    Args:
-        series: (channels, n).
-        block_rows: r, number of samples one below the other.
-
-    Returns:
-        (block_rows * channels, n - block_rows + 1), a copy, time-major within a column.
-    """
-    windows = np.lib.stride_tricks.sliding_window_view(series, block_rows, axis=1)
-    return windows.transpose(2, 0, 1).reshape(block_rows * series.shape[0], -1)
-
-
-def project(inputs: Matrix, outputs: Matrix, block_rows: int) -> Projection:
-    """Remove the future input from the data equation and correlate with the past (eq 15-18), by LQ.
-
-    The instruments Φ are the past inputs and outputs. The columns are taken in batches, so that memory is that of a
-    few triangles however long the record.
-
-    Args:
-        inputs: (m, n).
-        outputs: (p, n), same scale as the inputs within a few orders of magnitude.
-        block_rows: r, of the past and of the future.
-
-    Raises:
-        IdentificationError: the record is too short for that many block rows.
-    """
-    m, (p, n) = inputs.shape[0], outputs.shape
-    rows = 2 * block_rows * (m + p)
-    if n - 2 * block_rows + 1 < rows:
-        raise IdentificationError(
-            f"{n} samples are too few for {block_rows} block rows of {m} inputs and {p} outputs; "
-            f"at least {rows + 2 * block_rows - 1} samples, or fewer block rows, would do"
-        )
-    R = _triangle(inputs, outputs, block_rows)
-    a, b = block_rows * m, block_rows * (2 * m + p)
-    L = R.T
-    return Projection(past_input=L[a:b, :a], past=L[a:b, a:b], future=L[b:, a:b], unexplained=L[b:, b:])
-
-
-def _triangle(inputs: Matrix, outputs: Matrix, block_rows: int) -> Matrix:
-    """The upper triangle Lᵀ of [U_f; W_p; Y_f]ᵀ = Q Lᵀ."""
-    rows = 2 * block_rows * (inputs.shape[0] + outputs.shape[0])
-    columns = inputs.shape[1] - 2 * block_rows + 1
-    R = np.empty((0, rows))
-    for start in range(0, columns, 4 * rows):
-        stop = min(start + 4 * rows, columns) + 2 * block_rows - 1
-        U = block_hankel(inputs[:, start:stop], 2 * block_rows)
-        Y = block_hankel(outputs[:, start:stop], 2 * block_rows)
-        past = U.shape[0] // 2
-        batch = np.vstack([U[past:], U[:past], Y])
-        R = linalg.qr(np.vstack([R, batch.T]), mode="r", overwrite_a=True, check_finite=False)[0][:rows]
-    return R
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class ObservabilitySpan:
     """The extended observability matrix, its columns ordered by how much of the data each carries (eq 19)."""
 
+    projection: Projection
     columns: Matrix
     """(block_rows * outputs, k) U_1 S_1^(1/2), the row weighting taken back."""
     singular_values: Vector
     """(k,)"""
-    outputs: int
+    left_inverse: Matrix
+    """(k, block_rows * outputs): times the columns, the unit matrix."""
+    combination: Matrix
+    """(rows of the past, k): the columns are L32 times this."""
 
     def system(self, order: int) -> tuple[Matrix, Matrix]:
         """A (order, order) by shift invariance and C (outputs, order), the first block row.
@@ -148,12 +85,12 @@ class ObservabilitySpan:
         """
         if order > self.columns.shape[1]:
             raise IdentificationError(f"the data holds {self.columns.shape[1]} states, {order} were asked for")
-        observability = self.columns[:, :order]
-        A = linalg.lstsq(observability[: -self.outputs], observability[self.outputs :], check_finite=False)[0]
-        return A, observability[: self.outputs]
+        observability, p = self.columns[:, :order], len(self.projection.outputs)
+        A = linalg.lstsq(observability[:-p], observability[p:], check_finite=False)[0]
+        return A, observability[:p]
 
 
-def observability_span(projection: Projection, weighting: Weighting, outputs: int) -> ObservabilitySpan:
+def observability_span(projection: Projection, weighting: Weighting) -> ObservabilitySpan:
     """Singular value decomposition of the weighted projection (eq 19).
 
     Raises:
@@ -162,9 +99,12 @@ def observability_span(projection: Projection, weighting: Weighting, outputs: in
     weighted = weighting(projection)
     if not weighted.matrix.size or not np.any(weighted.matrix):
         raise IdentificationError("the outputs do not depend on their past; a record with motion would do")
-    U, s, _ = linalg.svd(weighted.matrix, full_matrices=False)
+    U, s, Vt = linalg.svd(weighted.matrix, full_matrices=False)
     kept = s > NEGLIGIBLE * s[0]
-    columns = U[:, kept] * np.sqrt(s[kept])
-    if weighted.unweight is not None:
-        columns = weighted.unweight @ columns
-    return ObservabilitySpan(columns, s[kept], outputs)
+    root = np.sqrt(s[kept])
+    columns, left_inverse, combination = U[:, kept] * root, (U[:, kept] / root).T, Vt[kept].T / root
+    if weighted.row_weighting is not None and weighted.row_unweighting is not None:
+        columns, left_inverse = weighted.row_unweighting @ columns, left_inverse @ weighted.row_weighting
+    if weighted.column_weighting is not None:
+        combination = weighted.column_weighting @ combination
+    return ObservabilitySpan(projection, columns, s[kept], left_inverse, combination)

@@ -7,8 +7,9 @@ from scipy import linalg
 from core.arrays import Matrix
 from core.errors import IdentificationError
 from core.modal import poles
+from core.projection import block_hankel, project
 from core.realisation import realise
-from core.subspace import WEIGHTINGS, block_hankel, is_identifiable, observability_span, project
+from core.subspace import WEIGHTINGS, is_identifiable, observability_span
 
 every_weighting = pytest.mark.parametrize("name", sorted(WEIGHTINGS))
 System = tuple[Matrix, Matrix, Matrix, Matrix]
@@ -41,7 +42,7 @@ def test_recovers_any_system_without_noise(name: str, seed: int, modes: int, out
     rng = np.random.default_rng(seed)
     truth, u = system(rng, modes, outputs), rng.standard_normal((1, 600))
     y = simulated(truth, u, rng.standard_normal(2 * modes))
-    span = observability_span(project(u, y, 12), WEIGHTINGS[name], outputs)
+    span = observability_span(project(u, y, 12), WEIGHTINGS[name])
     A, C = span.system(2 * modes)
     by_angle = lambda M: sorted(linalg.eigvals(M), key=np.angle)  # noqa: E731
     assert np.array(by_angle(A)) == pytest.approx(np.array(by_angle(truth[0])), abs=1e-6)
@@ -55,7 +56,7 @@ def test_noise_free_data_hold_as_many_states_as_the_system(name: str) -> None:
     rng = np.random.default_rng(3)
     u = rng.standard_normal((1, 800))
     y = simulated(system(rng, 2, 2), u, np.zeros(4))
-    span = observability_span(project(u, y, 10), WEIGHTINGS[name], 2)
+    span = observability_span(project(u, y, 10), WEIGHTINGS[name])
     assert span.singular_values[4:].max(initial=0) < 1e-7 * span.singular_values[0]
 
 
@@ -64,7 +65,7 @@ def test_more_block_rows_change_nothing_without_noise() -> None:
     truth, u = system(rng, 3, 2), rng.standard_normal((1, 1500))
     y = simulated(truth, u, np.zeros(6))
     for rows in (5, 10, 30):
-        A, C = observability_span(project(u, y, rows), WEIGHTINGS["moesp"], 2).system(6)
+        A, C = observability_span(project(u, y, rows), WEIGHTINGS["moesp"]).system(6)
         assert poles(A, C, 100.0).frequency == pytest.approx(poles(truth[0], truth[2], 100.0).frequency, rel=1e-8)
 
 
@@ -97,6 +98,6 @@ def test_a_superstructure_under_an_earthquake_is_identifiable() -> None:
 
 def test_refuses_a_record_at_rest_or_too_short() -> None:
     with pytest.raises(IdentificationError, match="do not depend on their past"):
-        observability_span(project(np.zeros((1, 500)), np.zeros((1, 500)), 5), WEIGHTINGS["moesp"], 1)
+        observability_span(project(np.zeros((1, 500)), np.zeros((1, 500)), 5), WEIGHTINGS["moesp"])
     with pytest.raises(IdentificationError, match="100 samples are too few for 30 block rows"):
         project(np.zeros((1, 100)), np.zeros((2, 100)), 30)

@@ -1,0 +1,145 @@
+"""What the past tells of the future beyond what the future input does: the data equation's LQ (paper, eq 13-18)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import linalg
+
+from core.arrays import Matrix
+from core.errors import IdentificationError
+
+WELL_CONDITIONED = 1e-4
+"""Of the largest diagonal entry. The rounding of a Gram matrix grows with this to the power of minus two: to 1e-7."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Projection:
+    """The lower triangle of [U_f; W_p; Y_f] = L Q, row blocks future input, past, future output.
+
+    Eq 16 in these terms: Y_f Π = L32 Q2 + L33 Q3 and W_p Π = L22 Q2, so that no N x N matrix is ever formed.
+    """
+
+    inputs: Matrix
+    """(m, n), as given."""
+    outputs: Matrix
+    """(p, n), as given."""
+    block_rows: int
+    """r, of the past and of the future."""
+    future_input: Matrix
+    """L11, (rows of the future input, the same)."""
+    past_input: Matrix
+    """L21, (rows of the past, rows of the future input)."""
+    past: Matrix
+    """L22, (rows of the past, the same)."""
+    future: Matrix
+    """L32, (rows of the future output, rows of the past)."""
+    unexplained: Matrix
+    """L33, (rows of the future output, the same): what the past does not explain."""
+
+
+def block_hankel(series: Matrix, block_rows: int) -> Matrix:
+    """Y_r(1) ... Y_r(N) side by side (eq 13, 15).
+
+    Args:
+        series: (channels, n).
+        block_rows: r, number of samples one below the other.
+
+    Returns:
+        (block_rows * channels, n - block_rows + 1), a copy, time-major within a column.
+    """
+    windows = np.lib.stride_tricks.sliding_window_view(series, block_rows, axis=1)
+    return windows.transpose(2, 0, 1).reshape(block_rows * series.shape[0], -1)
+
+
+def hankel_gram(series: Matrix, block_rows: int) -> Matrix:
+    """H Hᵀ of the block Hankel matrix, without forming it.
+
+    Down a block diagonal the window of the lag product moves on by one sample: one product enters, one leaves.
+
+    Args:
+        series: (channels, n).
+        block_rows: as in `block_hankel`.
+
+    Returns:
+        (block_rows * channels, the same).
+    """
+    channels, n = series.shape
+    columns = n - block_rows + 1
+    gram = np.empty((block_rows, channels, block_rows, channels))
+    for lag in range(block_rows):
+        earlier, later = series[:, : n - lag].T[:, :, None], series[:, lag:].T[:, None, :]
+        moved = np.arange(block_rows - lag - 1)
+        change = earlier[moved + columns] * later[moved + columns] - earlier[moved] * later[moved]
+        first = series[:, :columns] @ series[:, lag : lag + columns].T
+        diagonal = first + np.concatenate([np.zeros((1, channels, channels)), np.cumsum(change, axis=0)])
+        row = np.arange(block_rows - lag)
+        gram[row, :, row + lag] = diagonal
+        gram[row + lag, :, row] = diagonal.transpose(0, 2, 1)
+    return gram.reshape(block_rows * channels, -1)
+
+
+def project(inputs: Matrix, outputs: Matrix, block_rows: int) -> Projection:
+    """Remove the future input from the data equation and correlate with the past (eq 15-18), by LQ.
+
+    The instruments Φ are the past inputs and outputs. The triangle is the Cholesky factor of the Gram matrix where
+    that is well conditioned, as sensors' noise makes it; else it comes from orthogonal transformations.
+
+    Args:
+        inputs: (m, n).
+        outputs: (p, n), same scale as the inputs within a few orders of magnitude.
+        block_rows: r, of the past and of the future.
+
+    Raises:
+        IdentificationError: the record is too short for that many block rows.
+    """
+    m, (p, n) = inputs.shape[0], outputs.shape
+    rows = 2 * block_rows * (m + p)
+    if n - 2 * block_rows + 1 < rows:
+        raise IdentificationError(
+            f"{n} samples are too few for {block_rows} block rows of {m} inputs and {p} outputs; "
+            f"at least {rows + 2 * block_rows - 1} samples, or fewer block rows, would do"
+        )
+    L = triangle_by_cholesky(inputs, outputs, block_rows)
+    if L is None:
+        L = triangle_by_reflections(inputs, outputs, block_rows)
+    a, b = block_rows * m, block_rows * (2 * m + p)
+    return Projection(
+        inputs=inputs,
+        outputs=outputs,
+        block_rows=block_rows,
+        future_input=L[:a, :a],
+        past_input=L[a:b, :a],
+        past=L[a:b, a:b],
+        future=L[b:, a:b],
+        unexplained=L[b:, b:],
+    )
+
+
+def triangle_by_cholesky(inputs: Matrix, outputs: Matrix, block_rows: int) -> Matrix | None:
+    """L of [U_f; W_p; Y_f] = L Q from its Gram matrix; None where that is too near to singular."""
+    m, p = len(inputs), len(outputs)
+    rows = np.arange(2 * block_rows * (m + p)).reshape(2 * block_rows, m + p)
+    U, Y = rows[:, :m].ravel(), rows[:, m:].ravel()
+    order = np.concatenate([U[block_rows * m :], U[: block_rows * m], Y])
+    gram = hankel_gram(np.vstack([inputs, outputs]), 2 * block_rows)[np.ix_(order, order)]
+    try:
+        L: Matrix = linalg.cholesky(gram, lower=True, overwrite_a=True, check_finite=False)
+    except linalg.LinAlgError:
+        return None
+    diagonal = np.diag(L)
+    return L if diagonal.min() > WELL_CONDITIONED * diagonal.max() else None
+
+
+def triangle_by_reflections(inputs: Matrix, outputs: Matrix, block_rows: int) -> Matrix:
+    """L of [U_f; W_p; Y_f] = L Q by QR, in batches: memory is that of a few triangles however long the record."""
+    rows = 2 * block_rows * (inputs.shape[0] + outputs.shape[0])
+    columns = inputs.shape[1] - 2 * block_rows + 1
+    R = np.empty((0, rows))
+    for start in range(0, columns, 4 * rows):
+        stop = min(start + 4 * rows, columns) + 2 * block_rows - 1
+        U = block_hankel(inputs[:, start:stop], 2 * block_rows)
+        Y = block_hankel(outputs[:, start:stop], 2 * block_rows)
+        past = U.shape[0] // 2
+        batch = np.vstack([U[past:], U[:past], Y])
+        R = linalg.qr(np.vstack([R, batch.T]), mode="r", overwrite_a=True, check_finite=False)[0][:rows]
+    return R.T
