@@ -4,7 +4,8 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from typing import Any
 
-from fastapi import APIRouter, Depends, FastAPI
+from fastapi import APIRouter, Depends, FastAPI, Request
+from fastapi.responses import JSONResponse
 from fastapi.staticfiles import StaticFiles
 
 from service import auth, errors, metrics, schemas
@@ -43,6 +44,7 @@ def create(settings: Settings) -> FastAPI:
         openapi_tags=TAGS,
         docs_url=None,
         redoc_url=None,
+        openapi_url=None,
         lifespan=lifespan,
     )
     app.state.settings = settings
@@ -60,6 +62,7 @@ def create(settings: Settings) -> FastAPI:
         app.include_router(router, dependencies=[Depends(auth.viewer)])
     app.include_router(health.router)
     app.mount("/static", StaticFiles(directory=pages.FOLDER / "static"))
+    app.add_api_route("/openapi.json", described, include_in_schema=False)
     app.openapi = lambda: openapi(app)  # type: ignore[method-assign]  # FastAPI's documented way to extend it
     return app
 
@@ -69,6 +72,12 @@ async def lifespan(app: FastAPI) -> AsyncIterator[None]:
     """The connections are closed with the application."""
     yield
     app.state.sessions.kw["bind"].dispose()
+
+
+async def described(request: Request) -> JSONResponse:
+    """The OpenAPI document; as long as the service has no key, none is asked for."""
+    keys = await request.app.state.keys.in_force()
+    return JSONResponse(request.app.openapi() | ({} if keys else {"security": [{}]}))
 
 
 def openapi(app: FastAPI) -> dict[str, Any]:

@@ -84,11 +84,12 @@ class Keys:
             return {key.hash: Caller(key.name, Role[key.role]) for key in queries.keys_in_force(session)}
 
 
-def presented(request: Request) -> str | None:
-    """The key that came with a request, if any."""
+def presented(request: Request) -> set[str]:
+    """What came with a request as its key: of every header that may hold one, or else the cookie's."""
     scheme, _, token = request.headers.get("authorization", "").partition(" ")
-    bearer = token.strip() if scheme.lower() == "bearer" else None
-    return bearer or request.headers.get("x-api-key") or request.cookies.get(COOKIE)
+    bearer = token.strip() if scheme.lower() == "bearer" else request.headers.get("authorization")
+    headers = {key for key in (bearer, request.headers.get("x-api-key")) if key is not None}
+    return headers or {request.cookies[name] for name in {COOKIE} & request.cookies.keys()}
 
 
 def is_loopback(host: str | None) -> bool:
@@ -124,7 +125,7 @@ async def identify(request: Request) -> Caller:
     Raises
     ------
     UnauthorizedError
-        The service has keys and none of them came with the request.
+        The service has keys and none of them came with the request, or a wrong one beside it.
     ForbiddenError
         The service has no key and the request is not from this machine, or it was made by another site's page.
     """
@@ -138,14 +139,13 @@ async def identify(request: Request) -> Caller:
             "The service has no API key yet, so it answers only programs on its own machine that ask it directly, "
             "as localhost. 'menshin key create NAME --role viewer' there makes a key."
         )
-    key = presented(request)
-    if key is None or digest(key) not in keys:
-        found = "No API key" if key is None else "An unknown or revoked API key"
+    given = presented(request)
+    if not given or any(digest(key) not in keys for key in given):
+        found = "An unknown or revoked API key" if given else "No API key"
         raise UnauthorizedError(
             f"{found} came with the request; 'Authorization: Bearer KEY' or 'X-API-Key: KEY' would do."
         )
-    caller: Caller = keys[digest(key)]
-    return caller
+    return min((keys[digest(key)] for key in given), key=lambda caller: caller.role)
 
 
 def at_least(role: Role) -> Callable[[Request], Coroutine[Any, Any, Caller]]:

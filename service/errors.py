@@ -2,7 +2,7 @@
 
 ServiceError
 ├── NotFoundError       404, nothing by that name
-├── InvalidError        422, well formed, but not a thing that could be done here
+├── ConflictError       409, well formed, but it does not fit what it is asked of
 ├── UnauthorizedError   401, a key is missing or not known
 └── ForbiddenError      403, known, but not allowed
 """
@@ -40,10 +40,10 @@ class NotFoundError(ServiceError):
         super().__init__(f"There is no {what} {str(name)!r}.")
 
 
-class InvalidError(ServiceError):
-    """Well formed, but not a thing that could be done here."""
+class ConflictError(ServiceError):
+    """Well formed, but it does not fit what it is asked of."""
 
-    status = 422
+    status = 409
 
 
 class UnauthorizedError(ServiceError):

@@ -65,7 +65,7 @@ Points = Annotated[
     Query(
         description="Thin the series to at most this many samples, keeping the extremes of every pixel of each series; "
         "without it every sample is answered.",
-        ge=16,
+        ge=32,
         le=1_000_000,
         examples=[2000],
     ),

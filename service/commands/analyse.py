@@ -121,16 +121,12 @@ def _settings(estimator: str | None, sensors: str | None, description: "Building
 
 def _levels(sensors: str, description: "BuildingDescription") -> tuple[str, ...]:
     """The names of levels given by name or role."""
-    roles = {"ground": description.ground.name, "base": description.base.name, "roof": description.floors[-1].name}
-    known = roles | {level.name: level.name for level in description.levels}
-    asked = [name.strip() for name in sensors.split(",")]
-    for name in asked:
-        if name not in known:
-            raise typer.BadParameter(f"no level {name!r}; there are {', '.join(known)}", param_hint="--sensors")
-    levels = tuple(dict.fromkeys(known[name] for name in asked))
-    if description.base.name not in levels:
-        raise typer.BadParameter("the base slab must be among them, as in base,roof", param_hint="--sensors")
-    return levels
+    from service.levels import LevelError, named
+
+    try:
+        return named((name.strip() for name in sensors.split(",")), description)
+    except LevelError as error:
+        raise typer.BadParameter(str(error), param_hint="--sensors") from None
 
 
 def _stamped(path: Path | None, stamp: str) -> Path | None:

@@ -8,14 +8,15 @@ from fastapi import APIRouter, Body, Depends, Request, Response
 from sqlalchemy.orm import Session
 
 from core.description import BuildingDescription
-from core.estimators import ESTIMATORS
-from service import jobs, queries, schemas
+from service import jobs, levels, queries, schemas
 from service.answers import document, responses
 from service.auth import engineer
 from service.buildings import described
 from service.database import Analysis
-from service.errors import InvalidError, NotFoundError, documented
+from service.errors import ConflictError, NotFoundError, documented
+from service.levels import LevelError
 from service.parameters import AnalysisId, Id, Reading, Writing
+from service.settings import Settings
 
 router = APIRouter(prefix="/events", tags=["events"])
 
@@ -93,35 +94,44 @@ def directions(session: Session, analysis_id: int) -> list[schemas.DirectionOut]
     status_code=202,
     response_model=schemas.JobOut,
     dependencies=[Depends(engineer)],
-    responses=documented(400, 401, 403, 404, 422) | {202: {"headers": {"Location": LOCATION}}},
+    responses=documented(400, 401, 403, 404, 409, 422) | {202: {"headers": {"Location": LOCATION}}},
 )
 def analyse(
+    request: Request,
     event_id: Id,
     sessions: Writing,
     response: Response,
     wanted: Annotated[schemas.AnalysisRequest, Body(description="Settings that differ; {} for none.")],
 ) -> schemas.JobOut:
-    """Have the event analysed again; the earlier results are kept. A like job that still waits is answered instead."""
+    """Have the event analysed again; the earlier results are kept. A like job that still waits is answered instead.
+
+    What is asked must fit the building and, with what is not asked, the settings in force; else 409 says what would.
+    """
     with sessions.begin() as session:
         found = queries.event(session, event_id)
-        arguments = checked(wanted, described(session, found.building).description)
+        arguments = checked(wanted, described(session, found.building).description, request.app.state.settings)
         job = jobs.enqueue(session, found, arguments, datetime.now(UTC))
         answer = schemas.JobOut.model_validate(job)
     response.headers["Location"] = f"/api/v1/jobs/{answer.id}"
     return answer
 
 
-def checked(wanted: schemas.AnalysisRequest, description: BuildingDescription) -> dict[str, object]:
+def checked(wanted: schemas.AnalysisRequest, description: BuildingDescription, own: Settings) -> dict[str, object]:
     """The arguments of the job.
 
     Raises:
-        InvalidError: no such estimator or level, or a band that the rate cannot hold.
+        ConflictError: the building has no such level, or the band does not fit the rate.
     """
-    if wanted.estimator is not None and wanted.estimator not in ESTIMATORS:
-        raise InvalidError(f"There is no estimator {wanted.estimator!r}; there are {', '.join(sorted(ESTIMATORS))}.")
-    levels = [level.name for level in description.levels[1:]]
-    if unknown := [name for name in wanted.sensors or () if name not in levels]:
-        raise InvalidError(f"No level above the isolators is named {unknown[0]!r}; there are {', '.join(levels)}.")
-    if wanted.band is not None and not 0 < wanted.band[0] < wanted.band[1]:
-        raise InvalidError(f"The band must rise from above 0 Hz, got {wanted.band}.")
-    return wanted.model_dump(exclude_none=True)
+    arguments = wanted.model_dump(exclude_none=True)
+    if wanted.sensors is not None:
+        try:
+            arguments["sensors"] = levels.named(wanted.sensors, description)
+        except LevelError as error:
+            raise ConflictError(f"The sensors do not fit the building {description.code}: {error}.") from None
+    low, high = wanted.band or own.band
+    rate = wanted.rate or own.rate
+    if not low < high < rate / 2:
+        raise ConflictError(
+            f"The band {low:g} to {high:g} Hz does not fit {rate:g} Hz; up to below {rate / 2:g} Hz would."
+        )
+    return {name: list(value) if isinstance(value, tuple) else value for name, value in arguments.items()}

@@ -1,6 +1,7 @@
 """Whether the service is alive and ready, and what Prometheus may know of it."""
 
 from datetime import UTC, datetime
+from typing import Any
 
 from fastapi import APIRouter, Depends, Request, Response
 from prometheus_client import CONTENT_TYPE_LATEST, generate_latest
@@ -12,6 +13,8 @@ from service.parameters import Reading
 from service.poller import POLLING
 
 router = APIRouter(tags=["operations"])
+OPEN: dict[str, Any] = {"security": []}
+"""In the OpenAPI document: whoever looks after the service asks without a key."""
 
 OTHER_TABLES = (
     "The tables of the database are not those of this version; 'menshin up', 'menshin api', 'menshin poll' or "
@@ -20,13 +23,19 @@ OTHER_TABLES = (
 METRICS = "The metrics in Prometheus' text format, each with its meaning."
 
 
-@router.get("/healthz", operation_id="is_alive", response_model=schemas.Health)
+@router.get("/healthz", operation_id="is_alive", response_model=schemas.Health, openapi_extra=OPEN)
 async def alive() -> schemas.Health:
     """200 while the process answers; open to all, and it tells nothing else."""
     return schemas.Health(status="alive")
 
 
-@router.get("/readyz", operation_id="is_ready", response_model=schemas.Health, responses=documented(503))
+@router.get(
+    "/readyz",
+    operation_id="is_ready",
+    response_model=schemas.Health,
+    responses=documented(503),
+    openapi_extra=OPEN,
+)
 def ready(sessions: Reading) -> schemas.Health | Response:
     """200 if the database answers, has this version's tables, and a poller was seen lately; else 503 with the lack."""
     try:

@@ -1,0 +1,62 @@
+"""The paper's building after some earthquakes: everything in the database came the way that records come.
+
+A folder source was looked at, files were ingested, and the worker analysed what they held.
+"""
+
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from datetime import datetime, timedelta
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import simulated
+from sqlalchemy.orm import Session, sessionmaker
+
+from service import buildings
+from service.looking import Look
+from service.settings import Settings
+from service.worker import Worker
+
+NOW = simulated.START + timedelta(days=1000)
+APART = timedelta(days=30)
+SETTINGS = Settings(workers=1, settle_time=0, event_grace=0)
+SCALES = (0.2, 0.5, 1.0)
+"""Of the ground motion in the earthquakes that are analysed, the earliest first."""
+BASE = "XX.PAPER.01.HNX"
+
+
+@cache
+def earthquakes() -> tuple[bytes, ...]:
+    """miniSEED of one earthquake for each of SCALES, and of one more without the base slab, which is refused."""
+    files = [
+        simulated.miniseed(simulated.records(np.random.default_rng(number), scale), later=number * APART)
+        for number, scale in enumerate(SCALES)
+    ]
+    without_base = simulated.records(np.random.default_rng(9), 0.3)
+    del without_base[BASE]
+    return (*files, simulated.miniseed(without_base, later=len(SCALES) * APART))
+
+
+def start(number: int) -> datetime:
+    """Of an earthquake, counted from 0."""
+    return simulated.START + number * APART
+
+
+def watch(sessions: sessionmaker[Session], folder: Path, files: Sequence[bytes] | None = None) -> None:
+    """Watch the building through a folder that holds these files, and analyse all that comes of them."""
+    for number, data in enumerate(earthquakes() if files is None else files):
+        (folder / f"{number}.mseed").write_bytes(data)
+    with sessions.begin() as session:
+        buildings.add(session, building_file(folder), folder, NOW)
+    look = Look(sessions, SETTINGS, lambda: NOW, lambda _: None, lambda: False)
+    look.at("PAPER")
+    look.queue_ready()
+    with ThreadPoolExecutor(1) as pool:
+        Worker(sessions, lambda: pool, SETTINGS, clock=lambda: NOW).run_until_idle()
+
+
+def building_file(folder: Path) -> str:
+    """The paper's building, watched through a folder."""
+    source = f'[source]\nkind = "folder"\nlocation = "{folder}"\n'
+    return simulated.building_file().replace("[isolation]", source + "[isolation]", 1)
