@@ -1,5 +1,6 @@
 """The fixed-base modes of a superstructure from its recorded motion: the whole of the paper's section 4."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -8,7 +9,8 @@ from scipy import signal
 from core.arrays import ComplexVector, Matrix, Vector
 from core.errors import IdentificationError
 from core.modal_uncertainty import ModalDeviation, modal_deviations
-from core.projection import project
+from core.mode_support import is_supported, misfit_growth
+from core.projection import Projection, project
 from core.stabilisation import DiagramPole, Stability, even_orders, stabilisation_diagram, stable_modes
 from core.subspace import Weighting, cva, observability_span
 
@@ -52,7 +54,7 @@ def identified_modes(
         At least one, lowest frequency first.
 
     Raises:
-        IdentificationError: the record is too short or at rest, or no pole is stable.
+        IdentificationError: the record is too short or at rest, or it supports no mode.
     """
     series = np.vstack([base_acceleration, floor_acceleration])
     scale = np.std(series, axis=1, keepdims=True)
@@ -64,15 +66,32 @@ def identified_modes(
     span = observability_span(project(scaled[:1], scaled[1:], identification.block_rows), identification.weighting)
     orders = even_orders(identification.largest_order)
     diagram = stabilisation_diagram(span, orders, rate / factor, identification.stability)
-    modes = stable_modes(diagram, identification.stability)
-    if not modes:
+    stable = stable_modes(diagram, identification.stability)
+    if not stable:
         raise IdentificationError(
             f"no pole is stable over the orders up to {orders[-1]}; a longer or stronger record would do"
         )
-    deviations = modal_deviations(modes, span, orders[-1], rate / factor)
-    return tuple(_in_units(mode, scale[1:, 0], std) for mode, std in zip(modes, deviations, strict=True))
+    deviations = modal_deviations(stable, span, orders[-1], rate / factor)
+    # Each channel had been divided by its scale; the shapes go back to the record's units.
+    modes = tuple(
+        IdentifiedMode(mode.frequency, mode.damping_ratio, mode.shape * scale[1:, 0], deviation)
+        for mode, deviation in _supported(stable, deviations, span.projection)
+    )
+    if not modes:
+        raise IdentificationError(
+            f"{len(stable)} poles are stable, but noise explains them all; a longer or stronger record would do"
+        )
+    return modes
 
 
-def _in_units(mode: DiagramPole, scale: Vector, deviation: ModalDeviation | None) -> IdentifiedMode:
-    """The mode with its shape in the record's units: each channel had been divided by its scale."""
-    return IdentifiedMode(mode.frequency, mode.damping_ratio, mode.shape * scale, deviation)
+def _supported(
+    modes: Sequence[DiagramPole], deviations: Sequence[ModalDeviation | None], projection: Projection
+) -> list[tuple[DiagramPole, ModalDeviation | None]]:
+    """The modes that the record supports, each with its deviation."""
+    eigenvalues = np.array([mode.eigenvalue for mode in modes])
+    growth = misfit_growth(eigenvalues, projection.inputs, projection.outputs).max(axis=1)
+    return [
+        (mode, deviation)
+        for mode, deviation, without in zip(modes, deviations, growth, strict=True)
+        if is_supported(mode.damping_ratio, deviation, float(without))
+    ]
