@@ -16,6 +16,9 @@ from service.settings import Settings
 
 log = logging.getLogger(__name__)
 
+LOOK_UP = 0.5
+"""s."""
+
 
 @contextmanager
 def migrated(settings: Settings) -> Iterator[sessionmaker[Session]]:
@@ -42,6 +45,16 @@ def signalled() -> Iterator[Signal]:
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
+
+
+def wait_for(stop: Signal) -> None:
+    """Wait until we are asked to end.
+
+    In short waits: a handler runs only once the main thread does, and a signal that comes just before a wait without
+    end begins was seen to be slept through.
+    """
+    while not stop.wait(LOOK_UP):
+        pass
 
 
 @contextmanager

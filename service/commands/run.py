@@ -38,7 +38,7 @@ def poll(
     once: Annotated[bool, typer.Option("--once", help="Look at every source once, then end.")] = False,
 ) -> None:
     """Fetch what is new at every building's source."""
-    from service.roles import migrated, running, signalled
+    from service.roles import migrated, running, signalled, wait_for
 
     settings = settings_in_force()
     if once:
@@ -48,7 +48,7 @@ def poll(
             Look(sessions, settings).at_all()
         return
     with signalled() as stop, running(settings, stop, poll=True):
-        stop.wait()
+        wait_for(stop)
 
 
 @app.command()
@@ -57,7 +57,7 @@ def work(
     workers: Annotated[int | None, typer.Option(help="Analyses that run at the same time.")] = None,
 ) -> None:
     """Analyse the events that wait."""
-    from service.roles import migrated, running, signalled, worked_off
+    from service.roles import migrated, running, signalled, wait_for, worked_off
 
     settings = settings_in_force(workers=workers)
     if once:
@@ -65,7 +65,7 @@ def work(
             typer.echo(f"{worked_off(sessions, settings)} jobs done")
         return
     with signalled() as stop, running(settings, stop, work=True):
-        stop.wait()
+        wait_for(stop)
 
 
 @app.command("import")
