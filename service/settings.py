@@ -76,6 +76,9 @@ class Settings(BaseSettings):
     max_answer_bytes: Count = Field(
         default=256 * 2**20, description="bytes of the largest file or answer that is accepted"
     )
+    late_data: float = Field(
+        default=3600.0, ge=0, description="s for which what a server (fdsnws) does not have yet is asked for again"
+    )
     settle_time: float = Field(
         default=2.0, ge=0, description="s that a file must have been left unchanged before it is read"
     )

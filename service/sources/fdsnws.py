@@ -4,29 +4,33 @@ International Federation of Digital Seismograph Networks, FDSN Web Service Speci
 """
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from hashlib import sha256
+from typing import Any
 
 from service.sources.arrival import Arrival, Cursor, SourceError, Step, TooLargeError
 from service.sources.catalogue import Catalogue
 from service.sources.http import Client
-from service.sources.miniseed import complete_until, problem
+from service.sources.lateness import Gap, gaps, noted, reached, still_open, written
+from service.sources.miniseed import Piece, pieces, problem
 
 EARLIEST = datetime(1990, 1, 1, tzinfo=UTC)
 FIRST_WINDOW = timedelta(hours=1)
 LONGEST_WINDOW = timedelta(days=366)
 SHORTEST_WINDOW = timedelta(seconds=60)
-LATE = timedelta(minutes=10)
-"""Data may come this much later than data of a later time."""
 STATIONS_HOLD = timedelta(days=1)
 WRITTEN = re.compile(rb"<Created>.*?</Created>", re.DOTALL)
 
 
 @dataclass(frozen=True, slots=True)
 class FdsnWebServices:
-    """Stations first, then waveforms: around the catalogue's earthquakes, or all of them in windows of time."""
+    """Stations first, then waveforms: around the catalogue's earthquakes, or all of them in windows of time.
+
+    What a channel lacks of a time that was asked for is asked for again at each look, until it has come or the setting
+    `late_data` has passed.
+    """
 
     address: str
     """Of the server; its services are at /fdsnws."""
@@ -39,6 +43,9 @@ class FdsnWebServices:
     def steps(self, cursor: Cursor, now: datetime) -> Iterator[Step]:
         """What is new of stations and waveforms."""
         for step in self._stations(cursor, now):
+            cursor = step.cursor
+            yield step
+        for step in self._late(cursor, now):
             cursor = step.cursor
             yield step
         if self.catalogue is not None and self.catalogue.is_offered():
@@ -64,17 +71,37 @@ class FdsnWebServices:
         arrival = Arrival(name="station.xml", origin=f"{self.address}/fdsnws/station/1", data=answer.body)
         yield Step((arrival,), {**cursor, "stations": digest, "stations_at": now.isoformat()})
 
+    def _late(self, cursor: Cursor, now: datetime) -> Iterator[Step]:
+        """What has come since of the gaps that are open."""
+        had = still_open(noted(cursor.get("open", [])), now, self._lateness)
+        left: list[Gap] = []
+        for number, gap in enumerate(had, start=1):
+            arrivals = tuple(self._arrivals(gap))
+            yield from self._broken(arrivals, cursor)
+            left += gaps(_pieces(arrivals), gap)
+            cursor = {**cursor, "open": written([*left, *had[number:]])}
+            yield Step(arrivals, cursor)
+
+    def _open(self, cursor: Cursor, more: Iterable[Gap], now: datetime) -> list[dict[str, Any]]:
+        """What is asked for again at the next looks."""
+        return written(still_open([*noted(cursor.get("open", [])), *more], now, self._lateness))
+
+    @property
+    def _lateness(self) -> timedelta:
+        return timedelta(seconds=self.client.settings.late_data)
+
     def _around_earthquakes(self, catalogue: Catalogue, cursor: Cursor, now: datetime) -> Iterator[Step]:
         done: dict[str, str] = dict(cursor.get("earthquakes", {}))
         until = datetime.fromisoformat(cursor["catalogue_until"]) if "catalogue_until" in cursor else self.since
         for origin in catalogue.origins(until, now):
-            start, end = origin.time - catalogue.before, origin.time + catalogue.after
-            if origin.id in done or end > now:
+            asked = Gap(origin.time - catalogue.before, origin.time + catalogue.after, self.channels)
+            if origin.id in done or asked.end > now:
                 continue
-            arrivals = tuple(self._arrivals(start, end))
+            arrivals = tuple(self._arrivals(asked))
             yield from self._broken(arrivals, cursor)
-            if arrivals or now - end > catalogue.patience:
+            if arrivals or now - asked.end > catalogue.patience:
                 done[origin.id] = origin.time.isoformat()
+                cursor = {**cursor, "open": self._open(cursor, gaps(_pieces(arrivals), asked), now)}
             cursor = {**cursor, "earthquakes": dict(done)}
             yield Step(arrivals, cursor)
         resume = max(self.since, now - catalogue.patience - catalogue.before - catalogue.after)
@@ -88,7 +115,7 @@ class FdsnWebServices:
         while start < now:
             end = min(start + window, now)
             try:
-                body = self._waveforms(start, end)
+                body = self._waveforms(Gap(start, end, self.channels))
                 arrivals = () if body is None else (self._named(start, end, body),)
             except TooLargeError as error:
                 if end - start > SHORTEST_WINDOW:
@@ -96,18 +123,18 @@ class FdsnWebServices:
                     continue
                 body, arrivals = None, (self._refused(start, end, error),)
             yield from self._broken(arrivals, cursor)
-            reached = end
-            if end > now - LATE and not (arrivals and arrivals[0].refusal):
-                reached = complete_until(body, len(self.channels), start, now - LATE)
+            there, until = _pieces(arrivals), end
+            if end >= now and not (arrivals and arrivals[0].refusal):
+                until = reached(there, start, max(start, now - self._lateness))
             if body is None or len(body) < self.client.settings.max_answer_bytes // 16:
                 window = min(2 * window, LONGEST_WINDOW)
             elif len(body) > self.client.settings.max_answer_bytes // 4:
                 window = max(window / 2, SHORTEST_WINDOW)
-            cursor = {**cursor, "until": reached.isoformat(), "window": window.total_seconds()}
+            lacking = gaps(there, Gap(start, until, self.channels))
+            cursor = {**cursor, "until": until.isoformat(), "open": self._open(cursor, lacking, now)}
+            cursor["window"] = window.total_seconds()
             yield Step(arrivals, cursor)
-            if end >= now:
-                return
-            start = reached
+            start = end
 
     def _broken(self, arrivals: tuple[Arrival, ...], cursor: Cursor) -> Iterator[Step]:
         """A page or half a file in place of waveforms is kept, but the cursor stays: they are asked for again.
@@ -120,26 +147,26 @@ class FdsnWebServices:
                 yield Step((arrival,), cursor)
                 raise SourceError(f"{arrival.origin} answered with no whole miniSEED: {found}")
 
-    def _arrivals(self, start: datetime, end: datetime) -> Iterator[Arrival]:
+    def _arrivals(self, asked: Gap) -> Iterator[Arrival]:
         """The waveforms of a time, in halves where they are too large in one."""
         try:
-            body = self._waveforms(start, end)
+            body = self._waveforms(asked)
         except TooLargeError as error:
-            if end - start <= SHORTEST_WINDOW:
-                yield self._refused(start, end, error)
+            if asked.end - asked.start <= SHORTEST_WINDOW:
+                yield self._refused(asked.start, asked.end, error)
                 return
-            middle = start + (end - start) / 2
-            yield from self._arrivals(start, middle)
-            yield from self._arrivals(middle, end)
+            middle = asked.start + (asked.end - asked.start) / 2
+            yield from self._arrivals(Gap(asked.start, middle, asked.channels))
+            yield from self._arrivals(Gap(middle, asked.end, asked.channels))
             return
         if body is not None:
-            yield self._named(start, end, body)
+            yield self._named(asked.start, asked.end, body)
 
-    def _waveforms(self, start: datetime, end: datetime) -> bytes | None:
-        codes = list(zip(*(channel.split(".") for channel in self.channels), strict=True))
+    def _waveforms(self, wanted: Gap) -> bytes | None:
+        codes = list(zip(*(channel.split(".") for channel in wanted.channels), strict=True))
         names = ("network", "station", "location", "channel")
         asked = {name: _either(code or "--" for code in column) for name, column in zip(names, codes, strict=True)}
-        asked |= {"starttime": _written(start), "endtime": _written(end)}
+        asked |= {"starttime": _written(wanted.start), "endtime": _written(wanted.end)}
         answer = self.client.get(f"{self.address}/fdsnws/dataselect/1/query", asked)
         if answer.status not in (200, 204, 404):
             raise SourceError(f"{self.address} answered {answer.status} to a question without a condition")
@@ -156,6 +183,10 @@ class FdsnWebServices:
 
     def _origin(self, start: datetime, end: datetime) -> str:
         return f"{self.address}/fdsnws/dataselect/1/query?starttime={_written(start)}&endtime={_written(end)}"
+
+
+def _pieces(arrivals: Iterable[Arrival]) -> tuple[Piece, ...]:
+    return pieces(arrival.data for arrival in arrivals if arrival.data is not None)
 
 
 def _either(codes: Iterator[str]) -> str:

@@ -1,11 +1,24 @@
-"""Whether an answer of waveforms is whole, and how far it reaches, which tells where to ask next."""
+"""Whether an answer of waveforms is whole, and which times of which channels it holds."""
 
-from datetime import UTC, datetime
+from collections.abc import Iterable
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
 from io import BytesIO
 
 import obspy
 
 from service.formats import FormatError, UnknownUnitError, read
+
+
+@dataclass(frozen=True, slots=True)
+class Piece:
+    """A channel without a gap, from half an interval before its first sample to half of one after its last."""
+
+    channel: str
+    start: datetime
+    end: datetime
+    interval: timedelta
+    """Between two samples."""
 
 
 def problem(name: str, body: bytes) -> str | None:
@@ -19,22 +32,13 @@ def problem(name: str, body: bytes) -> str | None:
     return None
 
 
-def complete_until(body: bytes | None, channels: int, start: datetime, late: datetime) -> datetime:
-    """The time up to which nothing more is to be expected.
-
-    Args:
-        body: miniSEED, or None for silence.
-        channels: how many are expected.
-        start: from which was asked.
-        late: before this time whatever is missing will not come any more.
-    """
-    ends: dict[str, datetime] = {}
-    try:
-        stream = obspy.read(BytesIO(body), headonly=True) if body else ()
-    except Exception:  # no waveforms: what it is, the reading of the recording will tell
-        return max(start, late)
-    for trace in stream:
-        end = (trace.stats.endtime + trace.stats.delta / 2).datetime.replace(tzinfo=UTC)
-        ends[trace.id] = max(end, ends.get(trace.id, end))
-    complete = min(ends.values()) if len(ends) >= channels else late
-    return max(start, complete, late)
+def pieces(bodies: Iterable[bytes]) -> tuple[Piece, ...]:
+    """What there is in whole waveforms."""
+    found = []
+    for body in bodies:
+        for trace in obspy.read(BytesIO(body), headonly=True):
+            half = trace.stats.delta / 2
+            start, end = ((trace.stats.starttime - half).datetime, (trace.stats.endtime + half).datetime)
+            interval = timedelta(seconds=trace.stats.delta)
+            found.append(Piece(trace.id, start.replace(tzinfo=UTC), end.replace(tzinfo=UTC), interval))
+    return tuple(found)

@@ -238,6 +238,8 @@ def selected(server: Server, query: str) -> Page:
     given = dict(pair.split("=", 1) for pair in query.replace("%3A", ":").split("&"))
     assert server.waveforms is not None
     found = server.waveforms.slice(UTCDateTime(given["starttime"]), UTCDateTime(given["endtime"]))
+    locations = given["location"].replace("%2C", ",").split(",")
+    found = Stream(trace for trace in found if trace.stats.location in locations)
     if sum(trace.stats.npts for trace in found) > server.most:
         return Page(b"too much", 413)
     return Page(miniseed(found)) if found else Page(status=204)
