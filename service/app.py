@@ -11,7 +11,8 @@ from fastapi.staticfiles import StaticFiles
 from service import auth, errors, metrics, schemas
 from service.auth import Keys
 from service.metrics import Measured
-from service.routers import buildings, events, fdsnws, health, operations, pages, series
+from service.pages.rendering import FOLDER
+from service.routers import buildings, events, fdsnws, health, login, operations, pages, pictures, series
 from service.sessions import reading, sessions
 from service.settings import Settings
 from service.version import VERSION
@@ -58,10 +59,10 @@ def create(settings: Settings) -> FastAPI:
     for router in (buildings.router, events.router, series.router, operations.router):
         api.include_router(router)
     app.include_router(api)
-    for router in (fdsnws.router, pages.router):
-        app.include_router(router, dependencies=[Depends(auth.viewer)])
-    app.include_router(health.router)
-    app.mount("/static", StaticFiles(directory=pages.FOLDER / "static"))
+    app.include_router(fdsnws.router, dependencies=[Depends(auth.viewer)])
+    for router in (pages.router, pictures.router, login.router, health.router):  # who may ask is theirs to say
+        app.include_router(router)
+    app.mount("/static", StaticFiles(directory=FOLDER / "static"))
     app.add_api_route("/openapi.json", described, include_in_schema=False)
     app.openapi = lambda: openapi(app)  # type: ignore[method-assign]  # FastAPI's documented way to extend it
     return app

@@ -4,7 +4,7 @@ Units are those that engineers of isolated buildings read: mm, kN, kN/mm.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from datetime import datetime
+from datetime import UTC, datetime, timedelta
 
 import altair as alt
 
@@ -19,6 +19,7 @@ STEP = 1 / 60
 MM, KN, KN_PER_MM = 1e3, 1e-3, 1e-6
 FEW = 10
 """Events that a legend can name."""
+TWO_YEARS = timedelta(days=730)
 BLUE, GREY, ORANGE = "#1f5fa8", "#b8bec6", "#d9720f"
 Picture = alt.LayerChart | alt.VConcatChart
 CONFIG = {
@@ -121,7 +122,7 @@ def _over_amplitude(
     rows = _cycles(events)
     across = alt.X("amplitude:Q", title="displacement amplitude of the cycle (mm)")
     across = across.scale(type="log", nice=False, padding=12)
-    colour = _colour(len(events))
+    colour = _colour(list(events))
     bars = alt.Chart(rows).mark_rule(opacity=0.4).encode(across, y=f"{name}_low:Q", y2=f"{name}_high:Q", color=colour)
     tooltips = _tooltips({"amplitude": "amplitude (mm)", name: label, f"{name}_std": "standard deviation"})
     points = (
@@ -134,14 +135,29 @@ def _over_amplitude(
             tooltip=[*tooltips, alt.Tooltip("event:N", title="event (UTC)")],
         )
     )
-    return alt.LayerChart(layer=[bars, points], title=title, width=560, height=340, config=CONFIG)
+    return alt.LayerChart(layer=[bars, points], title=title, width=460, height=380, config=CONFIG)
 
 
-def _colour(events: int) -> alt.Color:
+def _colour(events: Sequence[datetime]) -> alt.Color:
     """A colour for each of a few events; for many, the older the darker, so that a drift shows."""
-    if events <= FEW:
+    if len(events) <= FEW:
         return alt.Color("event:N", title="event (UTC)").scale(scheme="tableau10")
-    return alt.Color("event:T", title="event").scale(scheme="viridis")
+    first, last = min(events), max(events)
+    if last - first > TWO_YEARS:
+        years = range(first.year, last.year + 1, 1 + (last.year - first.year) // FEW)
+        middles = (datetime(year, 7, 1, tzinfo=UTC) for year in years)
+        form, shown = "%Y", [min(max(middle, first), last) for middle in middles]
+    else:
+        form, shown = "%Y-%m-%d", [first, first + (last - first) / 2, last]
+    ticks = [_milliseconds(moment) for moment in shown]
+    legend = alt.Legend(values=ticks, labelExpr=f"utcFormat(datum.value, '{form}')")
+    scheme = alt.SchemeParams(name="viridis", extent=[0, 0.85])  # its last yellow is hardly seen on white
+    return alt.Color("moment:Q", title="event (UTC)").scale(scheme=scheme).legend(legend)
+
+
+def _milliseconds(moment: datetime) -> float:
+    """Since 1970, as pictures count time."""
+    return moment.timestamp() * 1e3
 
 
 def _tooltips(titles: Mapping[str, str]) -> list[alt.Tooltip]:
@@ -155,7 +171,8 @@ def _cycles(events: Mapping[datetime, Sequence[EquivalentSegment]]) -> alt.Inlin
             k_eq, k_std = cycle.k_eq * KN_PER_MM, cycle.k_eq_std * KN_PER_MM
             c_eq, c_std = cycle.c_eq * KN_PER_MM, cycle.c_eq_std * KN_PER_MM
             rows.append(
-                {"event": f"{start:%Y-%m-%d %H:%M:%S}", "amplitude": cycle.amplitude * MM}
+                {"event": f"{start:%Y-%m-%d %H:%M:%S}", "moment": _milliseconds(start)}
+                | {"amplitude": cycle.amplitude * MM}
                 | {"k_eq": k_eq, "k_eq_std": k_std, "k_eq_low": k_eq - k_std, "k_eq_high": k_eq + k_std}
                 | {"c_eq": c_eq, "c_eq_std": c_std, "c_eq_low": c_eq - c_std, "c_eq_high": c_eq + c_std}
             )

@@ -3,7 +3,9 @@
 ServiceError
 ├── NotFoundError       404, nothing by that name
 ├── ConflictError       409, well formed, but it does not fit what it is asked of
+├── TooLargeError       413, more than is taken or given at once
 ├── UnauthorizedError   401, a key is missing or not known
+├── LoginWantedError    303, a page that wants a key: the form comes next
 └── ForbiddenError      403, known, but not allowed
 """
 
@@ -51,6 +53,22 @@ class UnauthorizedError(ServiceError):
 
     status = 401
     headers = {"WWW-Authenticate": 'Bearer realm="menshin"'}  # noqa: RUF012  read only
+
+
+class TooLargeError(ServiceError):
+    """More than is taken or given at once."""
+
+    status = 413
+
+
+class LoginWantedError(ServiceError):
+    """A page that wants a key, asked for by a browser that has none."""
+
+    status = 303
+
+    def __init__(self, form: str) -> None:
+        super().__init__("This page takes a key; the form at Location asks for it.")
+        self.headers = {"Location": form}
 
 
 class ForbiddenError(ServiceError):

@@ -125,11 +125,10 @@ def events(
     return session.execute(question.order_by(Event.start.desc(), Event.id.desc()).limit(limit)).all()
 
 
-def last_analysed(session: Session, building_id: int) -> Event | None:
-    """The latest event with a result."""
-    question = select(Event).join(Analysis, (Analysis.event_id == Event.id) & Analysis.current)
-    usable = question.where(Event.building_id == building_id, Analysis.refusal.is_(None))
-    return session.scalars(usable.order_by(Event.start.desc(), Event.id.desc()).limit(1)).one_or_none()
+def last_analysed(session: Session, building_id: int) -> Sequence[Line]:
+    """(Event, Analysis) of the building's latest event with a result; nothing before the first."""
+    usable = _events().where(Event.building_id == building_id, Analysis.id.is_not(None), Analysis.refusal.is_(None))
+    return session.execute(usable.order_by(Event.start.desc(), Event.id.desc()).limit(1)).all()
 
 
 def event(session: Session, identity: int) -> Event:
@@ -196,18 +195,30 @@ def _results(building_id: int, span: Span, direction: str | None) -> Question:
     return span.limit(question if direction is None else question.where(DirectionResult.direction == direction))
 
 
-def cycles(
-    session: Session, building_id: int, span: Span, direction: str | None, cursor: Place | None, limit: int
-) -> Sequence[Line]:
-    """Every cycle of every event's latest analysis, the earliest first; the last column is the cycle's id."""
+def _cycles(building_id: int, span: Span, direction: str | None) -> Question:
+    """Every cycle of every event's latest analysis; the last column is the cycle's id."""
     of_cycle = [CycleResult.__table__.c[name] for name in CYCLE]
     question = _results(building_id, span, direction).add_columns(
         DirectionResult.start.label("record_start"), *of_cycle
     )
-    question = question.join(CycleResult, CycleResult.result_id == DirectionResult.id).add_columns(CycleResult.id)
+    return question.join(CycleResult, CycleResult.result_id == DirectionResult.id).add_columns(CycleResult.id)
+
+
+def cycles(
+    session: Session, building_id: int, span: Span, direction: str | None, cursor: Place | None, limit: int
+) -> Sequence[Line]:
+    """Every cycle of every event's latest analysis, the earliest first; the last column is the cycle's id."""
+    question = _cycles(building_id, span, direction)
     if cursor is not None:
         question = question.where(tuple_(Event.start, CycleResult.id) > tuple_(cursor.time, cursor.id))
     return session.execute(question.order_by(Event.start, CycleResult.id).limit(limit)).all()
+
+
+def latest_cycles(session: Session, building_id: int, direction: str, limit: int) -> Sequence[Line]:
+    """The latest so many cycles, the earliest of them first; columns as those of `cycles`."""
+    question = _cycles(building_id, Span(), direction)
+    latest = session.execute(question.order_by(Event.start.desc(), CycleResult.id.desc()).limit(limit)).all()
+    return latest[::-1]
 
 
 CYCLE = ("start", "end", "amplitude", "shear_strain", "k_eq", "k_eq_std", "c_eq", "c_eq_std")

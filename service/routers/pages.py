@@ -1,35 +1,43 @@
-"""The first page: buildings, the last event, its loop and the equivalent stiffness; no JavaScript."""
+"""The first page: buildings, the last event and what came of it; no JavaScript."""
 
-from collections import defaultdict
-from pathlib import Path
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Annotated
 
-import altair
-import numpy as np
-import vl_convert
-from fastapi import APIRouter, Query, Request, Response
-from fastapi.templating import Jinja2Templates
+from fastapi import APIRouter, Depends, Query, Request, Response
+from sqlalchemy.orm import Session
 
-from core.equivalent import EquivalentSegment
-from service import charts, queries
-from service.answers import is_known, tag, unchanged, written
-from service.blobs import decode
-from service.parameters import LARGEST, Reading
-from service.queries import CYCLE, Span
-from service.version import VERSION
+from service import queries
+from service.database import Analysis, Building, DirectionResult, Event
+from service.pages.rendering import page
+from service.parameters import Reading
+from service.queries import Span
+from service.routers.login import reader
 
-FOLDER = Path(__file__).parents[1] / "pages"
-TEMPLATES = Jinja2Templates(FOLDER / "templates")
-POLICY = {
-    "Content-Security-Policy": "default-src 'none'; img-src 'self'; style-src 'self'; form-action 'self'; "
-    "base-uri 'none'; frame-ancestors 'none'",
-    "X-Content-Type-Options": "nosniff",
-    "Referrer-Policy": "no-referrer",
+STATES = {
+    "gathering": "Its files are still coming in",
+    "queued": "It waits for its analysis",
+    "analysed": "",
+    "refused": "It could not be used",
+    "failed": "Its analysis failed",
 }
-CYCLES = 5000  # more points than that are not told apart in a picture
+"""What the state of an event means; the reason follows."""
+MODES = 3
+"""Modes that the page lists."""
 
-router = APIRouter(include_in_schema=False)
+router = APIRouter(include_in_schema=False, dependencies=[Depends(reader)])
 BuildingCode = Annotated[str | None, Query(pattern=r"^[A-Za-z0-9_-]{1,32}$")]
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """An event as the page shows it."""
+
+    event: Event
+    state: str
+    """In words; empty where the results speak for themselves."""
+    analysis: Analysis | None
+    results: Sequence[DirectionResult]
 
 
 @router.get("/")
@@ -37,57 +45,29 @@ def home(request: Request, sessions: Reading, building: BuildingCode = None) -> 
     """Every building, and the last event of the one that is named, or of the one that shook last."""
     with sessions() as session:
         found = queries.buildings(session)
-        shaken = [row for row in found if row[3] is not None]
+        shaken = [row for row in found if row.last is not None]
         shown = queries.building(session, building)[0] if building else None
         if shown is None and shaken:
-            shown = max(shaken, key=lambda row: row[3])[0]
-        event = queries.last_analysed(session, shown.id) if shown else None
-        analysis = next((a for a in queries.analyses(session, event.id) if a.current), None) if event else None
-        results = queries.direction_results(session, analysis.id) if analysis else []
-        context = {"buildings": found, "event": event, "analysis": analysis, "results": results}
-        return TEMPLATES.TemplateResponse(request, "home.html", context, headers=POLICY)
+            shown = max(shaken, key=lambda row: row.last)[0]
+        views = last_events(session, shown) if shown else []
+        return page(request, "home", buildings=found, shown=shown and shown.code, views=views, modes=MODES)
+
+
+def last_events(session: Session, building: Building) -> list[View]:
+    """The last event, and where it has no result the last one that has."""
+    last = [viewed(session, *pair) for pair in queries.events(session, building.id, Span(), None, None, limit=1)]
+    if any(view.results for view in last):
+        return last
+    return last + [viewed(session, *pair) for pair in queries.last_analysed(session, building.id)]
+
+
+def viewed(session: Session, event: Event, analysis: Analysis | None) -> View:
+    """An event with what its latest analysis found."""
+    results = queries.direction_results(session, analysis.id) if analysis else []
+    return View(event, STATES.get(event.state, event.state), analysis, results)
 
 
 @router.get("/docs")
 async def docs(request: Request) -> Response:
     """The OpenAPI document for people, without a CDN."""
-    return TEMPLATES.TemplateResponse(request, "docs.html", {"document": request.app.openapi()}, headers=POLICY)
-
-
-@router.get("/charts/loop.svg")
-def loop(request: Request, sessions: Reading, result: Annotated[int, Query(ge=1, le=LARGEST)]) -> Response:
-    """Restoring force over displacement."""
-    etag = tag(VERSION, "loop", result)
-    if is_known(request, etag):
-        return unchanged(etag)
-    with sessions() as session:
-        rate, displacement, force = queries.loop(session, result)
-    displacement, force = decode(displacement), decode(force)
-    time = np.arange(force.size) / rate
-    return drawn(request, charts.loop(time=time, displacement=displacement, force=force, title="Restoring force"), etag)
-
-
-@router.get("/charts/stiffness.svg")
-def stiffness(
-    request: Request,
-    sessions: Reading,
-    building: Annotated[str, Query(pattern=r"^[A-Za-z0-9_-]{1,32}$")],
-    direction: Annotated[str, Query(pattern="^[xy]$")],
-) -> Response:
-    """Equivalent stiffness over amplitude, every cycle of every event."""
-    with sessions() as session:
-        found, _ = queries.building(session, building)
-        rows = queries.cycles(session, found.id, Span(), direction, None, CYCLES)
-    etag = tag(VERSION, "stiffness", building, direction, [row.id for row in rows])
-    if is_known(request, etag):
-        return unchanged(etag)
-    events = defaultdict(list)
-    for row in rows:
-        events[row.event_start].append(EquivalentSegment(**{name: row._mapping[name] for name in CYCLE}))
-    return drawn(request, charts.equivalent_stiffness(events, "Equivalent stiffness"), etag)
-
-
-def drawn(request: Request, chart: altair.LayerChart, etag: str) -> Response:
-    """The picture; it runs no script, being an image."""
-    svg = vl_convert.vegalite_to_svg(chart.to_dict())
-    return written(request, svg.encode(), "image/svg+xml", etag)
+    return page(request, "docs", document=request.app.openapi())

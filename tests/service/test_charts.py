@@ -1,4 +1,5 @@
 import json
+import re
 from datetime import UTC, datetime, timedelta
 
 import altair as alt
@@ -85,4 +86,20 @@ def test_a_few_events_are_named_and_many_are_ordered_in_time() -> None:
     def colour(name: str) -> str:
         return PICTURES[name].to_dict()["layer"][1]["encoding"]["color"]["type"]
 
-    assert (colour("k_eq"), colour("k_eq over years")) == ("nominal", "temporal")
+    assert (colour("k_eq"), colour("k_eq over years")) == ("nominal", "quantitative")
+
+
+@pytest.mark.parametrize(
+    ("days", "shown"),
+    [
+        (1, ["2024-01-01", "2024-01-20", "2024-02-09"]),
+        (30, ["2024", "2025", "2026", "2027"]),
+        (300, ["2024", "2028", "2032", "2036", "2040", "2044", "2048", "2052", "2056"]),
+    ],
+)
+def test_the_legend_of_many_events_tells_days_or_years(days: int, shown: list[str]) -> None:
+    cycle = [EquivalentSegment(0.0, 2.0, 0.01, None, 5e6, 1e5, 2e5, 1e4)]
+    events = {START + timedelta(days=days * number): cycle for number in range(40)}
+    svg = vl_convert.vegalite_to_svg(charts.equivalent_stiffness(events, "T").to_dict())
+    found = [label for label in re.findall(r"<text[^>]*>([^<]*)</text>", svg) if re.fullmatch(r"20\d\d(-.*)?", label)]
+    assert found == shown

@@ -1,0 +1,46 @@
+"""How a page is written: its template, and what the browser may do with it."""
+
+import math
+from datetime import datetime
+from pathlib import Path
+
+from fastapi import Request, Response
+from fastapi.templating import Jinja2Templates
+
+from service.auth import COOKIE
+
+FOLDER = Path(__file__).parent
+TEMPLATES = Jinja2Templates(FOLDER / "templates")
+POLICY = {
+    "Content-Security-Policy": "default-src 'none'; img-src 'self'; style-src 'self'; form-action 'self'; "
+    "base-uri 'none'; frame-ancestors 'none'",
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "same-origin",  # with no-referrer our own forms would come with 'Origin: null'
+    "Cache-Control": "private, no-cache",
+}
+
+
+def page(request: Request, name: str, status: int = 200, **context: object) -> Response:
+    """The page of a template; whoever came with a cookie gets a button to log out."""
+    context["logged_in"] = COOKIE in request.cookies
+    return TEMPLATES.TemplateResponse(request, f"{name}.html", context, status, headers=POLICY)
+
+
+def time(moment: datetime) -> str:
+    """A time to the second."""
+    return f"{moment:%Y-%m-%d %H:%M:%S}"
+
+
+def with_std(value: float, std: float) -> str:
+    """A value and its standard deviation, both to the latter's first digit; a value alone where that is 0."""
+    if std == 0:
+        return f"{value:.4g}"
+    decimals = -math.floor(math.log10(float(f"{std:.0e}")))
+    return f"{_rounded(value, decimals)} ± {_rounded(std, decimals)}"
+
+
+def _rounded(value: float, decimals: int) -> str:
+    return f"{round(value, decimals):.{max(decimals, 0)}f}"
+
+
+TEMPLATES.env.filters |= {"time": time, "with_std": with_std}

@@ -1,0 +1,63 @@
+"""The pictures of the pages, drawn on the server; an image runs no script."""
+
+from collections import defaultdict
+from typing import Annotated
+
+import altair
+import numpy as np
+import vl_convert
+from fastapi import APIRouter, Depends, Query, Request, Response
+
+from core.equivalent import EquivalentSegment
+from service import charts, queries
+from service.answers import is_known, tag, unchanged, written
+from service.auth import viewer
+from service.blobs import decode
+from service.parameters import LARGEST, Reading
+from service.queries import CYCLE
+from service.version import VERSION
+
+CYCLES = 5000
+"""Of a picture: more points are not told apart."""
+
+router = APIRouter(prefix="/charts", include_in_schema=False, dependencies=[Depends(viewer)])
+
+
+@router.get("/loop.svg")
+def loop(request: Request, sessions: Reading, result: Annotated[int, Query(ge=1, le=LARGEST)]) -> Response:
+    """Restoring force over displacement."""
+    etag = tag(VERSION, "loop", result)
+    if is_known(request, etag):
+        return unchanged(etag)
+    with sessions() as session:
+        rate, displacement, force = queries.loop(session, result)
+    displacement, force = decode(displacement), decode(force)
+    time = np.arange(force.size) / rate
+    return drawn(request, charts.loop(time=time, displacement=displacement, force=force, title="Restoring force"), etag)
+
+
+@router.get("/stiffness.svg")
+def stiffness(
+    request: Request,
+    sessions: Reading,
+    building: Annotated[str, Query(pattern=r"^[A-Za-z0-9_-]{1,32}$")],
+    direction: Annotated[str, Query(pattern="^[xy]$")],
+) -> Response:
+    """Equivalent stiffness over amplitude, the latest cycles of all events."""
+    with sessions() as session:
+        found, _ = queries.building(session, building)
+        rows = queries.latest_cycles(session, found.id, direction, CYCLES)
+    etag = tag(VERSION, "stiffness", building, direction, [row.id for row in rows])
+    if is_known(request, etag):
+        return unchanged(etag)
+    events = defaultdict(list)
+    for row in rows:
+        events[row.event_start].append(EquivalentSegment(**{name: row._mapping[name] for name in CYCLE}))
+    title = "Equivalent stiffness" if len(rows) < CYCLES else f"Equivalent stiffness, the latest {CYCLES} cycles"
+    return drawn(request, charts.equivalent_stiffness(events, title), etag)
+
+
+def drawn(request: Request, chart: altair.LayerChart, etag: str) -> Response:
+    """The picture; what it shows changes only with its tag."""
+    svg = vl_convert.vegalite_to_svg(chart.to_dict())
+    return written(request, svg.encode(), "image/svg+xml", etag)

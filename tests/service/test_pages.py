@@ -1,0 +1,253 @@
+"""What the first page shows, and what a browser may do with it."""
+
+import re
+from collections.abc import Iterator
+from datetime import UTC, datetime, timedelta
+from html import unescape
+
+import numpy as np
+import pytest
+from asking import client
+from sqlalchemy.orm import Session, sessionmaker
+
+from service import blobs, queries
+from service.database import Analysis, Building, CycleResult, DirectionResult, Event, Job, ModeResult, Revision
+from service.pages.rendering import with_std
+
+START = datetime(2011, 3, 11, 5, 46, 24, tzinfo=UTC)
+TIME = np.arange(2000) / 100
+BUILDING = """
+code = "{code}"
+name = "{name}"
+[[level]]
+name = "ground"
+role = "ground"
+[[level]]
+name = "base"
+role = "base"
+mass = 2e5
+[[level]]
+name = "roof"
+mass = 1e5
+[isolation]
+[[channel]]
+id = "XX.{code}.01.HNX"
+level = "base"
+direction = "x"
+quantity = "acceleration"
+"""
+
+
+def building(session: Session, code: str, name: str) -> Building:
+    made = Building(code=code, name=name, created_at=START)
+    toml = BUILDING.format(code=code, name=name)
+    session.add(Revision(building=made, number=1, toml=toml, folder="/", created_at=START))
+    session.flush()
+    return made
+
+
+def event(session: Session, at: Building, day: int, state: str, reason: str | None = None) -> Event:
+    start = START + timedelta(days=day)
+    made = Event(
+        building=at, start=start, end=start, state=state, reason=reason, created_at=start, updated_at=start
+    )  # fmt: skip
+    session.add(made)
+    session.flush()
+    return made
+
+
+def result(peak_displacement: float | None = 0.012, modes: int = 5, cycles: int = 2) -> DirectionResult:
+    force = blobs.encode(3e6 * np.sin(TIME))
+    displacement = None if peak_displacement is None else blobs.encode(peak_displacement * np.sin(TIME + 0.1))
+    return DirectionResult(
+        direction="x",
+        start=START,
+        rate=100.0,
+        count=TIME.size,
+        peak_force=3_294_400.0,
+        force_std=340.0,
+        peak_displacement=peak_displacement,
+        displacement=displacement,
+        velocity=displacement,
+        **dict.fromkeys(("force", "force_rigid", "force_modal", "force_std_history"), force),
+        modes=[
+            ModeResult(number=number, frequency=1.0 * number, damping_ratio=0.02, shape={"roof": 1.0})
+            for number in range(1, modes + 1)
+        ],
+        cycles=[
+            CycleResult(start=0.0, end=1.0, amplitude=0.01, k_eq=5e8, k_eq_std=1e6, c_eq=1e6, c_eq_std=1e5)
+            for _ in range(cycles)
+        ],
+    )
+
+
+def analysed(session: Session, of: Event, result: DirectionResult | None, refusal: str | None = None) -> Analysis:
+    job = Job(kind="analyse", event_id=of.id, arguments={}, state="done", created_at=START)
+    session.add(job)
+    session.flush()
+    finding = {"kind": "gap", "severity": "warning", "message": "1 s < is missing", "channel": None, "value": None}
+    made = Analysis(
+        event=of,
+        job_id=job.id,
+        revision_id=of.building.revisions[0].id,
+        current=True,
+        created_at=START,
+        version="1",
+        settings={},
+        inputs=[],
+        quality=[finding],
+        refusal=refusal,
+        peaks={},
+        pga=0.398,
+        directions=[result] if result else [],
+    )
+    session.add(made)
+    return made
+
+
+@pytest.fixture
+def stored(sessions: sessionmaker[Session]) -> Iterator[Session]:
+    with sessions() as session:
+        yield session
+
+
+def home(url: str, session: Session, address: str = "/") -> str:
+    """The first page, as it reads."""
+    session.commit()
+    with client(url) as asking:
+        answer = asking.get(address)
+    assert answer.status_code == 200
+    return unescape(answer.text)
+
+
+def test_without_a_building_the_page_says_how_to_begin(database_url: str, stored: Session) -> None:
+    assert "menshin building add FILE" in home(database_url, stored)
+
+
+def test_without_an_earthquake_the_page_says_so(database_url: str, stored: Session) -> None:
+    building(stored, "A", "Tower")
+    assert "No earthquake has come in yet." in home(database_url, stored)
+    assert "No earthquake has come in yet at A." in home(database_url, stored, "/?building=A")
+
+
+def test_the_last_event_is_shown_with_its_results(database_url: str, stored: Session) -> None:
+    tower = building(stored, "A", "Tower")
+    analysed(stored, event(stored, tower, 1, "analysed"), result())
+    page = home(database_url, stored)
+    for shown in (
+        "Tower: last event, 2011-03-12 05:46:24 UTC",
+        "39.8 gal",
+        "3294.4 ± 0.3 kN",
+        "12.0 mm",
+        "Fixed-base mode 3",
+        "2 more modes",
+        "1 s < is missing",
+    ):
+        assert shown in page, shown
+    assert "Fixed-base mode 4" not in page
+
+
+@pytest.mark.parametrize(
+    ("state", "reason", "shown"),
+    [
+        ("refused", "the base slab is not measured", "It could not be used</strong>: the base slab is not measured"),
+        ("failed", "MemoryError", "Its analysis failed</strong>: MemoryError"),
+        ("queued", None, "It waits for its analysis"),
+        ("gathering", None, "Its files are still coming in"),
+        ("dreaming", None, "dreaming"),
+    ],
+)
+def test_a_last_event_without_a_result_says_why_and_hides_no_result(
+    database_url: str, stored: Session, state: str, reason: str | None, shown: str
+) -> None:
+    tower = building(stored, "A", "Tower")
+    analysed(stored, event(stored, tower, 1, "analysed"), result())
+    last = event(stored, tower, 2, state, reason)
+    if state == "refused":
+        analysed(stored, last, None, reason)
+    page = home(database_url, stored)
+    assert shown in page
+    assert page.index("last event, 2011-03-13") < page.index("last event with a result, 2011-03-12")
+    assert "/charts/loop.svg" in page
+
+
+def test_the_only_event_was_refused(database_url: str, stored: Session) -> None:
+    tower = building(stored, "A", "Tower")
+    analysed(stored, event(stored, tower, 1, "refused", "no ground"), None, "no ground")
+    page = home(database_url, stored)
+    assert "no ground" in page
+    assert "with a result" not in page
+
+
+def test_of_several_buildings_the_last_shaken_or_the_chosen_one_is_shown(database_url: str, stored: Session) -> None:
+    for day, (code, name) in enumerate([("A", "Tower"), ("B", "Hall"), ("C", "School")]):
+        event(stored, building(stored, code, name), 10 - day, "queued")
+    building(stored, "D", "<b>New</b>")
+    assert "Tower: last event" in home(database_url, stored)
+    assert "Hall: last event" in home(database_url, stored, "/?building=B")
+    with client(database_url) as asking:
+        assert "<b>New" not in asking.get("/").text
+        assert asking.get("/?building=E").status_code == 404
+
+
+def test_what_was_not_measured_is_no_picture(database_url: str, stored: Session) -> None:
+    tower = building(stored, "A", "Tower")
+    analysed(stored, event(stored, tower, 1, "analysed"), result(peak_displacement=None))
+    page = home(database_url, stored)
+    assert "not measured" in page
+    assert "/charts/" not in page
+
+
+def test_every_picture_is_drawn_and_has_its_data_beside_it(database_url: str, stored: Session) -> None:
+    tower = building(stored, "A", "Tower")
+    analysed(stored, event(stored, tower, 1, "analysed"), result())
+    figures = re.findall(r"<figure>.*?</figure>", home(database_url, stored), re.DOTALL)
+    assert len(figures) == 2
+    with client(database_url) as asking:
+        for figure in figures:
+            picture, data = re.findall(r'(?:src|href)="([^"]*)"', figure)
+            assert asking.get(picture).headers["content-type"] == "image/svg+xml"
+            assert asking.get(data).headers["content-type"].startswith("text/csv")
+
+
+def test_of_too_many_cycles_the_latest_are_drawn(stored: Session) -> None:
+    tower = building(stored, "A", "Tower")
+    for day, cycles in ((1, 3), (3, 2), (2, 4)):
+        analysed(stored, event(stored, tower, day, "analysed"), result(cycles=cycles))
+    stored.flush()
+    days = [(row.event_start - START).days for row in queries.latest_cycles(stored, tower.id, "x", 5)]
+    assert days == [2, 2, 2, 3, 3]
+
+
+def test_a_browser_loads_nothing_from_elsewhere_and_runs_no_script(database_url: str, stored: Session) -> None:
+    tower = building(stored, "A", "Tower")
+    analysed(stored, event(stored, tower, 1, "analysed"), result())
+    stored.commit()
+    with client(database_url) as asking:
+        for path in ("/", "/docs", "/login"):
+            answer = asking.get(path)
+            policy = dict(part.strip().split(" ", 1) for part in answer.headers["content-security-policy"].split(";"))
+            assert policy["default-src"] == policy["frame-ancestors"] == "'none'"
+            assert not re.search(r'(?:src|href|action)="(?!/)', answer.text), path
+            assert not re.search(r"<script|\son\w+=|javascript:|style=", answer.text), path
+            icon = re.search(r'rel="icon" href="([^"]*)"', answer.text)
+            assert icon is not None
+            assert asking.get(icon[1]).status_code == 200
+
+
+@pytest.mark.parametrize(
+    ("value", "std", "written"),
+    [
+        (3294.4, 0.34, "3294.4 ± 0.3"),
+        (3294.4, 1.2, "3294 ± 1"),
+        (3294.4, 23.0, "3290 ± 20"),
+        (3294.4, 0.96, "3294 ± 1"),
+        (3294.4, 96.0, "3300 ± 100"),
+        (-0.0123, 0.0004, "-0.0123 ± 0.0004"),
+        (3294.4, 0.0, "3294"),
+    ],
+)
+def test_a_value_is_written_to_the_first_digit_of_its_standard_deviation(
+    value: float, std: float, written: str
+) -> None:
+    assert with_std(value, std) == written
