@@ -61,7 +61,7 @@ def wait_for(stop: Signal) -> None:
 def running(settings: Settings, stop: Signal, *, poll: bool = False, work: bool = False) -> Iterator[None]:
     """The poller and the worker beside what the caller does; both have ended afterwards."""
     logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
-    logging.getLogger("apscheduler").setLevel(logging.WARNING)
+    logging.getLogger("apscheduler").setLevel(logging.ERROR)  # a look longer than the interval skips one: no fault
     logging.getLogger("httpx").setLevel(logging.WARNING)
     with migrated(settings) as opened:
         parts = [
