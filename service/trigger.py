@@ -3,6 +3,7 @@
 Allen (1978), Bull. Seism. Soc. Am. 68, 1521; the ratio and the coincidence are ObsPy's.
 """
 
+from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
@@ -15,6 +16,8 @@ from core.record import Segment
 
 LOWEST = 0.5
 """Hz, of the high-pass filter before the ratio: an offset or a drift would hide the shaking."""
+MEDIAN_TO_RMS = 1.4826
+"""Of Gaussian noise; an earthquake in less than half of the record hardly changes it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,7 +27,7 @@ class TriggerSettings:
     short: float
     """s, short-term window."""
     long: float
-    """s, long-term window: nothing triggers before one of it has been recorded."""
+    """s, long-term window: nothing triggers before one of it has been recorded; a gap later on blinds nothing."""
     on: float
     """Ratio that begins an event."""
     off: float
@@ -68,23 +71,29 @@ def windows(segments: Sequence[Segment], settings: TriggerSettings) -> tuple[Win
 
 
 def _stream(segments: Sequence[Segment], settings: TriggerSettings) -> Stream:
-    """The pieces, one where they meet or overlap, of those long enough for the ratio."""
-    stream = Stream()
+    """One trace a channel and rate, of those long enough for the ratio."""
+    of_channels: dict[tuple[str, float], list[Segment]] = defaultdict(list)
     for segment in segments:
-        network, station, location, channel = segment.channel.split(".")
-        header = {
-            "network": network,
-            "station": station,
-            "location": location,
-            "channel": channel,
-            "starttime": UTCDateTime(segment.start),
-            "sampling_rate": segment.rate,
-        }
-        stream.append(Trace(segment.samples.copy(), header))
-    stream.merge(method=1, interpolation_samples=0)
-    stream = stream.split()
-    stream.traces = [trace for trace in stream if trace.stats.endtime - trace.stats.starttime > settings.long]
-    return stream.detrend("constant").filter("highpass", freq=LOWEST)
+        of_channels[segment.channel, segment.rate].append(segment)
+    bridged = (_bridged(pieces) for pieces in of_channels.values())
+    return Stream(trace for trace in bridged if trace.stats.endtime - trace.stats.starttime > settings.long)
+
+
+def _bridged(segments: Sequence[Segment]) -> Trace:
+    """A channel's pieces without their offset, one trace over all gaps.
+
+    A gap is filled with the level of the noise: the ratio neither sees an earthquake there nor begins anew behind it.
+    """
+    pieces = Stream(_trace(segment) for segment in segments).merge(method=1, interpolation_samples=0).split()
+    pieces.detrend("constant").filter("highpass", freq=LOWEST)
+    level = MEDIAN_TO_RMS * float(np.median(np.abs(np.concatenate([piece.data for piece in pieces]))))
+    return pieces.merge(method=1, fill_value=level)[0]
+
+
+def _trace(segment: Segment) -> Trace:
+    header = dict(zip(("network", "station", "location", "channel"), segment.channel.split("."), strict=True))
+    header |= {"starttime": UTCDateTime(segment.start), "sampling_rate": segment.rate}
+    return Trace(segment.samples.copy(), header)
 
 
 def _peak(stream: Stream, start: UTCDateTime, end: UTCDateTime) -> float:

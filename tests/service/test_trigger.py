@@ -72,3 +72,38 @@ def test_pieces_that_meet_are_one() -> None:
         for first in (0, 15_000)
     ]
     assert windows(pieces, SETTINGS) == windows(whole, SETTINGS)
+
+
+def without(segments: Sequence[Segment], start: float, end: float) -> list[Segment]:
+    """The records with a gap, in s."""
+    pieces = []
+    for segment in segments:
+        first, last = round(start * segment.rate), round(end * segment.rate)
+        later = START + timedelta(seconds=last / segment.rate)
+        pieces.append(replace(segment, samples=segment.samples[:first]))
+        pieces.append(replace(segment, samples=segment.samples[last:], start=later))
+    return pieces
+
+
+@pytest.mark.parametrize("gap", [2, 20, 60])
+def test_a_gap_just_before_an_earthquake_does_not_hide_it(gap: float) -> None:
+    (window,) = windows(without(record([155]), 150 - gap, 150), SETTINGS)
+    assert (window.start - START).total_seconds() == pytest.approx(135, abs=1)
+
+
+@pytest.mark.parametrize("gap", [2, 20, 60])
+def test_a_gap_in_noise_is_no_earthquake(gap: float) -> None:
+    assert windows(without(record([]), 150 - gap, 150), SETTINGS) == ()
+
+
+def test_a_gap_in_the_middle_of_an_earthquake_makes_no_second_one() -> None:
+    (window,) = windows(without(record([148]), 150, 153), SETTINGS)
+    assert (window.start - START).total_seconds() == pytest.approx(128, abs=1)
+    assert (window.end - START).total_seconds() >= 158 + 30
+
+
+def test_a_rate_that_changes_from_one_file_to_the_next_stops_nothing() -> None:
+    later = START + timedelta(seconds=300)
+    faster = [replace(segment, start=later) for segment in record([60], rate=200.0)]
+    (window,) = windows([*record([]), *faster], SETTINGS)
+    assert (window.start - START).total_seconds() == pytest.approx(340, abs=1)
