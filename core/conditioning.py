@@ -18,11 +18,8 @@ AT_REST = 0.05
 """Of the record's RMS: a beginning that moves less is taken for the time before the event."""
 
 
-def without_baseline(samples: Vector, rate: float) -> Vector:
-    """Samples about the position at rest.
-
-    That is the mean of the time before the event; where the record begins in motion, the mean of all. The residual
-    offset of a displacement after the event therefore stays.
+def position_at_rest(samples: Vector, rate: float) -> float:
+    """Mean of the time before the event; where the record begins in motion, the mean of all.
 
     Args:
         samples: (n,) without NaN.
@@ -30,7 +27,17 @@ def without_baseline(samples: Vector, rate: float) -> Vector:
     """
     quiet = samples[: max(1, round(min(QUIET_SHARE * samples.size, LONGEST_QUIET * rate)))]
     at_rest = quiet.std() < AT_REST * samples.std()
-    return np.asarray(samples - (quiet.mean() if at_rest else samples.mean()))
+    return float(quiet.mean() if at_rest else samples.mean())
+
+
+def without_baseline(samples: Vector, rate: float) -> Vector:
+    """Samples about the position at rest: the residual offset of a displacement after the event stays.
+
+    Args:
+        samples: (n,) without NaN.
+        rate: Hz.
+    """
+    return np.asarray(samples - position_at_rest(samples, rate))
 
 
 def band_passed(samples: Samples, rate: float, band: tuple[float, float]) -> Samples:

@@ -3,11 +3,12 @@
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.ndimage import median_filter
+from scipy.ndimage import maximum_filter1d, median_filter
 
 from core.arrays import Vector
 from core.assembly import Trace
 from core.description import BuildingDescription
+from core.offset import without_jump
 from core.quality import Finding, Severity
 from core.record import Channel
 
@@ -49,7 +50,10 @@ def screened(trace: Trace, channel: Channel, lost: Severity) -> tuple[Trace | No
     if found:
         return None, (*gaps, *found)
     smooth, spikes = _without_spikes(mended, channel, lost)
-    return smooth, (*gaps, *spikes)
+    if smooth is None:
+        return None, (*gaps, *spikes)
+    level, offsets = without_jump(smooth, channel)
+    return level, (*gaps, *spikes, *offsets)
 
 
 def _without_gaps(trace: Trace, channel: Channel, lost: Severity) -> tuple[Trace | None, tuple[Finding, ...]]:
@@ -142,9 +146,12 @@ def _without_spikes(trace: Trace, channel: Channel, lost: Severity) -> tuple[Tra
 def _running_level(distance: Vector, rate: float) -> Vector:
     """97th percentile of each second and of its neighbours, so that a strong phase is judged by itself."""
     block = max(1, round(rate))
-    levels = [float(np.quantile(distance[i : i + block], 0.97)) for i in range(0, distance.size, block)]
-    around = [max(levels[max(0, i - 1) : i + 2]) for i in range(len(levels))]
-    floor = float(np.quantile(distance, 0.5))
+    count = -(-distance.size // block)
+    seconds = np.resize(distance, (count, block))
+    seconds.ravel()[distance.size :] = distance[-1]
+    levels = np.quantile(seconds, 0.97, axis=1)
+    around = maximum_filter1d(levels, 3, mode="nearest")
+    floor = float(np.median(distance))
     return np.repeat(np.maximum(around, floor), block)[: distance.size]
 
 
