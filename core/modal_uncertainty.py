@@ -74,8 +74,9 @@ def pole_influence(mode: DiagramPole, span: ObservabilitySpan) -> ComplexMatrix:
 
     Errors E of the future outputs change the observability matrix Γ = L32 X by (I - ΓΓ⁺) E Q2ᵀ X, but for a change of
     basis (Viberg, Wahlberg and Ottersten 1997), and the eigenvalue with right and left vectors x and y by
-    yᴴ Γ₁⁺ (δΓ₂ - λ δΓ₁) x / yᴴx, Γ₁ and Γ₂ being Γ without its last and first block row. Of the errors in the past
-    only the second order counts.
+    yᴴ Γ₁⁺ (δΓ₂ - λ δΓ₁) x / yᴴx, Γ₁ and Γ₂ being Γ without its last and first block row. Errors in the past do not
+    count to first order: they do not turn Γ. For MOESP and CVA this is the derivative; N4SID divides by the past's
+    noise, whatever its level, so that a few per cent of second order remain.
 
     Returns:
         (outputs, n) per unit of the output, zero for the first samples, which are nobody's future.

@@ -38,8 +38,9 @@ def noise_std(samples: Matrix, rate: float) -> Vector:
     frequency, _, spectra = signal.spectrogram(samples, rate, nperseg=length, noverlap=length // 2, window="hann")
     high = frequency > min(STRUCTURE_ENDS, 0.6 * rate / 2)
     density = np.array([_quiet_density(spectrum, high) for spectrum in spectra])
-    passed = density > FILTERED_AWAY * np.quantile(density[:, high], 0.75, axis=1, keepdims=True)
-    level = np.mean(density, axis=1, where=passed & high, keepdims=True)
+    passed = density >= FILTERED_AWAY * np.quantile(density[:, high], 0.75, axis=1, keepdims=True)
+    # the median, since a filter's edge is passed in part
+    level = np.nanmedian(np.where(passed & high, density, np.nan), axis=1, keepdims=True)
     return np.asarray(np.sqrt(np.where(passed, level, density).sum(axis=1, where=frequency > 0) * frequency[1]))
 
 
