@@ -1,12 +1,15 @@
 """How the database is reached: the same way for SQLite and PostgreSQL."""
 
+import sqlite3
 from pathlib import Path
+from time import monotonic, sleep
 from typing import Any
 
 from sqlalchemy import URL, Connection, Engine, create_engine, event, make_url
 from sqlalchemy.orm import Session, sessionmaker
 
 BUSY_TIMEOUT = 30.0  # s that a writer waits for the other one
+LOCKED_TIMEOUT = 1.0  # s that a file which is being made may be locked
 READING = "reading"
 
 
@@ -46,8 +49,23 @@ def _sqlite(address: URL) -> Engine:
 
 def _prepare(connection: Any, _: object) -> None:  # noqa: ANN401  the driver's own, without a type of SQLAlchemy's
     connection.isolation_level = None  # the driver would begin too late and let two readers deadlock as writers
-    for pragma in ("journal_mode=WAL", "synchronous=NORMAL", "foreign_keys=ON"):
+    _write_ahead(connection)
+    for pragma in ("synchronous=NORMAL", "foreign_keys=ON"):
         connection.execute(f"PRAGMA {pragma}")
+
+
+def _write_ahead(connection: sqlite3.Connection) -> None:
+    """Of two processes that find the file new, one is told that it is locked: SQLite does not wait here by itself."""
+    end = monotonic() + LOCKED_TIMEOUT
+    while True:
+        try:
+            connection.execute("PRAGMA journal_mode=WAL")
+        except sqlite3.OperationalError:
+            if monotonic() > end:
+                raise
+            sleep(0.01)
+        else:
+            return
 
 
 def _begin(connection: Connection) -> None:
