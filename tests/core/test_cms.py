@@ -86,6 +86,24 @@ def test_std_is_that_of_the_sensors_noise() -> None:
     assert noise_std(noisy, 100.0) == pytest.approx(given, rel=0.1)
 
 
+def test_modes_come_with_their_deviations() -> None:
+    """At 1 % of noise the first two frequencies are known to a part in a thousand, the damping ratios to a twentieth."""
+    rng = np.random.default_rng(3)
+    truth = simulate(BUILDING, ISOLATOR, motions.akt013(), motions.RATE)
+    clean = np.vstack([truth.base_acceleration, truth.floor_acceleration[[2, 6]]])
+    noisy = clean + 0.01 * clean.std(axis=1, keepdims=True) * rng.standard_normal(clean.shape)
+    modes = estimate(
+        InstrumentedSuperstructure(
+            100.0, noisy[0], noisy[1:], np.array([2, 6]), BUILDING.base_mass, BUILDING.floor_mass
+        )
+    ).modes[:2]
+    for mode in modes:
+        assert mode.frequency_std is not None
+        assert 0 < mode.frequency_std < 1e-3 * mode.frequency
+        assert mode.damping_ratio_std is not None
+        assert 0 < mode.damping_ratio_std < 0.05 * mode.damping_ratio
+
+
 def test_force_is_the_weighted_sum_of_the_channels() -> None:
     s = superstructure(np.random.default_rng(4), np.array([1, 4, 6]))
     shapes = completed(shape_matrix((), 7), s)
