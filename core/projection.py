@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import linalg
+from scipy import fft, linalg
 
 from core.arrays import Matrix
 from core.errors import IdentificationError
@@ -54,7 +54,8 @@ def block_hankel(series: Matrix, block_rows: int) -> Matrix:
 def hankel_gram(series: Matrix, block_rows: int) -> Matrix:
     """H Hᵀ of the block Hankel matrix, without forming it.
 
-    Down a block diagonal the window of the lag product moves on by one sample: one product enters, one leaves.
+    Its first block row are lag products, by way of their spectra. Down a block diagonal their window moves on by one
+    sample: one product enters, one leaves.
 
     Args:
         series: (channels, n).
@@ -65,13 +66,15 @@ def hankel_gram(series: Matrix, block_rows: int) -> Matrix:
     """
     channels, n = series.shape
     columns = n - block_rows + 1
+    length = fft.next_fast_len(n, real=True)  # the largest lag ends at the last sample: none wraps round
+    window, whole = fft.rfft(series[:, :columns], length), fft.rfft(series, length)
+    products = fft.irfft(window.conj()[:, None] * whole[None], length)[..., :block_rows]
     gram = np.empty((block_rows, channels, block_rows, channels))
     for lag in range(block_rows):
-        earlier, later = series[:, : n - lag].T[:, :, None], series[:, lag:].T[:, None, :]
         moved = np.arange(block_rows - lag - 1)
+        earlier, later = series.T[:, :, None], series[:, lag:].T[:, None, :]
         change = earlier[moved + columns] * later[moved + columns] - earlier[moved] * later[moved]
-        first = series[:, :columns] @ series[:, lag : lag + columns].T
-        diagonal = first + np.concatenate([np.zeros((1, channels, channels)), np.cumsum(change, axis=0)])
+        diagonal = products[..., lag] + np.concatenate([np.zeros((1, channels, channels)), np.cumsum(change, axis=0)])
         row = np.arange(block_rows - lag)
         gram[row, :, row + lag] = diagonal
         gram[row + lag, :, row] = diagonal.transpose(0, 2, 1)

@@ -87,7 +87,7 @@ def test_std_is_that_of_the_sensors_noise() -> None:
 
 
 def test_modes_come_with_their_deviations() -> None:
-    """At 1 % of noise the first two frequencies are known to a part in a thousand, the damping ratios to a twentieth."""
+    """At 1 % of noise the first frequencies are known to a part in a thousand, the damping ratios to a twentieth."""
     rng = np.random.default_rng(3)
     truth = simulate(BUILDING, ISOLATOR, motions.akt013(), motions.RATE)
     clean = np.vstack([truth.base_acceleration, truth.floor_acceleration[[2, 6]]])
