@@ -1,15 +1,18 @@
 """What is stored, as FDSN web services hand it out: StationXML and miniSEED (FDSN Web Service Specifications 1.2)."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from fnmatch import fnmatchcase
 from io import BytesIO
-from itertools import groupby
+from itertools import groupby, zip_longest
+from operator import attrgetter, itemgetter
 from typing import Any
 
 from obspy import Inventory, Stream, Trace, UTCDateTime
 from obspy.core.inventory import (
     Channel,
+    Comment,
     InstrumentSensitivity,
     Network,
     Response,
@@ -24,7 +27,8 @@ from service import queries
 from service.blobs import decode
 from service.building_file import BuildingFile
 from service.buildings import described
-from service.fdsn_query import Selection
+from service.database import Building
+from service.fdsn_query import Area, Selection, TooMuchError
 from service.queries import Line
 
 UNITS: dict[Quantity, str] = {
@@ -35,43 +39,90 @@ UNITS: dict[Quantity, str] = {
 }
 
 
-def inventory(session: Session, wanted: Selection) -> Inventory:
+UNKNOWN = "The place is not known: latitude and longitude stand at 0 because StationXML wants numbers."
+
+
+@dataclass(frozen=True, slots=True)
+class Epoch:
+    """A channel as long as its gain and rate stay what they are."""
+
+    building: Building
+    file: BuildingFile
+    row: Line
+    end: datetime
+
+    @property
+    def codes(self) -> list[str]:
+        """Network, station, location and channel."""
+        return list(self.row.channel.split("."))
+
+
+def inventory(session: Session, wanted: Sequence[Selection], area: Area | None) -> Inventory:
     """Networks, stations and channels of which something is stored; a channel's epoch ends where its gain changes."""
-    found = [(building, row, described(session, building)) for building, row in queries.epochs(session)]
-    chosen = [one for one in found if is_wanted(one[1].channel, wanted) and overlaps(one[1], wanted)]
-    chosen.sort(key=lambda one: (one[1].channel, one[1].start))
-    networks = groupby(chosen, key=lambda one: one[1].channel.split(".")[0])
-    return Inventory([Network(code, list(_stations(list(rows)))) for code, rows in networks], source="menshin")
+    chosen = [epoch for epoch in _epochs(session) if any(_is_of(epoch, one) for one in wanted)]
+    if area is not None:
+        chosen = [epoch for epoch in chosen if area.holds(epoch.file.latitude, epoch.file.longitude)]
+    chosen.sort(key=lambda epoch: (epoch.row.channel, epoch.row.start))
+    networks = groupby(chosen, key=lambda epoch: epoch.codes[0])
+    return Inventory([Network(code, list(_stations(epochs))) for code, epochs in networks], source="menshin")
 
 
-def _stations(rows: list[Any]) -> Iterator[Station]:
-    for code, group in groupby(rows, key=lambda one: one[1].channel.split(".")[1]):
+def _epochs(session: Session) -> Iterator[Epoch]:
+    """All epochs; none of a channel reaches into its next one."""
+    for building, rows in groupby(queries.epochs(session), key=itemgetter(0)):
+        file = described(session, building)
+        for _, spans in groupby((row for _, row in rows), key=attrgetter("channel")):
+            epochs = list(spans)
+            for row, following in zip_longest(epochs, epochs[1:]):
+                yield Epoch(building, file, row, min(row.end, following.start) if following else row.end)
+
+
+def _is_of(epoch: Epoch, wanted: Selection) -> bool:
+    inside = UTCDateTime(epoch.row.start) <= wanted.end and UTCDateTime(epoch.end) >= wanted.start
+    return is_wanted(epoch.row.channel, wanted) and bool(inside)
+
+
+def _stations(epochs: Iterable[Epoch]) -> Iterator[Station]:
+    for code, group in groupby(epochs, key=lambda epoch: epoch.codes[1]):
         members = list(group)
-        building, _, file = members[0]
-        start = min(row.start for _, row, _ in members)
-        station = Station(code, *_place(file), 0.0, site=Site(building.name), start_date=UTCDateTime(start))
-        station.channels = [_channel(row, described_by) for _, row, described_by in members]
-        yield station
+        start = min(epoch.row.start for epoch in members)
+        name = f"{members[0].building.name}{'' if _is_placed(members[0].file) else ' (place not known)'}"
+        yield Station(
+            code,
+            **_place(members[0].file),
+            site=Site(name),
+            start_date=UTCDateTime(start),
+            channels=[_channel(epoch) for epoch in members],
+        )
 
 
-def _place(file: BuildingFile) -> tuple[float, float]:
-    """Latitude and longitude; StationXML wants some, so a building without a place lies at 0, 0."""
-    return file.latitude or 0.0, file.longitude or 0.0
+def _is_placed(file: BuildingFile) -> bool:
+    return file.latitude is not None and file.longitude is not None
 
 
-def _channel(row: Line, file: BuildingFile) -> Channel:
-    sensor = next((one for one in file.description.channels if one.id == row.channel), None)
+def _place(file: BuildingFile) -> dict[str, Any]:
+    """Where it is; where that is not known a comment says so."""
+    comments = [] if _is_placed(file) else [Comment(UNKNOWN)]
+    return {
+        "latitude": file.latitude or 0.0,
+        "longitude": file.longitude or 0.0,
+        "elevation": 0.0,
+        "comments": comments,
+    }
+
+
+def _channel(epoch: Epoch) -> Channel:
+    row = epoch.row
+    sensor = next((one for one in epoch.file.description.channels if one.id == row.channel), None)
     response = None if sensor is None else _response(UNITS[sensor.quantity], 1.0 / row.gain)
-    _, _, location, code = row.channel.split(".")
     return Channel(
-        code,
-        location,
-        *_place(file),
-        elevation=0.0,
+        epoch.codes[3],
+        epoch.codes[2],
+        **_place(epoch.file),
         depth=0.0,
         sample_rate=row.rate,
         start_date=UTCDateTime(row.start),
-        end_date=UTCDateTime(row.end),
+        end_date=UTCDateTime(epoch.end),
         description=None if sensor is None else f"{sensor.level}, {sensor.quantity}",
         response=response,
     )
@@ -91,18 +142,21 @@ def is_wanted(channel: str, wanted: Selection) -> bool:
     )
 
 
-def overlaps(row: Line, wanted: Selection) -> bool:
-    """Whether something of it lies in the wanted time."""
-    return bool(UTCDateTime(row.start) <= wanted.end and UTCDateTime(row.end) >= wanted.start)
+def miniseed(session: Session, selections: Sequence[Selection], most: int) -> bytes | None:
+    """The wanted samples as they came, numbers not yet multiplied by their gain; None if there are none.
 
-
-def miniseed(session: Session, selections: Sequence[Selection]) -> bytes | None:
-    """The wanted samples as they came, numbers not yet multiplied by their gain; None if there are none."""
+    Raises
+    ------
+    TooMuchError
+        They are more than `most`.
+    """
+    found = [(wanted, _pieces(session, wanted)) for wanted in selections]
+    count = sum(_count(piece, wanted) for wanted, pieces in found for piece in pieces)
+    if count > most:
+        raise TooMuchError(f"{count} samples match, and {most} are given at once; fewer channels or less time would do")
     stream = Stream()
-    for wanted in selections:
-        pieces = queries.pieces(session, _time(wanted.start), _time(wanted.end))
-        numbers = [piece.id for piece in pieces if is_wanted(piece.channel, wanted)]
-        for piece in queries.samples(session, numbers):
+    for wanted, pieces in found:
+        for piece in queries.samples(session, [piece.id for piece in pieces]):
             trace = Trace(decode(piece.samples), _header(piece.channel, piece.start, piece.rate))
             stream.append(trace.trim(wanted.start, wanted.end))
     stream.traces = [trace for trace in stream if trace.stats.npts]
@@ -111,6 +165,18 @@ def miniseed(session: Session, selections: Sequence[Selection]) -> bytes | None:
     out = BytesIO()
     stream.sort().write(out, format="MSEED")
     return out.getvalue()
+
+
+def _pieces(session: Session, wanted: Selection) -> list[Line]:
+    pieces = queries.pieces(session, _time(wanted.start), _time(wanted.end))
+    return [piece for piece in pieces if is_wanted(piece.channel, wanted)]
+
+
+def _count(piece: Line, wanted: Selection) -> int:
+    """Number of samples of a piece in the wanted time, give or take one."""
+    start = UTCDateTime(piece.start)
+    seconds = min(wanted.end, start + piece.count / piece.rate) - max(wanted.start, start)
+    return max(0, int(seconds * piece.rate))
 
 
 def _time(time: UTCDateTime) -> datetime:

@@ -23,7 +23,7 @@ ALIASES = {
     "minmag": "minmagnitude",
     "maxmag": "maxmagnitude",
 }
-_PLACE = ("minlatitude", "maxlatitude", "minlongitude", "maxlongitude")
+_PLACE = {"minlatitude": "south", "maxlatitude": "north", "minlongitude": "west", "maxlongitude": "east"}
 SELECTION = ("network", "station", "location", "channel", "starttime", "endtime", "nodata")
 PARAMETERS = {
     "station": (*SELECTION, *_PLACE, "level", "format"),
@@ -38,6 +38,14 @@ PARAMETERS = {
 
 class QueryError(Exception):
     """The question is not one of the service's; the message says what would do."""
+
+    status = 400
+
+
+class TooMuchError(QueryError):
+    """More was asked for than is answered at once."""
+
+    status = 413
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,6 +62,22 @@ class Selection:
     def __post_init__(self) -> None:
         if self.start > self.end:
             raise QueryError(f"starttime {self.start} lies after endtime {self.end}")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Area:
+    """Where stations may lie, °; a station whose place is not known lies in none."""
+
+    south: float = -90.0
+    north: float = 90.0
+    west: float = -180.0
+    east: float = 180.0
+
+    def holds(self, latitude: float | None, longitude: float | None) -> bool:
+        """Whether a place lies in it."""
+        if latitude is None or longitude is None:
+            return False
+        return self.south <= latitude <= self.north and self.west <= longitude <= self.east
 
 
 def parameters(service: str, given: Iterable[tuple[str, str]]) -> dict[str, str]:
@@ -76,6 +100,24 @@ def selection(named: Mapping[str, str]) -> Selection:
         start=time(named["starttime"]) if "starttime" in named else EARLIEST,
         end=time(named["endtime"]) if "endtime" in named else LATEST,
     )
+
+
+def area(named: Mapping[str, str]) -> Area | None:
+    """The area that the parameters ask for; None if they name no limit of it."""
+    limits = {side: degrees(named, name) for name, side in _PLACE.items() if name in named}
+    return Area(**limits) if limits else None
+
+
+def degrees(named: Mapping[str, str], name: str) -> float:
+    """A latitude or a longitude."""
+    most = 90.0 if name.endswith("latitude") else 180.0
+    try:
+        found = float(named[name])
+    except ValueError as error:
+        raise QueryError(f"{name} must be a number of degrees, got {named[name]}") from error
+    if not -most <= found <= most:
+        raise QueryError(f"{name} must lie between -{most:.0f} and {most:.0f} degrees, got {named[name]}")
+    return found
 
 
 def posted(body: str) -> tuple[dict[str, str], list[Selection]]:

@@ -165,20 +165,34 @@ def direction_results(session: Session, analysis_id: int) -> Sequence[DirectionR
     ).all()
 
 
-def direction_result(session: Session, event_id: int, direction: str, analysis_id: int | None) -> DirectionResult:
-    """One direction of an event's latest analysis, or of the one that is named; histories are not loaded yet.
+def restoring_force(
+    session: Session, event_id: int, direction: str, analysis_id: int | None, histories: Sequence[str]
+) -> Line:
+    """One direction of an event's latest analysis, or of the one that is named, with these histories as stored.
 
     Raises:
         NotFoundError: there is no such event, analysis or direction.
     """
+    table = DirectionResult.__table__
     question = (
-        select(DirectionResult)
-        .join(DirectionResult.analysis)
-        .options(joinedload(DirectionResult.analysis).joinedload(Analysis.event).joinedload(Event.building))
+        select(
+            DirectionResult.id,
+            Building.code.label("building"),
+            Analysis.id.label("analysis"),
+            Analysis.estimator,
+            DirectionResult.start,
+            DirectionResult.rate,
+            DirectionResult.count,
+            DirectionResult.peak_displacement,
+            *(table.c[name] for name in histories),
+        )
+        .join(Analysis, Analysis.id == DirectionResult.analysis_id)
+        .join(Event, Event.id == Analysis.event_id)
+        .join(Building, Building.id == Event.building_id)
         .where(Analysis.event_id == event_id, DirectionResult.direction == direction)
     )
     chosen = Analysis.current if analysis_id is None else Analysis.id == analysis_id
-    found = session.scalars(question.where(chosen)).one_or_none()
+    found = session.execute(question.where(chosen)).one_or_none()
     if found is None:
         raise NotFoundError("result", f"event {event_id}, direction {direction}, analysis {analysis_id or 'latest'}")
     return found
@@ -275,12 +289,6 @@ def lease_until(session: Session, name: str) -> datetime | None:
     return session.scalar(select(Lease.until).where(Lease.name == name))
 
 
-def histories(session: Session, result_id: int, columns: Sequence[str]) -> Line:
-    """The named histories of a direction's result, as stored."""
-    table = DirectionResult.__table__
-    return session.execute(select(*(table.c[name] for name in columns)).where(table.c.id == result_id)).one()
-
-
 def channel(session: Session, event_id: int, name: str) -> tuple[Event, Sequence[Waveform]]:
     """An event and the pieces of one of its channels with their samples, in order of time.
 
@@ -298,26 +306,28 @@ def channel(session: Session, event_id: int, name: str) -> tuple[Event, Sequence
 
 
 def epochs(session: Session) -> Sequence[tuple[Building, Line]]:
-    """Every building's channels by gain and rate: from when to when something is stored."""
-    question = (
-        select(
-            Event.building_id,
-            Waveform.channel,
-            Waveform.gain,
-            Waveform.rate,
-            func.min(Waveform.start).label("start"),
-            func.max(Event.end).label("end"),
-        )
-        .join(Waveform, Waveform.event_id == Event.id)
-        .group_by(Event.building_id, Waveform.channel, Waveform.gain, Waveform.rate)
-    )
+    """Every building's channels, each with its spans of time of unchanged gain and rate, in order of time."""
+    channel = (Event.building_id, Waveform.channel)
+    kind = (*channel, Waveform.gain, Waveform.rate)
+    order = (Waveform.start, Waveform.id)
+    of_channel = func.row_number().over(partition_by=channel, order_by=order)
+    of_kind = func.row_number().over(partition_by=kind, order_by=order)
+    pieces = select(  # of pieces that follow each other unchanged the two numbers differ by the same
+        *kind, Waveform.start, Event.end, (of_channel - of_kind).label("run")
+    ).join(Waveform.event)
+    piece = pieces.subquery().c
+    same = (piece.building_id, piece.channel, piece.gain, piece.rate)
+    start = func.min(piece.start)
+    question = select(*same, start.label("start"), func.max(piece.end).label("end")).group_by(*same, piece.run)
     known = {building.id: building for building in session.scalars(select(Building))}
-    return [(known[row.building_id], row) for row in session.execute(question)]
+    rows = session.execute(question.order_by(piece.building_id, piece.channel, start))
+    return [(known[row.building_id], row) for row in rows]
 
 
 def pieces(session: Session, start: datetime, end: datetime) -> Sequence[Line]:
-    """(id, channel) of the waveforms of events that overlap a span of time."""
-    question = select(Waveform.id, Waveform.channel).join(Event, Event.id == Waveform.event_id)
+    """(id, channel, start, rate, count) of the waveforms of events that overlap a span of time."""
+    columns = (Waveform.id, Waveform.channel, Waveform.start, Waveform.rate, Waveform.count)
+    question = select(*columns).join(Event, Event.id == Waveform.event_id)
     return session.execute(question.where(Event.start <= end, Event.end >= start)).all()
 
 

@@ -65,6 +65,9 @@ class Settings(BaseSettings):
     )
     host: str = Field(default="127.0.0.1", description="address that the API listens on")
     port: int = Field(default=8000, ge=0, le=65535, description="port that the API listens on; 0 takes a free one")
+    max_dataselect_samples: Count = Field(
+        default=30_000_000, description="samples of the largest answer of /fdsnws/dataselect"
+    )
 
     poll_interval: Seconds = Field(default=60.0, description="s between two looks at every source")
     source_concurrency: Count = Field(default=4, description="requests that run at the same time at one source")

@@ -1,19 +1,28 @@
 """FDSN web services for what is stored; their own documents (application.wadl) describe them, as clients expect."""
 
-from io import BytesIO
+from collections.abc import Callable, Sequence
+from io import BytesIO, StringIO
 from typing import Literal
 
 from anyio import to_thread
 from fastapi import APIRouter, Request, Response
 
-from service import fdsn
-from service.fdsn_query import ALIASES, PARAMETERS, QueryError, Selection, parameters, posted, selection
+from service import bodies, fdsn
+from service.errors import TooLargeError
+from service.fdsn_query import ALIASES, PARAMETERS, QueryError, Selection, area, parameters, posted, selection
 from service.parameters import Reading
 from service.version import VERSION
 
 router = APIRouter(prefix="/fdsnws", include_in_schema=False)
 Service = Literal["station", "dataselect"]
+Given = Sequence[tuple[str, str]]
 TIMES = ("starttime", "endtime")
+FORMS: dict[str, tuple[Callable[[], BytesIO | StringIO], str, str]] = {
+    "xml": (BytesIO, "STATIONXML", "application/xml"),
+    "text": (StringIO, "STATIONTXT", "text/plain"),
+}
+MOST = 2**20
+"""Bytes of a posted question: some ten thousand selections."""
 
 
 @router.get("/{service}/1/version")
@@ -31,12 +40,12 @@ async def description(service: Service, request: Request) -> Response:
         f'<param name="{name}" style="query" type="xs:{"dateTime" if ALIASES.get(name, name) in TIMES else "string"}"/>'
         for name in names
     )
-    posts = '<method name="POST"/>' if service == "dataselect" else ""
     document = (
         '<?xml version="1.0" encoding="UTF-8"?><application xmlns="http://wadl.dev.java.net/2009/02" '
         'xmlns:xs="http://www.w3.org/2001/XMLSchema">'
         f'<resources base="{request.base_url}fdsnws/{service}/1"><resource path="query">'
-        f'<method name="GET"><request>{rows}</request></method>{posts}</resource></resources></application>'
+        f'<method name="GET"><request>{rows}</request></method><method name="POST"/>'
+        "</resource></resources></application>"
     )
     return Response(document, media_type="application/xml")
 
@@ -44,55 +53,82 @@ async def description(service: Service, request: Request) -> Response:
 @router.get("/station/1/query")
 def station(request: Request, sessions: Reading) -> Response:
     """Networks, stations and channels as StationXML or text."""
-    try:
-        named = parameters("station", request.query_params.multi_items())
-        level = one_of(named, "level", ("station", "network", "channel", "response"))
-        form = one_of(named, "format", ("xml", "text"))
-        if form == "text" and level == "response":
-            raise QueryError("format=text goes with level=network, station or channel")
-        with sessions() as session:
-            found = fdsn.inventory(session, selection(named))
-    except QueryError as error:
-        return refusal(request, error)
-    if not found.networks:
-        return nothing(request, named.get("nodata", "204"))
-    out = BytesIO()
-    if form == "text":
-        found.write(out, format="STATIONTXT", level=level)
-        return Response(out.getvalue(), media_type="text/plain")
-    found.write(out, format="STATIONXML", level=level)
-    return Response(out.getvalue(), media_type="application/xml")
+    given = request.query_params.multi_items()
+    return answered(request, lambda: stations(request, sessions, given))
+
+
+@router.post("/station/1/query")
+async def station_posted(request: Request, sessions: Reading) -> Response:
+    """Networks, stations and channels of several selections."""
+    return await answered_post(request, lambda body: stations(request, sessions, *wanted(body)))
 
 
 @router.get("/dataselect/1/query")
 def dataselect(request: Request, sessions: Reading) -> Response:
     """Samples as miniSEED."""
-    try:
-        named = parameters("dataselect", request.query_params.multi_items())
-        return selected(request, sessions, named, [selection(named)])
-    except QueryError as error:
-        return refusal(request, error)
+    given = request.query_params.multi_items()
+    return answered(request, lambda: samples(request, sessions, given))
 
 
 @router.post("/dataselect/1/query")
 async def dataselect_posted(request: Request, sessions: Reading) -> Response:
     """Samples of several selections as miniSEED."""
-    body = (await request.body()).decode("utf-8", "replace")
+    return await answered_post(request, lambda body: samples(request, sessions, *wanted(body)))
+
+
+def answered(request: Request, answer: Callable[[], Response]) -> Response:
+    """The answer, or why there is none in the words that the specification lays down."""
     try:
-        given, selections = posted(body)
-        if not selections:
-            raise QueryError("no selection was posted; a line 'NET STA LOC CHA START END' would do")
-        named = parameters("dataselect", given.items())
-        return await to_thread.run_sync(selected, request, sessions, named, selections)
+        return answer()
     except QueryError as error:
-        return refusal(request, error)
+        return refusal(request, error.status, str(error))
 
 
-def selected(request: Request, sessions: Reading, named: dict[str, str], selections: list[Selection]) -> Response:
-    """The wanted samples, or that there are none."""
-    one_of(named, "format", ("miniseed",))
+async def answered_post(request: Request, answer: Callable[[str], Response]) -> Response:
+    """The answer to what was posted, or why there is none."""
+    try:
+        body = await bodies.text(request, MOST)
+    except TooLargeError as error:
+        return refusal(request, error.status, str(error))
+    return await to_thread.run_sync(answered, request, lambda: answer(body))
+
+
+def wanted(body: str) -> tuple[Given, list[Selection]]:
+    """Parameters and selections that were posted; one at least."""
+    given, selections = posted(body)
+    if not selections:
+        raise QueryError("no selection was posted; a line 'NET STA LOC CHA START END' would do")
+    return list(given.items()), selections
+
+
+def stations(
+    request: Request, sessions: Reading, given: Given, selections: Sequence[Selection] | None = None
+) -> Response:
+    """The wanted networks, stations and channels, or that there are none."""
+    named = parameters("station", given)
+    level = one_of(named, "level", ("station", "network", "channel", "response"))
+    form = one_of(named, "format", ("xml", "text"))
+    if form == "text" and level == "response":
+        raise QueryError("format=text goes with level=network, station or channel")
     with sessions() as session:
-        found = fdsn.miniseed(session, selections)
+        found = fdsn.inventory(session, selections or [selection(named)], area(named))
+    if not found.networks:
+        return nothing(request, named.get("nodata", "204"))
+    out, written, media_type = FORMS[form]
+    with out() as stream:
+        found.write(stream, format=written, level=level)
+        return Response(stream.getvalue(), media_type=media_type)
+
+
+def samples(
+    request: Request, sessions: Reading, given: Given, selections: Sequence[Selection] | None = None
+) -> Response:
+    """The wanted samples, or that there are none."""
+    named = parameters("dataselect", given)
+    one_of(named, "format", ("miniseed",))
+    most = request.app.state.settings.max_dataselect_samples
+    with sessions() as session:
+        found = fdsn.miniseed(session, selections or [selection(named)], most)
     if found is None:
         return nothing(request, named.get("nodata", "204"))
     return Response(found, media_type="application/vnd.fdsn.mseed")
@@ -106,18 +142,12 @@ def one_of(named: dict[str, str], name: str, known: tuple[str, ...]) -> str:
     return value
 
 
-def refusal(request: Request, error: QueryError) -> Response:
-    """400 in the words that the specification lays down."""
-    return Response(words(request, 400, str(error)), 400, media_type="text/plain")
-
-
 def nothing(request: Request, status: str) -> Response:
     """Nothing matches: 204, or 404 where the client asked for that."""
-    if status == "204":
-        return Response(status_code=204)
-    return Response(words(request, 404, "nothing stored matches"), 404, media_type="text/plain")
+    return Response(status_code=204) if status == "204" else refusal(request, 404, "nothing stored matches")
 
 
-def words(request: Request, status: int, reason: str) -> str:
-    """An error's text."""
-    return f"Error {status}: {reason}\n\nRequest:\n{request.url}\n\nService version: {VERSION}\n"
+def refusal(request: Request, status: int, reason: str) -> Response:
+    """An error in the words that the specification lays down."""
+    text = f"Error {status}: {reason}\n\nRequest:\n{request.url}\n\nService version: {VERSION}\n"
+    return Response(text, status, media_type="text/plain")

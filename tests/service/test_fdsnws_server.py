@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from threading import Thread
 from time import sleep
@@ -17,7 +17,7 @@ from sqlalchemy.orm import Session, sessionmaker
 
 from service import blobs, buildings
 from service.app import create
-from service.database import Event, Waveform
+from service.database import Building, Event, Waveform
 from service.settings import Settings
 
 BUILDING = """
@@ -55,7 +55,8 @@ COUNTS = np.random.default_rng(11).integers(-(2**20), 2**20, 6000).astype(np.int
 @contextmanager
 def served(url: str) -> Iterator[str]:
     """Address of the service on loopback."""
-    server = uvicorn.Server(uvicorn.Config(create(Settings(database_url=url)), port=0, log_level="error"))
+    app = create(Settings(database_url=url, max_dataselect_samples=3 * COUNTS.size))
+    server = uvicorn.Server(uvicorn.Config(app, port=0, log_level="error"))
     thread = Thread(target=server.run)
     thread.start()
     while not server.started:
@@ -68,25 +69,24 @@ def served(url: str) -> Iterator[str]:
         thread.join()
 
 
+def stored(session: Session, building: Building, start: datetime, channels: dict[str, float]) -> None:
+    """An event of a minute: the same counts of every channel, with its gain."""
+    end = start + timedelta(minutes=1)
+    event = Event(building=building, start=start, end=end, state="queued", created_at=start, updated_at=start)
+    for channel, gain in channels.items():
+        event.waveforms.append(
+            Waveform(
+                channel=channel, start=start, rate=RATE, count=COUNTS.size, gain=gain, samples=blobs.encode(COUNTS)
+            )
+        )
+    session.add(event)
+
+
 @pytest.fixture
 def address(database_url: str, sessions: sessionmaker[Session]) -> Iterator[str]:
     with sessions.begin() as session:
         building = buildings.add(session, BUILDING, Path("."), START)
-        event = Event(
-            building=building,
-            start=START,
-            end=datetime(2011, 3, 11, 5, 47, 24, tzinfo=UTC),
-            state="queued",
-            created_at=START,
-            updated_at=START,
-        )
-        for channel in ("XX.TWR.01.HNX", "XX.TWR.02.HNX"):
-            event.waveforms.append(
-                Waveform(
-                    channel=channel, start=START, rate=RATE, count=COUNTS.size, gain=GAIN, samples=blobs.encode(COUNTS)
-                )
-            )
-        session.add(event)
+        stored(session, building, START, dict.fromkeys(("XX.TWR.01.HNX", "XX.TWR.02.HNX"), GAIN))
     with served(database_url) as found:
         yield found
 
@@ -119,9 +119,79 @@ def test_nothing_stored_is_answered_as_asked(address: str, nodata: str, status: 
 
 
 @pytest.mark.parametrize(
-    "query", ["starttime=yesterday", "colour=red", "level=brick", "starttime=2012-01-01&endtime=2011-01-01"]
+    "query",
+    [
+        "starttime=yesterday",
+        "colour=red",
+        "latitude=35&longitude=139&maxradius=1",
+        "minlatitude=north",
+        "maxlongitude=181",
+        "level=brick",
+        "starttime=2012-01-01&endtime=2011-01-01",
+    ],
 )
 def test_a_wrong_question_is_told_so_in_the_specifications_words(address: str, query: str) -> None:
     answer = httpx.get(f"{address}/fdsnws/station/1/query?{query}")
     assert answer.status_code == 400
     assert answer.text.startswith("Error 400: ")
+
+
+@pytest.mark.parametrize(
+    ("limits", "status"),
+    [("minlat=35&maxlat=36", 200), ("minlongitude=139.6", 200), ("maxlatitude=35.4", 204), ("minlon=140", 204)],
+)
+def test_stations_are_found_by_where_they_stand(address: str, limits: str, status: int) -> None:
+    assert httpx.get(f"{address}/fdsnws/station/1/query?{limits}").status_code == status
+
+
+def test_stations_are_asked_for_by_post(address: str) -> None:
+    client = Client(base_url=address)
+    start = obspy.UTCDateTime(START)
+    bulk = [("XX", "TWR", "02", "HN?", start, start + 1), ("ZZ", "*", "*", "*", start, start + 1)]
+    inventory = client.get_stations_bulk(bulk, level="channel")
+    assert inventory.get_contents()["channels"] == ["XX.TWR.02.HNX"]
+
+
+def test_more_than_is_given_at_once_is_refused(address: str, sessions: sessionmaker[Session]) -> None:
+    with sessions.begin() as session:
+        building = buildings.find(session, "TWR")
+        stored(session, building, START + timedelta(days=1), dict.fromkeys(("XX.TWR.01.HNX", "XX.TWR.02.HNX"), GAIN))
+    answer = httpx.get(f"{address}/fdsnws/dataselect/1/query?network=XX")
+    assert (answer.status_code, answer.text[:11]) == (413, "Error 413: ")
+    assert httpx.get(f"{address}/fdsnws/dataselect/1/query?network=XX&location=01").status_code == 200
+    assert httpx.get(f"{address}/fdsnws/dataselect/1/query?endtime=2011-03-12").status_code == 200
+    posted = httpx.post(f"{address}/fdsnws/dataselect/1/query", content=b"#" * 2**21)
+    assert (posted.status_code, posted.text[:11]) == (413, "Error 413: ")
+
+
+def test_a_gain_that_comes_and_goes_makes_epochs_that_do_not_overlap(
+    address: str, sessions: sessionmaker[Session]
+) -> None:
+    with sessions.begin() as session:
+        building = buildings.find(session, "TWR")
+        for day, gain in ((1, GAIN), (2, 2 * GAIN), (3, GAIN)):
+            stored(session, building, START + timedelta(days=day), {"XX.TWR.01.HNX": gain})
+    inventory = Client(base_url=address).get_stations(location="01", level="response")
+    epochs = [(channel.start_date, channel.end_date) for channel in inventory[0][0]]
+    days = [
+        ((start - obspy.UTCDateTime(START)) // 86400, (end - obspy.UTCDateTime(START)) // 86400)
+        for start, end in epochs
+    ]
+    assert days == [(0, 1), (2, 2), (3, 3)]
+    for day, gain in enumerate((GAIN, GAIN, 2 * GAIN, GAIN)):
+        response = inventory.get_response("XX.TWR.01.HNX", obspy.UTCDateTime(START) + day * 86400 + 1)
+        assert response.instrument_sensitivity.value == pytest.approx(1 / gain, rel=1e-9)  # digits of the XML
+
+
+def test_a_place_that_is_not_known_is_said_not_to_be(database_url: str, sessions: sessionmaker[Session]) -> None:
+    with sessions.begin() as session:
+        text = BUILDING.replace("latitude = 35.5\nlongitude = 139.6\n", "")
+        stored(session, buildings.add(session, text, Path("."), START), START, {"XX.TWR.01.HNX": GAIN})
+    with served(database_url) as address:
+        station = Client(base_url=address).get_stations(level="channel")[0][0]
+        rows = httpx.get(f"{address}/fdsnws/station/1/query?format=text").text
+        limited = httpx.get(f"{address}/fdsnws/station/1/query?minlatitude=-90")
+    assert "not known" in station.comments[0].value
+    assert "not known" in station[0].comments[0].value
+    assert "place not known" in rows
+    assert limited.status_code == 204
