@@ -8,12 +8,13 @@ import orjson
 from fastapi import APIRouter, Query, Request, Response
 
 from core.arrays import Indices, Vector
-from service import queries, schemas
+from service import numbers, queries, schemas
 from service.answers import OPTIONS, Format, is_known, responses, series_lines, tag, unchanged, wants_csv, written
 from service.blobs import decode
 from service.buildings import described
-from service.database import DirectionResult, Waveform
+from service.database import Waveform
 from service.parameters import AnalysisId, ChannelId, HorizontalDirection, Id, Points, Reading
+from service.queries import Line
 from service.thinning import extremes
 from service.version import VERSION
 
@@ -48,31 +49,40 @@ def restoring_force(
     """Motion and restoring force of the isolation layer; sample i is at start + i · step unless `time` is given."""
     names = [name for name in NAMES if series is None or name in series]
     with sessions() as session:
-        result = queries.direction_result(session, event_id, direction, analysis)
-        etag = tag(VERSION, result.id, names, points, wants_csv(request, format))
-        if is_known(request, etag):
-            return unchanged(etag)
-        blobs = queries.histories(session, result.id, [COLUMN.get(name, name) for name in names])
-    found = {name: decode(blob) for name, blob in zip(names, blobs, strict=True) if blob is not None}
+        columns = [COLUMN.get(name, name) for name in names]
+        result = queries.restoring_force(session, event_id, direction, analysis, columns)
+    etag = tag(VERSION, result.id, names, points, wants_csv(request, format))
+    if is_known(request, etag):
+        return unchanged(etag)
+    blobs = ((name, result._mapping[COLUMN.get(name, name)]) for name in names)
+    found = {name: decode(blob) for name, blob in blobs if blob is not None}
     chosen = kept(found, result.count, points)
     if chosen is not None:
         found = {name: one[chosen] for name, one in found.items()}
     time = (np.arange(result.count) if chosen is None else chosen) / result.rate
     if wants_csv(request, format):
-        return written(request, series_lines({"time": time} | found), "text/csv", etag)
-    content = described_force(result, names) | {"time": None if chosen is None else time} | found
+        return written(
+            request,
+            series_lines({"time": time} | {name: numbers.rounded(one) for name, one in found.items()}),
+            "text/csv",
+            etag,
+        )
+    series_found = {name: numbers.written(one) for name, one in found.items()}
+    content = (
+        described_force(event_id, direction, result, names) | {"time": None if chosen is None else time} | series_found
+    )
     return written(request, orjson.dumps(content, option=OPTIONS), "application/json", etag)
 
 
-def described_force(result: DirectionResult, names: list[str]) -> dict[str, Any]:
+def described_force(event_id: int, direction: str, result: Line, names: list[str]) -> dict[str, Any]:
     """All of the answer but the series."""
     measured = result.peak_displacement is not None
     return dict.fromkeys(names) | {
-        "event": result.analysis.event_id,
-        "building": result.analysis.event.building.code,
-        "direction": result.direction,
-        "analysis": result.analysis_id,
-        "estimator": result.analysis.estimator,
+        "event": event_id,
+        "building": result.building,
+        "direction": direction,
+        "analysis": result.analysis,
+        "estimator": result.estimator,
         "start": result.start,
         "rate": result.rate,
         "step": 1 / result.rate,
@@ -99,7 +109,10 @@ def waveform(
     if wants_csv(request, format):
         offsets = [(piece.start - event.start).total_seconds() for piece in pieces]
         times = [offset + time for offset, (time, _) in zip(offsets, series, strict=True)]
-        lines = {"time": np.concatenate(times), "samples": np.concatenate([samples for _, samples in series])}
+        lines = {
+            "time": np.concatenate(times),
+            "samples": np.concatenate([numbers.rounded(samples) for _, samples in series]),
+        }
         return written(request, series_lines(lines), "text/csv", etag)
     content = {
         "event": event_id,
@@ -130,5 +143,5 @@ def described_piece(piece: Waveform, series: tuple[Vector, Vector]) -> dict[str,
         "step": 1 / piece.rate,
         "count": piece.count,
         "time": None if samples.size == piece.count else time,
-        "samples": samples,
+        "samples": numbers.written(samples),
     }
