@@ -11,13 +11,12 @@ from core.conditioning import band_passed
 from core.consistency import disagreements
 from core.description import BuildingDescription
 from core.displacement import Motion
-from core.equivalent import EquivalentSegment, cycles, equivalent_segments
+from core.equivalent import EquivalentSegment, cycles, determined, equivalent_segments
 from core.errors import CoreError, ModelError
 from core.estimator import RestoringForce
 from core.estimators import ESTIMATORS
 from core.instrumentation import instrumented_superstructure
 from core.layer import layer_motion
-from core.noise import noise_std
 from core.preparation import prepared
 from core.quality import Finding
 from core.record import Direction, Record, Segment
@@ -136,11 +135,13 @@ def _direction(
 def _equivalent(
     force: Vector, motion: Motion, rate: float, description: BuildingDescription, settings: AnalysisSettings
 ) -> tuple[EquivalentSegment, ...]:
-    """Of every cycle; only the instants at which one begins come from the band-passed displacement."""
+    """Of every cycle that determines them.
+
+    Only the instants at which one begins come from the band-passed displacement: the regressions have an intercept.
+    """
     within = band_passed(motion.displacement, rate, settings.band)
-    noise = float(noise_std(motion.displacement[None, :], rate)[0])
-    spans = cycles(within, max(SMALLEST_CYCLE, ABOVE_NOISE * noise))
-    return equivalent_segments(force, motion, rate, spans, description.isolation.rubber_height)
+    spans = cycles(within, max(SMALLEST_CYCLE, ABOVE_NOISE * motion.noise))
+    return determined(equivalent_segments(force, motion, rate, spans, description.isolation.rubber_height))
 
 
 def _pga(record: Record, description: BuildingDescription) -> float | None:

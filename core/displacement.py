@@ -22,6 +22,8 @@ class Motion:
     """(n,) m."""
     velocity: Vector
     """(n,) m/s."""
+    noise: float = 0.0
+    """m, standard deviation of the displacement's noise."""
 
 
 def fuse(
@@ -60,10 +62,11 @@ def fuse(
     trust = ω**4 * (displacement_noise / acceleration_noise) ** 2 if acceleration_noise > 0 else np.zeros_like(ω)
     X_d = dst((displacement - line)[1:-1], type=1)
     X_a = -dst((relative_acceleration - relative_acceleration.mean())[1:-1], type=1) / ω**2
-    return _motion((X_d + trust * X_a) / (1 + trust), line, rate)
+    noise = displacement_noise * float(np.sqrt(np.mean(1 / (1 + trust))))
+    return _motion((X_d + trust * X_a) / (1 + trust), line, rate, noise)
 
 
-def integrate(relative_acceleration: Vector, rate: float, lowest: float) -> Motion:
+def integrate(relative_acceleration: Vector, rate: float, lowest: float, *, acceleration_noise: float) -> Motion:
     """Displacement and velocity by double integration of the relative acceleration.
 
     The integral is damped below `lowest` as by a Butterworth filter of order 4 (zero phase), because the noise of
@@ -73,6 +76,7 @@ def integrate(relative_acceleration: Vector, rate: float, lowest: float) -> Moti
         relative_acceleration: (n,) m/s², base slab minus ground.
         rate: Hz.
         lowest: Hz, corner of the high-pass.
+        acceleration_noise: m/s², standard deviation of the relative acceleration's white noise.
 
     Raises:
         RecordError: the history holds NaN.
@@ -82,7 +86,8 @@ def integrate(relative_acceleration: Vector, rate: float, lowest: float) -> Moti
     ω = _sine_frequencies(relative_acceleration.size, rate)
     A = dst((relative_acceleration - relative_acceleration.mean())[1:-1], type=1)
     high_pass = 1 / (1 + (2 * np.pi * lowest / ω) ** 8)
-    return _motion(-A / ω**2 * high_pass, np.zeros_like(relative_acceleration), rate)
+    noise = acceleration_noise * float(np.sqrt(np.mean((high_pass / ω**2) ** 2)))
+    return _motion(-A / ω**2 * high_pass, np.zeros_like(relative_acceleration), rate, noise)
 
 
 def _sine_frequencies(size: int, rate: float) -> Vector:
@@ -98,7 +103,7 @@ def _line_between_the_ends(samples: Vector, rate: float) -> Vector:
     return line
 
 
-def _motion(sines: Vector, line: Vector, rate: float) -> Motion:
+def _motion(sines: Vector, line: Vector, rate: float, noise: float) -> Motion:
     """Sum of the sine series and of the line, and its exact derivative."""
     ω = _sine_frequencies(line.size, rate)
     slope = (line[-1] - line[0]) * rate / (line.size - 1)
@@ -106,4 +111,4 @@ def _motion(sines: Vector, line: Vector, rate: float) -> Motion:
     displacement[1:-1] += idst(sines, type=1)
     cosines = np.concatenate([[0.0], sines * ω, [0.0]])
     velocity: Vector = dct(cosines, type=1) / (2 * (line.size - 1)) + slope
-    return Motion(displacement=displacement, velocity=velocity)
+    return Motion(displacement=displacement, velocity=velocity, noise=noise)

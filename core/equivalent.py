@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 
 from core.arrays import Matrix, Vector
 from core.displacement import Motion
@@ -14,6 +15,13 @@ Span = tuple[int, int]
 
 FEWEST_SAMPLES = 12
 """Of a segment: four for each of the three coefficients."""
+
+NOT_HARMONIC = 0.25
+"""Of a cycle's standard deviation: with more than that beside its mean and first harmonic it has no one amplitude."""
+UNDETERMINED = 0.1
+"""Of k_eq: a segment of larger standard deviation says nothing about it."""
+SMOOTH_SHARE = 1 / 32
+"""Of a segment, over which its residual is averaged to tell what the model misses from noise."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +49,8 @@ def cycles(displacement: Vector, threshold: float) -> tuple[Span, ...]:
 
     An up-crossing counts once the displacement has gone from below −threshold/2 to above +threshold/2 (hysteresis:
     noise that crosses zero makes no cycle), and a cycle once its amplitude, √2 · RMS about its mean, reaches the
-    threshold.
+    threshold. It must be one oscillation: where two frequencies mix, or most of the time is rest, k_eq belongs to no
+    one amplitude.
 
     Args:
         displacement: (n,) m, about its position at rest.
@@ -51,9 +60,7 @@ def cycles(displacement: Vector, threshold: float) -> tuple[Span, ...]:
     beyond = np.flatnonzero(side)
     turn = np.flatnonzero((side[beyond][:-1] < 0) & (side[beyond][1:] > 0))
     crossings = [_up_crossing(displacement, *beyond[i : i + 2]) for i in turn]
-    return tuple(
-        (a, b) for a, b in pairwise(crossings) if b - a >= FEWEST_SAMPLES and amplitude(displacement[a:b]) >= threshold
-    )
+    return tuple((a, b) for a, b in pairwise(crossings) if _is_cycle(displacement[a:b], threshold))
 
 
 def windows(size: int, rate: float, length: float) -> tuple[Span, ...]:
@@ -77,16 +84,21 @@ def equivalent_segments(
     return tuple(_segment(force, motion, rate, span, rubber_height) for span in spans)
 
 
+def determined(segments: Sequence[EquivalentSegment]) -> tuple[EquivalentSegment, ...]:
+    """Those whose k_eq is known to 10 %, by its standard deviation."""
+    return tuple(segment for segment in segments if segment.k_eq_std < UNDETERMINED * segment.k_eq)
+
+
 def amplitude(displacement: Vector) -> float:
     """√2 · RMS about the mean (eq 27), in m: the amplitude of a sine."""
     return float(np.sqrt(2.0) * displacement.std())
 
 
 def regression(regressors: Matrix, response: Vector) -> tuple[Vector, Matrix]:
-    """Least squares, and a covariance that holds when the residuals are autocorrelated.
+    """Least squares, and a covariance that holds when the model misses something and when there is noise.
 
-    Newey and West (1987) with the Bartlett kernel, prewhitened by a first-order process for each coefficient
-    (Andrews and Monahan, 1992), scaled by n/(n − p) for the p coefficients.
+    The residual of a hysteretic layer is smooth: it is what a spring and a dashpot miss. White noise on top of it
+    would hide its autocorrelation, so that the two are told apart by a running mean and their covariances added.
 
     Args:
         regressors: (n, p).
@@ -98,7 +110,19 @@ def regression(regressors: Matrix, response: Vector) -> tuple[Vector, Matrix]:
     count, coefficients = regressors.shape
     solution = np.asarray(np.linalg.lstsq(regressors, response, rcond=None)[0])
     residual = response - regressors @ solution
-    score = regressors * residual[:, None]
+    smooth = uniform_filter1d(residual, max(1, round(SMOOTH_SHARE * count)), mode="nearest")
+    meat = _long_run(regressors * smooth[:, None]) + _long_run(regressors * (residual - smooth)[:, None])
+    bread = np.linalg.pinv(regressors.T @ regressors)
+    covariance: Matrix = bread @ meat @ bread * count / (count - coefficients)
+    return solution, covariance
+
+
+def _long_run(score: Matrix) -> Matrix:
+    """(p, p) covariance of the sum of an autocorrelated (n, p) score.
+
+    Newey and West (1987) with the Bartlett kernel, prewhitened by a first-order process for each coefficient
+    (Andrews and Monahan, 1992).
+    """
     ρ = np.clip(
         np.sum(score[1:] * score[:-1], axis=0) / np.maximum(np.sum(score**2, axis=0), np.finfo(float).tiny), 0, 0.97
     )
@@ -108,10 +132,7 @@ def regression(regressors: Matrix, response: Vector) -> tuple[Vector, Matrix]:
     for lag in range(1, bandwidth + 1):
         product = white[lag:].T @ white[:-lag]
         meat += (1 - lag / (bandwidth + 1)) * (product + product.T)
-    meat /= np.outer(1 - ρ, 1 - ρ)
-    bread = np.linalg.pinv(regressors.T @ regressors)
-    covariance: Matrix = bread @ meat @ bread * count / (count - coefficients)
-    return solution, covariance
+    return np.asarray(meat / np.outer(1 - ρ, 1 - ρ))
 
 
 def _segment(force: Vector, motion: Motion, rate: float, span: Span, rubber_height: float | None) -> EquivalentSegment:
@@ -137,6 +158,16 @@ def _segment(force: Vector, motion: Motion, rate: float, span: Span, rubber_heig
 def _bandwidth(score: Matrix) -> int:
     """Newey and West (1994): lags for a Bartlett kernel."""
     return int(4 * (score.shape[0] / 100) ** (2 / 9))
+
+
+def _is_cycle(displacement: Vector, threshold: float) -> bool:
+    """Whether this is one oscillation of sufficient amplitude: mean and first harmonic explain nearly all of it."""
+    if displacement.size < FEWEST_SAMPLES or amplitude(displacement) < threshold:
+        return False
+    centred = displacement - displacement.mean()
+    turn = np.exp(2j * np.pi * np.arange(centred.size) / centred.size)
+    beside = 1 - 2 * abs(np.vdot(turn, centred)) ** 2 / (centred.size * np.vdot(centred, centred))
+    return bool(beside < NOT_HARMONIC**2)
 
 
 def _up_crossing(displacement: Vector, below: int, above: int) -> int:

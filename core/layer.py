@@ -1,5 +1,7 @@
 """What do the sensors of a record say about the isolation layer's motion?"""
 
+from dataclasses import replace
+
 import numpy as np
 
 from core.arrays import Vector
@@ -31,7 +33,9 @@ def layer_motion(
         relative = above - below
         if displacement is not None:
             return _fused(displacement, relative, record.rate), ()
-        return integrate(relative, record.rate, band[0]), (_integrated(direction, band[0]),)
+        noise = float(noise_std(relative[None, :], record.rate)[0])
+        motion = integrate(relative, record.rate, band[0], acceleration_noise=noise)
+        return motion, (_integrated(direction, band[0]),)
     if displacement is not None:
         return _differentiated(displacement, record.rate, band), ()
     message = f"direction {direction}: neither displacement nor ground acceleration; no motion of the layer"
@@ -44,9 +48,10 @@ def _fused(displacement: Vector, relative: Vector, rate: float) -> Motion:
 
 
 def _differentiated(displacement: Vector, rate: float, band: tuple[float, float]) -> Motion:
-    """An acceleration of infinite noise counts for nothing: the displacement alone is differentiated."""
+    """Motion from the transducer alone: a vanishing noise gives the accelerations no weight."""
     smooth = band_passed(displacement, rate, band)
-    return fuse(smooth, np.zeros_like(smooth), rate, displacement_noise=0.0, acceleration_noise=1.0)
+    motion = fuse(smooth, np.zeros_like(smooth), rate, displacement_noise=0.0, acceleration_noise=1.0)
+    return replace(motion, noise=float(noise_std(displacement[None, :], rate)[0]))
 
 
 def _integrated(direction: Direction, lowest: float) -> Finding:

@@ -44,7 +44,7 @@ def test_integration_of_a_smooth_pulse_is_exact() -> None:
     curvature = (-2 / 64 + (2 * (time - 60) / 64) ** 2) * pulse
     sine, cosine = np.sin(rate * (time - 60)), np.cos(rate * (time - 60))
     acceleration = curvature * sine + 2 * slope * rate * cosine - displacement * rate**2
-    motion = integrate(acceleration, 100.0, 0.1)
+    motion = integrate(acceleration, 100.0, 0.1, acceleration_noise=0.0)
     # (0.1/0.5)⁸ of the high-pass at 0.5 Hz, and somewhat more on the pulse's lower flank
     assert motion.displacement == pytest.approx(displacement, abs=1e-4)
     assert motion.velocity == pytest.approx(slope * sine + pulse * rate * cosine, abs=4e-4)
@@ -55,6 +55,18 @@ def test_gaps_are_refused() -> None:
     with pytest.raises(RecordError, match="mend or cut"):
         fuse(gap, np.zeros(100), 100.0, displacement_noise=1.0, acceleration_noise=1.0)
     with pytest.raises(RecordError, match="mend or cut"):
-        integrate(gap, 100.0, 0.1)
+        integrate(gap, 100.0, 0.1, acceleration_noise=0.0)
     with pytest.raises(RecordError, match="one time base"):
         fuse(np.zeros(99), np.zeros(100), 100.0, displacement_noise=1.0, acceleration_noise=1.0)
+
+
+def test_the_noise_of_the_displacement_is_known() -> None:
+    """What the chain makes of pure noise, away from the ends that the line between them holds."""
+    rng = np.random.default_rng(8)
+    transducer, accelerometer = 1e-4 * rng.standard_normal(20000), 2e-3 * rng.standard_normal(20000)
+    fused = fuse(transducer, accelerometer, 100.0, displacement_noise=1e-4, acceleration_noise=2e-3)
+    # Some 500 independent values are left below the crossover: 3 % either way, 10 % is certain.
+    assert np.std(fused.displacement[1000:-1000]) == pytest.approx(fused.noise, rel=0.1)
+    integrated = integrate(accelerometer, 100.0, 0.1, acceleration_noise=2e-3)
+    # Nearly all of it lies at 0.1 Hz: some 20 independent values.
+    assert np.std(integrated.displacement[1000:-1000]) == pytest.approx(integrated.noise, rel=0.5)

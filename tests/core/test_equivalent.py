@@ -1,9 +1,11 @@
 """k_eq and c_eq against the describing function (first harmonic) of the true law.
 
-The cycles that count have an amplitude of at least a tenth of the event's largest displacement. Scatter is the
-robust standard deviation, 1.4826 times the median absolute deviation: the few cycles in which two frequencies mix
-have no single amplitude, so that the describing function of one is not their truth.
+The cycles that count have an amplitude of at least a tenth of the event's largest displacement. Bias is the mean,
+scatter the plain standard deviation, outliers and all; the robust one (1.4826 times the median absolute deviation)
+stands beside it.
 """
+
+from itertools import product
 
 import numpy as np
 import pytest
@@ -14,12 +16,14 @@ from motions import akt013, chi_chi, kobe
 
 from core.analysis import AnalysisSettings, analyse
 from core.displacement import Motion
-from core.equivalent import EquivalentSegment, cycles, equivalent_segments, regression, windows
+from core.equivalent import EquivalentSegment, cycles, determined, equivalent_segments, regression, windows
 from core.paper import BUILDING, ISOLATOR
 from core.simulation import simulate
 
 LAW = {name: value for values in ISOLATOR.effects.values() for name, value in values.items()}
 MOTIONS = (akt013, kobe, chi_chi)
+SCALES = (0.05, 1.0, 4.0)
+"""Of 70 gal."""
 
 
 def describing_function(amplitude: float, frequency: float = 0.5, samples: int = 4000) -> tuple[float, float]:
@@ -43,43 +47,92 @@ def test_describing_function_of_table_ii(amplitude: float, published: float) -> 
 
 
 def errors(found: tuple[EquivalentSegment, ...], largest: float) -> np.ndarray:
-    """(cycles, 2) relative errors of k_eq and c_eq of the cycles that count."""
-    grid = np.geomspace(1e-5, 0.5, 60)
+    """(cycles, 2, 2) relative errors of k_eq and c_eq of the cycles that count, and their standard deviations."""
+    grid = np.geomspace(1e-6, 0.5, 80)
     k, c = np.array([describing_function(a, 1 / (2 * np.pi), 800) for a in grid]).T
     counting = [s for s in found if s.amplitude >= 0.1 * largest]
     a, ω = np.array([(s.amplitude, 2 * np.pi / (s.end - s.start)) for s in counting]).T
     truth_k = np.interp(np.log(a), np.log(grid), k)
     truth_c = LAW["c_b"] + np.interp(np.log(a), np.log(grid), c - LAW["c_b"]) / ω
+    truth = np.column_stack([truth_k, truth_c])
     measured = np.array([(s.k_eq, s.c_eq) for s in counting])
-    return measured / np.column_stack([truth_k, truth_c]) - 1
+    return np.stack([measured / truth - 1, np.array([(s.k_eq_std, s.c_eq_std) for s in counting]) / truth], axis=1)
 
 
-def spread(error: np.ndarray) -> np.ndarray:
+def robust_spread(error: np.ndarray) -> np.ndarray:
     return 1.4826 * np.median(np.abs(error - np.median(error, axis=0)), axis=0)
 
 
+def of_records(noise: float) -> np.ndarray:
+    """Errors over 18 records: three motions, 3.5 to 280 gal, two draws of the noise."""
+    found = []
+    for seed, (motion, scale) in enumerate(product(MOTIONS, SCALES * 2)):
+        result = analyse(segments(records(seed, noise, motion, scale)), paper(), AnalysisSettings())
+        found.append(errors(result.directions["x"].equivalent, np.abs(exact(motion, scale)[-1]).max()))
+    return np.concatenate(found)
+
+
+@pytest.mark.slow
 def test_cycles_of_the_papers_building_at_one_percent_noise() -> None:
-    error = []
-    for seed, motion in enumerate(MOTIONS):
-        result = analyse(segments(records(seed, 0.01, motion)), paper(), AnalysisSettings())
-        error.append(errors(result.directions["x"].equivalent, np.abs(exact(motion, 1.0)[-1]).max()))
-    every = np.concatenate(error)
-    assert len(every) > 40
-    assert (np.abs(np.median(every, axis=0)) < [0.02, 0.05]).all()
-    assert (spread(every) < [0.02, 0.10]).all()
+    """Measured: k_eq bias −1.1 %, scatter 1.2 % (robust 0.35); c_eq −0.7 %, 6.0 % (2.7).
+
+    ± 1.96 standard deviations cover 89 and 100 %: the rest is the estimator's own bias, which no residual shows.
+    """
+    error, std = np.moveaxis(of_records(0.01), 1, 0)
+    assert len(error) > 200
+    assert (np.abs(error.mean(axis=0)) < [0.02, 0.05]).all()
+    assert (error.std(axis=0) < [0.02, 0.10]).all()
+    assert (np.mean(np.abs(error) < 1.96 * std, axis=0) > 0.87).all()
 
 
+@pytest.mark.slow
+def test_cycles_of_the_papers_building_at_ten_percent_noise() -> None:
+    """Measured: k_eq bias −1.0 %, scatter 1.2 % (robust 0.7); c_eq 0.3 %, 14.1 % (6.4); covered are 91 and 100 %."""
+    error, std = np.moveaxis(of_records(0.1), 1, 0)
+    assert len(error) > 200
+    assert (np.abs(error.mean(axis=0)) < [0.02, 0.05]).all()
+    assert (np.mean(np.abs(error) < 1.96 * std, axis=0) > 0.9).all()
+
+
+@pytest.mark.slow
 def test_cycles_with_the_exact_force() -> None:
-    error = []
-    for motion in MOTIONS:
-        moved = simulate(BUILDING, ISOLATOR, motion(), 100.0)
+    """Measured: k_eq bias −0.2 %, scatter 1.15 % (robust 0.36); c_eq −0.3 %, 5.0 % (1.0).
+
+    The plain scatter of k_eq stays above 1 %: within a cycle the amplitude grows or falls, and a describing function
+    knows none that does.
+    """
+    found = []
+    for motion, scale in product(MOTIONS, SCALES):
+        moved = simulate(BUILDING, ISOLATOR, motion() * scale, 100.0)
         largest = np.abs(moved.isolator_displacement).max()
         layer = Motion(moved.isolator_displacement, moved.isolator_velocity)
-        spans = cycles(layer.displacement, 1e-4)
-        error.append(errors(equivalent_segments(moved.force, layer, 100.0, spans), largest))
-    every = np.concatenate(error)
-    assert (np.abs(np.median(every, axis=0)) < [0.01, 0.05]).all()
-    assert (spread(every) < [0.01, 0.10]).all()
+        spans = cycles(layer.displacement, 1e-5)
+        found.append(errors(determined(equivalent_segments(moved.force, layer, 100.0, spans)), largest))
+    error = np.concatenate(found)[:, 0]
+    assert (np.abs(error.mean(axis=0)) < [0.01, 0.05]).all()
+    assert (error.std(axis=0) < [0.02, 0.10]).all()
+    assert (robust_spread(error) < [0.01, 0.10]).all()
+
+
+def test_what_is_mostly_rest_or_mixes_two_frequencies_is_no_cycle() -> None:
+    time = np.arange(400) / 100
+    pulse = np.where(time < 1, np.sin(2 * np.pi * time), -0.01)  # an oscillation, then rest a little off zero
+    mixed = np.sin(2 * np.pi * time / 4) + 0.4 * np.sin(2 * np.pi * time / 4 * 3)
+    sine = 0.1 * np.sin(2 * np.pi * time / 4)
+    for history, count in ((pulse, 0), (mixed, 0), (sine, 1), (sine + 0.005 * mixed, 1)):
+        three = np.concatenate([sine, history, sine])
+        assert len([1 for start, _ in cycles(three, 0.01) if abs(start - 400) < 2]) == count
+
+
+def test_a_segment_that_does_not_determine_its_stiffness_is_left_out() -> None:
+    time = np.arange(2000) / 100
+    motion = Motion(np.sin(np.pi * time + 1), np.pi * np.cos(np.pi * time + 1))
+    noise = np.random.default_rng(9).standard_normal(time.size)
+    for level, share in ((0.1, 1.0), (10.0, 0.0)):
+        found = equivalent_segments(
+            motion.displacement + level * noise, motion, 100.0, cycles(motion.displacement, 0.5)
+        )
+        assert len(determined(found)) == share * len(found) == share * 9
 
 
 @given(k=st.floats(1e6, 1e9), c=st.floats(0, 1e8), offset=st.floats(-1e6, 1e6), amplitude=st.floats(1e-3, 0.3))
@@ -108,20 +161,24 @@ def test_the_papers_windows_follow_each_other() -> None:
 
 
 def test_standard_deviations_hold_when_residuals_are_autocorrelated() -> None:
-    """Coverage of ± 1.96 standard deviations; one cycle is short, so Newey-West stays somewhat below 95 %."""
+    """Coverage of ± 1.96 standard deviations is never below 95 %, at the price of a width of some three times theirs."""
     rng = np.random.default_rng(2)
     time = np.arange(200) / 100
     regressors = np.column_stack([np.sin(np.pi * time), np.cos(np.pi * time), np.ones(200)])
     covered = plain = 0
+    width, estimate = [], []
     for _ in range(1000):
         noise = np.zeros(300)
         for i, shock in enumerate(rng.standard_normal(299), start=1):
             noise[i] = 0.8 * noise[i - 1] + shock
         solution, covariance = regression(regressors, regressors @ [3.0, 1.0, 0.5] + noise[100:])
         covered += abs(solution[0] - 3.0) < 1.96 * np.sqrt(covariance[0, 0])
+        width.append(np.sqrt(covariance[0, 0]))
+        estimate.append(solution[0])
         residual = regressors @ (solution - [3.0, 1.0, 0.5]) - noise[100:]
         plain += abs(solution[0] - 3.0) < 1.96 * np.sqrt(
             residual.var() * np.linalg.inv(regressors.T @ regressors)[0, 0]
         )
-    assert 0.82 < covered / 1000 < 0.97
+    assert covered / 1000 >= 0.95
+    assert np.mean(width) < 3.5 * np.std(estimate)
     assert plain / 1000 < 0.65
