@@ -1,9 +1,11 @@
 """A folder that files arrive in."""
 
+import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
+from stat import S_ISREG
 from typing import NamedTuple
 
 from service.sources.arrival import Arrival, Cursor, SourceError, Step, TooLargeError
@@ -63,8 +65,11 @@ class Folder:
                     yield file, mark
 
     def _files(self) -> list[Path]:
-        found = (path for path in self.path.rglob("*") if path.is_file() and not _is_document(path))
-        return sorted(path for path in found if not any(p.startswith(".") for p in path.relative_to(self.path).parts))
+        found = []
+        for folder, folders, names in os.walk(self.path):
+            folders[:] = (name for name in folders if not name.startswith("."))
+            found += [Path(folder, name) for name in names if not name.startswith(".")]
+        return sorted(path for path in found if not _is_document(path))
 
     def _arrival(self, file: Path, size: int) -> Arrival:
         name = str(file.relative_to(self.path))
@@ -79,12 +84,12 @@ class Folder:
 
 
 def _mark(file: Path) -> Mark | None:
-    """None if the file is gone."""
+    """None if the file is gone, or is something else."""
     try:
         status = file.stat()
     except FileNotFoundError:
         return None
-    return Mark(status.st_size, status.st_mtime)
+    return Mark(status.st_size, status.st_mtime) if S_ISREG(status.st_mode) else None
 
 
 def _is_document(file: Path) -> bool:
