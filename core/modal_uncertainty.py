@@ -45,7 +45,7 @@ def modal_deviations(
         rate: Hz.
 
     Returns:
-        One for each mode; None where it cannot be computed, as for a record free of errors.
+        One for each mode; None where the record does not determine it at all, or is free of errors.
     """
     try:
         errors = output_errors(span, order)
@@ -126,14 +126,15 @@ def _deviation(eigenvalue: complex, moves: ComplexVector, rate: float) -> ModalD
     of_modulus = (np.conj(s) * change).real / abs(s)
     of_ratio = -(change.real - s.real / abs(s) * of_modulus) / abs(s)
     frequency, damping_ratio = _deviation_of_sum(of_modulus / (2 * np.pi)), _deviation_of_sum(of_ratio)
-    if not 0 < frequency < np.inf or not 0 < damping_ratio < np.inf:
+    # What is not below the value itself, for damping below critical, is no standard deviation of anything.
+    if not (0 < frequency < abs(s) / (2 * np.pi) and 0 < damping_ratio < 1):
         return None
     return ModalDeviation(frequency, damping_ratio)
 
 
 def _deviation_of_sum(terms: Vector) -> float:
     """Standard deviation of the sum of terms that are correlated over a short time, Newey and West (1987)."""
-    variance = terms @ terms
+    variance = float(terms @ terms)
     for lag in range(1, MEMORY + 1):
-        variance += 2 * (1 - lag / (MEMORY + 1)) * (terms[lag:] @ terms[:-lag])
-    return float(np.sqrt(variance))
+        variance += 2 * (1 - lag / (MEMORY + 1)) * float(terms[lag:] @ terms[:-lag])
+    return float(np.sqrt(max(variance, 0.0)))

@@ -10,6 +10,8 @@ DETERMINED = 4.0
 """Standard deviations between the damping ratio and zero. Poles found in white noise reach about three."""
 NOTICEABLE = 0.1
 """Growth of the mean square misfit that no noise explains, even where it does not determine the damping ratio well."""
+ROUNDING = 1e-24
+"""Of an output's sum of squares."""
 
 
 def is_supported(damping_ratio: float, deviation: ModalDeviation | None, growth: float) -> bool:
@@ -47,7 +49,9 @@ def misfit_growth(eigenvalues: ComplexVector, inputs: Matrix, outputs: Matrix) -
     width = len(responses) // len(eigenvalues)
     every = _misfit(R, Y)
     without = [_misfit(np.delete(R, np.s_[i * width : (i + 1) * width], axis=1), Y) for i in range(len(eigenvalues))]
-    return np.array(without) / every - 1
+    # An output that the inputs explain to the last digit leaves rounding, which must not be taken for a misfit.
+    rounding = ROUNDING * np.sum(outputs**2, axis=1)
+    return np.asarray((np.array(without) - every) / (every + rounding))
 
 
 def _misfit(regressors: Matrix, outputs: Matrix) -> Vector:

@@ -28,7 +28,7 @@ class StateSpace:
         """(outputs, n) to inputs of (inputs, n); mode by mode, so that A must be diagonalisable."""
         eigenvalues, vectors = linalg.eig(self.A, check_finite=False)
         forcing = np.hstack([self.start[:, None], self.B @ inputs[:, :-1]])
-        modal = linalg.inv(vectors) @ forcing
+        modal = np.linalg.inv(vectors) @ forcing
         for mode, w in zip(modal, eigenvalues, strict=True):
             mode[:] = signal.lfilter([1], [1, -w], mode)
         return np.asarray(((self.C @ vectors) @ modal).real + self.D @ inputs)

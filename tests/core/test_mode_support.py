@@ -45,3 +45,8 @@ def test_ringing_down_from_the_start_counts_too() -> None:
 )
 def test_what_supports_a_mode(deviation: ModalDeviation | None, growth: float, supported: bool) -> None:
     assert is_supported(0.02, deviation, growth) is supported
+
+
+def test_what_the_input_explains_to_the_last_digit_supports_no_mode() -> None:
+    u = np.random.default_rng(3).standard_normal((1, 1000))
+    assert misfit_growth(np.array([SLOW]), u, 2 * u) == pytest.approx(0, abs=1e-3)
