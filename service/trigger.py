@@ -91,7 +91,8 @@ def _bridged(segments: Sequence[Segment]) -> Trace:
 
 
 def _trace(segment: Segment) -> Trace:
-    header = dict(zip(("network", "station", "location", "channel"), segment.channel.split("."), strict=True))
+    codes = zip(("network", "station", "location", "channel"), segment.channel.split("."), strict=True)
+    header: dict[str, object] = dict(codes)
     header |= {"starttime": UTCDateTime(segment.start), "sampling_rate": segment.rate}
     return Trace(segment.samples.copy(), header)
 
