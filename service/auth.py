@@ -145,7 +145,8 @@ async def identify(request: Request) -> Caller:
         raise UnauthorizedError(
             f"{found} came with the request; 'Authorization: Bearer KEY' or 'X-API-Key: KEY' would do."
         )
-    return min((keys[digest(key)] for key in given), key=lambda caller: caller.role)
+    callers: list[Caller] = [keys[digest(key)] for key in given]
+    return min(callers, key=lambda caller: caller.role)
 
 
 def at_least(role: Role) -> Callable[[Request], Coroutine[Any, Any, Caller]]:

@@ -182,7 +182,7 @@ def restoring_force(
             Analysis.estimator,
             DirectionResult.start,
             DirectionResult.rate,
-            DirectionResult.count,
+            DirectionResult.count.label("length"),
             DirectionResult.peak_displacement,
             *(table.c[name] for name in histories),
         )

@@ -56,10 +56,10 @@ def restoring_force(
         return unchanged(etag)
     blobs = ((name, result._mapping[COLUMN.get(name, name)]) for name in names)
     found = {name: decode(blob) for name, blob in blobs if blob is not None}
-    chosen = kept(found, result.count, points)
+    chosen = kept(found, result.length, points)
     if chosen is not None:
         found = {name: one[chosen] for name, one in found.items()}
-    time = (np.arange(result.count) if chosen is None else chosen) / result.rate
+    time = (np.arange(result.length) if chosen is None else chosen) / result.rate
     if wants_csv(request, format):
         return written(
             request,
@@ -86,7 +86,7 @@ def described_force(event_id: int, direction: str, result: Line, names: list[str
         "start": result.start,
         "rate": result.rate,
         "step": 1 / result.rate,
-        "count": result.count,
+        "count": result.length,
         "missing": None if measured else "no channel measures the displacement of the isolation layer",
     }
 
