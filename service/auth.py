@@ -131,7 +131,7 @@ async def identify(request: Request) -> Caller:
     """
     if is_cross_site(request):
         raise ForbiddenError("The request was made by a page of another site.")
-    keys = await request.app.state.keys.in_force()
+    keys: Mapping[str, Caller] = await request.app.state.keys.in_force()
     if not keys:
         if is_local(request):
             return LOCAL
