@@ -29,7 +29,7 @@ def written(values: Vector) -> orjson.Fragment:
     if not _is_regular(values):
         return orjson.Fragment(orjson.dumps(np.ascontiguousarray(values), option=orjson.OPT_SERIALIZE_NUMPY))
     integers, exponent = _integers(values)
-    last = b"e%d" % exponent
+    last = b"e%d" % exponent if exponent else b""
     body = orjson.dumps(integers, option=orjson.OPT_SERIALIZE_NUMPY)
     return orjson.Fragment(body[:-1].replace(b",", last + b",") + last + b"]")
 

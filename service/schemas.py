@@ -22,9 +22,9 @@ class Answer(BaseModel):
 class Problem(BaseModel):
     """What went wrong (RFC 9457)."""
 
-    type: str = Field(examples=["about:blank"])
+    type: str = Field(description="Always about:blank: the status says it.", examples=["about:blank"])
     title: str = Field(description="The status in words.", examples=["Not Found"])
-    status: int = Field(examples=[404])
+    status: int = Field(description="HTTP status.", examples=[404])
     detail: str = Field(description="What was found and what would do.", examples=["There is no building 'X'."])
     errors: list[dict[str, str]] | None = Field(None, description="Per parameter: `in`, `name`, `wanted`; for 422.")
 
@@ -32,8 +32,8 @@ class Problem(BaseModel):
 class BuildingRow(Answer):
     """A building under watch."""
 
-    code: str
-    name: str
+    code: str = Field(description="Short name, as addresses have it.")
+    name: str = Field(description="As the building file gives it.")
     events: int = Field(description="Number of events so far.")
     last_event: datetime | None = Field(description="Start of the latest event; null before the first.")
 
@@ -41,14 +41,14 @@ class BuildingRow(Answer):
 class Buildings(Answer):
     """All buildings under watch."""
 
-    items: list[BuildingRow]
+    items: list[BuildingRow] = Field(description="The rows of this page.")
     next: str | None = Field(description="Cursor of the next page; null after the last.")
 
 
 class LevelOut(Answer):
     """A level, as the building file gives it."""
 
-    name: str
+    name: str = Field(description="As the building file gives it.")
     role: str = Field(description="`ground`, `base` or `floor`.")
     mass: Number | None = Field(description="kg; null where the file gives none.")
     stiffness: Number | None = Field(description="N/m, design value of the storey below; null where not given.")
@@ -57,33 +57,33 @@ class LevelOut(Answer):
 class ChannelOut(Answer):
     """A sensor component, as the building file gives it."""
 
-    id: str
-    level: str
-    quantity: Quantity
+    id: str = Field(description="Network, station, location and channel code.")
+    level: str = Field(description="Name of the level it sits on.")
+    quantity: Quantity = Field(description="acceleration (m/s²), velocity (m/s), displacement (m) or temperature (°C).")
     direction: Direction | None = Field(description="Null for a temperature.")
 
 
 class BuildingOut(Answer):
     """A building and its description in force."""
 
-    code: str
-    name: str
+    code: str = Field(description="Short name, as addresses have it.")
+    name: str = Field(description="As the building file gives it.")
     revision: int = Field(description="Number of the description; each update makes a new one.")
-    revised_at: datetime
+    revised_at: datetime = Field(description="When the description came into force.")
     rubber_height: Number | None = Field(description="m, displacement of 100 % shear strain; null where not given.")
     latitude: Number | None = Field(description="°; null where not given.")
     longitude: Number | None = Field(description="°; null where not given.")
-    timezone: str
+    timezone: str = Field(description="IANA name.")
     levels: list[LevelOut] = Field(description="From the ground up.")
-    channels: list[ChannelOut]
+    channels: list[ChannelOut] = Field(description="The sensors.")
 
 
 class EventRow(Answer):
     """An event in a list."""
 
-    id: int
-    start: datetime
-    end: datetime
+    id: int = Field(description="Its number.")
+    start: datetime = Field(description="Of the first sample.")
+    end: datetime = Field(description="Of the last sample.")
     state: str = Field(description="`gathering`, `queued`, `analysed`, `refused` or `failed`.")
     reason: str | None = Field(description="Why it was refused or failed.")
     pga: Number | None = Field(description="m/s²; null before the analysis, or where the ground is not measured.")
@@ -93,37 +93,37 @@ class EventRow(Answer):
 class Events(Answer):
     """A page of events, the latest first."""
 
-    items: list[EventRow]
+    items: list[EventRow] = Field(description="The rows of this page.")
     next: str | None = Field(description="Cursor of the next page; null after the last.")
 
 
 class FindingOut(Answer):
     """What screening found."""
 
-    kind: str
-    severity: Severity
-    message: str
-    channel: str | None
-    value: Number | None
+    kind: str = Field(description="Of which kind it is.")
+    severity: Severity = Field(description="`fatal`: what it concerns could not be used.")
+    message: str = Field(description="What was found and what would do.")
+    channel: str | None = Field(description="Id of the channel; null where it concerns more than one.")
+    value: Number | None = Field(description="The measure of it, in the unit that the message gives; null where none.")
 
 
 class PeakOut(Answer):
     """Largest absolute value of a channel, its mean removed."""
 
-    channel: str
+    channel: str = Field(description="Id of the channel.")
     level: str | None = Field(description="Null where the building file no longer has the channel.")
-    quantity: str | None
-    direction: str | None
+    quantity: str | None = Field(description="What it measures; null where not known.")
+    direction: str | None = Field(description="x, y or z; null where not known or without one.")
     peak: Number | None = Field(description="m/s², m/s, m or °C, by quantity; null where the channel held no number.")
 
 
 class ModeOut(Answer):
     """A fixed-base mode of the superstructure."""
 
-    number: int
+    number: int = Field(description="From 1, the lowest frequency.")
     frequency: Number = Field(description="Hz.")
     frequency_std: Number | None = Field(description="Hz; null where the estimator gives none.")
-    damping_ratio: Number
+    damping_ratio: Number = Field(description="Part of critical damping.")
     damping_ratio_std: Number | None = Field(description="Null where the estimator gives none.")
     shape: dict[str, float] = Field(description="By level, relative to the base slab.")
 
@@ -131,24 +131,24 @@ class ModeOut(Answer):
 class DirectionOut(Answer):
     """What was found in a direction."""
 
-    direction: str
+    direction: str = Field(description="x or y, as the building file names it.")
     peak_force: Number = Field(description="N, largest absolute restoring force.")
     force_std: Number = Field(description="N, its standard deviation.")
     peak_displacement: Number | None = Field(description="m; null where nothing measures the layer's displacement.")
     cycles: int = Field(description="Number of cycles with k_eq and c_eq.")
-    modes: list[ModeOut]
+    modes: list[ModeOut] = Field(description="The lowest first.")
 
 
 class Provenance(Answer):
     """What an analysis was made from, so that it can be made again."""
 
-    id: int
+    id: int = Field(description="Its number.")
     current: bool = Field(description="Whether it is the event's latest.")
-    created_at: datetime
+    created_at: datetime = Field(description="When it was made.")
     version: str = Field(description="Of the code.")
     revision_id: int = Field(description="Of the building's description.")
-    estimator: str | None
-    settings: dict[str, Any]
+    estimator: str | None = Field(description="Name of the estimator; null where it came to none.")
+    settings: dict[str, Any] = Field(description="Estimator, sensors, rate (Hz) and band (Hz).")
     inputs: list[str] = Field(description="SHA-256 of every recording it was made from.")
     refusal: str | None = Field(description="Why nothing could be found.")
 
@@ -156,8 +156,8 @@ class Provenance(Answer):
 class WaveformOut(Answer):
     """An unbroken piece of a channel."""
 
-    channel: str
-    start: datetime
+    channel: str = Field(description="Id of the channel.")
+    start: datetime = Field(description="Of the first sample.")
     rate: Number = Field(description="Hz.")
     count: int = Field(description="Number of samples.")
 
@@ -165,18 +165,18 @@ class WaveformOut(Answer):
 class EventOut(Answer):
     """An event and what came of it."""
 
-    id: int
-    building: str
-    start: datetime
-    end: datetime
+    id: int = Field(description="Its number.")
+    building: str = Field(description="Code of the building.")
+    start: datetime = Field(description="Of the first sample.")
+    end: datetime = Field(description="Of the last sample.")
     state: str = Field(description="`gathering`, `queued`, `analysed`, `refused` or `failed`.")
-    reason: str | None
+    reason: str | None = Field(description="Why it was refused or failed; null where it was not.")
     pga: Number | None = Field(description="m/s², largest horizontal ground acceleration; null where not known.")
-    waveforms: list[WaveformOut]
+    waveforms: list[WaveformOut] = Field(description="The pieces of its channels.")
     analysis: Provenance | None = Field(description="The analysis that is shown; null before the first.")
     earlier: list[Provenance] = Field(description="The other analyses.")
-    quality: list[FindingOut]
-    peaks: list[PeakOut]
+    quality: list[FindingOut] = Field(description="What screening found.")
+    peaks: list[PeakOut] = Field(description="Of every channel.")
     directions: list[DirectionOut] = Field(description="Empty before the analysis, or where it was refused.")
 
 
@@ -194,13 +194,13 @@ class Piece(Answer):
 class WaveformSeries(Answer):
     """A channel of an event as recorded."""
 
-    event: int
-    channel: str
-    level: str | None
+    event: int = Field(description="Number of the event.")
+    channel: str = Field(description="Id of the channel.")
+    level: str | None = Field(description="Name of the level it sits on; null where not known.")
     quantity: str | None = Field(
         description="acceleration (m/s²), velocity (m/s), displacement (m) or temperature (°C)."
     )
-    direction: str | None
+    direction: str | None = Field(description="x, y or z; null where not known or without one.")
     pieces: list[Piece] = Field(description="In order of time; a gap lies between two.")
     missing: str | None = Field(description="Why samples are null; null where none is.")
 
@@ -208,11 +208,11 @@ class WaveformSeries(Answer):
 class ForceSeries(Answer):
     """Motion and restoring force of the isolation layer; F > 0 where it is displaced to the + side (paper, eq 10)."""
 
-    event: int
-    building: str
-    direction: str
-    analysis: int
-    estimator: str | None
+    event: int = Field(description="Number of the event.")
+    building: str = Field(description="Code of the building.")
+    direction: str = Field(description="x or y, as the building file names it.")
+    analysis: int = Field(description="Number of the analysis.")
+    estimator: str | None = Field(description="Name of the estimator; null where it came to none.")
     start: datetime = Field(description="Of the first sample.")
     rate: Number = Field(description="Hz.")
     step: Number = Field(description="s between samples.")
@@ -230,9 +230,9 @@ class ForceSeries(Answer):
 class CycleRow(Answer):
     """The layer as a spring and a dashpot over one cycle (paper, eq 24-27)."""
 
-    event: int
-    event_start: datetime
-    direction: str
+    event: int = Field(description="Number of the event.")
+    event_start: datetime = Field(description="Of the event's first sample.")
+    direction: str = Field(description="x or y, as the building file names it.")
     record_start: datetime = Field(description="Time to which start and end count.")
     start: Number = Field(description="s after record_start.")
     end: Number = Field(description="s after record_start.")
@@ -247,48 +247,48 @@ class CycleRow(Answer):
 class Cycles(Answer):
     """A page of cycles, the earliest first."""
 
-    building: str
-    items: list[CycleRow]
+    building: str = Field(description="Code of the building.")
+    items: list[CycleRow] = Field(description="The rows of this page.")
     next: str | None = Field(description="Cursor of the next page; null after the last.")
 
 
 class ModeRow(Answer):
     """A fixed-base mode of the superstructure in one event."""
 
-    event: int
-    event_start: datetime
-    direction: str
-    number: int
+    event: int = Field(description="Number of the event.")
+    event_start: datetime = Field(description="Of the event's first sample.")
+    direction: str = Field(description="x or y, as the building file names it.")
+    number: int = Field(description="From 1, the lowest frequency.")
     frequency: Number = Field(description="Hz.")
     frequency_std: Number | None = Field(description="Hz; null where the estimator gives none.")
-    damping_ratio: Number
+    damping_ratio: Number = Field(description="Part of critical damping.")
     damping_ratio_std: Number | None = Field(description="Null where the estimator gives none.")
 
 
 class Modes(Answer):
     """A page of modes, the earliest first."""
 
-    building: str
-    items: list[ModeRow]
+    building: str = Field(description="Code of the building.")
+    items: list[ModeRow] = Field(description="The rows of this page.")
     next: str | None = Field(description="Cursor of the next page; null after the last.")
 
 
 class SourceOut(Answer):
     """A building's monitoring server and how it is doing."""
 
-    building: str
-    kind: str
+    building: str = Field(description="Code of the building.")
+    kind: str = Field(description="Of which kind it is.")
     location: str = Field(description="Without the password, if it has one.")
     attempted_at: datetime | None = Field(description="Null before the first attempt.")
     succeeded_at: datetime | None = Field(description="Null before the first success.")
     failing_since: datetime | None = Field(description="Null while it answers.")
-    error: str | None
+    error: str | None = Field(description="What went wrong last; null where nothing did.")
 
 
 class Sources(Answer):
     """All sources."""
 
-    items: list[SourceOut]
+    items: list[SourceOut] = Field(description="The rows of this page.")
     next: str | None = Field(description="Cursor of the next page; null after the last.")
 
 
@@ -334,26 +334,26 @@ class AnalysisRequest(BaseModel):
 class JobOut(Answer):
     """An analysis that waits, runs, is done or has failed."""
 
-    id: int
-    kind: str
-    event_id: int
+    id: int = Field(description="Its number.")
+    kind: str = Field(description="Of which kind it is.")
+    event_id: int = Field(description="Number of the event.")
     state: str = Field(description="`waiting`, `running`, `done` or `failed`.")
     arguments: dict[str, Any] = Field(description="What differs from the service's settings.")
     claims: int = Field(description="How often a worker took it.")
     claimed_until: datetime | None = Field(description="End of the worker's lease; null while nobody works on it.")
-    error: str | None
-    created_at: datetime
-    finished_at: datetime | None
+    error: str | None = Field(description="What went wrong last; null where nothing did.")
+    created_at: datetime = Field(description="When it was made.")
+    finished_at: datetime | None = Field(description="When it was done or given up; null before.")
 
 
 class Jobs(Answer):
     """A page of jobs, the latest first."""
 
-    items: list[JobOut]
+    items: list[JobOut] = Field(description="The rows of this page.")
     next: str | None = Field(description="Cursor of the next page; null after the last.")
 
 
 class Health(Answer):
     """How the service is doing."""
 
-    status: str = Field(examples=["ready"])
+    status: str = Field(description="`alive` or `ready`.", examples=["ready"])

@@ -32,3 +32,16 @@ def test_operations_have_ids_of_their_own_and_errors_are_ours(document: dict[str
     assert "HTTPValidationError" not in document["components"]["schemas"]
     identifiers = [o["operationId"] for ops in document["paths"].values() for o in ops.values()]
     assert len(identifiers) == len(set(identifiers))
+
+
+def test_every_route_is_in_the_guide(document: dict[str, Any]) -> None:
+    guide = (Path(__file__).parents[2] / "docs/api.md").read_text("utf-8")
+    for path, operations in document["paths"].items():
+        for method in operations:
+            assert f"{method.upper()} {path}`" in guide, (method, path)
+
+
+def test_every_field_is_described(document: dict[str, Any]) -> None:
+    for name, schema in document["components"]["schemas"].items():
+        for field, described in schema.get("properties", {}).items():
+            assert described.get("description"), (name, field)
