@@ -1,7 +1,7 @@
 """How is a long series written, so that everybody reads plain numbers and nobody waits for them?
 
 Numbers of one series share their last decimal place, so they are integers with one exponent: `-12345e-3` is a JSON
-number like any other, and takes a fraction of the time that the shortest digits of a float take.
+number like any other, and an answer of them is little more than half as long as one of floats with all their digits.
 """
 
 from math import floor, log10
