@@ -12,6 +12,7 @@ from itertools import combinations
 import numpy as np
 
 from core.arrays import ComplexMatrix, ComplexVector, Vector
+from core.clock import BAND, clock_faults
 from core.description import BuildingDescription
 from core.errors import RecordError
 from core.noise import noise_std
@@ -19,24 +20,12 @@ from core.quality import Finding
 from core.record import Channel, Direction, Record
 from core.screening import loss
 
-BAND = (0.2, 0.7)
-"""Hz, above the accelerometers' drift and below the first fixed-base frequency."""
 CLEAR = 100.0
 """Power of a channel over that of its noise in the band, below which nothing is concluded from it."""
 COHERENT = 0.8
 """Squared coherence of two levels of one rigid body; healthy buildings have 0.98 and more."""
 GAIN = 2.0
 """Factor between two levels; quasi-static deflection makes 1.2 of it on a real five-storey building."""
-LATE = 0.03
-"""s; the damping of a real building makes 0.007 s of it."""
-JUMP = 0.06
-"""s, between two windows of 20 s."""
-WINDOW = 20.0
-"""s."""
-STRONG = 0.02
-"""Of the strongest window's power: a weaker window is not timed."""
-CLOCK_COHERENT = 0.9
-"""Squared coherence of a window above which its delay is certain to some 0.02 s."""
 CERTAIN = 5.0
 """Standard deviations by which a lower level must move more than a higher one to be called out of order."""
 
@@ -85,13 +74,10 @@ def disagreements(record: Record, description: BuildingDescription) -> tuple[Fin
         spectra = _spectra(record, description, direction)
         if spectra is None:
             continue
-        faults = _explained(spectra) or [*_late(record, description, spectra)]
-        findings += [
-            Finding(f.kind, loss(f.channel, description), f.message, f.channel.id, f.value)
-            if f.kind not in ("delay", "clock")
-            else Finding(f.kind, "warning", f.message, f.channel.id, f.value)
-            for f in faults
-        ]
+        faults = _explained(spectra)
+        findings += [Finding(f.kind, loss(f.channel, description), f.message, f.channel.id, f.value) for f in faults]
+        if not faults:
+            findings += clock_faults(record, description, direction, spectra.channels)
     return tuple(findings)
 
 
@@ -213,55 +199,3 @@ def _layer(spectra: _Spectra, base: ComplexVector) -> Iterator[_Fault]:
         yield from _against(below, ground, base - motion, "base slab less the layer's displacement")
     else:
         yield from _against(channel, motion, base - ground, "base slab against ground")
-
-
-def _late(record: Record, description: BuildingDescription, spectra: _Spectra) -> Iterator[_Fault]:
-    """Channels whose clock differs from that of the others, all the time or from some time on."""
-    for channel, samples, reference, name in _expectations(record, description, spectra):
-        delays = _delays(samples, reference, record.rate)
-        if delays.size == 0:
-            continue
-        jump, delay = float(np.ptp(delays)), float(np.median(delays))
-        if jump > JUMP:
-            message = f"its clock jumps by {jump:.3g} s against {name} within the event; check the logger's clock"
-            yield _Fault("clock", channel, jump, message)
-        elif abs(delay) > LATE:
-            message = f"is {delay:.3g} s late against {name}; check the logger's clock"
-            yield _Fault("delay", channel, delay, message)
-
-
-def _expectations(
-    record: Record, description: BuildingDescription, spectra: _Spectra
-) -> Iterator[tuple[Channel, Vector, Vector, str]]:
-    """Clear channels, their accelerations, and the acceleration that each should show at the same time."""
-    direction = spectra.channels[0].direction if spectra.channels else None
-    base = record.find(description.base.name, "acceleration", direction)
-    ground = record.find(description.ground.name, "acceleration", direction)
-    for channel in spectra.channels:
-        samples = record.find(channel.level, channel.quantity, direction)
-        if base is None or samples is None:
-            continue
-        if channel.quantity == "acceleration" and spectra.levels[channel.level] > 1:
-            yield channel, samples, base, "the base slab"
-        elif channel.quantity == "displacement" and ground is not None:
-            twice = np.gradient(np.gradient(samples)) * record.rate**2
-            yield channel, twice, base - ground, "base slab less ground"
-
-
-def _delays(samples: Vector, reference: Vector, rate: float) -> Vector:
-    """(windows,) s, delay in each window of 20 s that is strong and coherent enough to time it."""
-    length = round(WINDOW * rate)
-    frequency = np.fft.rfftfreq(length, 1 / rate)
-    within = (frequency >= BAND[0]) & (frequency <= BAND[1])
-    ω, found = 2 * np.pi * frequency[within], []
-    for start in range(0, reference.size - length + 1, length // 2):
-        piece = np.vstack([samples, reference])[:, start : start + length]
-        own, other = np.fft.rfft((piece - piece.mean(axis=1, keepdims=True)) * np.hanning(length), axis=1)[:, within]
-        cross = own * other.conj()
-        power = np.abs(other) ** 2
-        coherence = abs(cross.sum()) ** 2 / (power.sum() * np.sum(np.abs(own) ** 2) + np.finfo(float).tiny)
-        found.append(
-            (-np.sum(ω * cross.imag) / np.sum(ω**2 * np.abs(cross) + np.finfo(float).tiny), power.sum(), coherence)
-        )
-    delay, power, coherence = np.array(found).reshape(-1, 3).T
-    return np.asarray(delay[(power > STRONG * power.max(initial=0.0)) & (coherence > CLOCK_COHERENT)])

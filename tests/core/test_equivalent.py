@@ -161,7 +161,7 @@ def test_the_papers_windows_follow_each_other() -> None:
 
 
 def test_standard_deviations_hold_when_residuals_are_autocorrelated() -> None:
-    """Coverage of ± 1.96 standard deviations is never below 95 %, at the price of a width of some three times theirs."""
+    """Coverage of ± 1.96 standard deviations is never below 95 %, at the price of about three times their width."""
     rng = np.random.default_rng(2)
     time = np.arange(200) / 100
     regressors = np.column_stack([np.sin(np.pi * time), np.cos(np.pi * time), np.ones(200)])

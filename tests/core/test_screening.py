@@ -102,7 +102,7 @@ def test_two_swapped_channels_are_both_named(one: str, other: str) -> None:
     assert ("swapped", "fatal", BASE) in found or BASE not in (one, other)
 
 
-@pytest.mark.parametrize("channel", [FOURTH, ROOF, LAYER])
+@pytest.mark.parametrize("channel", [GROUND, BASE, FOURTH, ROOF, LAYER])
 def test_a_late_clock_is_measured(channel: str) -> None:
     samples = records(6)
     samples[channel] = np.roll(samples[channel], 6)
@@ -112,7 +112,7 @@ def test_a_late_clock_is_measured(channel: str) -> None:
     assert late == pytest.approx(0.06, abs=0.007)  # the damping's own share on a real building
 
 
-@pytest.mark.parametrize("channel", [FOURTH, ROOF, LAYER])
+@pytest.mark.parametrize("channel", [GROUND, BASE, FOURTH, ROOF, LAYER])
 def test_a_clock_that_jumps_in_the_strong_phase_is_found(channel: str) -> None:
     samples = records(7)
     jump = 4500
