@@ -157,12 +157,17 @@ def recordings(session: Session, event_id: int) -> Sequence[Recording]:
 
 def direction_results(session: Session, analysis_id: int) -> Sequence[DirectionResult]:
     """What an analysis found, by direction, with modes; without histories."""
-    question = select(DirectionResult).options(
-        selectinload(DirectionResult.modes), selectinload(DirectionResult.cycles)
-    )
+    question = select(DirectionResult).options(selectinload(DirectionResult.modes))
     return session.scalars(
         question.where(DirectionResult.analysis_id == analysis_id).order_by(DirectionResult.direction)
     ).all()
+
+
+def cycle_counts(session: Session, analysis_id: int) -> Mapping[int, int]:
+    """Number of cycles that an analysis found, by its direction results' ids; those without any are not in it."""
+    question = select(CycleResult.result_id, func.count()).group_by(CycleResult.result_id)
+    question = question.join(DirectionResult).where(DirectionResult.analysis_id == analysis_id)
+    return dict(session.execute(question).tuples().all())
 
 
 def restoring_force(

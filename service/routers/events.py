@@ -75,13 +75,14 @@ def peaks(analysis: Analysis, description: BuildingDescription) -> list[schemas.
 
 def directions(session: Session, analysis_id: int) -> list[schemas.DirectionOut]:
     """What an analysis found, by direction."""
+    cycles = queries.cycle_counts(session, analysis_id)
     return [
         schemas.DirectionOut(
             direction=result.direction,
             peak_force=result.peak_force,
             force_std=result.force_std,
             peak_displacement=result.peak_displacement,
-            cycles=len(result.cycles),
+            cycles=cycles.get(result.id, 0),
             modes=[schemas.ModeOut.model_validate(mode) for mode in result.modes],
         )
         for result in queries.direction_results(session, analysis_id)
