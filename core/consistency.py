@@ -7,7 +7,7 @@ difference of what lies above and below it. A channel that is reversed, swapped,
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from itertools import combinations
+from itertools import combinations, product
 
 import numpy as np
 
@@ -69,16 +69,31 @@ def disagreements(record: Record, description: BuildingDescription) -> tuple[Fin
         record: complete channels about their position at rest.
         description: of the building.
     """
-    findings: list[Finding] = []
-    for direction in description.horizontal_directions:
-        spectra = _spectra(record, description, direction)
-        if spectra is None:
-            continue
-        faults = _explained(spectra)
-        findings += [Finding(f.kind, loss(f.channel, description), f.message, f.channel.id, f.value) for f in faults]
-        if not faults:
+    directions = [_spectra(record, description, direction) for direction in description.horizontal_directions]
+    seen = [spectra for spectra in directions if spectra is not None]
+    faults = _swapped_across(seen) or [fault for spectra in seen for fault in _explained(spectra)]
+    wrong = {fault.channel.direction for fault in faults}
+    findings = [Finding(f.kind, loss(f.channel, description), f.message, f.channel.id, f.value) for f in faults]
+    for spectra in seen:
+        direction = spectra.channels[0].direction if spectra.channels else None
+        if direction is not None and direction not in wrong:
             findings += clock_faults(record, description, direction, spectra.channels)
     return tuple(findings)
+
+
+def _swapped_across(seen: list[_Spectra]) -> list[_Fault]:
+    """The two channels of different directions whose exchange makes all agree, where both directions disagree."""
+    if len(seen) < 2 or not all(any(_disagreeing(spectra)) for spectra in seen):
+        return []
+    one, other = seen
+    for i, j in product(range(len(one.channels)), range(len(other.channels))):
+        if one.channels[i].quantity != other.channels[j].quantity:
+            continue
+        here, there = one.values.copy(), other.values.copy()
+        here[i], there[j] = other.values[j], one.values[i]
+        if not any(_disagreeing(replace(one, values=here))) and not any(_disagreeing(replace(other, values=there))):
+            return [_swapped(one.channels[i], other.channels[j]), _swapped(other.channels[j], one.channels[i])]
+    return []
 
 
 def _spectra(record: Record, description: BuildingDescription, direction: Direction) -> _Spectra | None:

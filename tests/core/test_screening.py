@@ -1,6 +1,7 @@
 """Every kind of fault is found at its channel, with its severity; healthy records have none."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from shared import needs_shared
 
 from core.analysis import AnalysisSettings, EventAnalysis, analyse
 from core.arrays import Vector
+from core.description import BuildingDescription
 
 CHANNELS = (GROUND, BASE, FOURTH, ROOF, LAYER)
 Fault = Callable[[Vector], Vector]
@@ -125,3 +127,38 @@ def test_a_short_gap_is_mended_with_a_note() -> None:
     samples[ROOF][5000:5002] = np.nan
     result = analysed(samples)
     assert [(f.kind, f.severity, f.channel) for f in result.quality] == [("gap", "note", ROOF)]
+
+
+def two_directions() -> tuple[BuildingDescription, dict[str, Vector]]:
+    """The paper's building in x under AKT013 and in y under Kobe."""
+    along = paper()
+    across = tuple(replace(channel, id=channel.id[:-1] + "Y", direction="y") for channel in along.channels[:4])
+    samples = records(9) | {
+        f"{name[:-1]}Y": values for name, values in records(10, motion=kobe).items() if name != LAYER
+    }
+    return replace(along, channels=along.channels + across), samples
+
+
+def test_a_healthy_building_of_two_directions_raises_no_alarm() -> None:
+    description, samples = two_directions()
+    result = analyse(segments(samples), description, AnalysisSettings())
+    assert serious(result) == []
+    assert set(result.directions) == {"x", "y"}
+
+
+@pytest.mark.parametrize("channel", [BASE, FOURTH, ROOF])
+def test_a_sensor_whose_directions_are_swapped_is_named(channel: str) -> None:
+    description, samples = two_directions()
+    other = f"{channel[:-1]}Y"
+    samples[channel], samples[other] = samples[other], samples[channel]
+    found = serious(analyse(segments(samples), description, AnalysisSettings()))
+    assert {(kind, name) for kind, _, name in found} == {("swapped", channel), ("swapped", other)}
+
+
+@needs_shared
+@pytest.mark.parametrize(("one", "other"), [("02", "03"), ("05", "06"), ("00", "01"), ("01", "02")])
+def test_two_swapped_channels_of_the_real_building_are_named(one: str, other: str) -> None:
+    names = {f"XX.BNCS.{one}.HNX": f"XX.BNCS.{other}.HNX", f"XX.BNCS.{other}.HNX": f"XX.BNCS.{one}.HNX"}
+    pieces = [replace(piece, channel=names.get(piece.channel, piece.channel)) for piece in bncs_segments("LAC100")]
+    found = serious(analyse(pieces, bncs(), AnalysisSettings()))
+    assert {channel for kind, _, channel in found if kind == "swapped"} & set(names)
