@@ -167,7 +167,7 @@ def cycle_counts(session: Session, analysis_id: int) -> Mapping[int, int]:
     """Number of cycles that an analysis found, by its direction results' ids; those without any are not in it."""
     question = select(CycleResult.result_id, func.count()).group_by(CycleResult.result_id)
     question = question.join(DirectionResult).where(DirectionResult.analysis_id == analysis_id)
-    return dict(session.execute(question).tuples().all())
+    return dict(session.execute(question).all())
 
 
 def restoring_force(
