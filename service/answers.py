@@ -3,8 +3,10 @@
 import csv
 import hashlib
 import io
+from collections import OrderedDict
 from collections.abc import Mapping, Sequence
 from datetime import datetime
+from threading import Lock
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -21,6 +23,34 @@ Format = Annotated[
 ]
 OPTIONS = orjson.OPT_SERIALIZE_NUMPY | orjson.OPT_UTC_Z
 CSV_EXAMPLE = "A header line with the names of the columns, then one line a row; an empty field is null."
+
+KEPT = 32 * 2**20
+"""Bytes of written answers that a process keeps."""
+
+
+class Answers:
+    """The answers asked for last, by their tag: what results determine never changes. Threads may share it."""
+
+    def __init__(self, most: int = KEPT) -> None:
+        self._most = most
+        self._size = 0
+        self._bodies: OrderedDict[str, bytes] = OrderedDict()
+        self._lock = Lock()
+
+    def find(self, etag: str) -> bytes | None:
+        """The answer of that tag, if it is still kept."""
+        with self._lock:
+            if etag in self._bodies:
+                self._bodies.move_to_end(etag)
+            return self._bodies.get(etag)
+
+    def keep(self, etag: str, body: bytes) -> None:
+        """Keep this one too; those that nobody has asked for the longest make room for it."""
+        with self._lock:
+            self._size += len(body) - len(self._bodies.pop(etag, b""))
+            self._bodies[etag] = body
+            while self._size > self._most:
+                self._size -= len(self._bodies.popitem(last=False)[1])
 
 
 def wants_csv(request: Request, format: str | None) -> bool:

@@ -9,6 +9,7 @@ from fastapi.responses import JSONResponse
 from fastapi.staticfiles import StaticFiles
 
 from service import auth, errors, metrics, schemas
+from service.answers import Answers
 from service.auth import Keys
 from service.metrics import Measured
 from service.pages.rendering import FOLDER
@@ -51,6 +52,7 @@ def create(settings: Settings) -> FastAPI:
     app.state.settings = settings
     app.state.sessions = sessions(settings.database_url)
     app.state.reading = reading(app.state.sessions)
+    app.state.answers = Answers()
     app.state.keys = Keys(app.state.reading)
     app.state.metrics = metrics.registry(app.state.reading)
     app.add_middleware(Measured, registry=app.state.metrics)

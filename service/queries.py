@@ -3,9 +3,10 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
+from functools import lru_cache
 from typing import Any
 
-from sqlalchemy import Row, Select, case, func, select, tuple_
+from sqlalchemy import Row, Select, bindparam, case, func, select, tuple_
 from sqlalchemy.orm import Session, joinedload, selectinload, undefer
 
 from service.database import (
@@ -170,37 +171,59 @@ def cycle_counts(session: Session, analysis_id: int) -> Mapping[int, int]:
     return dict(session.execute(question).all())
 
 
-def restoring_force(
-    session: Session, event_id: int, direction: str, analysis_id: int | None, histories: Sequence[str]
-) -> Line:
-    """One direction of an event's latest analysis, or of the one that is named, with these histories as stored.
+def _forces() -> Question:
+    """One direction of an event's analyses, by plain columns; made once, for that takes longer than asking."""
+    direction, analysis = DirectionResult.__table__.c, Analysis.__table__.c
+    event, building = Event.__table__.c, Building.__table__.c
+    return (
+        select(
+            direction.id,
+            direction.direction,
+            event.id.label("event"),
+            building.code.label("building"),
+            analysis.id.label("analysis"),
+            analysis.estimator,
+            direction.start,
+            direction.rate,
+            direction["count"].label("length"),
+            direction.peak_displacement,
+        )
+        .join(Analysis.__table__, analysis.id == direction.analysis_id)
+        .join(Event.__table__, event.id == analysis.event_id)
+        .join(Building.__table__, building.id == event.building_id)
+        .where(event.id == bindparam("event"), direction.direction == bindparam("direction"))
+    )
+
+
+LATEST_FORCE = _forces().where(Analysis.__table__.c.current)
+NAMED_FORCE = _forces().where(Analysis.__table__.c.id == bindparam("analysis"))
+
+
+def restoring_force(session: Session, event_id: int, direction: str, analysis_id: int | None) -> Line:
+    """One direction of an event's latest analysis, or of the one that is named, without its histories.
 
     Raises:
         NotFoundError: there is no such event, analysis or direction.
     """
-    table = DirectionResult.__table__
-    question = (
-        select(
-            DirectionResult.id,
-            Building.code.label("building"),
-            Analysis.id.label("analysis"),
-            Analysis.estimator,
-            DirectionResult.start,
-            DirectionResult.rate,
-            DirectionResult.count.label("length"),
-            DirectionResult.peak_displacement,
-            *(table.c[name] for name in histories),
-        )
-        .join(Analysis, Analysis.id == DirectionResult.analysis_id)
-        .join(Event, Event.id == Analysis.event_id)
-        .join(Building, Building.id == Event.building_id)
-        .where(Analysis.event_id == event_id, DirectionResult.direction == direction)
-    )
-    chosen = Analysis.current if analysis_id is None else Analysis.id == analysis_id
-    found = session.execute(question.where(chosen)).one_or_none()
+    wanted = {"event": event_id, "direction": direction}
+    if analysis_id is None:
+        found = session.execute(LATEST_FORCE, wanted).one_or_none()
+    else:
+        found = session.execute(NAMED_FORCE, wanted | {"analysis": analysis_id}).one_or_none()
     if found is None:
         raise NotFoundError("result", f"event {event_id}, direction {direction}, analysis {analysis_id or 'latest'}")
     return found
+
+
+def histories(session: Session, result_id: int, names: Sequence[str]) -> Line:
+    """Histories of a direction's result, as stored, in the order of their names."""
+    return session.execute(_histories(tuple(names)), {"result": result_id}).one()
+
+
+@lru_cache(maxsize=64)  # as many as there are choices of the six
+def _histories(names: tuple[str, ...]) -> Question:
+    table = DirectionResult.__table__
+    return select(*(table.c[name] for name in names)).where(table.c.id == bindparam("result"))
 
 
 def _results(building_id: int, span: Span, direction: str | None) -> Question:

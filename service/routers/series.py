@@ -1,6 +1,6 @@
 """The long series of an event: its channels as recorded, and the restoring force."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -9,7 +9,18 @@ from fastapi import APIRouter, Query, Request, Response
 
 from core.arrays import Indices, Vector
 from service import numbers, queries, schemas
-from service.answers import OPTIONS, Format, is_known, responses, series_lines, tag, unchanged, wants_csv, written
+from service.answers import (
+    OPTIONS,
+    Answers,
+    Format,
+    is_known,
+    responses,
+    series_lines,
+    tag,
+    unchanged,
+    wants_csv,
+    written,
+)
 from service.blobs import decode
 from service.buildings import described
 from service.database import Waveform
@@ -48,39 +59,47 @@ def restoring_force(
 ) -> Response:
     """Motion and restoring force of the isolation layer; sample i is at start + i · step unless `time` is given."""
     names = [name for name in NAMES if series is None or name in series]
+    answers: Answers = request.app.state.answers
+    csv = wants_csv(request, format)
+    media_type = "text/csv" if csv else "application/json"
     with sessions() as session:
-        columns = [COLUMN.get(name, name) for name in names]
-        result = queries.restoring_force(session, event_id, direction, analysis, columns)
-    etag = tag(VERSION, result.id, names, points, wants_csv(request, format))
-    if is_known(request, etag):
-        return unchanged(etag)
-    blobs = ((name, result._mapping[COLUMN.get(name, name)]) for name in names)
-    found = {name: decode(blob) for name, blob in blobs if blob is not None}
+        result = queries.restoring_force(session, event_id, direction, analysis)
+        etag = tag(VERSION, result.id, names, points, csv)
+        if is_known(request, etag):
+            return unchanged(etag)
+        body = answers.find(etag)
+        if body is not None:
+            return written(request, body, media_type, etag)
+        stored = queries.histories(session, result.id, [COLUMN.get(name, name) for name in names])
+    found = {name: decode(blob) for name, blob in zip(names, stored, strict=True) if blob is not None}
     chosen = kept(found, result.length, points)
-    if chosen is not None:
-        found = {name: one[chosen] for name, one in found.items()}
+    body = force_lines(result, found, chosen) if csv else force_document(result, names, found, chosen)
+    answers.keep(etag, body)
+    return written(request, body, media_type, etag)
+
+
+def force_lines(result: Line, found: Mapping[str, Vector], chosen: Indices | None) -> bytes:
+    """The answer as CSV, of the samples that were chosen or of all."""
     time = (np.arange(result.length) if chosen is None else chosen) / result.rate
-    if wants_csv(request, format):
-        return written(
-            request,
-            series_lines({"time": time} | {name: numbers.rounded(one) for name, one in found.items()}),
-            "text/csv",
-            etag,
-        )
-    series_found = {name: numbers.written(one) for name, one in found.items()}
-    content = (
-        described_force(event_id, direction, result, names) | {"time": None if chosen is None else time} | series_found
-    )
-    return written(request, orjson.dumps(content, option=OPTIONS), "application/json", etag)
+    columns = {name: numbers.rounded(one if chosen is None else one[chosen]) for name, one in found.items()}
+    return series_lines({"time": time} | columns)
 
 
-def described_force(event_id: int, direction: str, result: Line, names: list[str]) -> dict[str, Any]:
+def force_document(result: Line, names: Sequence[str], found: Mapping[str, Vector], chosen: Indices | None) -> bytes:
+    """The answer as JSON, of the samples that were chosen or of all; a series that is not stored is null."""
+    series = {name: numbers.written(one if chosen is None else one[chosen]) for name, one in found.items()}
+    time = None if chosen is None else chosen / result.rate
+    content = dict.fromkeys(names) | described_force(result) | {"time": time} | series
+    return orjson.dumps(content, option=OPTIONS)
+
+
+def described_force(result: Line) -> dict[str, Any]:
     """All of the answer but the series."""
     measured = result.peak_displacement is not None
-    return dict.fromkeys(names) | {
-        "event": event_id,
+    return {
+        "event": result.event,
         "building": result.building,
-        "direction": direction,
+        "direction": result.direction,
         "analysis": result.analysis,
         "estimator": result.estimator,
         "start": result.start,
