@@ -2,8 +2,9 @@
 
     OMP_NUM_THREADS=1 python benchmarks/api.py
 
-One process serves everything, this one asks over one kept connection. Ours is the whole service: key, database and all,
-nothing kept between two requests. Beside it, in the same process: FastAPI's default answer of the same numbers as plain
+One process serves everything, this one asks over one kept connection. Ours is the whole service: key, database and all.
+It keeps the answers that it has written: "first" rows ask for one that nobody asked for before, of the same numbers;
+"again" rows for one that is kept. Beside it, in the same process: FastAPI's default answer of the same numbers as plain
 lists that lie ready, and an empty answer of a FastAPI route that does nothing. CPU time of the serving process, the
 median of blocks of requests; the rows take turns.
 """
@@ -12,6 +13,7 @@ import multiprocessing
 import tempfile
 from datetime import UTC, datetime, timedelta
 from http.client import HTTPConnection
+from itertools import count
 from pathlib import Path
 from socket import create_server, socket
 from statistics import median
@@ -37,13 +39,17 @@ POINTS, RATE = 18_000, 100.0
 BLOCKS, REQUESTS = 9, 40
 NOW = datetime(2026, 1, 1, tzinfo=UTC)
 FORCE = "/api/v1/events/1/restoring-force?direction=x"
+NEW = count(POINTS)
+"""As `points` it thins nothing, and makes an answer that nobody has asked for."""
 ASKED = {
     "empty answer": "/peer/empty",
     "FastAPI's default, force alone": "/peer/lists",
-    "ours, force alone": f"{FORCE}&series=force",
-    "ours, force alone, CSV": f"{FORCE}&series=force&format=csv",
-    "ours, all six series": FORCE,
-    "ours, all six series, points=2000": f"{FORCE}&points=2000",
+    "ours, force alone, first": f"{FORCE}&series=force&points={{}}",
+    "ours, force alone, again": f"{FORCE}&series=force",
+    "ours, force alone, CSV, first": f"{FORCE}&series=force&format=csv&points={{}}",
+    "ours, all six series, first": f"{FORCE}&points={{}}",
+    "ours, all six series, again": FORCE,
+    "ours, points=2000, again": f"{FORCE}&points=2000",
     "ours, unchanged (304)": f"{FORCE}&series=force",
 }
 
@@ -151,7 +157,7 @@ def measure(connection: HTTPConnection, key: dict[str, str]) -> None:
         for name, path in ASKED.items():
             before = spent(connection)
             for _ in range(REQUESTS):
-                sizes[name] = len(asked(connection, path, headers[name])[0])
+                sizes[name] = len(asked(connection, path.format(next(NEW)), headers[name])[0])
             if block:
                 took[name].append((spent(connection) - before) / REQUESTS)
     empty = median(took["empty answer"])
