@@ -16,9 +16,12 @@ Span = tuple[int, int]
 FEWEST_SAMPLES = 12
 """Of a segment: four for each of the three coefficients."""
 
-NOT_HARMONIC = 0.25
-"""Of a cycle's standard deviation: with more than that beside its mean and first harmonic it has no one amplitude."""
-UNDETERMINED = 0.1
+NOT_HARMONIC = 0.5
+"""Of a cycle's standard deviation: with more than that beside its mean and first harmonic it has no one amplitude.
+
+Half leaves two thirds of a real building's cycles; a quarter leaves a third, and only the stiffer ones of those.
+"""
+UNDETERMINED = 0.2
 """Of k_eq: a segment of larger standard deviation says nothing about it."""
 SMOOTH_SHARE = 1 / 32
 """Of a segment, over which its residual is averaged to tell what the model misses from noise."""
@@ -85,7 +88,7 @@ def equivalent_segments(
 
 
 def determined(segments: Sequence[EquivalentSegment]) -> tuple[EquivalentSegment, ...]:
-    """Those whose k_eq is known to 10 %, by its standard deviation."""
+    """Those whose k_eq is known to 20 %, by its standard deviation."""
     return tuple(segment for segment in segments if segment.k_eq_std < UNDETERMINED * segment.k_eq)
 
 

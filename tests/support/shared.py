@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-SHARED = Path(__file__).resolve().parents[3] / "shared"
+SHARED = (Path(__file__).resolve().parents[3] / "shared").resolve()
 BNCS = SHARED / "data" / "bncs"
 CSMIP = SHARED / "data" / "csmip"
 
