@@ -9,30 +9,30 @@ from prometheus_client.registry import Collector
 from sqlalchemy.orm import Session, sessionmaker
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from service import queries
-from service.queries import Counted
+from service import tallies
+from service.tallies import Counted
 
 SECONDS = (0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0, 30.0)
 GAUGES: dict[str, tuple[str, str | None, Callable[[Session], Counted]]] = {
-    "menshin_events": ("Events by state.", "state", queries.events_by_state),
-    "menshin_jobs": ("Jobs by state.", "state", queries.jobs_by_state),
+    "menshin_events": ("Events by state.", "state", tallies.events_by_state),
+    "menshin_jobs": ("Jobs by state.", "state", tallies.jobs_by_state),
     "menshin_oldest_waiting_job_timestamp_seconds": (
         "When the oldest waiting job was made, Unix time; absent while none waits.",
         None,
-        queries.oldest_waiting_job,
+        tallies.oldest_waiting_job,
     ),
     "menshin_last_good_record_timestamp_seconds": (
         "End of the last record that could be read, Unix time; absent before the first.",
         "building",
-        queries.last_good_records,
+        tallies.last_good_records,
     ),
     "menshin_source_failing_since_timestamp_seconds": (
         "Since when the source has been failing, Unix time; absent while it answers.",
         "building",
-        queries.failing_sources,
+        tallies.failing_sources,
     ),
-    "menshin_recordings_refused": ("Files of which nothing could be used.", "building", queries.refused_recordings),
-    "menshin_analyses": ("Analyses done, earlier ones of an event too.", "outcome", queries.analyses_by_outcome),
+    "menshin_recordings_refused": ("Files of which nothing could be used.", "building", tallies.refused_recordings),
+    "menshin_analyses": ("Analyses done, earlier ones of an event too.", "outcome", tallies.analyses_by_outcome),
 }
 """Meaning, label and question of every gauge. The age of a time is `time() - METRIC`: it grows between two scrapes."""
 

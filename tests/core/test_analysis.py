@@ -44,11 +44,16 @@ def test_stiffness_of_the_real_building_falls_with_amplitude() -> None:
 
 @needs_shared
 def test_no_cycle_of_the_real_building_is_out_of_line() -> None:
-    """k_eq against amplitude by a power law of a log-linear exponent: from 1 mm on, every cycle within a third."""
+    """k_eq against amplitude by a power law of a log-linear exponent: from 1 mm on, 19 of 20 cycles within 20 %.
+
+    The farthest of 90 lies 0.28 off in log k, a cycle of 4 mm.
+    """
     results = [analyse(bncs_segments(event), bncs(), CHAIN).directions["x"].equivalent for event in EVENTS]
     a, k = np.array([(s.amplitude, s.k_eq) for found in results for s in found if s.amplitude > 0.001]).T
+    off = np.abs(np.log(k) - np.polyval(np.polyfit(np.log(a), np.log(k), 2), np.log(a)))
     assert len(a) > 50
-    assert np.abs(np.log(k) - np.polyval(np.polyfit(np.log(a), np.log(k), 2), np.log(a))).max() < 1 / 3
+    assert np.quantile(off, 0.95) < 0.2
+    assert off.max() < 0.3
 
 
 def test_force_of_the_papers_building() -> None:
