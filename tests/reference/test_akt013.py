@@ -15,6 +15,7 @@ from core.building import fixed_base_modes as analytic_modes
 from core.cms import estimate, fixed_base_modes, force_of_shapes, shape_matrix
 from core.estimator import InstrumentedSuperstructure
 from core.expansion import modal_acceleration
+from core.fitting_rate import fitting_rate as fit
 from core.identification import Identification
 from core.paper import BUILDING, ISOLATOR
 from core.simulation import Response, simulate
@@ -31,11 +32,6 @@ records = pytest.mark.parametrize(
     ],
     ids=["akt013", "kobe", "chi_chi"],
 )
-
-
-def fit(truth: Vector, estimated: Vector) -> float:
-    """The paper's fitting rate in percent."""
-    return float(100 * (1 - np.linalg.norm(truth - estimated) / np.linalg.norm(truth - truth.mean())))
 
 
 def response(motion: Callable[[], Vector]) -> Response:
