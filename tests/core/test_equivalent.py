@@ -9,35 +9,15 @@ from itertools import product
 
 import numpy as np
 import pytest
-from described import exact, paper, records, segments
+from describing import MOTIONS, SCALES, describing_function, errors, errors_of_records, robust_spread
 from hypothesis import given
 from hypothesis import strategies as st
-from motions import akt013, chi_chi, kobe
 
-from core.analysis import AnalysisSettings, analyse
+from core.analysis import AnalysisSettings
 from core.displacement import Motion
-from core.equivalent import EquivalentSegment, cycles, determined, equivalent_segments, regression, windows
+from core.equivalent import cycles, determined, equivalent_segments, regression, windows
 from core.paper import BUILDING, ISOLATOR
 from core.simulation import simulate
-
-LAW = {name: value for values in ISOLATOR.effects.values() for name, value in values.items()}
-MOTIONS = (akt013, kobe, chi_chi)
-SCALES = (0.05, 1.0, 4.0)
-"""Of 70 gal."""
-
-
-def describing_function(amplitude: float, frequency: float = 0.5, samples: int = 4000) -> tuple[float, float]:
-    """k_eq and c_eq of Table II's law under a sine, by its own differential equation (eq 22)."""
-    phase = 2 * np.pi * np.arange(4 * samples + 1) / samples
-    z, force = 0.0, np.zeros(phase.size)
-    steps = np.diff(amplitude * np.sin(phase)) / LAW["D_y"]
-    for i, step in enumerate(steps):
-        half = z + 0.5 * step * (1 - (LAW["gamma"] * np.sign(z * step) + LAW["beta"]) * abs(z))
-        z += step * (1 - (LAW["gamma"] * np.sign(half * step) + LAW["beta"]) * abs(half))
-        force[i + 1] = LAW["F_y"] * z
-    last, at = force[-samples:], phase[-samples:]
-    stiff, lossy = 2 * np.mean(last * np.sin(at)), 2 * np.mean(last * np.cos(at))
-    return LAW["k_b"] + stiff / amplitude, LAW["c_b"] + lossy / (amplitude * 2 * np.pi * frequency)
 
 
 @pytest.mark.parametrize(("amplitude", "published"), [(0.1, 904), (1, 834), (3, 682), (10, 521), (40, 481)])
@@ -46,39 +26,13 @@ def test_describing_function_of_table_ii(amplitude: float, published: float) -> 
     assert describing_function(amplitude / 1000)[0] / 1e6 == pytest.approx(published, abs=1.0)
 
 
-def errors(found: tuple[EquivalentSegment, ...], largest: float) -> np.ndarray:
-    """(cycles, 2, 2) relative errors of k_eq and c_eq of the cycles that count, and their standard deviations."""
-    grid = np.geomspace(1e-6, 0.5, 80)
-    k, c = np.array([describing_function(a, 1 / (2 * np.pi), 800) for a in grid]).T
-    counting = [s for s in found if s.amplitude >= 0.1 * largest]
-    a, ω = np.array([(s.amplitude, 2 * np.pi / (s.end - s.start)) for s in counting]).T
-    truth_k = np.interp(np.log(a), np.log(grid), k)
-    truth_c = LAW["c_b"] + np.interp(np.log(a), np.log(grid), c - LAW["c_b"]) / ω
-    truth = np.column_stack([truth_k, truth_c])
-    measured = np.array([(s.k_eq, s.c_eq) for s in counting])
-    return np.stack([measured / truth - 1, np.array([(s.k_eq_std, s.c_eq_std) for s in counting]) / truth], axis=1)
-
-
-def robust_spread(error: np.ndarray) -> np.ndarray:
-    return 1.4826 * np.median(np.abs(error - np.median(error, axis=0)), axis=0)
-
-
-def of_records(noise: float) -> np.ndarray:
-    """Errors over 18 records: three motions, 3.5 to 280 gal, two draws of the noise."""
-    found = []
-    for seed, (motion, scale) in enumerate(product(MOTIONS, SCALES * 2)):
-        result = analyse(segments(records(seed, noise, motion, scale)), paper(), AnalysisSettings())
-        found.append(errors(result.directions["x"].equivalent, np.abs(exact(motion, scale)[-1]).max()))
-    return np.concatenate(found)
-
-
 @pytest.mark.slow
 def test_cycles_of_the_papers_building_at_one_percent_noise() -> None:
     """Measured: k_eq bias −1.3 %, scatter 1.7 % (robust 0.45); c_eq −0.1 %, 9.1 % (3.3).
 
     ± 1.96 standard deviations cover 90 and 100 %: the rest is the estimator's own bias, which no residual shows.
     """
-    error, std = np.moveaxis(of_records(0.01), 1, 0)
+    error, std = np.moveaxis(errors_of_records(0.01, AnalysisSettings()), 1, 0)
     assert len(error) > 200
     assert (np.abs(error.mean(axis=0)) < [0.02, 0.05]).all()
     assert (error.std(axis=0) < [0.02, 0.10]).all()
@@ -88,7 +42,7 @@ def test_cycles_of_the_papers_building_at_one_percent_noise() -> None:
 @pytest.mark.slow
 def test_cycles_of_the_papers_building_at_ten_percent_noise() -> None:
     """Measured: k_eq bias −1.3 %, scatter 1.9 % (robust 0.85); c_eq 0.2 %, 16.4 % (7.3); covered are 92 and 100 %."""
-    error, std = np.moveaxis(of_records(0.1), 1, 0)
+    error, std = np.moveaxis(errors_of_records(0.1, AnalysisSettings()), 1, 0)
     assert len(error) > 200
     assert (np.abs(error.mean(axis=0)) < [0.02, 0.05]).all()
     assert (np.mean(np.abs(error) < 1.96 * std, axis=0) > 0.9).all()

@@ -13,6 +13,7 @@ from independent import LinearSuperstructure, moved
 from motions import RATE, akt013, chi_chi, delta, hector, kobe
 from scipy.linalg import eigh
 
+from core.analysis import AnalysisSettings
 from core.arrays import Matrix, Vector
 from core.building import storey_stiffness_matrix
 from core.conditioning import Samples, band_passed, without_baseline
@@ -24,8 +25,8 @@ MOTIONS: Mapping[str, Callable[[], Vector]] = MappingProxyType(
 )
 """Recorded ground motions, 70 gal, at rest before and after."""
 
-BAND = (0.1, 30.0)
-"""Hz, what the product passes to its estimators (core.analysis)."""
+BAND = AnalysisSettings().band
+"""Hz, what the product passes on to its estimators."""
 
 SENSORS = (FOURTH_STOREY, BUILDING.floor_mass.size - 1)
 """Floors with a sensor, besides the base slab."""
