@@ -5,15 +5,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from service.commands.described import described_by, levels_named
 from service.commands.in_force import settings_in_force
 
 if TYPE_CHECKING:
     from core.analysis import AnalysisSettings, EventAnalysis
     from core.description import BuildingDescription
-    from service.building_file import BuildingFile
     from service.event_files import EventFiles
 
-REFUSED, USAGE = 1, 2
+REFUSED = 1
 
 app = typer.Typer()
 
@@ -56,7 +56,7 @@ def analyse(
     from service.event_files import events
     from service.formats import FormatError
 
-    described = _described(building)
+    described = described_by(building)
     settings = _settings(estimator, sensors, described.description)
     try:
         found = events(files, described)
@@ -96,16 +96,6 @@ def _analysed(
     return result
 
 
-def _described(path: Path) -> "BuildingFile":
-    from service.building_file import BuildingFileError, read
-
-    try:
-        return read(path.read_text("utf-8"), path.resolve().parent)
-    except (BuildingFileError, UnicodeDecodeError) as error:
-        typer.echo(f"{path}:\n{error}", err=True)
-        raise typer.Exit(USAGE) from None
-
-
 def _settings(estimator: str | None, sensors: str | None, description: "BuildingDescription") -> "AnalysisSettings":
     """The service's own settings, so that both give the same results, with what was asked for in their place."""
     from core.analysis import AnalysisSettings
@@ -115,18 +105,8 @@ def _settings(estimator: str | None, sensors: str | None, description: "Building
     chosen = own.estimator if estimator is None else estimator
     if chosen not in ESTIMATORS:
         raise typer.BadParameter(f"no estimator {chosen!r}; there is {', '.join(ESTIMATORS)}", param_hint="--estimator")
-    levels = None if sensors is None else _levels(sensors, description)
+    levels = None if sensors is None else levels_named(sensors, description)
     return AnalysisSettings(estimator=chosen, sensors=levels, rate=own.rate, band=own.band)
-
-
-def _levels(sensors: str, description: "BuildingDescription") -> tuple[str, ...]:
-    """The names of levels given by name or role."""
-    from service.levels import LevelError, named
-
-    try:
-        return named((name.strip() for name in sensors.split(",")), description)
-    except LevelError as error:
-        raise typer.BadParameter(str(error), param_hint="--sensors") from None
 
 
 def _stamped(path: Path | None, stamp: str) -> Path | None:

@@ -1,0 +1,145 @@
+"""What do section 8's steps come to on a real building?"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from datetime import datetime
+
+import numpy as np
+
+from core import cms
+from core.analysis import AnalysisSettings, DirectionAnalysis, analyse
+from core.arrays import Matrix, Vector
+from core.description import BuildingDescription
+from core.errors import RecordError
+from core.estimator import InstrumentedSuperstructure
+from core.estimators import ESTIMATORS
+from core.instrumentation import instrumented_superstructure
+from core.preparation import prepared
+from core.record import Direction, Record
+from service.event_files import EventFiles
+from service.reproduction.simulated import MODAL, Tell, mass_normalised, modal_accelerations
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RealEvent:
+    """One earthquake, in one direction."""
+
+    start: datetime
+    """Of every history."""
+    rate: float
+    """Hz, of every history."""
+    pga: float | None
+    """m/s²."""
+    superstructure: InstrumentedSuperstructure
+    """What the estimators were given."""
+    by_estimator: Mapping[str, DirectionAnalysis]
+    modal: Matrix
+    """(MODAL or fewer, n) m/s² kg^(1/2), modal accelerations of the modes that CMS identified (eq 23)."""
+    truth: Vector | None
+    """(n,) N, F = -Σ m_i a_i; None unless every level was recorded."""
+
+    @property
+    def time(self) -> Vector:
+        """(n,) s."""
+        return np.arange(self.superstructure.base_acceleration.size) / self.rate
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RealBuilding:
+    """Section 8."""
+
+    description: BuildingDescription
+    direction: Direction
+    sensors: tuple[str, ...]
+    """Names of the levels that the estimators were given, the base slab first."""
+    events: tuple[RealEvent, ...]
+    """Earliest first; at least one."""
+    refused: tuple[str, ...]
+    """Which events could not be used, and why."""
+
+    @property
+    def strongest(self) -> RealEvent:
+        """The event with the largest acceleration of the base slab."""
+        return max(self.events, key=lambda event: float(np.abs(event.superstructure.base_acceleration).max()))
+
+    @property
+    def middle(self) -> int:
+        """Index among the floors of the one that stands where the paper has its fourth storey."""
+        return int(self.events[0].superstructure.measured[0])
+
+
+def papers_sensors(description: BuildingDescription, direction: Direction) -> tuple[str, ...]:
+    """The base slab, the instrumented floor next to the middle, and the topmost one, as the paper has them."""
+    accelerometers = {c.level for c in description.channels if (c.quantity, c.direction) == ("acceleration", direction)}
+    floors = [level.name for level in description.floors if level.name in accelerometers]
+    return tuple(dict.fromkeys([description.base.name, *floors[len(floors) // 2 : len(floors) // 2 + 1], *floors[-1:]]))
+
+
+def real(
+    events: Sequence[EventFiles],
+    description: BuildingDescription,
+    sensors: tuple[str, ...] | None,
+    settings: AnalysisSettings,
+    tell: Tell,
+) -> RealBuilding:
+    """Section 8 on a building's records, in the first direction in which its base slab is measured.
+
+    Args:
+        events: its records.
+        description: of it.
+        sensors: names of the levels to use; None for those of `papers_sensors`.
+        settings: rate and band.
+        tell: hears what is done.
+
+    Raises:
+        RecordError: no event can be used.
+    """
+    if not description.horizontal_directions:
+        raise RecordError("no horizontal acceleration of the base slab is described")
+    direction = description.horizontal_directions[0]
+    chosen = replace(settings, sensors=sensors or papers_sensors(description, direction))
+    usable, refused = [], []
+    for event in events:
+        tell(f"analysing the event of {event.start:%Y-%m-%d %H:%M:%S}")
+        found = _event(event, description, direction, chosen)
+        if isinstance(found, str):
+            refused.append(f"{event.start:%Y-%m-%d %H:%M:%S}: {found}")
+        else:
+            usable.append(found)
+    if not usable:
+        raise RecordError("; ".join(refused) or "the files hold no event")
+    return RealBuilding(description, direction, chosen.sensors or (), tuple(usable), tuple(refused))
+
+
+def _event(
+    event: EventFiles, description: BuildingDescription, direction: Direction, settings: AnalysisSettings
+) -> RealEvent | str:
+    """What was found, or why nothing was."""
+    analyses = {name: analyse(event.segments, description, replace(settings, estimator=name)) for name in ESTIMATORS}
+    first = analyses[cms.NAME]
+    by_estimator = {name: a.directions[direction] for name, a in analyses.items() if direction in a.directions}
+    record = prepared(event.segments, description, settings.rate).record
+    if record is None or len(by_estimator) < len(ESTIMATORS):
+        return first.refusal or f"nothing could be estimated in direction {direction}"
+    superstructure = instrumented_superstructure(record, description, direction, settings.sensors, settings.band)
+    identified = cms.shape_matrix(by_estimator[cms.NAME].restoring_force.modes[:MODAL], len(description.floors))
+    return RealEvent(
+        start=first.start,
+        rate=first.rate,
+        pga=first.pga,
+        superstructure=superstructure,
+        by_estimator=by_estimator,
+        modal=modal_accelerations(superstructure, mass_normalised(identified, description.floor_mass)),
+        truth=_inertia(record, description, direction, settings.band),
+    )
+
+
+def _inertia(
+    record: Record, description: BuildingDescription, direction: Direction, band: tuple[float, float]
+) -> Vector | None:
+    """F = -Σ m_i a_i where every level above the isolators was recorded."""
+    whole = instrumented_superstructure(record, description, direction, None, band)
+    if whole.measured.size < len(description.floors):
+        return None
+    force: Vector = -description.base_mass * whole.base_acceleration - description.floor_mass @ whole.floor_acceleration
+    return force

@@ -1,0 +1,116 @@
+"""Figures 18 to 24: the same steps on the user's building."""
+
+import numpy as np
+from altair import LayerChart
+
+from core import cms
+from core.fitting_rate import fitting_rate
+from service import charts
+from service.reproduction.drawing import (
+    FORCE,
+    Curve,
+    Figure,
+    estimates,
+    exact,
+    histories,
+    loops,
+    profiles,
+    strongest,
+)
+from service.reproduction.real import RealBuilding, RealEvent
+from service.reproduction.simulated import MODAL
+from service.reproduction.simulated_figures import GAL, KN, MM, ROOT_T, WINDOW
+
+
+def real_figures(found: RealBuilding) -> tuple[Figure, ...]:
+    """In the paper's order, histories of the strongest event; what needs a displacement only where there is one."""
+    event = found.strongest
+    figures = [_accelerations(found, event), _deformation(found, event), _shapes(found, event), _modal(found, event)]
+    figures += [_force(found, event), _loop(found, event), _equivalents(found)]
+    return tuple(figure for figure in figures if figure is not None)
+
+
+def _of(found: RealBuilding, event: RealEvent) -> str:
+    return f"{found.description.name}, {event.start:%Y-%m-%d %H:%M} UTC, direction {found.direction}"
+
+
+def _accelerations(found: RealBuilding, event: RealEvent) -> Figure:
+    structure = event.superstructure
+    rows = [structure.base_acceleration, *structure.floor_acceleration]
+    names = [found.description.base.name, *(found.description.floors[i].name for i in structure.measured)]
+    panels = [
+        histories(event.time, [Curve(name, GAL * samples)], "gal", title=f"level {name}", height=90)
+        for name, samples in zip(names[::-1], rows[::-1], strict=True)
+    ]
+    return Figure(18, "Acceleration response", f"{_of(found, event)}: absolute.", tuple(panels))
+
+
+def _deformation(found: RealBuilding, event: RealEvent) -> Figure | None:
+    displacement = event.by_estimator[cms.NAME].displacement
+    if displacement is None:
+        return None
+    caption = f"{_of(found, event)}: up to {MM * np.abs(displacement).max():.1f} mm."
+    picture = histories(event.time, [Curve("layer", MM * displacement)], "deformation (mm)")
+    return Figure(19, "Deformation of the isolation layer", caption, (picture,))
+
+
+def _shapes(found: RealBuilding, event: RealEvent) -> Figure | None:
+    levels = [found.description.base.name, *(level.name for level in found.description.floors)]
+    measured = (event.superstructure.measured + 1).tolist()
+    panels = [
+        profiles(levels, [Curve("expanded", np.append(0.0, mode.shape))], measured, f"mode {number}")
+        for number, mode in enumerate(event.by_estimator[cms.NAME].restoring_force.modes[:MODAL], start=1)
+    ]
+    caption = f"{_of(found, event)}: identified at the dots, by eq 21 elsewhere. Table IV has the numbers."
+    return Figure(20, "Expanded mode shapes", caption, tuple(panels)) if panels else None
+
+
+def _modal(found: RealBuilding, event: RealEvent) -> Figure | None:
+    unit = GAL * ROOT_T
+    panels = [
+        histories(event.time, [Curve("ξ", unit * series)], f"ξ{'₁₂'[number]}″ (gal √t)", title=f"mode {number + 1}")
+        for number, series in enumerate(event.modal)
+    ]
+    caption = f"{_of(found, event)}: eq 23, of mass-normalised shapes."
+    return Figure(21, "Acceleration in modal coordinates", caption, tuple(panels)) if panels else None
+
+
+def _force(found: RealBuilding, event: RealEvent) -> Figure:
+    forces = {name: KN * analysis.restoring_force.force for name, analysis in event.by_estimator.items()}
+    whole = histories(event.time, estimates(forces), FORCE, title="whole record")
+    window = strongest(event.by_estimator[cms.NAME].restoring_force.force, event.rate, WINDOW)
+    curves = estimates({name: force[window] for name, force in forces.items()})
+    known = [] if event.truth is None else [exact(KN * event.truth[window])]
+    panels = (whole, histories(event.time[window], [*known, *curves], FORCE, title=f"the strongest {WINDOW:g} s"))
+    caption = f"{_of(found, event)}: eq 10."
+    if event.truth is not None:
+        truth = KN * event.truth
+        fits = ", ".join(f"{name} {fitting_rate(truth, force):.1f} %" for name, force in forces.items())
+        caption += f" Exact is F = −Σ m_i a_i over all levels, of which the estimators saw some; fitting rate: {fits}."
+    return Figure(22, "Restoring force of the isolation layer", caption, tuple(panels))
+
+
+def _loop(found: RealBuilding, event: RealEvent) -> Figure | None:
+    displacement = event.by_estimator[cms.NAME].displacement
+    if displacement is None:
+        return None
+    forces = {name: KN * analysis.restoring_force.force for name, analysis in event.by_estimator.items()}
+    panels = [loops(MM * displacement, [curve], title=curve.name) for curve in estimates(forces)]
+    caption = f"{_of(found, event)}. As in the paper the layer has strong hysteresis."
+    return Figure(23, "Force against displacement", caption, tuple(panels))
+
+
+def _equivalents(found: RealBuilding) -> Figure | None:
+    panels: list[LayerChart] = []
+    for name in found.strongest.by_estimator:
+        analyses = {event.start: event.by_estimator.get(name) for event in found.events}
+        cycles = {start: analysis.equivalent for start, analysis in analyses.items() if analysis is not None}
+        if any(cycles.values()):
+            panels.append(charts.equivalent_stiffness(cycles, f"equivalent stiffness, {name}"))
+            panels.append(charts.equivalent_damping(cycles, f"equivalent damping, {name}"))
+    caption = (
+        f"{found.description.name}, direction {found.direction}, every cycle of every event; bars are ± 1 standard "
+        "deviation. As in the paper both fall with amplitude, and stiffness is the more stable of the two."
+    )
+    title = "Equivalent stiffness and damping coefficient"
+    return Figure(24, title, caption, tuple(panels)) if panels else None

@@ -1,0 +1,157 @@
+"""What does section 7 come to on the paper's building: what is exact, and what each estimator makes of the sensors?"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from core import cms
+from core.arrays import Matrix, Vector
+from core.building import fixed_base_modes
+from core.estimator import InstrumentedSuperstructure, RestoringForce
+from core.estimators import ESTIMATORS
+from core.expansion import modal_acceleration
+from core.paper import BUILDING, FOURTH_STOREY, ISOLATOR, RATE
+from core.simulation import Response, simulate
+from service.reproduction.ground import Ground
+from service.reproduction.published import MASS_SCALE, SCATTERED_MASS
+
+ROOF = BUILDING.floor_mass.size - 1
+MEASURED = np.array([FOURTH_STOREY, ROOF])
+LEVELS = ("1F", "2F", "3F", "4F", "5F", "6F", "7F", "RF")
+"""Of the paper's building, the base slab first."""
+LOW, HIGH = 0.01, 0.10
+"""Standard deviation of the noise, of each channel's RMS."""
+MODAL = 2
+"""Modes whose accelerations the paper shows (Figures 10 and 11)."""
+KG_PER_T = 1e3
+
+Forces = Mapping[str, RestoringForce]
+"""By the estimator's name."""
+Tell = Callable[[str], None]
+"""Called with what is about to be done."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NoisyCase:
+    """What comes out of sensors with noise."""
+
+    record: InstrumentedSuperstructure
+    forces: Forces
+    shapes: Matrix
+    """(floors, MODAL or fewer) kg^(-1/2), of the modes that CMS identified, expanded and mass-normalised."""
+    modal: Matrix
+    """(MODAL or fewer, n) m/s² kg^(1/2), accelerations of these modes (eq 23)."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Simulated:
+    """Section 7."""
+
+    ground: Ground
+    response: Response
+    shapes: Matrix
+    """(floors, modes) kg^(-1/2), analytic."""
+    modal: Matrix
+    """(modes, n) m/s² kg^(1/2), exact."""
+    cases: Mapping[float, NoisyCase]
+    """By noise, LOW and HIGH, on all channels."""
+    quiet_base: Forces
+    """Noise HIGH on the fourth storey and the roof only."""
+    by_modes: Mapping[int, Vector]
+    """(n,) N at noise LOW from the first one, two, three modes that CMS identified; fewer where it found fewer."""
+    light: Forces
+    """Noise LOW, all masses taken for MASS_SCALE times theirs."""
+    scattered: Forces
+    """Noise LOW, the masses taken for those of Figure 16."""
+
+    @property
+    def time(self) -> Vector:
+        """(n,) s."""
+        return np.arange(self.response.force.size) / RATE
+
+
+def simulated(ground: Ground, seed: int, tell: Tell) -> Simulated:
+    """Section 7 under a ground motion.
+
+    Args:
+        ground: the motion.
+        seed: of the noise; one draw, scaled to each level.
+        tell: hears what is done.
+
+    Raises:
+        CoreError: the motion cannot be used.
+    """
+    tell("simulating the paper's building")
+    response = simulate(BUILDING, ISOLATOR, ground.acceleration, RATE)
+    shapes = fixed_base_modes(BUILDING).shape
+    draw = np.random.default_rng(seed).standard_normal((1 + MEASURED.size, response.force.size))
+    cases = {}
+    for noise in (LOW, HIGH):
+        tell(f"estimating the force with {noise:.0%} noise")
+        cases[noise] = _case(_measured(response, noise * draw))
+    tell("estimating the force with noise above the base slab only")
+    quiet_base = _forces(_measured(response, HIGH * draw * np.array([[0.0], [1.0], [1.0]])))
+    low = cases[LOW]
+    tell("estimating the force with other masses")
+    return Simulated(
+        ground=ground,
+        response=response,
+        shapes=shapes,
+        modal=np.asarray(np.linalg.solve(shapes, response.floor_acceleration - response.base_acceleration)),
+        cases=cases,
+        quiet_base=quiet_base,
+        by_modes=_by_modes(low),
+        light=_forces(
+            replace(low.record, base_mass=MASS_SCALE * BUILDING.base_mass, floor_mass=MASS_SCALE * BUILDING.floor_mass)
+        ),
+        scattered=_forces(_with_masses(low.record, KG_PER_T * np.array(SCATTERED_MASS))),
+    )
+
+
+def scattered_total() -> float:
+    """Total mass of Figure 16 over the building's."""
+    return KG_PER_T * sum(SCATTERED_MASS) / BUILDING.total_mass
+
+
+def mass_normalised(shapes: Matrix, floor_mass: Vector) -> Matrix:
+    """(floors, modes) kg^(-1/2): φᵀ M φ = 1 for each, as the paper normalises them (eq 3)."""
+    return shapes / np.sqrt(floor_mass @ shapes**2)
+
+
+def modal_accelerations(superstructure: InstrumentedSuperstructure, shapes: Matrix) -> Matrix:
+    """(modes, n) of the motion relative to the base slab (eq 23)."""
+    relative = superstructure.floor_acceleration - superstructure.base_acceleration
+    return modal_acceleration(shapes, superstructure.measured, relative)
+
+
+def _measured(response: Response, relative_noise: Matrix) -> InstrumentedSuperstructure:
+    """What the sensors tell: (1 + measured, n) noise is in parts of each channel's RMS."""
+    exact = np.vstack([response.base_acceleration, response.floor_acceleration[MEASURED]])
+    noisy = exact + relative_noise * np.sqrt(np.mean(exact**2, axis=1, keepdims=True))
+    return InstrumentedSuperstructure(RATE, noisy[0], noisy[1:], MEASURED, BUILDING.base_mass, BUILDING.floor_mass)
+
+
+def _case(record: InstrumentedSuperstructure) -> NoisyCase:
+    forces = _forces(record)
+    identified = cms.shape_matrix(forces[cms.NAME].modes[:MODAL], BUILDING.floor_mass.size)
+    shapes = mass_normalised(identified, BUILDING.floor_mass)
+    return NoisyCase(record, forces, shapes, modal_accelerations(record, shapes))
+
+
+def _forces(record: InstrumentedSuperstructure) -> Forces:
+    return {name: estimate(record) for name, estimate in ESTIMATORS.items()}
+
+
+def _by_modes(case: NoisyCase) -> Mapping[int, Vector]:
+    modes = case.forces[cms.NAME].modes
+    floors = case.record.floor_mass.size
+    return {
+        count: cms.force_of_shapes(case.record, cms.shape_matrix(modes[:count], floors), modes[:count]).force
+        for count in range(1, 4)
+        if count <= len(modes)
+    }
+
+
+def _with_masses(record: InstrumentedSuperstructure, from_the_roof: Vector) -> InstrumentedSuperstructure:
+    return replace(record, base_mass=float(from_the_roof[-1]), floor_mass=from_the_roof[-2::-1].copy())

@@ -1,0 +1,114 @@
+"""Section 7's numbers: the paper's beside ours."""
+
+from collections.abc import Iterator, Mapping
+
+from core import cms
+from core.arrays import Vector
+from core.building import fixed_base_modes
+from core.fitting_rate import fitting_rate
+from core.paper import BUILDING, FOURTH_STOREY, ISOLATOR, PEAK
+from service.reproduction import published
+from service.reproduction.simulated import HIGH, LOW, MODAL, ROOF, Forces, Simulated, scattered_total
+from service.reproduction.table import NONE, Table, by_estimator, ours
+
+ALPHA = "0.0029"
+"""Table II."""
+
+
+def simulated_tables(found: Simulated) -> tuple[Table, ...]:
+    """Tables I to III, and every fitting rate of the figures."""
+    return (_modal_information(), _parameters(), _shapes(found), _fits(found))
+
+
+def _modal_information() -> Table:
+    modes = fixed_base_modes(BUILDING)
+    rows = (
+        (str(number), f"{f:.2f}", f"{modes.frequency[number - 1]:.2f}", f"{ζ:.2f}", f"{percent:.2f}")
+        for number, f, ζ, percent in zip(
+            range(1, 6), published.FREQUENCIES, published.DAMPING_RATIOS, 100 * modes.damping_ratio[:5], strict=True
+        )
+    )
+    return Table(
+        "Table I. Modal information of the superstructure",
+        ("mode", "paper (Hz)", "ours (Hz)", "paper, damping (%)", "ours, damping (%)"),
+        tuple(rows),
+        note="The values of Figure 5 are lost: ours is a structure with the paper's total mass that meets this table.",
+    )
+
+
+def _parameters() -> Table:
+    elastic, viscous, hysteretic = (ISOLATOR.effects[name] for name in ("elastic", "viscous", "bouc_wen"))
+    rows = (
+        ("k_b (kN/m)", "475 000", f"{elastic['k_b'] / 1e3:,.0f}".replace(",", " ")),
+        ("c_b (kN s/m)", "6000", f"{viscous['c_b'] / 1e3:.0f}"),
+        ("α (s)", ALPHA, f"{BUILDING.damping_coefficient:.4f}"),
+        ("β", "0.6", f"{hysteretic['beta']:g}"),
+        ("γ", "0.4", f"{hysteretic['gamma']:g}"),
+        ("n", "1", f"{hysteretic['n']:g}"),
+        ("D_y (mm)", "1.5", f"{1e3 * hysteretic['D_y']:g}"),
+        ("F_y (kN)", "655.4", f"{hysteretic['F_y'] / 1e3:.1f}"),
+        ("A", NONE, f"{hysteretic['A']:g}"),
+        ("largest ground acceleration (gal), Figure 6", "70.13", f"{100 * PEAK:.2f}"),
+    )
+    note = "Given, not found. The paper does not print A. Its ground motion is not to be had: see below."
+    return Table("Table II. Parameter values", ("parameter", "paper", "ours"), rows, note=note)
+
+
+def _shapes(found: Simulated) -> Table:
+    exact = found.shapes[FOURTH_STOREY] / found.shapes[ROOF]
+    rows = (
+        (
+            f"mode {mode + 1}, {noise:.0%} noise",
+            f"{published.SHAPES[noise][mode]:.4f}",
+            f"{exact[mode]:.4f}",
+            *by_estimator(
+                {
+                    name: f"{force.modes[mode].shape[FOURTH_STOREY]:.4f}"
+                    for name, force in case.forces.items()
+                    if mode < len(force.modes)
+                }
+            ),
+        )
+        for noise, case in found.cases.items()
+        for mode in range(MODAL)
+    )
+    title = "Table III. Identified mode shapes of the superstructure: fourth storey, the roof being 1"
+    return Table(title, ("", "paper", "analytic", *ours()), tuple(rows))
+
+
+def _fits(found: Simulated) -> Table:
+    title = "Fitting rates (%), 100 (1 - ‖y - ŷ‖ / ‖y - mean(y)‖) over the whole record"
+    return Table(title, ("figure", "", "paper", *ours()), tuple(_fit_rows(found)), numbers_from=2)
+
+
+def _fit_rows(found: Simulated) -> Iterator[tuple[str, ...]]:
+    for figure, mode, paper in (("10", 0, published.FIRST_MODAL_FIT), ("11", 1, published.SECOND_MODAL_FIT)):
+        for part, noise in zip("ab", (LOW, HIGH), strict=True):
+            what = f"acceleration of mode {mode + 1}, {noise:.0%} noise"
+            modal = found.cases[noise].modal
+            fit = NONE if mode >= len(modal) else _rate(found.modal[mode], modal[mode])
+            yield f"{figure}{part}", what, f"{paper[noise]:.1f}", *by_estimator({cms.NAME: fit})
+    truth = found.response.force
+    for part, noise in zip("ab", (LOW, HIGH), strict=True):
+        fits = _rates(truth, found.cases[noise].forces)
+        yield f"12{part}", f"restoring force, {noise:.0%} noise", f"{published.FORCE_FIT[noise]:.1f}", *fits
+    above = f"the same, {HIGH:.0%} noise above the base slab only"
+    yield "12b", above, f"{published.FORCE_FIT[HIGH]:.1f}", *_rates(truth, found.quiet_base)
+    for count, force in found.by_modes.items():
+        modes = f"restoring force, 1% noise, {count} mode" + "s" * (count > 1)
+        yield "14", modes, NONE, *by_estimator({cms.NAME: _rate(truth, force)})
+    scale = published.MASS_SCALE
+    yield "15", f"restoring force, 1% noise, all masses × {scale:g}", NONE, *_rates(truth, found.light)
+    yield "15", f"the same, divided by {scale:g}", NONE, *_rates(truth, found.light, scale)
+    drawn = "restoring force, 1% noise, the masses of Figure 16"
+    yield "16", drawn, f"{published.SCATTERED_FIT:.2f}", *_rates(truth, found.scattered)
+    yield "16", "the same, scaled to the right total mass", NONE, *_rates(truth, found.scattered, scattered_total())
+
+
+def _rates(truth: Vector, forces: Forces, scale: float = 1.0) -> tuple[str, ...]:
+    rates: Mapping[str, str] = {name: _rate(truth, force.force / scale) for name, force in forces.items()}
+    return by_estimator(rates)
+
+
+def _rate(truth: Vector, estimate: Vector) -> str:
+    return f"{fitting_rate(truth, estimate):.1f}"
