@@ -10,13 +10,13 @@ from core.arrays import Vector
 from core.conditioning import band_passed
 from core.consistency import disagreements
 from core.description import BuildingDescription
-from core.displacement import Motion
 from core.equivalent import EquivalentSegment, cycles, determined, equivalent_segments
 from core.errors import CoreError, ModelError
 from core.estimator import RestoringForce
 from core.estimators import ESTIMATORS
 from core.instrumentation import instrumented_superstructure
 from core.layer import layer_motion
+from core.motion import MeasuredMotion
 from core.preparation import prepared
 from core.quality import Finding
 from core.record import Direction, Record, Segment
@@ -48,11 +48,19 @@ class DirectionAnalysis:
     """What was found in one horizontal direction."""
 
     restoring_force: RestoringForce
-    displacement: Vector | None
-    """(n,) m, of the isolation layer; None where nothing measures it."""
-    velocity: Vector | None
-    """(n,) m/s, of the isolation layer."""
+    motion: MeasuredMotion | None
+    """Of the isolation layer; None where nothing measures it."""
     equivalent: tuple[EquivalentSegment, ...]
+
+    @property
+    def displacement(self) -> Vector | None:
+        """(n,) m, of the isolation layer."""
+        return None if self.motion is None else self.motion.displacement
+
+    @property
+    def velocity(self) -> Vector | None:
+        """(n,) m/s, of the isolation layer."""
+        return None if self.motion is None else self.motion.velocity
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -125,15 +133,15 @@ def _direction(
         raise ModelError(f"no estimator is called {settings.estimator!r}; there are {sorted(ESTIMATORS)}")
     superstructure = instrumented_superstructure(record, description, direction, settings.sensors, settings.band)
     force = ESTIMATORS[settings.estimator](superstructure)
-    motion, findings = layer_motion(record, description, direction, settings.band)
+    motion, findings = layer_motion(record, description, direction)
     if motion is None:
-        return DirectionAnalysis(force, None, None, ()), findings
+        return DirectionAnalysis(force, None, ()), findings
     equivalent = _equivalent(force.force, motion, record.rate, description, settings)
-    return DirectionAnalysis(force, motion.displacement, motion.velocity, equivalent), findings
+    return DirectionAnalysis(force, motion, equivalent), findings
 
 
 def _equivalent(
-    force: Vector, motion: Motion, rate: float, description: BuildingDescription, settings: AnalysisSettings
+    force: Vector, motion: MeasuredMotion, rate: float, description: BuildingDescription, settings: AnalysisSettings
 ) -> tuple[EquivalentSegment, ...]:
     """Of every cycle that determines them.
 

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 
 from core.arrays import Matrix, Vector
-from core.displacement import Motion
+from core.motion import Motion
 
 Span = tuple[int, int]
 """First sample of a segment, and one past its last."""

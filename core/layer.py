@@ -1,62 +1,81 @@
 """What do the sensors of a record say about the isolation layer's motion?"""
 
-from dataclasses import replace
-
 import numpy as np
 
 from core.arrays import Vector
-from core.conditioning import band_passed
 from core.description import BuildingDescription
-from core.displacement import Motion, fuse, integrate
+from core.displacement import differentiate, fuse
+from core.integration import integrate
+from core.motion import MeasuredMotion
 from core.noise import noise_std
 from core.quality import Finding
 from core.record import Direction, Record
 
+Findings = tuple[Finding, ...]
+
 
 def layer_motion(
-    record: Record, description: BuildingDescription, direction: Direction, band: tuple[float, float]
-) -> tuple[Motion | None, tuple[Finding, ...]]:
+    record: Record, description: BuildingDescription, direction: Direction
+) -> tuple[MeasuredMotion | None, Findings]:
     """Motion of the layer from whatever measured it, None if nothing did; and what its user should know.
 
-    The displacement is not high-passed where a transducer measured it, so that the layer's residual offset stays.
+    Where a transducer measured it the layer's residual offset stays; an integral is good only above a frequency that
+    its band tells.
 
     Args:
-        record: complete channels about their position at rest.
+        record: complete channels about their position at rest, one for each level, quantity and direction.
         description: of the building.
         direction: horizontal.
-        band: Hz; below it accelerations are not integrated, outside it a displacement alone is not differentiated.
     """
     base, ground = description.base.name, description.ground.name
     displacement = record.find(base, "displacement", direction)
     above, below = record.find(base, "acceleration", direction), record.find(ground, "acceleration", direction)
-    if above is not None and below is not None:
-        relative = above - below
-        if displacement is not None:
-            return _fused(displacement, relative, record.rate), ()
-        noise = float(noise_std(relative[None, :], record.rate)[0])
-        motion = integrate(relative, record.rate, band[0], acceleration_noise=noise)
-        return motion, (_integrated(direction, band[0]),)
+    relative = None if above is None or below is None else above - below
+    return motion_from(displacement, relative, record.rate, f"direction {direction}")
+
+
+def motion_from(
+    displacement: Vector | None, relative_acceleration: Vector | None, rate: float, name: str
+) -> tuple[MeasuredMotion | None, Findings]:
+    """Motion from a transducer's history, from the acceleration above the layer less that below, or from both.
+
+    Args:
+        displacement: (n,) m, or rad.
+        relative_acceleration: (n,) m/s², or rad/s².
+        rate: Hz.
+        name: of what moves, for messages.
+    """
     if displacement is not None:
-        return _differentiated(displacement, record.rate, band), ()
-    message = f"direction {direction}: neither displacement nor ground acceleration; no motion of the layer"
-    return None, (Finding("displacement", "warning", message),)
+        return _measured(displacement, relative_acceleration, rate, name)
+    if relative_acceleration is not None:
+        return _integrated(relative_acceleration, rate, name)
+    return None, (_warning(f"{name}: neither displacement nor ground acceleration; no motion of the layer"),)
 
 
-def _fused(displacement: Vector, relative: Vector, rate: float) -> Motion:
-    noise = noise_std(np.array([displacement, relative]), rate)
-    return fuse(displacement, relative, rate, displacement_noise=float(noise[0]), acceleration_noise=float(noise[1]))
+def _measured(
+    displacement: Vector, relative: Vector | None, rate: float, name: str
+) -> tuple[MeasuredMotion | None, Findings]:
+    if relative is not None:
+        noise = noise_std(np.array([displacement, relative]), rate)
+        own, other = float(noise[0]), float(noise[1])
+        return fuse(displacement, relative, rate, displacement_noise=own, acceleration_noise=other), ()
+    motion = differentiate(displacement, rate, displacement_noise=float(noise_std(displacement[None, :], rate)[0]))
+    if motion is None:
+        return None, (_warning(f"{name}: the displacement nowhere stands above its noise; no motion of the layer"),)
+    return motion, ()
 
 
-def _differentiated(displacement: Vector, rate: float, band: tuple[float, float]) -> Motion:
-    """Motion from the transducer alone: a vanishing noise gives the accelerations no weight."""
-    smooth = band_passed(displacement, rate, band)
-    motion = fuse(smooth, np.zeros_like(smooth), rate, displacement_noise=0.0, acceleration_noise=1.0)
-    return replace(motion, noise=float(noise_std(displacement[None, :], rate)[0]))
-
-
-def _integrated(direction: Direction, lowest: float) -> Finding:
+def _integrated(relative: Vector, rate: float, name: str) -> tuple[MeasuredMotion | None, Findings]:
+    motion = integrate(relative, rate, acceleration_noise=float(noise_std(relative[None, :], rate)[0]))
+    if motion is None:
+        message = f"{name}: no displacement was measured, and the accelerations nowhere stand above their noise"
+        return None, (_warning(f"{message}; no motion of the layer"),)
     message = (
-        f"direction {direction}: no displacement was measured; it was integrated from the accelerations above "
-        f"{lowest:g} Hz, without the layer's residual offset"
+        f"{name}: no displacement was measured; it was integrated from the accelerations and is good above "
+        f"{motion.band[0]:.2g} Hz, without the layer's residual offset"
     )
-    return Finding("displacement", "note", message)
+    return motion, (Finding("displacement", "note", message, None, motion.band[0]),)
+
+
+def _warning(message: str) -> Finding:
+    return Finding("displacement", "warning", message)

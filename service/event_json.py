@@ -10,6 +10,7 @@ import numpy as np
 from core.analysis import AnalysisSettings, DirectionAnalysis, EventAnalysis
 from core.description import BuildingDescription
 from core.estimator import Mode
+from core.motion import MeasuredMotion
 from service.version import VERSION
 
 REASONS: Mapping[str, str] = {
@@ -19,6 +20,8 @@ REASONS: Mapping[str, str] = {
     "pga": "no horizontal acceleration of the ground was measured",
     "refusal": "the event was not refused",
     "sensors": "every instrumented level was used",
+    "motion": "no channel measures the displacement of the isolation layer",
+    "residual": "no transducer measures the displacement, and an integral of accelerations knows no residual",
     "channel": "the finding is of no single channel",
     "value": "the finding has no number",
 }
@@ -53,7 +56,18 @@ def _direction(found: DirectionAnalysis, description: BuildingDescription) -> di
             "peak": float(np.abs(force.force).max()),
             "std": float(np.sqrt(np.mean(force.std**2))),
         },
+        "motion": None if found.motion is None else _motion(found.motion),
         "equivalent": [asdict(segment) for segment in found.equivalent],
+    }
+
+
+def _motion(motion: MeasuredMotion) -> dict[str, Any]:
+    peak, std = motion.peak
+    return {
+        "peak": peak,
+        "peak_std": std,
+        "band": motion.band,
+        "residual": None if motion.residual is None else asdict(motion.residual),
     }
 
 

@@ -14,8 +14,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from core.analysis import AnalysisSettings
-from core.displacement import Motion
 from core.equivalent import cycles, determined, equivalent_segments, regression, windows
+from core.motion import Motion
 from core.paper import BUILDING, ISOLATOR
 from core.simulation import simulate
 

@@ -8,6 +8,7 @@ from building_files import FOLDER, SMALL
 from core.analysis import AnalysisSettings, DirectionAnalysis, EventAnalysis
 from core.equivalent import EquivalentSegment
 from core.estimator import Mode, RestoringForce
+from core.motion import MeasuredMotion
 from core.quality import Finding
 from service.building_file import read
 from service.event_json import as_json
@@ -27,8 +28,14 @@ def analysed() -> EventAnalysis:
     )
     found = DirectionAnalysis(
         restoring_force=force,
-        displacement=np.zeros(3),
-        velocity=np.zeros(3),
+        motion=MeasuredMotion(
+            displacement=np.array([0.0, -0.03, 0.02]),
+            velocity=np.zeros(3),
+            displacement_std=np.array([1e-3, 2e-3, 1e-3]),
+            velocity_std=np.zeros(3),
+            band=(0.12, 50.0),
+            noise=1e-3,
+        ),
         equivalent=(
             EquivalentSegment(1.0, 3.0, 0.02, 0.1, 5e6, 1e5, 2e5, 1e4),
             EquivalentSegment(3.0, 5.0, 0.01, 0.05, 5e6, 1e5, NAN, NAN),
@@ -57,6 +64,7 @@ def test_the_document_has_what_the_command_promises() -> None:
         "shape": {"2F": 0.4, "roof": 1.0},
     }
     assert x["restoring_force"] == {"estimator": "cms", "peak": 3e6, "std": np.sqrt((9e8 + 16e8) / 3)}
+    assert x["motion"] == {"peak": 0.03, "peak_std": 2e-3, "band": [0.12, 50.0], "residual": None}
     first = {"start": 1.0, "end": 3.0, "amplitude": 0.02, "shear_strain": 0.1}
     assert x["equivalent"][0] == first | {"k_eq": 5e6, "k_eq_std": 1e5, "c_eq": 2e5, "c_eq_std": 1e4}
     assert document["quality"][0]["kind"] == "offset"
@@ -70,6 +78,7 @@ def test_what_is_missing_is_null_with_its_reason() -> None:
     assert missing["directions.x.equivalent[1].c_eq"] == "the record does not determine it"
     assert missing["directions.x.equivalent[1].c_eq_std"] == "the record does not determine it"
     assert missing["directions.x.superstructure.modes[0].damping_ratio_std"] == "the estimator gives none"
+    assert "no transducer" in missing["directions.x.motion.residual"]
     assert missing["pga"] == "no horizontal acceleration of the ground was measured"
     assert "directions.x.equivalent[0].c_eq" not in missing
 

@@ -1,0 +1,49 @@
+"""How did the isolation layer move, and how well is that known?"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.arrays import Vector
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Motion:
+    """Motion of the isolation layer: of the base slab relative to the ground; of a torsion in rad and rad/s."""
+
+    displacement: Vector
+    """(n,) m."""
+    velocity: Vector
+    """(n,) m/s."""
+
+
+@dataclass(frozen=True, slots=True)
+class ResidualDisplacement:
+    """How far from its first position at rest the layer came to rest."""
+
+    value: float
+    """m, mean of the record's end less mean of its start."""
+    std: float
+    """m, standard deviation: of the noise, and of the rest that was not yet reached."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MeasuredMotion(Motion):
+    """A motion as sensors tell it."""
+
+    displacement_std: Vector
+    """(n,) m, standard deviation of the displacement."""
+    velocity_std: Vector
+    """(n,) m/s, standard deviation of the velocity."""
+    band: tuple[float, float]
+    """Hz, for which the motion is good; from 0 where a transducer measured it."""
+    noise: float
+    """m, standard deviation of the displacement's noise alone, without what the sensors could not follow."""
+    residual: ResidualDisplacement | None = None
+    """None where no transducer measured it: an integral knows none."""
+
+    @property
+    def peak(self) -> tuple[float, float]:
+        """m, largest absolute displacement, and its standard deviation."""
+        at = int(np.argmax(np.abs(self.displacement)))
+        return float(abs(self.displacement[at])), float(self.displacement_std[at])
