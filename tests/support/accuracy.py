@@ -90,7 +90,12 @@ def agreement(force: Vector, found: RestoringForce) -> Agreement:
     return Agreement(fitting_rate(force, found.force), float(covered.mean()), float(covered[start:end].mean()))
 
 
+def long_enough(samples: Vector) -> bool:
+    """Whether the product filters a record of this length: two periods of the lowest frequency (core.conditioning)."""
+    return samples.size > 2 * RATE / BAND[0]
+
+
 def _filtered(estimator: Estimator, channels: Matrix, force: Vector) -> Agreement | None:
-    if force.size <= 2 * RATE / BAND[0]:  # core.conditioning refuses less than two periods of the lowest frequency
+    if not long_enough(force):
         return None
     return agreement(conditioned(force), estimator(instrumented(conditioned(channels))))
