@@ -6,10 +6,11 @@ from scipy import linalg
 from core.arrays import Matrix, Vector
 from core.errors import IdentificationError, ModelError, RecordError
 from core.estimator import InstrumentedSuperstructure, Mode, RestoringForce
-from core.expansion import assumed_stiffness, expanded, modal_acceleration
+from core.expansion import assumed_stiffness, expanded, modal_acceleration, static_shapes
 from core.identification import Identification, IdentifiedMode, identified_modes
 from core.modal import real_shape
 from core.noise import noise_std
+from core.refinement import Refinement, refined
 from core.substructure import modal_force, rigid_force
 
 NAME = "cms"
@@ -34,24 +35,32 @@ def estimate(superstructure: InstrumentedSuperstructure) -> RestoringForce:
 
 
 def fixed_base_modes(superstructure: InstrumentedSuperstructure, identification: Identification) -> tuple[Mode, ...]:
-    """The superstructure's identified modes, expanded to all floors; none if the record holds none."""
+    """The superstructure's identified modes, refined and expanded to all floors; none if the record holds none."""
+    measured = superstructure.base_acceleration, superstructure.floor_acceleration, superstructure.rate
     try:
-        found = identified_modes(
-            superstructure.base_acceleration, superstructure.floor_acceleration, superstructure.rate, identification
-        )
+        found = identified_modes(*measured, identification)
     except IdentificationError:
         return ()
-    return tuple(_at_all_floors(mode, superstructure) for mode in found)
+    refinement = refined(found, *measured, identification)
+    return at_all_floors(refinement, superstructure)
 
 
-def _at_all_floors(found: IdentifiedMode, superstructure: InstrumentedSuperstructure) -> Mode:
-    at_sensors = real_shape(found.shape)
+def at_all_floors(refinement: Refinement, superstructure: InstrumentedSuperstructure) -> tuple[Mode, ...]:
+    """The modes with their shapes expanded from the sensors to all floors (eq 21)."""
+    expansion = static_shapes(_stiffness(superstructure), superstructure.measured)
+    return tuple(_at_all_floors(mode, refinement.misfit, expansion) for mode in refinement.modes)
+
+
+def _at_all_floors(found: IdentifiedMode, misfit: float, expansion: Matrix) -> Mode:
+    covariance = found.shape_covariance
     return Mode(
         frequency=found.frequency,
         damping_ratio=found.damping_ratio,
-        shape=expanded(at_sensors[:, None], _stiffness(superstructure), superstructure.measured)[:, 0],
+        shape=expansion @ real_shape(found.shape),
         frequency_std=None if found.deviation is None else found.deviation.frequency,
         damping_ratio_std=None if found.deviation is None else found.deviation.damping_ratio,
+        shape_std=None if covariance is None else np.sqrt(np.sum((expansion @ covariance) * expansion, axis=1)),
+        misfit=misfit,
     )
 
 

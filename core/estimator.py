@@ -38,6 +38,11 @@ class Mode:
     frequency_std: float | None = None
     """Hz."""
     damping_ratio_std: float | None = None
+    shape_std: Vector | None = None
+    """(floors,) at floors without a sensor that of the measured ones carried through the expansion."""
+    misfit: float | None = None
+    """Chi-square per degree of freedom of the fit that allows for noise in every channel; 1 where noise explains all
+    it leaves. Where there is no shape_std the fit was of no use, and the values are those of the subspace."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

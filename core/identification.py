@@ -37,6 +37,8 @@ class IdentifiedMode:
     shape: ComplexVector
     """(measured,) relative to the base slab, of any length and phase."""
     deviation: ModalDeviation | None
+    shape_covariance: Matrix | None = None
+    """(measured, measured) of the real shape, 1 at the highest measured floor; None where it is not known."""
 
 
 def identified_modes(

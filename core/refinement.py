@@ -1,0 +1,143 @@
+"""The identified modes made most likely, with noise in the input and in the outputs allowed for."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import optimize
+
+from core.arrays import Matrix, Vector
+from core.errors_in_variables import Fit, Lines, fit
+from core.identification import Identification, IdentifiedMode
+from core.missing_modes import with_missing_modes
+from core.modal import modal_assurance
+from core.modal_transfer import RESIDUAL_TERMS, ModalTransfer, fitted_coefficients
+from core.modal_uncertainty import ModalDeviation
+from core.noise import noise_density
+
+LOWEST = 0.2
+"""Hz, of the lines that are used: below it sensors drift."""
+LOWEST_MODE = 0.5
+"""Hz, from which modes are looked for that the subspace did not show."""
+SAME_FREQUENCY = 0.1
+"""Relative distance up to which a refined mode is the one that was to be refined."""
+SAME_SHAPE = 0.8
+"""Modal assurance criterion from which on it is."""
+LARGEST_MISFIT = 4.0
+"""Errors of twice the noise. Beyond it is not noise that keeps the model from the record, and there is no telling
+which of the channels holds what keeps it."""
+LARGEST_RATIO = 0.2
+"""More damping than that is no mode of a superstructure."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Refinement:
+    """Modes with noise in every channel allowed for, and how far that went."""
+
+    modes: tuple[IdentifiedMode, ...]
+    """As many as were given; those with a shape covariance are refined, the others stand as they were."""
+    misfit: float
+    """Chi-square per degree of freedom of the fit, 1 where noise explains all it leaves.
+
+    Where it is above 1 the standard deviations were made larger by its root; above LARGEST_MISFIT nothing is refined.
+    """
+
+
+def refined(
+    modes: Sequence[IdentifiedMode],
+    base_acceleration: Vector,
+    floor_acceleration: Matrix,
+    rate: float,
+    identification: Identification,
+) -> Refinement:
+    """The modes that are most likely when the base slab's record is as noisy as the floors'.
+
+    Args:
+        modes: as identified, at least one: where to start.
+        base_acceleration: (n,) m/s², absolute.
+        floor_acceleration: (measured, n) m/s², absolute.
+        rate: Hz.
+        identification: the choices that the modes were identified with.
+
+    Raises:
+        RecordError: the record is shorter than 10 s.
+    """
+    highest = identification.stability.highest_frequency * min(rate, identification.rate)
+    lines = spectral_lines(base_acceleration, floor_acceleration, rate, highest)
+    found = fit(_start(modes, lines), lines)
+    found = with_missing_modes(found, lines, 2 * np.pi * LOWEST_MODE)
+    if not found.converged or found.misfit > LARGEST_MISFIT:
+        return Refinement(tuple(modes), found.misfit)
+    return Refinement(
+        _replaced(modes, [_mode(found, i) for i in range(found.transfer.angular_frequency.size)]), found.misfit
+    )
+
+
+def spectral_lines(base_acceleration: Vector, floor_acceleration: Matrix, rate: float, highest: float) -> Lines:
+    """Spectra from LOWEST to the highest frequency, with the noise that the record itself shows.
+
+    Args:
+        base_acceleration: (n,) m/s², absolute.
+        floor_acceleration: (measured, n) m/s², absolute.
+        rate: Hz.
+        highest: Hz.
+
+    Raises:
+        RecordError: the record is shorter than 10 s.
+    """
+    series = np.vstack([base_acceleration, floor_acceleration])
+    frequency = np.fft.rfftfreq(series.shape[1], 1 / rate)
+    used = (frequency >= LOWEST) & (frequency <= highest)
+    spectra = np.fft.rfft(series, axis=1)[:, used] / np.sqrt(series.shape[1])
+    noise = np.sqrt(noise_density(series, rate) * rate / 2)
+    return Lines(np.asarray(2 * np.pi * frequency[used]), spectra, noise)
+
+
+def _start(modes: Sequence[IdentifiedMode], lines: Lines) -> ModalTransfer:
+    """The transfer with the identified poles that is nearest to the spectra."""
+    floors, m = len(lines.spectra) - 1, len(modes)
+    poles = ModalTransfer(
+        angular_frequency=np.array([2 * np.pi * mode.frequency for mode in modes]),
+        damping_ratio=np.array([mode.damping_ratio for mode in modes]),
+        driven=np.zeros((floors, m + RESIDUAL_TERMS)),
+        free=np.zeros((floors, 0)),
+        scale=float(lines.angular_frequency[-1]),
+    )
+    return fitted_coefficients(poles, lines.angular_frequency, lines.spectra[0], lines.spectra[1:], lines.noise)
+
+
+def _mode(found: Fit, i: int) -> IdentifiedMode:
+    transfer = found.transfer
+    m, floors = transfer.angular_frequency.size, len(transfer.driven)
+    row = transfer.driven.shape[1] + transfer.free.shape[1]
+    std = np.sqrt(np.diag(found.covariance))
+    at_floors = 2 * m + i + row * np.arange(floors)
+    shape = transfer.driven[:, i]
+    # 1 at the last floor: s = φ / φ_last, ds = (dφ - s dφ_last) / φ_last
+    change = (np.eye(floors) - np.outer(shape / shape[-1], np.eye(floors)[-1])) / shape[-1]
+    return IdentifiedMode(
+        frequency=float(transfer.angular_frequency[i] / (2 * np.pi)),
+        damping_ratio=float(transfer.damping_ratio[i]),
+        shape=shape.astype(complex),
+        deviation=ModalDeviation(float(std[i] / (2 * np.pi)), float(std[m + i])),
+        shape_covariance=change @ found.covariance[np.ix_(at_floors, at_floors)] @ change.T,
+    )
+
+
+def _replaced(modes: Sequence[IdentifiedMode], better: Sequence[IdentifiedMode]) -> tuple[IdentifiedMode, ...]:
+    """Each mode's refined counterpart, or the mode itself where there is none."""
+    distance = np.array([[_distance(mode, other) for other in better] for mode in modes])
+    rows, columns = optimize.linear_sum_assignment(distance)
+    result = list(modes)
+    for row, column in zip(rows, columns, strict=True):
+        if distance[row, column] < 1:
+            result[row] = better[column]
+    return tuple(result)
+
+
+def _distance(mode: IdentifiedMode, other: IdentifiedMode) -> float:
+    """Between a mode and what may be its refinement: below 1 if it is."""
+    apart = abs(other.frequency / mode.frequency - 1) / SAME_FREQUENCY
+    is_alike = modal_assurance(mode.shape, other.shape) >= SAME_SHAPE
+    is_determined = other.deviation is not None and other.deviation.damping_ratio < other.damping_ratio < LARGEST_RATIO
+    return min(apart, 1.0) if is_alike and is_determined else 1.0
