@@ -1,86 +1,108 @@
-"""Our subspace identification beside SLICOT (package `ctrlsys`), in one run: time of A and C, and what both find.
+"""Subspace identification of A and C: time, memory and errors of ours and of the peers, on records of three sizes."""
 
-    OMP_NUM_THREADS=1 python benchmarks/identification.py
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
 
-The superstructure of the paper's building with 1 % of noise on every channel, the base slab driven by white noise, so
-that the program needs no recorded motion. SLICOT: IB01AD and IB01BD, MOESP, with its QR and its Cholesky factorisation.
-"""
-
-from collections.abc import Callable
-from time import process_time
-
-import ctrlsys
 import numpy as np
 
+from benchmarks.identifiers import IDENTIFIERS, OURS, Identifier
+from benchmarks.table import Table
+from benchmarks.trial import ROUNDS, Limits, Refusal, Trial, Way, trials
 from core.arrays import Matrix
-from core.building import fixed_base_modes
+from core.building import ShearBuilding, fixed_base_modes
 from core.modal import poles
-from core.paper import BUILDING, ISOLATOR
-from core.projection import project
+from core.paper import BUILDING, FOURTH_STOREY, ISOLATOR
 from core.simulation import simulate
-from core.subspace import moesp, observability_span
 
 RATE = 100.0
-ORDER = 14
-REPEATS = 5
+SHAKING = 0.3
+"""m/s², standard deviation of the ground's white acceleration."""
+NOISE = 0.01
+"""Of each channel's standard deviation, on input and outputs."""
+NEAR = 0.1
+"""Of a mode's frequency: a pole further off is not the mode."""
+
+TALL = ShearBuilding(
+    base_mass=8.0e6,
+    floor_mass=np.full(15, 1.1e6),
+    storey_stiffness=np.linspace(6.0e9, 2.0e9, 15),
+    damping_coefficient=0.003,
+)
+"""Fifteen storeys of much the same weight as the paper's seven."""
 
 
-def ours(u: Matrix, y: Matrix, block_rows: int) -> tuple[Matrix, Matrix]:
-    return observability_span(project(u, y, block_rows), moesp).system(ORDER)
+@dataclass(frozen=True, slots=True, eq=False)
+class Size:
+    """How large the record and the model are."""
+
+    building: ShearBuilding
+    measured: tuple[int, ...]
+    """Floors with a sensor, besides the base slab."""
+    samples: int
+    block_rows: int
+    order: int
+    goal: str = ""
 
 
-def slicot(algorithm: str) -> Callable[[Matrix, Matrix, int], tuple[Matrix, Matrix]]:
-    def identify(u: Matrix, y: Matrix, block_rows: int) -> tuple[Matrix, Matrix]:
-        m, p, n = len(u), len(y), u.shape[1]
-        columns = np.asfortranarray(u.T), np.asfortranarray(y.T)
-        _, r, _, _, info = ctrlsys.ib01ad("M", algorithm, "N", "O", "N", "N", block_rows, m, p, *columns, 0.0, -1.0)
-        if info:
-            raise RuntimeError(f"IB01AD ended with {info}")
-        A, C, *_, info = ctrlsys.ib01bd("M", "C", "N", block_rows, ORDER, m, p, n, r, 0.0)
-        if info:
-            raise RuntimeError(f"IB01BD ended with {info}")
-        return A, C
-
-    return identify
+SIZES = (
+    Size(BUILDING, tuple(range(7)), 18_000, 30, 14, "3 x SLICOT, 10 x pyOMA-2, 15 x mdof, 200 x sippy-unipi"),
+    Size(BUILDING, (FOURTH_STOREY, 6), 18_000, 40, 14, "as quick as SLICOT"),
+    Size(TALL, tuple(range(15)), 60_000, 30, 28, "6 x SLICOT"),
+    Size(BUILDING, (FOURTH_STOREY, 6), 6_000, 40, 14),
+)
 
 
-def record(floors: list[int]) -> tuple[Matrix, Matrix]:
+def tables() -> Iterator[Table]:
+    """One for each size."""
+    return (table(size, IDENTIFIERS, Limits()) for size in SIZES)
+
+
+def table(size: Size, identifiers: Mapping[str, Identifier], limits: Limits, rounds: int = ROUNDS) -> Table:
+    """All ways on one record."""
+    u, y = record(size)
+    arguments = (u, y, size.block_rows, size.order)
+    ways = [Way(name, way.module, partial(way.identify, *arguments)) for name, way in identifiers.items()]
+    found = trials(ways, limits, rounds)
+    reference = found[OURS]
+    quickest = reference.seconds if isinstance(reference, Trial) else np.nan
+    return Table(
+        title=f"{size.samples:,} samples x {len(y)} outputs",
+        about=f"{size.block_rows} block rows, order {size.order}." + (f" Goal: {size.goal}." if size.goal else ""),
+        columns=("way", "ms", f"/ {OURS}", "MB", "f1, %", "ζ1, %", "f2, %", "ζ2, %"),
+        rows=tuple(row(name, trial, quickest, size.building) for name, trial in found.items()),
+    )
+
+
+def record(size: Size) -> tuple[Matrix, Matrix]:
+    """(1, n) of the base slab and (measured, n) of the floors, each of standard deviation one, with noise."""
     rng = np.random.default_rng(0)
-    truth = simulate(BUILDING, ISOLATOR, 0.3 * rng.standard_normal(18000), RATE)
-    clean = np.vstack([truth.base_acceleration, truth.floor_acceleration[floors]])
+    response = simulate(size.building, ISOLATOR, SHAKING * rng.standard_normal(size.samples), RATE)
+    clean = np.vstack([response.base_acceleration, response.floor_acceleration[list(size.measured)]])
     scaled = clean / clean.std(axis=1, keepdims=True)
-    noisy = scaled + 0.01 * rng.standard_normal(clean.shape)
+    noisy = scaled + NOISE * rng.standard_normal(clean.shape)
     return noisy[:1], noisy[1:]
 
 
-def errors(A: Matrix, C: Matrix) -> str:
-    found, exact = poles(A, C, RATE), fixed_base_modes(BUILDING)
-    lines = []
-    for frequency, ratio in zip(exact.frequency[:2], exact.damping_ratio[:2], strict=True):
-        near = int(np.argmin(np.abs(found.frequency - frequency)))
-        in_frequency, in_damping = found.frequency[near] / frequency - 1, found.damping_ratio[near] / ratio - 1
-        lines.append(f"{100 * in_frequency:+7.3f} {100 * in_damping:+7.2f}")
-    return "   ".join(lines)
+def row(
+    name: str, trial: Trial[tuple[Matrix, Matrix]] | Refusal, quickest: float, building: ShearBuilding
+) -> tuple[str, ...]:
+    """What one way took, and how wrong its first two modes are, in percent of the exact values."""
+    if isinstance(trial, Refusal):
+        return (name, trial.reason, *[""] * 6)
+    errors = [f"{100 * error:+.2f}" for error in modal_errors(*trial.result, RATE, building, 2)]
+    return (name, f"{1e3 * trial.seconds:.1f}", f"{trial.seconds / quickest:.1f}", f"{trial.megabytes:.0f}", *errors)
 
 
-def main() -> None:
-    ways = {"SLICOT, Cholesky": slicot("C"), "SLICOT, QR": slicot("Q"), "core.subspace": ours}
-    for floors, block_rows in (([2, 6], 40), (list(range(7)), 30)):
-        u, y = record(floors)
-        print(
-            f"\n18,000 samples x {len(y)} outputs, {block_rows} block rows, order {ORDER}, CPU time, best of {REPEATS}"
-        )
-        print(f"{'':20}{'ms':>9}  ratio   errors in %: f1, damping 1, f2, damping 2")
-        reference = None
-        for name, identify in ways.items():
-            times = []
-            for _ in range(REPEATS):
-                start = process_time()
-                A, C = identify(u, y, block_rows)
-                times.append(process_time() - start)
-            reference = reference or min(times)
-            print(f"{name:20}{1e3 * min(times):9.1f}{min(times) / reference:7.2f}   {errors(A, C)}")
-
-
-if __name__ == "__main__":
-    main()
+def modal_errors(A: Matrix, C: Matrix, rate: float, building: ShearBuilding, modes: int) -> Sequence[float]:
+    """Relative errors of frequency and damping ratio, mode after mode; NaN for a mode that was not found."""
+    found, exact = poles(A, C, rate), fixed_base_modes(building)
+    errors: list[float] = []
+    for frequency, ratio in zip(exact.frequency[:modes], exact.damping_ratio[:modes], strict=True):
+        off = np.abs(found.frequency / frequency - 1)
+        if off.size == 0 or off.min() > NEAR:
+            errors += [np.nan, np.nan]
+        else:
+            nearest = int(np.argmin(off))
+            errors += [found.frequency[nearest] / frequency - 1, found.damping_ratio[nearest] / ratio - 1]
+    return errors

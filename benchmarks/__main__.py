@@ -1,0 +1,52 @@
+"""`python -m benchmarks` runs all and writes docs/benchmarks.md; with names of benchmarks it prints those alone."""
+
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from types import MappingProxyType
+
+from benchmarks import chain, identification, identification_noise, simulation
+from benchmarks.machine import description
+from benchmarks.table import Table
+
+TARGET = Path(__file__).resolve().parents[1] / "docs" / "benchmarks.md"
+BENCHMARKS: Mapping[str, tuple[str, Callable[[], Iterator[Table]]]] = MappingProxyType(
+    {
+        "identification": ("Subspace identification of A and C", identification.tables),
+        "identification_noise": ("Identification under noise", identification_noise.tables),
+        "simulation": ("Simulation", simulation.tables),
+        "chain": ("The whole chain for one event", chain.tables),
+    }
+)
+"""What each is called on the page, and its tables."""
+
+OPENING = """\
+# Benchmarks
+
+Written by
+
+    pip install -e '.[benchmark]' && python -m benchmarks
+
+on {machine}
+
+Times are processor times of one core with one BLAS thread, the median of several rounds in which the ways take turns,
+each in a process of its own that may take 60 s and 6 GB. They move from machine to machine and from day to day: only
+the ratios within one table mean anything. Errors are against exact values and stand beside every time.
+"""
+
+
+def main(names: list[str]) -> None:
+    """All benchmarks into the page, or those named onto the screen."""
+    if unknown := sorted(set(names) - set(BENCHMARKS)):
+        sys.exit(f"no benchmark is called {', '.join(unknown)}; there are {', '.join(BENCHMARKS)}")
+    parts = [OPENING.format(machine=description())]
+    for name in names or BENCHMARKS:
+        title, tables = BENCHMARKS[name]
+        parts.append("\n".join([f"## {title}\n", *(table.markdown() for table in tables())]))
+        print(parts[-1], flush=True)
+    if not names:
+        TARGET.write_text("\n".join(parts))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,52 @@
+import numpy as np
+
+from benchmarks.trial import Limits, Refusal, Trial, Way, trials
+
+LIMITS = Limits(seconds=1, gigabytes=8.0)
+
+
+def sole(way: Way[float]) -> Trial[float] | Refusal:
+    return trials([way], LIMITS, rounds=1)[way.name]
+
+
+def endless() -> float:
+    while True:
+        pass
+
+
+def failing() -> float:
+    raise ValueError("no such order")
+
+
+def large() -> float:
+    return float(np.ones(2**30).sum())  # 8 GB
+
+
+def test_a_trial_gives_the_time_the_memory_and_the_result() -> None:
+    trial = sole(Way("sum", "numpy", lambda: float(np.ones(2**22).sum())))
+    assert isinstance(trial, Trial)
+    assert trial.result == 2.0**22
+    assert 0 < trial.seconds < 1
+    assert 28 < trial.megabytes < 60  # 2**22 doubles are 32 MB
+
+
+def test_what_takes_too_long_is_stopped() -> None:
+    assert sole(Way("endless", "numpy", endless)) == Refusal("stopped after 1 s")
+
+
+def test_what_needs_too_much_memory_is_refused() -> None:
+    assert sole(Way("large", "numpy", large)) == Refusal("needs more than 8 GB")
+
+
+def test_what_fails_says_how() -> None:
+    assert sole(Way("failing", "numpy", failing)) == Refusal("ValueError: no such order")
+
+
+def test_a_peer_that_is_missing_is_said_to_be() -> None:
+    assert sole(Way("missing", "no_such_package.at_all", failing)) == Refusal("not installed")
+
+
+def test_one_refusal_does_not_keep_others_from_their_turn() -> None:
+    found = trials([Way("failing", "numpy", failing), Way("one", "numpy", lambda: 1.0)], LIMITS, rounds=1)
+    assert list(found) == ["failing", "one"]
+    assert isinstance(found["one"], Trial)
