@@ -42,9 +42,9 @@ UNLIKE_ABOUT = """\
 The same, the worst of motions and seeds. The estimators are told the design's masses and no stiffness; the total mass
 is right. Random masses are drawn anew for every seed."""
 COVERED_ABOUT = f"""\
-Share of the samples in % at which the exact force lies within 1.96 standard deviations of the estimate: over the
-whole record / in strong motion (5 to 95 % of the force's energy), mean over motions and seeds. Goal: {
-    100 * COVERED[0]:.0f} to {100 * COVERED[1]:.0f} %."""
+Share of the samples in % at which the exact force lies within 1.96 standard deviations of the estimate: over the whole
+record / in strong motion (5 to 95 % of the force's energy) / over the whole record through the product's filters (see
+below); means over motions and seeds. Goal: {100 * COVERED[0]:.0f} to {100 * COVERED[1]:.0f} %."""
 STATIC_ABOUT = f"""\
 Fit less the fit of `{STATIC}` on the same record, in points: the smallest difference, and on how many of the records
 it is negative. Goal: on none."""
@@ -96,7 +96,12 @@ def _filtered_fit(group: Sequence[Score]) -> str:
 
 
 def _covered(group: Sequence[Score]) -> str:
-    shares = fmean(s.measured.coverage for s in group), fmean(s.measured.strong_coverage for s in group)
+    measured, filtered = [s.measured for s in group], [s.filtered for s in group if s.filtered]
+    shares = (
+        fmean(a.coverage for a in measured),
+        fmean(a.strong_coverage for a in measured),
+        fmean(a.coverage for a in filtered),
+    )
     judged = group[0].estimator in GOALS
     low, high = COVERED
     return " / ".join(shown(100 * share, low <= share <= high if judged else None, digits=1) for share in shares)
