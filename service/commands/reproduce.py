@@ -65,8 +65,10 @@ def reproduce(
     """Run the paper's sections 7 and 8: every number it prints beside ours, and its figures 6 to 16 and 18 to 24.
 
     Section 7 runs on the paper's simulated building and needs nothing else; section 8's steps are shown on the
-    records of a real building, if some are given. It takes less than half a minute.
+    records of a real building, if some are given. It takes about half a minute.
     """
+    from time import monotonic
+
     from rich.console import Console
 
     from core.errors import CoreError
@@ -76,7 +78,7 @@ def reproduce(
     from service.reproduction.report import report
     from service.reproduction.simulated import simulated
 
-    console = Console()
+    console, began = Console(), monotonic()
     try:
         with console.status("reading") as status:
             motion = _ground(ground, channel)
@@ -91,7 +93,7 @@ def reproduce(
     console.print(on_terminal(printed))
     if markdown is not None:
         markdown.write_text(as_markdown(printed, _command(context)), encoding="utf-8")
-    console.print(f"\nfigures: {output}", soft_wrap=True)
+    console.print(f"\nfigures: {output}, after {monotonic() - began:.0f} s", soft_wrap=True)
 
 
 def _ground(path: Path | None, channel: str | None) -> "Ground":
@@ -118,7 +120,7 @@ def _real(files: list[Path], building: Path | None, sensors: str | None, tell: "
 
 def _command(context: typer.Context) -> str:
     """The command as it could be typed again, without where its output went."""
-    words = context.command_path.split()
+    words = ["menshin", context.info_name or ""]
     for parameter in context.command.params:
         value = context.params.get(parameter.name or "")
         if parameter.name in PLACES or value is None or value == parameter.default:

@@ -12,9 +12,9 @@ from core.estimators import ESTIMATORS
 from service.charts import BLUE, GREY, ORANGE, STEP
 from service.thinning import along_path, extremes
 
-POINTS = 1400
+POINTS = 1760
 """Samples of a history: two for each pixel of its width."""
-WIDTH, HEIGHT, SIDE = 700, 120, 330
+WIDTH, HEIGHT, SIDE = 880, 120, 380
 """Pixels: of histories, and of a loop or a mode shape."""
 ALIGNED = 50
 """Pixels left of every history, so that those below one another share their time."""
@@ -140,6 +140,8 @@ def _colour(curve: Curve, curves: Sequence[Curve]) -> alt.Color:
 
 
 def _rows(kept: Indices, **columns: Vector) -> alt.InlineData:
-    """The kept samples as records, to five digits: more are not seen."""
-    values = zip(*(column[kept].tolist() for column in columns.values()), strict=True)
-    return alt.InlineData(values=[dict(zip(columns, (float(f"{v:.5g}") for v in row), strict=True)) for row in values])
+    """The kept samples to five digits: more are not seen. As CSV: Altair checks records one by one, for seconds."""
+    lines = (
+        ",".join(f"{value:.5g}" for value in row) for row in zip(*(c[kept] for c in columns.values()), strict=True)
+    )
+    return alt.InlineData(values="\n".join([",".join(columns), *lines]), format=alt.CsvDataFormat(type="csv"))

@@ -19,8 +19,9 @@ from service.reproduction.drawing import (
     loops,
     strongest,
 )
-from service.reproduction.simulated import Forces, Simulated, scattered_total
+from service.reproduction.simulated import LOW, Forces, Simulated, scattered_total
 from service.reproduction.simulated_figures import KN, MM, SHOWN, WINDOW
+from service.reproduction.table import with_noise
 
 
 def force_figures(found: Simulated) -> tuple[Figure, ...]:
@@ -33,9 +34,9 @@ def _force(found: Simulated) -> Figure:
     said = []
     for part, (noise, case) in zip("ab", found.cases.items(), strict=True):
         forces = _series(case.forces)
-        panels.append(_overlay(found, forces, f"({part}) {noise:.0%} noise"))
-        panels.append(_differences(found, forces, f"({part}) {noise:.0%} noise: estimated − exact"))
-        said.append(f"{noise:.0%} noise: paper {published.FORCE_FIT[noise]}, ours {_fits(found, forces)}")
+        panels.append(_overlay(found, forces, f"({part}) {with_noise(noise)}"))
+        panels.append(_differences(found, forces, f"({part}) {with_noise(noise)}: estimated − exact"))
+        said.append(f"{with_noise(noise)}: paper {published.FORCE_FIT[noise]}, ours {_fits(found, forces)}")
     caption = f"Eq 10; {SHOWN}. Fitting rate (%) at {'; '.join(said)}."
     return Figure(12, "Estimated restoring force of the isolation layer", caption, tuple(panels))
 
@@ -44,13 +45,13 @@ def _loops(found: Simulated) -> Figure:
     x = MM * found.response.isolator_displacement
     truth = exact(KN * found.response.force)
     panels = [
-        loops(x, [truth, curve], title=f"{curve.name}, {noise:.0%} noise")
+        loops(x, [truth, curve], title=f"{curve.name}, {with_noise(noise)}")
         for noise, case in found.cases.items()
         for curve in estimates(_kilonewtons(case.forces))
     ]
     caption = (
-        "Over the exact displacement. The paper finds its estimated loop distorted a lot; so is ours by cms, by the "
-        "inertia of the floors without a sensor at 1% noise, and by the sensors' noise at 10%."
+        "Over the exact displacement. The paper finds its estimated loop distorted a lot. What distorts ours by "
+        f"{cms.NAME} is the inertia of the floors without a sensor at little noise, and the base slab's noise at more."
     )
     return Figure(13, "Estimated restoring force against displacement", caption, tuple(panels))
 
@@ -69,8 +70,8 @@ def _modes(found: Simulated) -> Figure:
     ]
     fits = ", ".join(f"{fitting_rate(found.response.force, force):.1f}" for force in found.by_modes.values())
     caption = (
-        f"By {cms.NAME}, 1% noise; {SHOWN}: {fits} % with 1, 2 and 3 modes. As the paper says two modes are enough; "
-        "with two sensors a third cannot change the force."
+        f"By {cms.NAME}, {with_noise(LOW)}; {SHOWN}: {fits} % with 1, 2 and 3 modes. The paper finds the first "
+        "two acceptable; with two sensors above the base slab a third cannot change the force."
     )
     return Figure(14, "Effect of mode selection", caption, tuple(panels))
 
@@ -80,20 +81,21 @@ def _light(found: Simulated) -> Figure:
     scale = published.MASS_SCALE
     corrected = {name: force / scale for name, force in forces.items()}
     caption = (
-        f"All masses taken for {scale:g} times theirs, 1% noise; {SHOWN}: {_fits(found, forces)}, and "
-        f"{_fits(found, corrected)} once divided by {scale:g}. As the paper says the shape is kept and scaled."
+        f"All masses taken for {scale:g} times theirs, {with_noise(LOW)}; {SHOWN}: {_fits(found, forces)}, and "
+        f"{_fits(found, corrected)} once divided by {scale:g}. The paper says that the "
+        "shape is kept and scaled by the same degree."
     )
-    return Figure(15, "Effect of mass estimation: all masses scaled", caption, (_overlay(found, forces, ""),))
+    return Figure(15, "Effect of mass estimation: all masses scaled", caption, _with_differences(found, forces))
 
 
 def _scattered(found: Simulated) -> Figure:
     forces = _series(found.scattered)
     corrected = {name: force / scattered_total() for name, force in forces.items()}
     caption = (
-        f"The masses taken for the paper's draw, 1% noise; {SHOWN}: paper {published.SCATTERED_FIT}, ours "
+        f"The masses taken for the paper's draw, {with_noise(LOW)}; {SHOWN}: paper {published.SCATTERED_FIT}, ours "
         f"{_fits(found, forces)}, and {_fits(found, corrected)} with the right total mass."
     )
-    return Figure(16, "Effect of mass estimation: masses scattered by 20 %", caption, (_overlay(found, forces, ""),))
+    return Figure(16, "Effect of mass estimation: masses scattered by 20 %", caption, _with_differences(found, forces))
 
 
 def _series(forces: Forces) -> Mapping[str, Vector]:
@@ -115,7 +117,11 @@ def _overlay(found: Simulated, forces: Mapping[str, Vector], title: str) -> Laye
     return histories(found.time[window], [exact(KN * found.response.force[window]), *curves], FORCE, title=title)
 
 
+def _with_differences(found: Simulated, forces: Mapping[str, Vector]) -> tuple[LayerChart, LayerChart]:
+    return _overlay(found, forces, ""), _differences(found, forces, "estimated − exact")
+
+
 def _differences(found: Simulated, forces: Mapping[str, Vector], title: str) -> LayerChart:
     window = strongest(found.response.force, RATE, WINDOW)
     errors = {name: KN * (force - found.response.force)[window] for name, force in forces.items()}
-    return histories(found.time[window], estimates(errors), "difference (kN)", title=title, height=70)
+    return histories(found.time[window], estimates(errors), "difference (kN)", title=title, height=90)

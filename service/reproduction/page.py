@@ -20,6 +20,9 @@ from service.reproduction.simulated_figures import response_figures
 from service.version import VERSION
 
 STYLE = Path(__file__).parents[1] / "pages" / "static" / "menshin.css"
+FINER = re.compile(r"(?<=\d\.\d)\d+")
+"""What a coordinate has beyond a tenth of a pixel."""
+PATH = re.compile(r' d="[^"]*"')
 NAMESPACE = re.compile(r' xmlns(:xlink)?="[^"]*"')
 """Which HTML gives to what is inside <svg> by itself."""
 
@@ -49,6 +52,7 @@ def _with_svgs(figures: Iterable[Figure]) -> list[tuple[Figure, list[Markup]]]:
 def _svg(figure: int, number: int, panel: LayerChart) -> Markup:
     """The panel, its ids made its own within the page, and its name for those who do not see it."""
     svg = NAMESPACE.sub("", vl_convert.vegalite_to_svg(panel.to_dict(), config=CONFIG))
+    svg = PATH.sub(lambda path: FINER.sub("", path[0]), svg)
     own = f"figure-{figure}-{number}-"
     svg = svg.replace(' id="', f' id="{own}').replace("url(#", f"url(#{own}")
     return Markup(svg.replace("<svg ", f'<svg role="img" aria-label="Figure {figure}, panel {number + 1}" ', 1))

@@ -72,7 +72,8 @@ def papers_sensors(description: BuildingDescription, direction: Direction) -> tu
     """The base slab, the instrumented floor next to the middle, and the topmost one, as the paper has them."""
     accelerometers = {c.level for c in description.channels if (c.quantity, c.direction) == ("acceleration", direction)}
     floors = [level.name for level in description.floors if level.name in accelerometers]
-    return tuple(dict.fromkeys([description.base.name, *floors[len(floors) // 2 : len(floors) // 2 + 1], *floors[-1:]]))
+    inner = floors[:-1]
+    return (description.base.name, *inner[len(inner) // 2 : len(inner) // 2 + 1], *floors[-1:])
 
 
 def real(

@@ -81,11 +81,13 @@ def _force(found: RealBuilding, event: RealEvent) -> Figure:
     window = strongest(event.by_estimator[cms.NAME].restoring_force.force, event.rate, WINDOW)
     curves = estimates({name: force[window] for name, force in forces.items()})
     known = [] if event.truth is None else [exact(KN * event.truth[window])]
-    panels = (whole, histories(event.time[window], [*known, *curves], FORCE, title=f"the strongest {WINDOW:g} s"))
+    panels = [whole, histories(event.time[window], [*known, *curves], FORCE, title=f"the strongest {WINDOW:g} s")]
     caption = f"{_of(found, event)}: eq 10."
     if event.truth is not None:
         truth = KN * event.truth
         fits = ", ".join(f"{name} {fitting_rate(truth, force):.1f} %" for name, force in forces.items())
+        errors = estimates({name: (force - truth)[window] for name, force in forces.items()})
+        panels.append(histories(event.time[window], errors, "difference (kN)", title="estimated − exact", height=90))
         caption += f" Exact is F = −Σ m_i a_i over all levels, of which the estimators saw some; fitting rate: {fits}."
     return Figure(22, "Restoring force of the isolation layer", caption, tuple(panels))
 
@@ -96,7 +98,7 @@ def _loop(found: RealBuilding, event: RealEvent) -> Figure | None:
         return None
     forces = {name: KN * analysis.restoring_force.force for name, analysis in event.by_estimator.items()}
     panels = [loops(MM * displacement, [curve], title=curve.name) for curve in estimates(forces)]
-    caption = f"{_of(found, event)}. As in the paper the layer has strong hysteresis."
+    caption = f"{_of(found, event)}. The paper finds strong hysteresis."
     return Figure(23, "Force against displacement", caption, tuple(panels))
 
 
@@ -110,7 +112,8 @@ def _equivalents(found: RealBuilding) -> Figure | None:
             panels.append(charts.equivalent_damping(cycles, f"equivalent damping, {name}"))
     caption = (
         f"{found.description.name}, direction {found.direction}, every cycle of every event; bars are ± 1 standard "
-        "deviation. As in the paper both fall with amplitude, and stiffness is the more stable of the two."
+        "deviation. The paper finds that both fall with amplitude and that stiffness is the more stable; "
+        "the table above says how far that holds here."
     )
     title = "Equivalent stiffness and damping coefficient"
     return Figure(24, title, caption, tuple(panels)) if panels else None

@@ -11,14 +11,14 @@ from service.reproduction.simulated_tables import simulated_tables
 from service.reproduction.table import Table
 
 OPENING = (
-    "Every number that sections 7 and 8 print of *Using component mode synthesis to estimate the restoring force of an "
-    "isolation layer subjected to earthquakes* (John Wiley & Sons, 2008), beside what comes out here, by every "
-    "estimator there is; `cms` is the paper's own. Where the two differ the text says so; nothing was tuned to meet "
+    'Every number that sections 7 and 8 print of "Using component mode synthesis to estimate the restoring force of '
+    'an isolation layer subjected to earthquakes" (John Wiley & Sons, 2008), beside what comes out here, by every '
+    "estimator there is; cms is the paper's own. Where the two differ the text says so; nothing was tuned to meet "
     "the paper."
 )
 WITHOUT_RECORDS = (
     "Section 8 is left out: no records of a real building were given. "
-    "`menshin reproduce FILE... --building FILE` takes them."
+    "The command menshin reproduce FILE... --building FILE takes them."
 )
 
 

@@ -49,6 +49,8 @@ class Simulated:
     """Section 7."""
 
     ground: Ground
+    seed: int
+    """Of the noise: one draw, scaled to each level."""
     response: Response
     shapes: Matrix
     """(floors, modes) kg^(-1/2), analytic."""
@@ -76,7 +78,7 @@ def simulated(ground: Ground, seed: int, tell: Tell) -> Simulated:
 
     Args:
         ground: the motion.
-        seed: of the noise; one draw, scaled to each level.
+        seed: of the noise.
         tell: hears what is done.
 
     Raises:
@@ -96,6 +98,7 @@ def simulated(ground: Ground, seed: int, tell: Tell) -> Simulated:
     tell("estimating the force with other masses")
     return Simulated(
         ground=ground,
+        seed=seed,
         response=response,
         shapes=shapes,
         modal=np.asarray(np.linalg.solve(shapes, response.floor_acceleration - response.base_acceleration)),

@@ -17,6 +17,7 @@ from service.reproduction.drawing import (
     strongest,
 )
 from service.reproduction.simulated import LEVELS, MEASURED, MODAL, ROOF, NoisyCase, Simulated
+from service.reproduction.table import with_noise
 
 GAL, KN, MM = 1e2, 1e-3, 1e3
 ROOT_T = 1e3**-0.5
@@ -50,15 +51,15 @@ def _accelerations(found: Simulated) -> Figure:
         for name, samples in levels.items()
     ]
     peaks = ", ".join(f"{name} {GAL * np.abs(samples).max():.1f}" for name, samples in levels.items())
-    caption = f"Exact, without noise. Largest values (gal): {peaks}. The paper prints no number here."
+    caption = f"Exact, without noise. Largest values (gal): {peaks}. The paper prints no number of its own here."
     return Figure(7, "Acceleration response of the superstructure", caption, tuple(panels))
 
 
 def _loop(found: Simulated) -> Figure:
     x, force = MM * found.response.isolator_displacement, KN * found.response.force
     caption = (
-        f"Exact: up to {np.abs(x).max():.1f} mm and {np.abs(force).max():.0f} kN, with Table II's parameters. As in "
-        "the paper the small loops are steeper than the large one."
+        f"Exact: up to {np.abs(x).max():.1f} mm and {np.abs(force).max():.0f} kN, with Table II's parameters. "
+        "The smaller a loop, the steeper it is."
     )
     picture = loops(x, [Curve("exact", force)])
     return Figure(8, "Restoring force of the isolation layer against displacement", caption, (picture,))
@@ -71,12 +72,12 @@ def _shapes(found: Simulated) -> Figure:
         expanded = case.shapes / case.shapes[ROOF]
         for mode in range(expanded.shape[1]):
             curves = [exact(_from_base(analytic[:, mode])), Curve("expanded", _from_base(expanded[:, mode]))]
-            title = f"({part}) {noise:.0%} noise, mode {mode + 1}"
+            title = f"({part}) {with_noise(noise)}, mode {mode + 1}"
             panels.append(profiles(LEVELS, curves, (MEASURED + 1).tolist(), title))
     caption = (
         "Identified at the fourth storey and the roof (dots) and expanded to the other floors by eq 21, against the "
-        "analytic shapes. As in the paper the first mode hardly differs; between the sensors the expansion, which "
-        "leaves out the inertia there, bends the second mode's too little. Table III has the numbers."
+        "analytic shapes. Between the sensors the expansion leaves out the inertia, which bends the second mode more "
+        "than the first. Table III has the paper's numbers and ours."
     )
     return Figure(9, "Expanded and analytic mode shapes", caption, tuple(panels))
 
@@ -94,9 +95,9 @@ def _modal(found: Simulated) -> tuple[Figure, ...]:
         if not cases:
             continue
         fits = {noise: fitting_rate(found.modal[mode], case.modal[mode]) for noise, case in cases.items()}
-        said = "; ".join(f"{noise:.0%} noise: paper {paper[noise]}, ours {fit:.1f}" for noise, fit in fits.items())
+        said = "; ".join(f"{with_noise(noise)}: paper {paper[noise]}, ours {fit:.1f}" for noise, fit in fits.items())
         caption = f"Eq 23; {SHOWN}. Fitting rate (%) at {said}."
-        panels = [_modal_panel(found, case, mode, f"{noise:.0%} noise") for noise, case in cases.items()]
+        panels = [_modal_panel(found, case, mode, with_noise(noise)) for noise, case in cases.items()]
         title = f"Acceleration in the {ordinal[mode]} modal coordinate"
         figures.append(Figure(10 + mode, title, caption, tuple(panels)))
     return tuple(figures)

@@ -9,7 +9,7 @@ from core.fitting_rate import fitting_rate
 from core.paper import BUILDING, FOURTH_STOREY, ISOLATOR, PEAK
 from service.reproduction import published
 from service.reproduction.simulated import HIGH, LOW, MODAL, ROOF, Forces, Simulated, scattered_total
-from service.reproduction.table import NONE, Table, by_estimator, ours
+from service.reproduction.table import NONE, Table, by_estimator, ours, with_noise
 
 ALPHA = "0.0029"
 """Table II."""
@@ -58,7 +58,7 @@ def _shapes(found: Simulated) -> Table:
     exact = found.shapes[FOURTH_STOREY] / found.shapes[ROOF]
     rows = (
         (
-            f"mode {mode + 1}, {noise:.0%} noise",
+            f"mode {mode + 1}, {with_noise(noise)}",
             f"{published.SHAPES[noise][mode]:.4f}",
             f"{exact[mode]:.4f}",
             *by_estimator(
@@ -84,23 +84,23 @@ def _fits(found: Simulated) -> Table:
 def _fit_rows(found: Simulated) -> Iterator[tuple[str, ...]]:
     for figure, mode, paper in (("10", 0, published.FIRST_MODAL_FIT), ("11", 1, published.SECOND_MODAL_FIT)):
         for part, noise in zip("ab", (LOW, HIGH), strict=True):
-            what = f"acceleration of mode {mode + 1}, {noise:.0%} noise"
+            what = f"acceleration of mode {mode + 1}, {with_noise(noise)}"
             modal = found.cases[noise].modal
             fit = NONE if mode >= len(modal) else _rate(found.modal[mode], modal[mode])
             yield f"{figure}{part}", what, f"{paper[noise]:.1f}", *by_estimator({cms.NAME: fit})
     truth = found.response.force
     for part, noise in zip("ab", (LOW, HIGH), strict=True):
         fits = _rates(truth, found.cases[noise].forces)
-        yield f"12{part}", f"restoring force, {noise:.0%} noise", f"{published.FORCE_FIT[noise]:.1f}", *fits
-    above = f"the same, {HIGH:.0%} noise above the base slab only"
+        yield f"12{part}", f"restoring force, {with_noise(noise)}", f"{published.FORCE_FIT[noise]:.1f}", *fits
+    above = f"the same, {with_noise(HIGH)} above the base slab only"
     yield "12b", above, f"{published.FORCE_FIT[HIGH]:.1f}", *_rates(truth, found.quiet_base)
     for count, force in found.by_modes.items():
-        modes = f"restoring force, 1% noise, {count} mode" + "s" * (count > 1)
+        modes = f"restoring force, {with_noise(LOW)}, {count} mode" + "s" * (count > 1)
         yield "14", modes, NONE, *by_estimator({cms.NAME: _rate(truth, force)})
     scale = published.MASS_SCALE
-    yield "15", f"restoring force, 1% noise, all masses × {scale:g}", NONE, *_rates(truth, found.light)
+    yield "15", f"restoring force, {with_noise(LOW)}, all masses × {scale:g}", NONE, *_rates(truth, found.light)
     yield "15", f"the same, divided by {scale:g}", NONE, *_rates(truth, found.light, scale)
-    drawn = "restoring force, 1% noise, the masses of Figure 16"
+    drawn = f"restoring force, {with_noise(LOW)}, the masses of Figure 16"
     yield "16", drawn, f"{published.SCATTERED_FIT:.2f}", *_rates(truth, found.scattered)
     yield "16", "the same, scaled to the right total mass", NONE, *_rates(truth, found.scattered, scattered_total())
 

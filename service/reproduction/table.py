@@ -31,6 +31,11 @@ def by_estimator(found: Mapping[str, str]) -> tuple[str, ...]:
     return tuple(found.get(name, NONE) for name in ESTIMATORS)
 
 
+def with_noise(level: float) -> str:
+    """How much noise, in words."""
+    return f"{100 * level:.0f} % noise"
+
+
 def with_std(value: float, std: float | None, decimals: int) -> str:
     """A value, and its standard deviation where it has one."""
     return f"{value:.{decimals}f}" if std is None else f"{value:.{decimals}f} ± {std:.{decimals}f}"
