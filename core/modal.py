@@ -50,3 +50,16 @@ def modal_assurance(one: ComplexVector, other: ComplexVector) -> float:
     """Modal assurance criterion, Allemang and Brown (1982): 1 for the same shape but for a factor, 0 if orthogonal."""
     lengths = np.vdot(one, one).real * np.vdot(other, other).real
     return float(abs(np.vdot(one, other)) ** 2 / lengths)
+
+
+def mass_normalised(shapes: Matrix, mass: Vector) -> Matrix:
+    """Mode shapes of modal mass one, φᵀ M φ = 1 each (paper, eq 3-4).
+
+    Args:
+        shapes: (floors, modes) of any length.
+        mass: (floors,) kg.
+
+    Returns:
+        (floors, modes) kg^(-1/2), of the signs given.
+    """
+    return np.asarray(shapes / np.sqrt(mass @ shapes**2))

@@ -1,6 +1,7 @@
 """`menshin reproduce`: the paper's sections 7 and 8, computed again."""
 
 import shlex
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,7 +13,6 @@ from service.commands.in_force import settings_in_force
 if TYPE_CHECKING:
     from service.reproduction.ground import Ground
     from service.reproduction.real import RealBuilding
-    from service.reproduction.simulated import Tell
 
 REFUSED = 1
 PLACES = ("output", "markdown")
@@ -104,7 +104,7 @@ def _ground(path: Path | None, channel: str | None) -> "Ground":
     return default() if path is None else of_file(path, channel)
 
 
-def _real(files: list[Path], building: Path | None, sensors: str | None, tell: "Tell") -> "RealBuilding":
+def _real(files: list[Path], building: Path | None, sensors: str | None, tell: Callable[[str], None]) -> "RealBuilding":
     from core.analysis import AnalysisSettings
     from service.event_files import events
     from service.reproduction.real import real

@@ -40,12 +40,11 @@ def _by_amplitude(cycles: Cycles) -> Table:
     rows = []
     for low, high in pairwise(BOUNDS):
         within = {name: [c for c in every if low <= c.amplitude < high] for name, every in cycles.items()}
-        if any(within.values()):
-            rows.append((_range(low, high), *(cell for some in within.values() for cell in _medians(some))))
-    headings = (f"{what}, {name}" for name in cycles for what in ("cycles", "k_eq (kN/mm)", "c_eq (kN s/mm)"))
+        rows += [(_range(low, high), name, *_medians(some)) for name, some in within.items() if some]
     note = "Medians over the cycles of all events ± the median of their standard deviations."
     title = "Figure 24. Equivalent stiffness and damping coefficient against amplitude"
-    return Table(title, ("amplitude (mm)", *headings), tuple(rows), note=note)
+    columns = ("amplitude (mm)", "ours by", "cycles", "k_eq (kN/mm)", "c_eq (kN s/mm)")
+    return Table(title, columns, tuple(rows), numbers_from=2, note=note)
 
 
 def _range(low: float, high: float) -> str:
@@ -53,8 +52,6 @@ def _range(low: float, high: float) -> str:
 
 
 def _medians(cycles: Sequence[EquivalentSegment]) -> tuple[str, str, str]:
-    if not cycles:
-        return "0", NONE, NONE
     k, k_std, c, c_std = np.median([(s.k_eq, s.k_eq_std, s.c_eq, s.c_eq_std) for s in cycles], axis=0) * KN_PER_MM
     return str(len(cycles)), with_std(float(k), float(k_std), 2), with_std(float(c), float(c_std), 3)
 

@@ -1,6 +1,6 @@
 """What do section 8's steps come to on a real building?"""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
 
@@ -17,7 +17,7 @@ from core.instrumentation import instrumented_superstructure
 from core.preparation import prepared
 from core.record import Direction, Record
 from service.event_files import EventFiles
-from service.reproduction.simulated import MODAL, Tell, mass_normalised, modal_accelerations
+from service.reproduction.modal import identified_shapes, modal_accelerations
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -33,8 +33,9 @@ class RealEvent:
     superstructure: InstrumentedSuperstructure
     """What the estimators were given."""
     by_estimator: Mapping[str, DirectionAnalysis]
+    """By the paper's always."""
     modal: Matrix
-    """(MODAL or fewer, n) m/s² kg^(1/2), modal accelerations of the modes that CMS identified (eq 23)."""
+    """(MODES or fewer, n) m/s² kg^(1/2), modal accelerations of the modes that CMS identified (eq 23)."""
     truth: Vector | None
     """(n,) N, F = -Σ m_i a_i; None unless every level was recorded."""
 
@@ -81,7 +82,7 @@ def real(
     description: BuildingDescription,
     sensors: tuple[str, ...] | None,
     settings: AnalysisSettings,
-    tell: Tell,
+    tell: Callable[[str], None],
 ) -> RealBuilding:
     """Section 8 on a building's records, in the first direction in which its base slab is measured.
 
@@ -90,7 +91,7 @@ def real(
         description: of it.
         sensors: names of the levels to use; None for those of `papers_sensors`.
         settings: rate and band.
-        tell: hears what is done.
+        tell: called with what is about to be done.
 
     Raises:
         RecordError: no event can be used.
@@ -120,17 +121,17 @@ def _event(
     first = analyses[cms.NAME]
     by_estimator = {name: a.directions[direction] for name, a in analyses.items() if direction in a.directions}
     record = prepared(event.segments, description, settings.rate).record
-    if record is None or len(by_estimator) < len(ESTIMATORS):
+    if record is None or cms.NAME not in by_estimator:
         return first.refusal or f"nothing could be estimated in direction {direction}"
     superstructure = instrumented_superstructure(record, description, direction, settings.sensors, settings.band)
-    identified = cms.shape_matrix(by_estimator[cms.NAME].restoring_force.modes[:MODAL], len(description.floors))
+    shapes = identified_shapes(superstructure, by_estimator[cms.NAME].restoring_force)
     return RealEvent(
         start=first.start,
         rate=first.rate,
         pga=first.pga,
         superstructure=superstructure,
         by_estimator=by_estimator,
-        modal=modal_accelerations(superstructure, mass_normalised(identified, description.floor_mass)),
+        modal=modal_accelerations(superstructure, shapes),
         truth=_inertia(record, description, direction, settings.band),
     )
 

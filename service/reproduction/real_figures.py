@@ -17,8 +17,8 @@ from service.reproduction.drawing import (
     profiles,
     strongest,
 )
+from service.reproduction.modal import MODES
 from service.reproduction.real import RealBuilding, RealEvent
-from service.reproduction.simulated import MODAL
 from service.reproduction.simulated_figures import GAL, KN, MM, ROOT_T, WINDOW
 
 
@@ -59,7 +59,7 @@ def _shapes(found: RealBuilding, event: RealEvent) -> Figure | None:
     measured = (event.superstructure.measured + 1).tolist()
     panels = [
         profiles(levels, [Curve("expanded", np.append(0.0, mode.shape))], measured, f"mode {number}")
-        for number, mode in enumerate(event.by_estimator[cms.NAME].restoring_force.modes[:MODAL], start=1)
+        for number, mode in enumerate(event.by_estimator[cms.NAME].restoring_force.modes[:MODES], start=1)
     ]
     caption = f"{_of(found, event)}: identified at the dots, by eq 21 elsewhere. Table IV has the numbers."
     return Figure(20, "Expanded mode shapes", caption, tuple(panels)) if panels else None

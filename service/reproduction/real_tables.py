@@ -6,8 +6,8 @@ import numpy as np
 
 from core.fitting_rate import fitting_rate
 from service.reproduction import published
+from service.reproduction.modal import MODES
 from service.reproduction.real import RealBuilding
-from service.reproduction.simulated import MODAL
 from service.reproduction.table import Table, by_estimator, ours, with_std
 
 KN, PERCENT = 1e-3, 1e2
@@ -21,13 +21,13 @@ def real_tables(found: RealBuilding) -> tuple[Table, ...]:
 def _modal_information(found: RealBuilding) -> Table:
     floor = found.description.floors[found.middle].name
     title = f"Table IV. Identified modal information of the superstructure; shape at {floor}, the roof being 1"
-    columns = ("building and event", "estimator", "mode", "frequency (Hz)", "damping ratio (%)", "shape")
+    columns = ("building and event", "by", "mode", "frequency (Hz)", "damping (%)", "shape")
     note = "Two buildings: their numbers are alike in kind only."
     return Table(title, columns, (*_papers_modes(), *_our_modes(found)), numbers_from=2, note=note)
 
 
 def _papers_modes() -> Iterator[tuple[str, ...]]:
-    for mode in range(MODAL):
+    for mode in range(MODES):
         values = (published.REAL_FREQUENCIES, published.REAL_DAMPING_RATIOS, published.REAL_SHAPES)
         frequency, damping, shape = (column[mode] for column in values)
         yield "Raiosya, 2005-07-23", "paper", str(mode + 1), f"{frequency:.4f}", f"{damping:.2f}", f"{shape:.4f}"
@@ -37,11 +37,11 @@ def _our_modes(found: RealBuilding) -> Iterator[tuple[str, ...]]:
     for event in found.events:
         name = f"{found.description.code}, {event.start:%Y-%m-%d %H:%M}"
         for estimator, analysis in event.by_estimator.items():
-            for number, mode in enumerate(analysis.restoring_force.modes[:MODAL], start=1):
+            for number, mode in enumerate(analysis.restoring_force.modes[:MODES], start=1):
                 std = None if mode.damping_ratio_std is None else PERCENT * mode.damping_ratio_std
                 yield (
                     name,
-                    f"ours, {estimator}",
+                    estimator,
                     str(number),
                     with_std(mode.frequency, mode.frequency_std, 3),
                     with_std(PERCENT * mode.damping_ratio, std, 2),

@@ -10,10 +10,10 @@ from core.arrays import Matrix, Vector
 from core.building import fixed_base_modes
 from core.estimator import InstrumentedSuperstructure, RestoringForce
 from core.estimators import ESTIMATORS
-from core.expansion import modal_acceleration
 from core.paper import BUILDING, FOURTH_STOREY, ISOLATOR, RATE
 from core.simulation import Response, simulate
 from service.reproduction.ground import Ground
+from service.reproduction.modal import identified_shapes, modal_accelerations
 from service.reproduction.published import MASS_SCALE, SCATTERED_MASS
 
 ROOF = BUILDING.floor_mass.size - 1
@@ -22,14 +22,10 @@ LEVELS = ("1F", "2F", "3F", "4F", "5F", "6F", "7F", "RF")
 """Of the paper's building, the base slab first."""
 LOW, HIGH = 0.01, 0.10
 """Standard deviation of the noise, of each channel's RMS."""
-MODAL = 2
-"""Modes whose accelerations the paper shows (Figures 10 and 11)."""
 KG_PER_T = 1e3
 
 Forces = Mapping[str, RestoringForce]
 """By the estimator's name."""
-Tell = Callable[[str], None]
-"""Called with what is about to be done."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,9 +35,9 @@ class NoisyCase:
     record: InstrumentedSuperstructure
     forces: Forces
     shapes: Matrix
-    """(floors, MODAL or fewer) kg^(-1/2), of the modes that CMS identified, expanded and mass-normalised."""
+    """(floors, MODES or fewer) kg^(-1/2), of the modes that CMS identified, expanded and mass-normalised."""
     modal: Matrix
-    """(MODAL or fewer, n) m/s² kg^(1/2), accelerations of these modes (eq 23)."""
+    """(MODES or fewer, n) m/s² kg^(1/2), accelerations of these modes (eq 23)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,13 +69,13 @@ class Simulated:
         return np.arange(self.response.force.size) / RATE
 
 
-def simulated(ground: Ground, seed: int, tell: Tell) -> Simulated:
+def simulated(ground: Ground, seed: int, tell: Callable[[str], None]) -> Simulated:
     """Section 7 under a ground motion.
 
     Args:
         ground: the motion.
         seed: of the noise.
-        tell: hears what is done.
+        tell: called with what is about to be done.
 
     Raises:
         CoreError: the motion cannot be used.
@@ -117,17 +113,6 @@ def scattered_total() -> float:
     return KG_PER_T * sum(SCATTERED_MASS) / BUILDING.total_mass
 
 
-def mass_normalised(shapes: Matrix, floor_mass: Vector) -> Matrix:
-    """(floors, modes) kg^(-1/2): φᵀ M φ = 1 for each, as the paper normalises them (eq 3)."""
-    return shapes / np.sqrt(floor_mass @ shapes**2)
-
-
-def modal_accelerations(superstructure: InstrumentedSuperstructure, shapes: Matrix) -> Matrix:
-    """(modes, n) of the motion relative to the base slab (eq 23)."""
-    relative = superstructure.floor_acceleration - superstructure.base_acceleration
-    return modal_acceleration(shapes, superstructure.measured, relative)
-
-
 def _measured(response: Response, relative_noise: Matrix) -> InstrumentedSuperstructure:
     """What the sensors tell: (1 + measured, n) noise is in parts of each channel's RMS."""
     exact = np.vstack([response.base_acceleration, response.floor_acceleration[MEASURED]])
@@ -137,8 +122,7 @@ def _measured(response: Response, relative_noise: Matrix) -> InstrumentedSuperst
 
 def _case(record: InstrumentedSuperstructure) -> NoisyCase:
     forces = _forces(record)
-    identified = cms.shape_matrix(forces[cms.NAME].modes[:MODAL], BUILDING.floor_mass.size)
-    shapes = mass_normalised(identified, BUILDING.floor_mass)
+    shapes = identified_shapes(record, forces[cms.NAME])
     return NoisyCase(record, forces, shapes, modal_accelerations(record, shapes))
 
 

@@ -16,7 +16,8 @@ from service.reproduction.drawing import (
     profiles,
     strongest,
 )
-from service.reproduction.simulated import LEVELS, MEASURED, MODAL, ROOF, NoisyCase, Simulated
+from service.reproduction.modal import MODES
+from service.reproduction.simulated import LEVELS, MEASURED, ROOF, NoisyCase, Simulated
 from service.reproduction.table import with_noise
 
 GAL, KN, MM = 1e2, 1e-3, 1e3
@@ -66,7 +67,7 @@ def _loop(found: Simulated) -> Figure:
 
 
 def _shapes(found: Simulated) -> Figure:
-    analytic = found.shapes[:, :MODAL] / found.shapes[ROOF, :MODAL]
+    analytic = found.shapes[:, :MODES] / found.shapes[ROOF, :MODES]
     panels = []
     for part, (noise, case) in zip("ab", found.cases.items(), strict=True):
         expanded = case.shapes / case.shapes[ROOF]

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from scipy import linalg
 
 from core.building import damping_matrix, fixed_base_modes, mass_matrix, stiffness_matrix
-from core.modal import modal_assurance, poles, real_shape
+from core.modal import mass_normalised, modal_assurance, poles, real_shape
 from core.paper import BUILDING
 
 RATE = 100.0
@@ -56,3 +56,9 @@ def test_modal_assurance_does_not_depend_on_length_and_phase(one: int, other: in
 
 def test_orthogonal_shapes_have_no_modal_assurance() -> None:
     assert modal_assurance(np.array([1, 1j]), np.array([1, -1j])) == pytest.approx(0)
+
+
+@given(st.lists(st.floats(0.01, 100), min_size=2, max_size=2))
+def test_mass_normalised_shapes_of_any_length_are_the_eigenvalue_problems(lengths: list[float]) -> None:
+    exact = fixed_base_modes(BUILDING).shape[:, :2]
+    assert mass_normalised(exact * lengths, BUILDING.floor_mass) == pytest.approx(exact, rel=1e-9)  # rounding

@@ -10,13 +10,14 @@ import motions
 import numpy as np
 import pytest
 
-from core.arrays import Matrix, Vector
+from core.arrays import Vector
 from core.building import fixed_base_modes as analytic_modes
 from core.cms import at_all_floors, estimate, fixed_base_modes, force_of_shapes, shape_matrix
 from core.estimator import InstrumentedSuperstructure, Mode
 from core.expansion import modal_acceleration
 from core.fitting_rate import fitting_rate as fit
 from core.identification import Identification, identified_modes
+from core.modal import mass_normalised
 from core.paper import BUILDING, ISOLATOR
 from core.refinement import Refinement
 from core.simulation import Response, simulate
@@ -55,10 +56,6 @@ def subspace_modes(record: InstrumentedSuperstructure) -> tuple[Mode, ...]:
     return at_all_floors(Refinement(identified_modes(*series, Identification()), misfit=1.0), record)
 
 
-def mass_normalised(shapes: Matrix) -> Matrix:
-    return shapes / np.sqrt(BUILDING.floor_mass @ shapes**2)
-
-
 @records
 def test_fit_of_the_force(motion, force, first, second, one_mode) -> None:  # noqa: ANN001
     truth = response(motion)
@@ -75,7 +72,7 @@ def test_fit_of_the_modal_accelerations(motion, force, first, second, one_mode) 
     modal = np.linalg.solve(exact, truth.floor_acceleration - truth.base_acceleration)
     for level, noise in enumerate((0.01, 0.1)):
         record = measured(truth, noise, seed=1)
-        shapes = mass_normalised(shape_matrix(subspace_modes(record)[:2], 7))
+        shapes = mass_normalised(shape_matrix(subspace_modes(record)[:2], 7), BUILDING.floor_mass)
         found = modal_acceleration(shapes, MEASURED, record.floor_acceleration - record.base_acceleration)
         assert fit(modal[0], found[0]) == pytest.approx(first[level], abs=POINTS)
         # Ten percent of noise in the second mode's shape moves this by half a point from one draw to the next.
