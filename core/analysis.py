@@ -1,30 +1,30 @@
 """The whole chain for one event: the one function that the worker calls."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from datetime import UTC, datetime
 
 import numpy as np
 
-from core.arrays import Vector
+from core.arrays import Matrix, Vector
+from core.axial_load import AxialLoad, axial_load
 from core.conditioning import band_passed
-from core.consistency import disagreements
 from core.description import BuildingDescription
 from core.equivalent import EquivalentSegment, cycles, determined, equivalent_segments
 from core.errors import CoreError, ModelError
 from core.estimator import RestoringForce
 from core.estimators import ESTIMATORS
 from core.instrumentation import instrumented_superstructure
-from core.layer import layer_motion
+from core.layer import layer_motion, layer_torsion
 from core.motion import MeasuredMotion
 from core.preparation import prepared
 from core.quality import Finding
+from core.reconciliation import reconciled
 from core.record import Direction, Record, Segment
 
 ABOVE_NOISE = 10.0
 """Of the displacement's noise: the smallest amplitude of a cycle that is reported."""
-KEPT = ("delay", "clock")
-"""Kinds of disagreement that leave a channel worth using."""
+HORIZONTAL: tuple[Direction, Direction] = ("x", "y")
 SMALLEST_CYCLE = 1e-5
 """m, the resolution of a good transducer: no smaller cycle is reported."""
 
@@ -78,8 +78,19 @@ class EventAnalysis:
     """Largest absolute value by channel id, SI units, its mean removed."""
     pga: float | None
     """m/s², the largest horizontal ground acceleration; None where it was not measured."""
+    torsion: MeasuredMotion | None
+    """Of the isolation layer, rad and rad/s from x towards y; None where positions do not tell it."""
+    axial_load: AxialLoad | None
+    """On the isolators; None where nothing measures a vertical acceleration."""
     refusal: str | None
     """Why the event cannot be used: the messages of its fatal findings."""
+
+    @property
+    def orbit(self) -> Matrix | None:
+        """(2, n) m, displacement of the isolation layer in x and y; None unless both are known."""
+        path = [found.displacement for name in HORIZONTAL if (found := self.directions.get(name)) is not None]
+        known = [displacement for displacement in path if displacement is not None]
+        return np.array(known) if len(known) == len(HORIZONTAL) else None
 
 
 def analyse(segments: Sequence[Segment], description: BuildingDescription, settings: AnalysisSettings) -> EventAnalysis:
@@ -97,14 +108,15 @@ def analyse(segments: Sequence[Segment], description: BuildingDescription, setti
     found, record = list(preparation.findings), preparation.record
     if record is None:
         start = min((segment.start for segment in segments), default=datetime.min.replace(tzinfo=UTC))
-        return EventAnalysis(start, settings.rate, {}, tuple(found), {}, None, _refusal(found))
-    wrong = disagreements(record, description)
-    found += wrong
-    trusted = _without(record, {finding.channel for finding in wrong if finding.kind not in KEPT})
+        return EventAnalysis(start, settings.rate, {}, tuple(found), {}, None, None, None, _refusal(found))
+    levels = reconciled(record, description)
+    torsion, torsion_findings = layer_torsion(levels, description)
+    load, load_findings = axial_load(levels.record, description, settings.band)
+    found += [*levels.findings, *torsion_findings, *load_findings]
     directions: dict[Direction, DirectionAnalysis] = {}
     for direction in description.horizontal_directions:
         try:
-            directions[direction], findings = _direction(trusted, description, settings, direction)
+            directions[direction], findings = _direction(levels.record, description, settings, direction)
             found += findings
         except CoreError as error:
             found.append(Finding("direction", "fatal", f"direction {direction}: {error}"))
@@ -116,14 +128,11 @@ def analyse(segments: Sequence[Segment], description: BuildingDescription, setti
         directions=directions,
         quality=tuple(found),
         peaks={c.id: float(np.abs(row).max()) for c, row in zip(record.channels, record.samples, strict=True)},
-        pga=_pga(record, description),
+        pga=_pga(levels.record, description),
+        torsion=torsion,
+        axial_load=load,
         refusal=None if directions else _refusal(found),
     )
-
-
-def _without(record: Record, left_out: set[str | None]) -> Record:
-    kept = [row for row, channel in enumerate(record.channels) if channel.id not in left_out]
-    return replace(record, channels=tuple(record.channels[row] for row in kept), samples=record.samples[kept])
 
 
 def _direction(
@@ -153,7 +162,7 @@ def _equivalent(
 
 
 def _pga(record: Record, description: BuildingDescription) -> float | None:
-    horizontal = [record.find(description.ground.name, "acceleration", direction) for direction in ("x", "y")]
+    horizontal = [record.find(description.ground.name, "acceleration", direction) for direction in HORIZONTAL]
     return max((float(np.abs(samples).max()) for samples in horizontal if samples is not None), default=None)
 
 

@@ -11,21 +11,15 @@ from itertools import combinations, product
 
 import numpy as np
 
+from core.agreement import GAIN, Fault, against, low_spectra
 from core.arrays import ComplexMatrix, ComplexVector, Vector
-from core.clock import BAND, clock_faults
+from core.clock import clock_faults
 from core.description import BuildingDescription
 from core.errors import RecordError
-from core.noise import noise_std
 from core.quality import Finding
 from core.record import Channel, Direction, Record
 from core.screening import loss
 
-CLEAR = 100.0
-"""Power of a channel over that of its noise in the band, below which nothing is concluded from it."""
-COHERENT = 0.8
-"""Squared coherence of two levels of one rigid body; healthy buildings have 0.98 and more."""
-GAIN = 2.0
-"""Factor between two levels; quasi-static deflection makes 1.2 of it on a real five-storey building."""
 CERTAIN = 5.0
 """Standard deviations by which a lower level must move more than a higher one to be called out of order."""
 
@@ -51,14 +45,6 @@ class _Spectra:
         return None
 
 
-@dataclass(frozen=True, slots=True)
-class _Fault:
-    kind: str
-    channel: Channel
-    value: float
-    message: str
-
-
 def disagreements(record: Record, description: BuildingDescription) -> tuple[Finding, ...]:
     """Channels that are reversed, swapped, late or of another unit, judged by the others.
 
@@ -81,7 +67,7 @@ def disagreements(record: Record, description: BuildingDescription) -> tuple[Fin
     return tuple(findings)
 
 
-def _swapped_across(seen: list[_Spectra]) -> list[_Fault]:
+def _swapped_across(seen: list[_Spectra]) -> list[Fault]:
     """The two channels of different directions whose exchange makes all agree, where both directions disagree."""
     if len(seen) < 2 or not all(any(_disagreeing(spectra)) for spectra in seen):
         return []
@@ -103,24 +89,18 @@ def _spectra(record: Record, description: BuildingDescription, direction: Direct
     rows.sort(key=lambda i: (record.channels[i].quantity == "displacement", levels[record.channels[i].level]))
     if not rows:
         return None
-    samples = record.samples[rows]
     try:
-        noise = noise_std(samples, record.rate)
+        frequency, values, clear = low_spectra(record.samples[rows], record.rate)
     except RecordError:  # too short to know its noise: nothing is concluded
         return None
-    window = np.hanning(samples.shape[1])
-    frequency: Vector = np.asarray(np.fft.rfftfreq(window.size, 1 / record.rate), dtype=float)
-    within = (frequency >= BAND[0]) & (frequency <= BAND[1])
-    values = np.fft.rfft(samples * window, axis=1)[:, within]
-    clear = np.sum(np.abs(values) ** 2, axis=1) > CLEAR * within.sum() * np.sum(window**2) * noise**2
     for place, i in enumerate(rows):
         if record.channels[i].quantity == "displacement":
-            values[place] *= -((2 * np.pi * frequency[within]) ** 2)
+            values[place] *= -((2 * np.pi * frequency) ** 2)
     kept = [record.channels[i] for i, usable in zip(rows, clear, strict=True) if usable]
-    return _Spectra(tuple(kept), values[clear], np.asarray(frequency[within]), levels)
+    return _Spectra(tuple(kept), values[clear], frequency, levels)
 
 
-def _explained(spectra: _Spectra) -> list[_Fault]:
+def _explained(spectra: _Spectra) -> list[Fault]:
     """The fewest faults that explain what disagrees: one channel reversed, two swapped, or each as it looks."""
     faults = [*_disagreeing(spectra)]
     if not faults:
@@ -130,7 +110,7 @@ def _explained(spectra: _Spectra) -> list[_Fault]:
         sign[i] = -1
         if not any(_disagreeing(replace(spectra, values=sign * spectra.values))):
             message = "moves opposite to all others: its polarity is reversed. Turn its sign and analyse again"
-            return [_Fault("reversed", channel, -1.0, message)]
+            return [Fault("reversed", channel, -1.0, message)]
     for i, j in combinations(range(len(spectra.channels)), 2):
         order = np.arange(len(spectra.channels))
         order[[i, j]] = j, i
@@ -144,12 +124,12 @@ def _explained(spectra: _Spectra) -> list[_Fault]:
     return faults
 
 
-def _swapped(channel: Channel, other: Channel) -> _Fault:
+def _swapped(channel: Channel, other: Channel) -> Fault:
     message = f"moves as {other.id} should, and that as this: they are swapped. Correct the building file"
-    return _Fault("swapped", channel, 1.0, message)
+    return Fault("swapped", channel, 1.0, message)
 
 
-def _disagreeing(spectra: _Spectra) -> Iterator[_Fault]:
+def _disagreeing(spectra: _Spectra) -> Iterator[Fault]:
     base = spectra.acceleration(1)
     if base is None:
         return
@@ -157,30 +137,12 @@ def _disagreeing(spectra: _Spectra) -> Iterator[_Fault]:
     for channel in floors:
         floor = spectra.acceleration(spectra.levels[channel.level])
         if floor is not None:
-            yield from _against(channel, floor, base, "the base slab")
+            yield from against(channel, floor, base, "the base slab")
     yield from _out_of_order(spectra, base, floors)
     yield from _layer(spectra, base)
 
 
-def _against(channel: Channel, motion: ComplexVector, expected: ComplexVector, name: str) -> Iterator[_Fault]:
-    """What is wrong with a channel that should move nearly as expected."""
-    cross = np.vdot(expected, motion)
-    power, own = np.vdot(expected, expected).real, np.vdot(motion, motion).real
-    coherence, gain = abs(cross) ** 2 / (power * own), float(cross.real / power)
-    if coherence < COHERENT:
-        message = f"does not move with {name} below {BAND[1]} Hz (squared coherence {coherence:.2f}): check the sensor"
-        yield _Fault("incoherent", channel, float(coherence), f"{message}. It is left out")
-    elif gain < 0:
-        message = f"moves opposite to {name}: its polarity is reversed. Turn its sign and analyse again"
-        yield _Fault("reversed", channel, gain, message)
-    elif not 1 / GAIN < gain < GAIN:
-        message = (
-            f"moves {gain:.3g} times as much as {name} below {BAND[1]} Hz: check its unit and gain. It is left out"
-        )
-        yield _Fault("unit", channel, gain, message)
-
-
-def _out_of_order(spectra: _Spectra, base: ComplexVector, floors: list[Channel]) -> Iterator[_Fault]:
+def _out_of_order(spectra: _Spectra, base: ComplexVector, floors: list[Channel]) -> Iterator[Fault]:
     """Levels that deflect less than one below them: every storey's drift is in phase with −(acceleration)."""
     deflection = (2 * np.pi * spectra.frequency) ** 2 * base
     lower = base
@@ -194,11 +156,11 @@ def _out_of_order(spectra: _Spectra, base: ComplexVector, floors: list[Channel])
         spread = np.sqrt(np.vdot(residual, residual).real / np.vdot(deflection, deflection).real / drift.size)
         if slope < -CERTAIN * spread:
             message = "moves less than a level below it: two levels may be swapped. Check the building file"
-            yield _Fault("swapped", channel, float(slope), f"{message}. It is left out")
+            yield Fault("swapped", channel, float(slope), f"{message}. It is left out")
         lower = higher
 
 
-def _layer(spectra: _Spectra, base: ComplexVector) -> Iterator[_Fault]:
+def _layer(spectra: _Spectra, base: ComplexVector) -> Iterator[Fault]:
     """The displacement, twice differentiated, against its two sides: x'' = p a_base − q a_ground with p = q = 1."""
     ground = spectra.acceleration(0)
     across = [(c, row) for c, row in zip(spectra.channels, spectra.values, strict=True) if c.quantity == "displacement"]
@@ -209,8 +171,8 @@ def _layer(spectra: _Spectra, base: ComplexVector) -> Iterator[_Fault]:
     sides = np.column_stack([base, -ground])
     (p, q), *_ = np.linalg.lstsq(sides, motion, rcond=None)
     if abs(p) > 0 and 1 / GAIN < (q / p).real < GAIN:
-        yield from _against(channel, motion, base - ground, "base slab against ground")
+        yield from against(channel, motion, base - ground, "base slab against ground")
     elif abs(p - 1) < 1 - 1 / GAIN:
-        yield from _against(below, ground, base - motion, "base slab less the layer's displacement")
+        yield from against(below, ground, base - motion, "base slab less the layer's displacement")
     else:
-        yield from _against(channel, motion, base - ground, "base slab against ground")
+        yield from against(channel, motion, base - ground, "base slab against ground")

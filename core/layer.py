@@ -10,6 +10,7 @@ from core.motion import MeasuredMotion
 from core.noise import noise_std
 from core.quality import Finding
 from core.record import Direction, Record
+from core.rigid import RigidLevels
 
 Findings = tuple[Finding, ...]
 
@@ -32,6 +33,20 @@ def layer_motion(
     above, below = record.find(base, "acceleration", direction), record.find(ground, "acceleration", direction)
     relative = None if above is None or below is None else above - below
     return motion_from(displacement, relative, record.rate, f"direction {direction}")
+
+
+def layer_torsion(levels: RigidLevels, description: BuildingDescription) -> tuple[MeasuredMotion | None, Findings]:
+    """Torsion of the base slab against the ground in rad, None where the sensors' positions do not tell it.
+
+    A ground whose torsion is not measured is taken not to turn.
+    """
+    base, ground = description.base.name, description.ground.name
+    displacement = levels.torsion.get((base, "displacement"))
+    above, below = levels.torsion.get((base, "acceleration")), levels.torsion.get((ground, "acceleration"))
+    if displacement is None and above is None:
+        return None, ()
+    relative = above if above is None or below is None else above - below
+    return motion_from(displacement, relative, levels.record.rate, "torsion")
 
 
 def motion_from(

@@ -24,6 +24,10 @@ class Channel:
     """Accelerations are absolute; displacements are of the level relative to the ground; temperature in °C."""
     direction: Direction | None = None
     """None for a temperature."""
+    position: tuple[float, float] | None = None
+    """m, x and y of the sensor from the level's centre of mass; None where nobody gave it."""
+    rotation: float = 0.0
+    """rad, by which the sensor's axes are turned against the building's, from x towards y."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from datetime import datetime
 from difflib import get_close_matches
+from math import radians
 from pathlib import Path
 from typing import Any, Literal, get_args
 
@@ -105,7 +106,10 @@ def _wrong_keys(document: Mapping[str, Any]) -> Iterator[Problem]:
 
 def _wanted(detail: ErrorDetails) -> str:
     """What was found at a key and what is wanted."""
-    table, key = _table_of(detail["loc"]), detail["loc"][-1]
+    path = detail["loc"]
+    while isinstance(path[-1], int) and len(path) > 1 and path[-2] == "position":  # one of a key's numbers
+        path = path[:-1]
+    table, key = _table_of(path), path[-1]
     if detail["type"] == "extra_forbidden":
         near = get_close_matches(str(key), table.model_fields, n=1)
         known = f"did you mean {near[0]!r}?" if near else f"known here: {', '.join(table.model_fields)}"
@@ -187,6 +191,20 @@ def _wrong_channels(document: Mapping[str, Any]) -> Iterator[Problem]:
         if quantity in ("acceleration", "velocity", "displacement") and "direction" not in channel:
             yield ("channel", index), "direction is missing (x, y or z)"
         yield from _wrong_unit(index, channel)
+        yield from _wrong_rotation(index, channel, channels)
+
+
+def _wrong_rotation(index: int, channel: Mapping[str, Any], channels: list[Mapping[str, Any]]) -> Iterator[Problem]:
+    """Axes that are turned, but not as a pair."""
+    if not channel.get("rotation"):
+        return
+    other = {"x": "y", "y": "x"}.get(str(channel.get("direction")))
+    sensor = [channel.get(key) for key in ("level", "quantity", "position", "rotation")]
+    beside = [[at.get(key) for key in ("level", "quantity", "position", "rotation")] for at in channels]
+    pair = [at for at, found in zip(channels, beside, strict=True) if at.get("direction") == other and found == sensor]
+    if len(pair) != 1:
+        message = f"axes are turned in pairs, but {len(pair)} channels in direction {other or 'x or y'} have this level"
+        yield ("channel", index, "rotation"), f"{message}, quantity, position and rotation; one would do"
 
 
 def _wrong_unit(index: int, channel: Mapping[str, Any]) -> Iterator[Problem]:
@@ -211,7 +229,7 @@ def _building(table: BuildingTable, folder: Path) -> BuildingFile:
         name=table.name,
         levels=tuple(Level(level.name, level.role, level.mass, level.stiffness) for level in table.level),
         isolation=IsolationLayer(table.isolation.rubber_height, design),
-        channels=tuple(Channel(c.id, c.level, c.quantity, c.direction) for c in table.channel),
+        channels=tuple(_channel(channel) for channel in table.channel),
     )
     return BuildingFile(
         description=description,
@@ -221,6 +239,11 @@ def _building(table: BuildingTable, folder: Path) -> BuildingFile:
         longitude=table.longitude,
         timezone=table.timezone,
     )
+
+
+def _channel(table: ChannelTable) -> Channel:
+    rotation = radians(table.rotation)
+    return Channel(table.id, table.level, table.quantity, table.direction, table.position, rotation)
 
 
 def _source(table: SourceTable, folder: Path) -> SourceFile:

@@ -106,6 +106,17 @@ class ChannelTable(Table):
     quantity: Quantity = Field(
         description="acceleration (absolute), velocity, displacement (relative to the ground) or temperature"
     )
+    position: tuple[float, float] | None = Field(
+        default=None,
+        strict=False,  # TOML has no tuples
+        description="m, [x, y] of the sensor from its level's centre of mass; gives the torsion where two sensors lie "
+        "apart",
+    )
+    rotation: Annotated[float, Field(ge=-180, le=180)] = Field(
+        default=0.0,
+        description="degrees by which the sensor's x and y are turned against the building's, from x towards y; the "
+        "same for both",
+    )
     gain: float | None = Field(
         default=None,
         description="of `unit` per stored number; goes before StationXML; negative for a sensor mounted reversed",

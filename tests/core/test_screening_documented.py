@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-MAKERS = {"Finding", "_Fault"}
+MAKERS = {"Finding", "Fault"}
 
 
 def kinds_in_code() -> Iterator[str]:

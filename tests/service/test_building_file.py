@@ -1,3 +1,4 @@
+import math
 import re
 from pathlib import Path
 
@@ -293,3 +294,42 @@ def test_every_key_is_documented(table: type[BaseModel]) -> None:
 def test_the_documented_example_is_right() -> None:
     (example,) = re.findall(r"```toml\n(.*?)```", DOCUMENTATION.read_text("utf-8"), re.DOTALL)
     assert read(example, FOLDER).description.code == "TOWER"
+
+
+PAIR = """
+[[channel]]
+id = "XX.TOWER.02.HNX"
+level = "2F"
+direction = "x"
+quantity = "acceleration"
+position = [4, -3.5]
+rotation = 30
+[[channel]]
+id = "XX.TOWER.02.HNY"
+level = "2F"
+direction = "y"
+quantity = "acceleration"
+position = [4, -3.5]
+rotation = 30
+"""
+
+
+def test_a_sensors_place_and_its_axes_are_read_in_si() -> None:
+    x, y = read(SMALL + PAIR, FOLDER).description.channels[-2:]
+    assert x.position == y.position == (4.0, -3.5)
+    assert x.rotation == y.rotation == pytest.approx(math.pi / 6)
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "message"),
+    [
+        ("[4, -3.5]", "[4]", "channel[6].position: field required"),
+        ("[4, -3.5]", '[4, "x"]', "channel[6].position[2]: input should be a valid number, got 'x'"),
+        ("[4, -3.5]", "[5, -3.5]", "channel[6].rotation: axes are turned in pairs, but 0 channels in direction y"),
+        ("rotation = 30", "rotation = 20", "channel[6].rotation: axes are turned in pairs"),
+        ("rotation = 30", "rotation = 300", "channel[6].rotation: input should be less than or equal to 180"),
+    ],
+)
+def test_a_wrong_place_or_angle_is_named(right: str, wrong: str, message: str) -> None:
+    found = problems(SMALL + PAIR.replace(right, wrong, 1))
+    assert any(message in problem for problem in found), found

@@ -48,6 +48,8 @@ def analysed() -> EventAnalysis:
         quality=(Finding("offset", "note", "an offset of 0.1 m/s² was removed", "XX.TOWER.01.HNX", 0.1),),
         peaks={"XX.TOWER.01.HNX": 0.5},
         pga=None,
+        torsion=None,
+        axial_load=None,
         refusal=None,
     )
 
