@@ -107,7 +107,7 @@ def profiles(levels: Sequence[str], curves: Sequence[Curve], measured: Sequence[
         measured: indices of the levels with a sensor.
         title: of the panel.
     """
-    names = "[" + ", ".join(f"'{name}'" for name in levels) + "][datum.value]"
+    names = f"{json.dumps(list(levels))}[datum.value]"
     axis = alt.Axis(values=list(range(len(levels))), labelExpr=names, title="level", grid=False)
     height = np.arange(len(levels), dtype=float)
     layers = []
@@ -144,4 +144,5 @@ def _rows(kept: Indices, **columns: Vector) -> alt.InlineData:
     lines = (
         ",".join(f"{value:.5g}" for value in row) for row in zip(*(c[kept] for c in columns.values()), strict=True)
     )
-    return alt.InlineData(values="\n".join([",".join(columns), *lines]), format=alt.CsvDataFormat(type="csv"))
+    form = alt.CsvDataFormat(type="csv", parse=dict.fromkeys(columns, "number"))  # unsaid, an order would be of words
+    return alt.InlineData(values="\n".join([",".join(columns), *lines]), format=form)

@@ -23,6 +23,9 @@ from service.reproduction.simulated import LOW, Forces, Simulated, scattered_tot
 from service.reproduction.simulated_figures import KN, MM, SHOWN, WINDOW
 from service.reproduction.table import with_noise
 
+FEW_CYCLES = 5.0
+"""s, of a loop that shows how it is distorted."""
+
 
 def force_figures(found: Simulated) -> tuple[Figure, ...]:
     """In the paper's order."""
@@ -42,7 +45,7 @@ def _force(found: Simulated) -> Figure:
 
 
 def _loops(found: Simulated) -> Figure:
-    window = strongest(found.response.force, RATE, WINDOW)
+    window = strongest(found.response.force, RATE, FEW_CYCLES)
     x = MM * found.response.isolator_displacement[window]
     truth = exact(KN * found.response.force[window])
     panels = [
@@ -51,9 +54,9 @@ def _loops(found: Simulated) -> Figure:
         for curve in estimates({name: KN * force.force[window] for name, force in case.forces.items()})
     ]
     caption = (
-        f"Over the exact displacement, the strongest {WINDOW:g} s. The paper finds its estimated loop distorted a lot. "
-        f"What distorts ours by {cms.NAME} is the inertia of the floors without a sensor at little noise, and the base "
-        "slab's noise at more."
+        f"Over the exact displacement, the strongest {FEW_CYCLES:g} s. The paper finds its estimated loop distorted a "
+        f"lot. What distorts ours by {cms.NAME} is the inertia of the floors without a sensor, and the sensors' noise "
+        "on top of it."
     )
     return Figure(13, "Estimated restoring force against displacement", caption, tuple(panels))
 

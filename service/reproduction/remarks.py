@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from core import cms
+from core.arrays import Vector
 from core.fitting_rate import fitting_rate
 from service.reproduction import published
 from service.reproduction.real import RealBuilding
@@ -95,14 +96,21 @@ def _modal_fit(found: Simulated, noise: float, mode: int) -> float | None:
 
 
 def _masses(found: Simulated) -> tuple[str, ...]:
-    truth = found.response.force
-    right, light, drawn = (forces[cms.NAME].force for forces in (found.cases[LOW].forces, found.light, found.scattered))
-    slope = float(np.vdot(light, right) / np.vdot(right, right))
-    loss = fitting_rate(truth, right) - fitting_rate(truth, drawn)
+    truth, right = found.response.force, found.cases[LOW].forces
+    slopes = (f"{name} {_slope(right[name].force, light.force):.3f}" for name, light in found.light.items())
+    losses = (
+        f"{name} {fitting_rate(truth, right[name].force) - fitting_rate(truth, drawn.force):.1f}"
+        for name, drawn in found.scattered.items()
+    )
     papers = published.FORCE_FIT[LOW] - published.SCATTERED_FIT
     return (
-        f"Figure 15: as the paper says, the estimate keeps its shape and is scaled, by {slope:.3f} with "
-        f"{cms.NAME}. No estimator can find the total mass from these sensors.",
-        f"Figure 16: the paper's draw has {scattered_total():.3f} times the right total mass, so that only the "
-        f"distribution is wrong; that costs {cms.NAME} {loss:.1f} points, and {papers:.1f} in the paper.",
+        f"Figure 15: as the paper says, the estimate keeps its shape and is scaled, by {published.MASS_SCALE:g} in the "
+        f"paper and here ({', '.join(slopes)}). No estimator can find the total mass from these sensors.",
+        f"Figure 16: the paper's draw has {scattered_total():.3f} times our building's total mass, so that little but "
+        f"the distribution is wrong; that costs ({', '.join(losses)}) points, and {papers:.1f} in the paper.",
     )
+
+
+def _slope(right: Vector, light: Vector) -> float:
+    """Of the regression of one force on the other."""
+    return float(np.vdot(right, light) / np.vdot(right, right))
