@@ -92,6 +92,11 @@ class EventAnalysis:
         known = [displacement for displacement in path if displacement is not None]
         return np.array(known) if len(known) == len(HORIZONTAL) else None
 
+    @property
+    def peak_resultant(self) -> float | None:
+        """m, farthest that the isolation layer went in plan; None unless both directions are known."""
+        return None if self.orbit is None else float(np.hypot(*self.orbit).max())
+
 
 def analyse(segments: Sequence[Segment], description: BuildingDescription, settings: AnalysisSettings) -> EventAnalysis:
     """Restoring force of the isolation layer and its equivalents, in each direction that the record allows.

@@ -241,6 +241,7 @@ class Analysis(Base):
     """m/s², the largest horizontal ground acceleration."""
     event: Mapped[Event] = relationship(back_populates="analyses")
     directions: Mapped[list["DirectionResult"]] = relationship(back_populates="analysis")
+    layer: Mapped["LayerResult | None"] = relationship(back_populates="analysis")
 
 
 class DirectionResult(Base):
@@ -257,8 +258,17 @@ class DirectionResult(Base):
     peak_force: Mapped[float]
     force_std: Mapped[float]
     peak_displacement: Mapped[float | None]
+    peak_displacement_std: Mapped[float | None]
+    lowest_frequency: Mapped[float | None]
+    """Hz, from which on the displacement is good."""
+    highest_frequency: Mapped[float | None]
+    residual_displacement: Mapped[float | None]
+    """None where no transducer measured it."""
+    residual_displacement_std: Mapped[float | None]
     displacement: Mapped[bytes | None] = mapped_column(LargeBinary, deferred=True)
     velocity: Mapped[bytes | None] = mapped_column(LargeBinary, deferred=True)
+    displacement_std_history: Mapped[bytes | None] = mapped_column(LargeBinary, deferred=True)
+    velocity_std_history: Mapped[bytes | None] = mapped_column(LargeBinary, deferred=True)
     force: Mapped[bytes] = mapped_column(LargeBinary, deferred=True)
     force_rigid: Mapped[bytes] = mapped_column(LargeBinary, deferred=True)
     force_modal: Mapped[bytes] = mapped_column(LargeBinary, deferred=True)
@@ -266,6 +276,33 @@ class DirectionResult(Base):
     analysis: Mapped[Analysis] = relationship(back_populates="directions")
     modes: Mapped[list["ModeResult"]] = relationship(back_populates="result", order_by="ModeResult.number")
     cycles: Mapped[list["CycleResult"]] = relationship(back_populates="result", order_by="CycleResult.start")
+
+
+class LayerResult(Base):
+    """What an analysis found of the isolation layer across its directions, with histories as blobs (service.blobs)."""
+
+    __tablename__ = "layer_result"
+    id: Mapped[int] = mapped_column(primary_key=True)
+    analysis_id: Mapped[int] = mapped_column(ForeignKey("analysis.id"), unique=True)
+    start: Mapped[datetime]
+    rate: Mapped[float]
+    count: Mapped[int]
+    peak_resultant: Mapped[float | None]
+    """m, of the displacement in x and y; None unless both are known."""
+    peak_torsion: Mapped[float | None]
+    """rad; None where positions do not tell it."""
+    peak_torsion_std: Mapped[float | None]
+    torsion_lowest_frequency: Mapped[float | None]
+    """Hz, from which on the torsion is good."""
+    axial_load_level: Mapped[str | None]
+    """Whose vertical acceleration the axial load is from; None where there is none."""
+    lowest_axial_load: Mapped[float | None]
+    """Over the weight."""
+    highest_axial_load: Mapped[float | None]
+    torsion: Mapped[bytes | None] = mapped_column(LargeBinary, deferred=True)
+    torsion_std_history: Mapped[bytes | None] = mapped_column(LargeBinary, deferred=True)
+    axial_load: Mapped[bytes | None] = mapped_column(LargeBinary, deferred=True)
+    analysis: Mapped[Analysis] = relationship(back_populates="layer")
 
 
 class ModeResult(Base):

@@ -10,9 +10,9 @@ from sqlalchemy import select, update
 from sqlalchemy.orm import Session, undefer
 
 from core.analysis import AnalysisSettings, DirectionAnalysis, EventAnalysis
-from core.arrays import Vector
 from core.description import BuildingDescription
 from core.estimator import Mode
+from core.motion import MeasuredMotion
 from core.record import Segment
 from service import building_file
 from service.blobs import decode, encode
@@ -22,6 +22,7 @@ from service.database import (
     DirectionResult,
     Event,
     EventRecording,
+    LayerResult,
     ModeResult,
     Recording,
     Revision,
@@ -105,6 +106,7 @@ def store(session: Session, claim: Claim, inputs: Inputs, result: EventAnalysis,
             _direction_result(name, direction, result, inputs.description)
             for name, direction in result.directions.items()
         ],
+        layer=_layer_result(result),
     )
     session.add(analysis)
     return analysis
@@ -126,15 +128,56 @@ def _direction_result(
         count=force.force.size,
         peak_force=float(abs(force.force).max()),
         force_std=float((force.std**2).mean() ** 0.5),
-        peak_displacement=None if direction.displacement is None else float(abs(direction.displacement).max()),
-        displacement=_blob(direction.displacement),
-        velocity=_blob(direction.velocity),
+        **({} if direction.motion is None else _motion(direction.motion)),
         force=encode(force.force),
         force_rigid=encode(force.rigid),
         force_modal=encode(force.modal),
         force_std_history=encode(force.std),
         modes=[_mode_result(number, mode, description) for number, mode in enumerate(force.modes, start=1)],
         cycles=[CycleResult(**asdict(segment)) for segment in direction.equivalent],
+    )
+
+
+def _motion(motion: MeasuredMotion) -> dict[str, Any]:
+    """Columns of a direction's result."""
+    peak, peak_std = motion.peak
+    residual = motion.residual
+    return {
+        "peak_displacement": peak,
+        "peak_displacement_std": peak_std,
+        "lowest_frequency": motion.band[0],
+        "highest_frequency": motion.band[1],
+        "residual_displacement": None if residual is None else residual.value,
+        "residual_displacement_std": None if residual is None else residual.std,
+        "displacement": encode(motion.displacement),
+        "velocity": encode(motion.velocity),
+        "displacement_std_history": encode(motion.displacement_std),
+        "velocity_std_history": encode(motion.velocity_std),
+    }
+
+
+def _layer_result(result: EventAnalysis) -> LayerResult | None:
+    """None where nothing is known of the layer beside its directions."""
+    orbit, torsion, load = result.orbit, result.torsion, result.axial_load
+    known = [orbit if orbit is None else orbit[0], torsion and torsion.displacement, load and load.ratio]
+    counts = [history.size for history in known if history is not None]
+    if not counts:
+        return None
+    peak, std = (None, None) if torsion is None else torsion.peak
+    return LayerResult(
+        start=result.start,
+        rate=result.rate,
+        count=counts[0],
+        peak_resultant=result.peak_resultant,
+        peak_torsion=peak,
+        peak_torsion_std=std,
+        torsion_lowest_frequency=torsion and torsion.band[0],
+        axial_load_level=load and load.level,
+        lowest_axial_load=load and float(load.ratio.min()),
+        highest_axial_load=load and float(load.ratio.max()),
+        torsion=torsion and encode(torsion.displacement),
+        torsion_std_history=torsion and encode(torsion.displacement_std),
+        axial_load=load and encode(load.ratio),
     )
 
 
@@ -147,7 +190,3 @@ def _mode_result(number: int, mode: Mode, description: BuildingDescription) -> M
         damping_ratio_std=mode.damping_ratio_std,
         shape={level.name: float(value) for level, value in zip(description.floors, mode.shape, strict=True)},
     )
-
-
-def _blob(history: Vector | None) -> bytes | None:
-    return None if history is None else encode(history)

@@ -323,7 +323,7 @@ def test_a_sensors_place_and_its_axes_are_read_in_si() -> None:
 @pytest.mark.parametrize(
     ("right", "wrong", "message"),
     [
-        ("[4, -3.5]", "[4]", "channel[6].position: field required"),
+        ("[4, -3.5]", "[4]", "channel[6].position[2]: is missing (m, [x, y] of the sensor"),
         ("[4, -3.5]", '[4, "x"]', "channel[6].position[2]: input should be a valid number, got 'x'"),
         ("[4, -3.5]", "[5, -3.5]", "channel[6].rotation: axes are turned in pairs, but 0 channels in direction y"),
         ("rotation = 30", "rotation = 20", "channel[6].rotation: axes are turned in pairs"),
