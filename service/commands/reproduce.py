@@ -79,6 +79,8 @@ def reproduce(
     from service.reproduction.simulated import simulated
 
     console, began = Console(), monotonic()
+    for place in (output, *([] if markdown is None else [markdown])):
+        place.parent.mkdir(parents=True, exist_ok=True)
     try:
         with console.status("reading") as status:
             motion = _ground(ground, channel)

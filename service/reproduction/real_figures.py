@@ -39,7 +39,7 @@ def _accelerations(found: RealBuilding, event: RealEvent) -> Figure:
     rows = [structure.base_acceleration, *structure.floor_acceleration]
     names = [found.description.base.name, *(found.description.floors[i].name for i in structure.measured)]
     panels = [
-        histories(event.time, [Curve(name, GAL * samples)], "gal", title=f"level {name}", height=90)
+        histories(event.time, [Curve(name, GAL * samples)], "acceleration (gal)", title=f"level {name}")
         for name, samples in zip(names[::-1], rows[::-1], strict=True)
     ]
     return Figure(18, "Acceleration response", f"{_of(found, event)}: absolute.", tuple(panels))

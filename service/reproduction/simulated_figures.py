@@ -48,7 +48,7 @@ def _accelerations(found: Simulated) -> Figure:
     levels = {"roof": response.floor_acceleration[ROOF], "fourth storey": response.floor_acceleration[FOURTH_STOREY]}
     levels["first floor (base slab)"] = response.base_acceleration
     panels = [
-        histories(found.time, [Curve(name, GAL * samples)], "gal", title=f"{name}, absolute acceleration", height=90)
+        histories(found.time, [Curve(name, GAL * samples)], "acceleration (gal)", title=f"{name}, absolute")
         for name, samples in levels.items()
     ]
     peaks = ", ".join(f"{name} {GAL * np.abs(samples).max():.1f}" for name, samples in levels.items())

@@ -23,12 +23,14 @@ from service.event_files import events
 from service.formats import FormatError
 from service.reproduction import ground, published
 from service.reproduction.amplitude_tables import amplitude_tables
+from service.reproduction.force_figures import force_figures
 from service.reproduction.page import page as page_of
 from service.reproduction.real import papers_sensors, real
 from service.reproduction.real_figures import real_figures
 from service.reproduction.real_tables import real_tables
 from service.reproduction.report import report
-from service.reproduction.simulated import simulated
+from service.reproduction.simulated import Simulated, simulated
+from service.reproduction.simulated_figures import response_figures
 from service.reproduction.table import Table
 
 pytestmark = pytest.mark.slow  # one run of it all
@@ -153,6 +155,11 @@ def test_the_document_shows_every_estimator() -> None:
     assert {f"ours, {name}" for name in ESTIMATORS} <= shown, "python docs/write_reproduction.py would mend it"
 
 
+def test_the_pages_in_the_documentation_hold_nothing_of_a_real_building() -> None:
+    page = Page(DOCUMENT.with_suffix(".html").read_text("utf-8"))
+    assert list(page.figures) == [f"figure-{number}" for number in SECTION_7]
+
+
 def test_the_terminal_says_what_the_document_says(folder: Path, printed: str) -> None:
     terminal = (folder / "terminal.txt").read_text("utf-8")
     numbers = {cell for row in rows(printed) for cell in row if re.fullmatch(r"-?\d+\.\d+", cell)}
@@ -214,8 +221,26 @@ def test_the_page_has_every_figure_once_with_units_and_caption(page: Page) -> No
             assert any(text.endswith(UNITS) for text in texts[2:]), name
 
 
-def test_without_records_section_8_is_left_out_and_that_is_said() -> None:
-    seven = simulated(ground.default(), 1, lambda _: None)
+@pytest.fixture(scope="module")
+def seven() -> Simulated:
+    return simulated(ground.default(), 1, lambda _: None)
+
+
+def test_every_axis_says_what_it_shows_and_in_which_unit(seven: Simulated) -> None:
+    for figure in (*response_figures(seven), *force_figures(seven)):
+        for panel in figure.panels:
+            titles = {
+                axis.get("title") or axis["axis"]["title"]
+                for layer in panel.to_dict()["layer"]
+                for name, axis in layer["encoding"].items()
+                if name in "xy"
+            }
+            assert len(titles) == 2
+            without_unit = {title for title in titles if not re.search(r" \([a-zN √]+\)$", title)}
+            assert without_unit <= {"level", "mode shape, the roof being 1"}
+
+
+def test_without_records_section_8_is_left_out_and_that_is_said(seven: Simulated) -> None:
     text = page_of(report(seven, None), seven, None)
     assert "Section 8 is left out" in text
     assert list(Page(text).figures) == [f"figure-{number}" for number in SECTION_7]
