@@ -36,22 +36,23 @@ def tables(scores: Sequence[Score], band_alone: Mapping[str, Sequence[float]]) -
 
 
 LIKE_ABOUT = """\
-Fit of F in %, the worst of the seeds, where the truth is of the model's class: by estimator and percentage of noise,
-from the channels of base slab, fourth storey and roof as they were measured, against the exact force over all 180 s."""
+Fit of F in %, the worst of the seeds (their mean), where the truth is of the model's class: by estimator and
+percentage of noise, from the channels of base slab, fourth storey and roof as they were measured, against the exact
+force over all 180 s."""
 UNLIKE_ABOUT = """\
-The same, the worst of motions and seeds. The estimators are told the design's masses and no stiffness; the total mass
-is right. Random masses are drawn anew for every seed."""
+The same, the worst of motions and seeds (their mean). The estimators are told the design's masses and no stiffness;
+the total mass is right. Random masses are drawn anew for every seed."""
 COVERED_ABOUT = f"""\
-Share of the samples in % at which the exact force lies within 1.96 standard deviations of the estimate: over the whole
-record / in strong motion (5 to 95 % of the force's energy) / over the whole record through the product's filters (see
-below); means over motions and seeds. Goal: {100 * COVERED[0]:.0f} to {100 * COVERED[1]:.0f} %."""
+Share of the samples in % at which the exact force lies within 1.96 standard deviations of the estimate: over the
+whole record / in strong motion (5 to 95 % of the force's energy) / over the whole record through the product's
+filters (see below); means over motions and seeds. Goal: {100 * COVERED[0]:.0f} to {100 * COVERED[1]:.0f} %."""
 STATIC_ABOUT = f"""\
 Fit less the fit of `{STATIC}` on the same record, in points: the smallest difference, and on how many of the records
 it is negative. Goal: on none."""
 FILTERED_ABOUT = """\
 The product takes out the baseline and passes 0.1 to 30 Hz before it estimates. Fit in %, the worst of motions and
-seeds, against the exact force within the same band; last, what that band alone leaves: the fit of the exact force
-within it to the exact force. A record shorter than 20 s cannot be filtered."""
+seeds (their mean), against the exact force within the same band; last, what that band alone leaves: the fit of the
+exact force within it to the exact force. A record shorter than 20 s cannot be filtered."""
 TIMES_ABOUT = """\
 Processor time in ms of one estimate of 180 s at 100 Hz, one thread, on the machine that wrote this page."""
 
@@ -84,15 +85,16 @@ def _table(title: str, about: str, scores: Sequence[Score], row: str, cell: Cell
 
 
 def _fit(group: Sequence[Score]) -> str:
-    worst = min(s.measured.fit for s in group)
-    goal = asked(group[0].estimator, group[0].noise, group[0].kind)
-    return shown(worst, None if goal is None else worst >= goal)
+    return _worst_and_mean([s.measured.fit for s in group], asked(group[0].estimator, group[0].noise, group[0].kind))
 
 
 def _filtered_fit(group: Sequence[Score]) -> str:
     fits = [s.filtered.fit for s in group if s.filtered]
-    goal = asked(group[0].estimator, group[0].noise, group[0].kind)
-    return shown(min(fits), None if goal is None else min(fits) >= goal) if fits else "-"
+    return _worst_and_mean(fits, asked(group[0].estimator, group[0].noise, group[0].kind)) if fits else "-"
+
+
+def _worst_and_mean(fits: Sequence[float], goal: float | None) -> str:
+    return f"{shown(min(fits), None if goal is None else min(fits) >= goal)} ({shown(fmean(fits))})"
 
 
 def _covered(group: Sequence[Score]) -> str:

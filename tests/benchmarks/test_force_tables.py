@@ -30,9 +30,9 @@ def row(table: Table, name: str) -> tuple[str, ...]:
 
 def test_the_worst_seed_counts_and_is_bold_where_it_misses_the_goal() -> None:
     assert LIKE.columns == ("motion", "cms, 1 %", "smoother, 1 %")
-    assert row(LIKE, "Kobe") == ("92.00", "**99.65**")
+    assert row(LIKE, "Kobe") == ("92.00 (92.50)", "**99.65** (99.70)")
     assert row(LIKE, "goal, in class") == ("", "99.7")
-    assert row(UNLIKE, "bent") == ("97.90", "**97.80**")
+    assert row(UNLIKE, "bent") == ("97.90 (97.90)", "**97.80** (97.80)")
     assert row(UNLIKE, "goal, outside") == ("", "98")
 
 
@@ -49,8 +49,8 @@ def test_where_static_interpolation_does_better_is_shown() -> None:
 
 
 def test_what_the_filters_leave_stands_beside() -> None:
-    assert row(FILTERED, "in class") == ("93.00", "99.75", "99.40")
-    assert row(FILTERED, "bent") == ("97.90", "**97.80**", "-")
+    assert row(FILTERED, "in class") == ("93.00 (93.00)", "99.75 (99.75)", "99.40")
+    assert row(FILTERED, "bent") == ("97.90 (97.90)", "**97.80** (97.80)", "-")
     assert row(TIMES, "cms") == ("100", "100")
 
 
