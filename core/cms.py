@@ -51,7 +51,7 @@ def at_all_floors(refinement: Refinement, superstructure: InstrumentedSuperstruc
     return tuple(_at_all_floors(mode, refinement.misfit, expansion) for mode in refinement.modes)
 
 
-def _at_all_floors(found: IdentifiedMode, misfit: float, expansion: Matrix) -> Mode:
+def _at_all_floors(found: IdentifiedMode, misfit: float | None, expansion: Matrix) -> Mode:
     covariance = found.shape_covariance
     return Mode(
         frequency=found.frequency,

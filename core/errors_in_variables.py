@@ -9,11 +9,11 @@ from scipy import linalg
 from core.arrays import ComplexMatrix, ComplexVector, Indices, Matrix, Vector
 from core.modal_transfer import Basis, ModalTransfer, basis, pole_changes, transfer_function
 
-LARGEST_STEPS = 40
+LARGEST_STEPS = 60
 FIRST_DAMPING = 1e-4
 """Of the diagonal of the information."""
 SMALL = 1e-2
-"""Of the cost per degree of freedom: a step that promises less is the last."""
+"""Of the cost per degree of freedom, or of what noise makes it: a step that promises less is the last."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -58,30 +58,32 @@ class Linearised:
     information: Matrix
     """(parameters, parameters) JᵀJ: variance of the gradient, twice."""
     hessian: Matrix
-    """(parameters, parameters) of half the cost, but for terms whose expectation is zero."""
+    """(parameters, parameters) of half the cost, as is to be expected."""
 
 
 def linearised(transfer: ModalTransfer, lines: Lines) -> Linearised:
     """Cost, gradient and Hessian of the likelihood with the base motion profiled out.
 
     Per line z = [A_b, A_1 - T_1, ...]/σ and g = [1, H_1, ...]/σ. With d = dg a + dt the change of g a + t,
-    P = I - g gᴴ/gᴴg and P z = r, the gradient is -Re dᴴ r. Noise in a makes JᵀJ = Re (P d)ᴴ(P d) too large, by
-    Re (dgᴴ r)ᴴ(dgᴴ r) / gᴴg in expectation: the Hessian is their difference (Golub and Pereyra 1973, Guillaume and
-    Pintelon 1996).
+    P = I - g gᴴ/gᴴg and P z = r, the gradient is -Re dᴴ r. JᵀJ = Re dᴴ P d holds |a|², which noise makes too large by
+    1 / gᴴg: without that it is the Hessian that is to be expected (Golub and Pereyra 1973 for the derivatives).
     """
     terms = basis(transfer, lines.angular_frequency)
     a, r, g = profiled(transfer, terms, lines)
     length = np.sqrt(np.sum(np.abs(g) ** 2, axis=0))
     count = transfer.parameters.size
     gradient, information = np.zeros(count), np.zeros((count, count))
-    along, across = (np.zeros((count, a.size), dtype=complex) for _ in range(2))
+    noise = np.zeros((count, count))
+    along, noise_along = (np.zeros((count, a.size), dtype=complex) for _ in range(2))
     for floor, (own, of_g, change) in enumerate(changes(transfer, terms, lines, a), start=1):
         information[np.ix_(own, own)] += _gram(change)
         gradient[own] -= (change.conj() @ r[floor]).real
         along[own] += change * (g[floor].conj() / length)
-        across[own] += of_g * (r[floor].conj() / length)
+        noise[np.ix_(own, own)] += _gram(of_g / length)
+        noise_along[own] += of_g * (g[floor].conj() / length**2)
     information -= _gram(along)
-    return Linearised(float(np.sum(np.abs(r) ** 2)), gradient, information, information - _gram(across))
+    hessian = information - noise + _gram(noise_along)
+    return Linearised(float(np.sum(np.abs(r) ** 2)), gradient, information, hessian)
 
 
 def profiled(transfer: ModalTransfer, terms: Basis, lines: Lines) -> tuple[ComplexVector, ComplexMatrix, ComplexMatrix]:
@@ -94,8 +96,8 @@ def profiled(transfer: ModalTransfer, terms: Basis, lines: Lines) -> tuple[Compl
     return a, np.asarray(z - g * a), np.asarray(g)
 
 
-def _cost(transfer: ModalTransfer, lines: Lines) -> float:
-    """Infinite where a mode would not decay."""
+def cost(transfer: ModalTransfer, lines: Lines) -> float:
+    """Σ|r|² of the most likely base motion; infinite where a mode would not decay."""
     if not (np.all(transfer.damping_ratio > 0) and np.all(transfer.angular_frequency > 0)):
         return np.inf
     return float(np.sum(np.abs(profiled(transfer, basis(transfer, lines.angular_frequency), lines)[1]) ** 2))
@@ -132,11 +134,11 @@ def fit(start: ModalTransfer, lines: Lines) -> Fit:
     for _ in range(LARGEST_STEPS):
         step = _step(here, damping)
         expected = -float(here.gradient @ step)
-        if expected < SMALL * here.cost / freedom:
+        if expected < SMALL * max(0.5, here.cost / freedom):
             converged = True
             break
         moved = transfer.moved(step)
-        gain = (here.cost - _cost(moved, lines)) / expected
+        gain = (here.cost - cost(moved, lines)) / expected
         if gain > 0:
             transfer, here = moved, linearised(moved, lines)
             damping, growth = damping * max(1 / 10, 1 - (2 * gain - 1) ** 3), 2.0

@@ -1,10 +1,11 @@
 """Which modes do the spectra hold besides those that are known?"""
 
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import log
 
 import numpy as np
+from scipy import special
 
 from core.arrays import ComplexMatrix, Matrix, Vector
 from core.errors_in_variables import Fit, Lines, changes, fit, profiled
@@ -14,55 +15,96 @@ STEP = 1.06
 """From one frequency that is tried to the next: about the half-power width of the damping ratio that is tried."""
 RATIO = 0.04
 """Damping ratio that is tried; the fit then finds its own."""
-TRIED = 3
+TRIED = 2
 """Frequencies from which a further mode is looked for: those that promise most."""
-WORTH = 16.0
-"""Growth of twice the log-likelihood that makes a mode worth its four or more parameters: the best of thirty
-frequencies in pure noise reaches 12 once in a hundred."""
+WORTH = 3.0
+"""Growth of twice the log-likelihood for each of its parameters that makes a mode worth them. Akaike's is two; more,
+for it is the best of many frequencies."""
 LARGEST_RATIO = 0.3
 """More damping than that is the spectrum's background."""
 APART = 0.06
 """Least distance of two frequencies, relative: nearer ones are one mode in two parts."""
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Candidates:
+    """Further modes at some frequencies, by Rao's score test: what each is to be expected to do."""
+
+    angular_frequency: Vector
+    """(candidates,) rad/s."""
+    promise: Vector
+    """(candidates,) growth of twice the log-likelihood, in noise as large as the misfit says."""
+    driven: Matrix
+    """(candidates, floors) their shapes times participation."""
+    move: Matrix
+    """(candidates, parameters) by how much the parameters of the known modes would change."""
+
+
 def with_missing_modes(found: Fit, lines: Lines, least: float) -> Fit:
     """The fit with every further mode that the spectra ask for.
 
     A mode that is left out bends the damping ratios of its neighbours by several of their standard deviations long
-    before it shows in the chi-square.
+    before it shows in the chi-square. So the covariance also covers what the most promising of those left out would
+    change, as far as it may be there.
 
     Args:
         found: the fit with the modes that are known.
         lines: the spectra.
         least: rad/s, below which no mode is looked for.
     """
-    while (better := next(_better(found, lines, least), None)) is not None:
+    while True:
+        candidates = _candidates(found, lines, _frequencies(found, lines, least))
+        better = next(_better(found, lines, candidates), None)
+        if better is None:
+            return _widened(found, candidates)
         found = better
-    return found
 
 
-def _better(found: Fit, lines: Lines, least: float) -> Iterator[Fit]:
-    """Fits with one mode more that are worth it, by what they promised."""
-    frequencies = np.geomspace(least, lines.angular_frequency[-1], _count(least, lines.angular_frequency[-1]))
+def _frequencies(found: Fit, lines: Lines, least: float) -> Vector:
+    """(candidates,) rad/s, apart from those of the known modes."""
+    largest = float(lines.angular_frequency[-1])
+    frequencies = np.geomspace(least, largest, max(2, round(log(largest / least, STEP))))
     known = found.transfer.angular_frequency
-    frequencies = frequencies[np.all(np.abs(frequencies[:, None] / known - 1) > APART, axis=1)]
-    promise, coefficients = _promise(found, lines, frequencies)
-    scale = max(1.0, found.misfit)
-    for i in np.argsort(-promise)[:TRIED]:
-        if promise[i] < WORTH * scale:
+    return frequencies[np.all(np.abs(frequencies[:, None] / known - 1) > APART, axis=1)]
+
+
+def _better(found: Fit, lines: Lines, candidates: Candidates) -> Iterator[Fit]:
+    """Fits with one mode more that are worth it, by what they promised."""
+    worth = WORTH * _parameters(found.transfer)
+    for i in np.argsort(-candidates.promise)[:TRIED]:
+        if candidates.promise[i] < worth:
             return
-        more = fit(_with_mode(found.transfer, float(frequencies[i]), coefficients[i]), lines)
-        if 2 * (found.cost - more.cost) >= WORTH * scale and _is_plausible(more.transfer):
+        frequency = float(candidates.angular_frequency[i])
+        start = _with_mode(_moved(found.transfer, candidates.move[i]), frequency, candidates.driven[i])
+        more = fit(start, lines)
+        growth = 2 * (found.cost - more.cost) / max(1.0, found.misfit)
+        if more.converged and growth >= worth and _is_plausible(more.transfer):
             yield more
 
 
-def _count(least: float, largest: float) -> int:
-    return max(2, round(log(largest / least, STEP)))
+def _parameters(transfer: ModalTransfer) -> int:
+    """Of one mode: frequency, damping ratio, and at each floor its part and that of its free decay."""
+    floors = len(transfer.driven)
+    return 2 + floors + (2 * floors if transfer.free.size else 0)
+
+
+def _widened(found: Fit, candidates: Candidates) -> Fit:
+    """The fit with the covariance of its average with the best candidate, by Akaike's weight (1978)."""
+    best = int(np.argmax(candidates.promise))
+    weight = special.expit(candidates.promise[best] / 2 - _parameters(found.transfer))
+    move = candidates.move[best]
+    return replace(found, covariance=found.covariance + weight * np.outer(move, move))
 
 
 def _is_plausible(transfer: ModalTransfer) -> bool:
     apart = np.diff(np.log(np.sort(transfer.angular_frequency)))
     return bool(np.all(transfer.damping_ratio < LARGEST_RATIO) and np.all(apart > APART))
+
+
+def _moved(transfer: ModalTransfer, move: Vector) -> ModalTransfer:
+    """The transfer moved, or as it was where a mode would no longer decay."""
+    moved = transfer.moved(move)
+    return moved if np.all(moved.damping_ratio > 0) and np.all(moved.angular_frequency > 0) else transfer
 
 
 def _with_mode(transfer: ModalTransfer, angular_frequency: float, driven: Vector) -> ModalTransfer:
@@ -77,32 +119,28 @@ def _with_mode(transfer: ModalTransfer, angular_frequency: float, driven: Vector
     )
 
 
-def _promise(found: Fit, lines: Lines, frequencies: Vector) -> tuple[Vector, Matrix]:
-    """Rao's score test of a further mode at each frequency.
-
-    Returns:
-        (frequencies,) by how much twice the log-likelihood would grow in noise of the assumed level, and
-        (frequencies, floors) the shapes times participation with which it would.
-    """
+def _candidates(found: Fit, lines: Lines, frequencies: Vector) -> Candidates:
+    """What a further mode at each of the frequencies would do."""
     w = lines.angular_frequency
     terms = basis(found.transfer, w)
     a, r, g = profiled(found.transfer, terms, lines)
     square, w_c = np.sum(np.abs(g) ** 2, axis=0), frequencies[:, None]
-    mode = w**2 * np.reciprocal(w_c**2 - w**2 + 2j * RATIO * w_c * w)
+    mode: ComplexMatrix = np.multiply(w**2, np.reciprocal(w_c**2 - w**2 + 2j * RATIO * w_c * w))
     weight = np.asarray(a / lines.noise[1:, None])
     score = (mode.conj() @ (weight.conj() * r[1:]).T).real
-    own = _own_information(np.asarray(mode), weight, g, square)
-    shared = np.zeros((*score.shape, found.covariance.shape[0]))
-    along = np.zeros((found.covariance.shape[0], w.size), dtype=complex)
-    everything = list(changes(found.transfer, terms, lines, a))
-    for floor, (parameters, _, change) in enumerate(everything, start=1):
-        along[parameters] += change * (g[floor].conj() / square)
-    for floor, (parameters, _, change) in enumerate(everything):
+    shared = np.zeros((*score.shape, len(found.covariance)))
+    along = np.zeros((len(found.covariance), w.size), dtype=complex)
+    known = [(parameters, change) for parameters, _, change in changes(found.transfer, terms, lines, a)]
+    for (parameters, change), of_floor in zip(known, g[1:], strict=True):
+        along[parameters] += change * (of_floor.conj() / square)
+    for floor, (parameters, change) in enumerate(known):
         shared[:, floor, parameters] += (mode.conj() @ (weight[floor].conj() * change).T).real
         shared[:, floor] -= (mode.conj() @ (weight[floor].conj() * g[floor + 1] * along).T).real
-    left = own - shared @ found.inverse_information @ shared.transpose(0, 2, 1)
-    coefficients = np.linalg.solve(left, score[..., None])[..., 0]
-    return np.asarray(2 * np.sum(score * coefficients, axis=1)), np.asarray(coefficients)
+    regression = shared @ found.inverse_information
+    left = _own_information(mode, weight, g, square) - regression @ shared.transpose(0, 2, 1)
+    driven = np.asarray(np.linalg.solve(left, score[..., None])[..., 0], dtype=float)
+    promise = 2 * np.sum(score * driven, axis=1) / max(1.0, found.misfit)
+    return Candidates(frequencies, promise, driven, -np.einsum("cf,cfk->ck", driven, regression))
 
 
 def _own_information(mode: ComplexMatrix, weight: ComplexMatrix, g: ComplexMatrix, square: Vector) -> Matrix:

@@ -6,8 +6,8 @@ import numpy as np
 
 from core.arrays import ComplexMatrix, ComplexVector, Matrix, Vector
 
-RESIDUAL_TERMS = 2
-"""ω² and iω³: stiffness and dashpots of the modes above the band."""
+RESIDUAL_TERMS = 3
+"""ω², iω³ and ω⁴: stiffness, dashpots and masses of the modes above the band."""
 SMOOTH_TERMS = 3
 """1, iω and ω²: what cutting a record adds to its spectrum, apart from the modes' own decay."""
 

@@ -1,22 +1,28 @@
 """The identified modes made most likely, with noise in the input and in the outputs allowed for."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import optimize
+from scipy import ndimage, optimize
 
 from core.arrays import Matrix, Vector
-from core.errors_in_variables import Fit, Lines, fit
+from core.errors_in_variables import Fit, Lines, cost, fit
 from core.identification import Identification, IdentifiedMode
 from core.missing_modes import with_missing_modes
 from core.modal import modal_assurance
-from core.modal_transfer import RESIDUAL_TERMS, ModalTransfer, fitted_coefficients
+from core.modal_transfer import RESIDUAL_TERMS, SMOOTH_TERMS, ModalTransfer, fitted_coefficients
 from core.modal_uncertainty import ModalDeviation
 from core.noise import noise_density
 
 LOWEST = 0.2
 """Hz, of the lines that are used: below it sensors drift."""
+SMOOTHED = 1.0
+"""Hz, over which a spectrum is averaged to tell motion from noise."""
+MOVING = 1.5
+"""Times the noise's power: what is below tells nothing of the modes."""
+BEYOND = 1.2
+"""Of the highest mode's frequency: the least upper end of the band."""
 LOWEST_MODE = 0.5
 """Hz, from which modes are looked for that the subspace did not show."""
 SAME_FREQUENCY = 0.1
@@ -26,6 +32,8 @@ SAME_SHAPE = 0.8
 LARGEST_MISFIT = 4.0
 """Errors of twice the noise. Beyond it is not noise that keeps the model from the record, and there is no telling
 which of the channels holds what keeps it."""
+HOPELESS_MISFIT = 100.0
+"""No missing mode brings this down to LARGEST_MISFIT."""
 LARGEST_RATIO = 0.2
 """More damping than that is no mode of a superstructure."""
 
@@ -36,8 +44,9 @@ class Refinement:
 
     modes: tuple[IdentifiedMode, ...]
     """As many as were given; those with a shape covariance are refined, the others stand as they were."""
-    misfit: float
-    """Chi-square per degree of freedom of the fit, 1 where noise explains all it leaves.
+    misfit: float | None
+    """Chi-square per degree of freedom of the fit, 1 where noise explains all it leaves; None without a fit, of which
+    the record holds too little.
 
     Where it is above 1 the standard deviations were made larger by its root; above LARGEST_MISFIT nothing is refined.
     """
@@ -63,8 +72,14 @@ def refined(
         RecordError: the record is shorter than 10 s.
     """
     highest = identification.stability.highest_frequency * min(rate, identification.rate)
-    lines = spectral_lines(base_acceleration, floor_acceleration, rate, highest)
-    found = fit(_start(modes, lines), lines)
+    band = min(BEYOND * modes[-1].frequency, highest), highest
+    lines = spectral_lines(base_acceleration, floor_acceleration, rate, band)
+    start = _start(modes, lines)
+    if lines.angular_frequency.size * len(floor_acceleration) < start.parameters.size:
+        return Refinement(tuple(modes), None)
+    found = fit(start, lines)
+    if found.misfit > HOPELESS_MISFIT:
+        return Refinement(tuple(modes), found.misfit)
     found = with_missing_modes(found, lines, 2 * np.pi * LOWEST_MODE)
     if not found.converged or found.misfit > LARGEST_MISFIT:
         return Refinement(tuple(modes), found.misfit)
@@ -73,28 +88,33 @@ def refined(
     )
 
 
-def spectral_lines(base_acceleration: Vector, floor_acceleration: Matrix, rate: float, highest: float) -> Lines:
-    """Spectra from LOWEST to the highest frequency, with the noise that the record itself shows.
+def spectral_lines(
+    base_acceleration: Vector, floor_acceleration: Matrix, rate: float, upper: tuple[float, float]
+) -> Lines:
+    """Spectra from LOWEST to where the floors no longer move more than their noise, which the record itself shows.
 
     Args:
         base_acceleration: (n,) m/s², absolute.
         floor_acceleration: (measured, n) m/s², absolute.
         rate: Hz.
-        highest: Hz.
+        upper: Hz, up to where lines are used in any case, and beyond which none is.
 
     Raises:
         RecordError: the record is shorter than 10 s.
     """
     series = np.vstack([base_acceleration, floor_acceleration])
     frequency = np.fft.rfftfreq(series.shape[1], 1 / rate)
-    used = (frequency >= LOWEST) & (frequency <= highest)
-    spectra = np.fft.rfft(series, axis=1)[:, used] / np.sqrt(series.shape[1])
+    spectra = np.fft.rfft(series, axis=1) / np.sqrt(series.shape[1])
     noise = np.sqrt(noise_density(series, rate) * rate / 2)
-    return Lines(np.asarray(2 * np.pi * frequency[used]), spectra, noise)
+    power = np.mean(np.abs(spectra[1:] / noise[1:, None]) ** 2, axis=0)
+    smooth = ndimage.uniform_filter1d(power, max(1, round(SMOOTHED / frequency[1])))
+    moves = (smooth > MOVING) & (frequency <= upper[1])
+    used = (frequency >= LOWEST) & (frequency <= max(upper[0], *frequency[moves], LOWEST))
+    return Lines(np.asarray(2 * np.pi * frequency[used]), spectra[:, used], noise)
 
 
 def _start(modes: Sequence[IdentifiedMode], lines: Lines) -> ModalTransfer:
-    """The transfer with the identified poles that is nearest to the spectra."""
+    """The transfer with the identified poles that is nearest to the spectra, as of a record that was cut if need be."""
     floors, m = len(lines.spectra) - 1, len(modes)
     poles = ModalTransfer(
         angular_frequency=np.array([2 * np.pi * mode.frequency for mode in modes]),
@@ -103,6 +123,14 @@ def _start(modes: Sequence[IdentifiedMode], lines: Lines) -> ModalTransfer:
         free=np.zeros((floors, 0)),
         scale=float(lines.angular_frequency[-1]),
     )
+    at_rest = _fitted(poles, lines)
+    cut = _fitted(replace(poles, free=np.zeros((floors, 2 * m + SMOOTH_TERMS))), lines)
+    misfit = cost(cut, lines) / (floors * lines.angular_frequency.size)
+    is_cut = cost(at_rest, lines) - cost(cut, lines) > cut.free.size * misfit  # Akaike (1974)
+    return cut if is_cut else at_rest
+
+
+def _fitted(poles: ModalTransfer, lines: Lines) -> ModalTransfer:
     return fitted_coefficients(poles, lines.angular_frequency, lines.spectra[0], lines.spectra[1:], lines.noise)
 
 
