@@ -28,8 +28,9 @@ FEW_CYCLES = 5.0
 
 
 def force_figures(found: Simulated) -> tuple[Figure, ...]:
-    """In the paper's order."""
-    return (_force(found), _loops(found), _modes(found), _light(found), _scattered(found))
+    """In the paper's order; without those of modes where none was identified."""
+    figures = (_force(found), _loops(found), _modes(found), _light(found), _scattered(found))
+    return tuple(figure for figure in figures if figure.panels)
 
 
 def _force(found: Simulated) -> Figure:
@@ -73,9 +74,10 @@ def _modes(found: Simulated) -> Figure:
         )
         for count, force in found.by_modes.items()
     ]
-    fits = ", ".join(f"{fitting_rate(found.response.force, force):.1f}" for force in found.by_modes.values())
+    rates = {count: fitting_rate(found.response.force, force) for count, force in found.by_modes.items()}
+    fits = ", ".join(f"{rate:.1f} % with {count}" for count, rate in rates.items())
     caption = (
-        f"By {cms.NAME}, {with_noise(LOW)}; {SHOWN}: {fits} % with 1, 2 and 3 modes. The paper finds the first "
+        f"By {cms.NAME}, {with_noise(LOW)}; {SHOWN}: {fits} modes. The paper finds the first "
         "two acceptable; with two sensors above the base slab a third cannot change the force."
     )
     return Figure(14, "Effect of mode selection", caption, tuple(panels))

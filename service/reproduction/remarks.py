@@ -79,7 +79,7 @@ def _modes(found: Simulated) -> tuple[str, ...]:
     fits = [[_modal_fit(found, noise, mode) for noise in (LOW, HIGH)] for mode in range(2)]
     losses = [low - high for low, high in fits if low is not None and high is not None]
     if len(losses) < len(fits):
-        return ("Figures 10 and 11: under this motion not both of the first two modes are identified.",)
+        return ("Figures 9 to 11 and 14 lack modes: under this motion not both of the first two are identified.",)
     papers = [paper[LOW] - paper[HIGH] for paper in (published.FIRST_MODAL_FIT, published.SECOND_MODAL_FIT)]
     return (
         f"Figures 10 and 11: from {with_noise(LOW)} to {with_noise(HIGH)} the modal accelerations lose "

@@ -29,8 +29,9 @@ SHOWN = f"the strongest {WINDOW:g} s; the fitting rate is of the whole record"
 
 
 def response_figures(found: Simulated) -> tuple[Figure, ...]:
-    """In the paper's order."""
-    return (_ground(found), _accelerations(found), _loop(found), _shapes(found), *_modal(found))
+    """In the paper's order; without those of modes where none was identified."""
+    figures = (_ground(found), _accelerations(found), _loop(found), _shapes(found), *_modal(found))
+    return tuple(figure for figure in figures if figure.panels)
 
 
 def _ground(found: Simulated) -> Figure:

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 from html.parser import HTMLParser
 from importlib.resources import as_file, files
 from pathlib import Path
@@ -238,6 +239,19 @@ def test_every_axis_says_what_it_shows_and_in_which_unit(seven: Simulated) -> No
             assert len(titles) == 2
             without_unit = {title for title in titles if not re.search(r" \([a-zN √]+\)$", title)}
             assert without_unit <= {"level", "mode shape, the roof being 1"}
+
+
+def test_modes_that_were_not_identified_leave_gaps_that_are_said(seven: Simulated) -> None:
+    cases = {
+        noise: replace(case, shapes=case.shapes[:, :0], modal=case.modal[:0]) for noise, case in seven.cases.items()
+    }
+    without = replace(seven, cases=cases, by_modes={})
+    shown = [figure.number for figure in (*response_figures(without), *force_figures(without))]
+    assert shown == [6, 7, 8, 12, 13, 15, 16]
+    section = report(without, None).sections[0]
+    assert any("not both of the first two are identified" in remark for remark in section.remarks)
+    fits = {row[0]: row[3] for row in section.tables[-1].rows}
+    assert fits["10a"] == fits["11b"] == "–"
 
 
 def test_without_records_section_8_is_left_out_and_that_is_said(seven: Simulated) -> None:
