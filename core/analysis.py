@@ -71,6 +71,8 @@ class EventAnalysis:
     """Time of the first sample of every history."""
     rate: float
     """Hz, of every history."""
+    count: int
+    """Samples of every history."""
     directions: Mapping[Direction, DirectionAnalysis]
     """Empty if the event was refused."""
     quality: tuple[Finding, ...]
@@ -113,7 +115,7 @@ def analyse(segments: Sequence[Segment], description: BuildingDescription, setti
     found, record = list(preparation.findings), preparation.record
     if record is None:
         start = min((segment.start for segment in segments), default=datetime.min.replace(tzinfo=UTC))
-        return EventAnalysis(start, settings.rate, {}, tuple(found), {}, None, None, None, _refusal(found))
+        return EventAnalysis(start, settings.rate, 0, {}, tuple(found), {}, None, None, None, _refusal(found))
     levels = reconciled(record, description)
     torsion, torsion_findings = layer_torsion(levels, description)
     load, load_findings = axial_load(levels.record, description, settings.band)
@@ -130,6 +132,7 @@ def analyse(segments: Sequence[Segment], description: BuildingDescription, setti
     return EventAnalysis(
         start=record.start,
         rate=record.rate,
+        count=record.samples.shape[1],
         directions=directions,
         quality=tuple(found),
         peaks={c.id: float(np.abs(row).max()) for c, row in zip(record.channels, record.samples, strict=True)},

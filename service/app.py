@@ -13,7 +13,18 @@ from service.answers import Answers
 from service.auth import Keys
 from service.metrics import Measured
 from service.pages.rendering import FOLDER
-from service.routers import buildings, events, fdsnws, health, login, operations, pages, pictures, series
+from service.routers import (
+    buildings,
+    events,
+    fdsnws,
+    health,
+    layer_motion,
+    login,
+    operations,
+    pages,
+    pictures,
+    series,
+)
 from service.sessions import reading, sessions
 from service.settings import Settings
 from service.version import VERSION
@@ -58,7 +69,7 @@ def create(settings: Settings) -> FastAPI:
     app.add_middleware(Measured, registry=app.state.metrics)
     errors.install(app)
     api = APIRouter(prefix="/api/v1", dependencies=[Depends(auth.viewer)])
-    for router in (buildings.router, events.router, series.router, operations.router):
+    for router in (buildings.router, events.router, series.router, layer_motion.router, operations.router):
         api.include_router(router)
     app.include_router(api)
     app.include_router(fdsnws.router, dependencies=[Depends(auth.viewer)])

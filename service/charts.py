@@ -16,7 +16,7 @@ POINTS = 2000
 """Samples of a history in a picture: two for each pixel of a wide one."""
 STEP = 1 / 60
 """Of a loop's width and height, between two points of its line: the chord of a round loop is then 1e-4 off."""
-MM, KN, KN_PER_MM = 1e3, 1e-3, 1e-6
+MM, MRAD, KN, KN_PER_MM = 1e3, 1e3, 1e-3, 1e-6
 FEW = 10
 """Events that a legend can name."""
 TWO_YEARS = timedelta(days=730)
@@ -74,6 +74,43 @@ def force_history(*, time: Vector, force: Vector, std: Vector) -> alt.LayerChart
     return alt.LayerChart(layer=[band, _line(rows, "force", "kN")], width=640, height=150)
 
 
+def orbit(time: Vector, x: Vector, y: Vector) -> alt.LayerChart:
+    """Path of the isolation layer in plan (m over m), to one scale along both axes."""
+    kept = along_path(x, y, STEP)
+    rows = _rows(kept, time=time, x=x * MM, y=y * MM)
+    largest = 1.05 * MM * max(float(abs(x).max()), float(abs(y).max())) or 1.0
+    scale = alt.Scale(domain=[-largest, largest], nice=False)
+    path = (
+        alt.Chart(rows)
+        .mark_line(color=BLUE, strokeWidth=1, strokeJoin="round")
+        .encode(
+            x=alt.X("x:Q", title="displacement of the isolation layer in x (mm)", scale=scale),
+            y=alt.Y("y:Q", title="displacement of the isolation layer in y (mm)", scale=scale),
+            order="time:Q",
+            tooltip=_tooltips({"time": "time (s)", "x": "x (mm)", "y": "y (mm)"}),
+        )
+    )
+    return alt.LayerChart(layer=[path], title="Path in plan", width=380, height=380, config=CONFIG)
+
+
+def torsion_history(time: Vector, torsion: Vector, std: Vector) -> alt.LayerChart:
+    """Torsion of the isolation layer (rad) over time (s), with a band of ± 2 standard deviations (rad)."""
+    kept = extremes(torsion, POINTS)
+    columns = {"torsion": torsion * MRAD, "low": (torsion - 2 * std) * MRAD, "high": (torsion + 2 * std) * MRAD}
+    rows = _rows(kept, time=time, **columns)
+    across = alt.X("time:Q", title="time after the start of the record (s)").scale(nice=False)
+    band = alt.Chart(rows).mark_area(opacity=0.3, color=ORANGE).encode(x=across, y="low:Q", y2="high:Q")
+    layers = [band, _line(rows, "torsion", "mrad")]
+    return alt.LayerChart(layer=layers, title="Torsion", width=460, height=150, config=CONFIG)
+
+
+def axial_load_history(time: Vector, ratio: Vector) -> alt.LayerChart:
+    """Vertical force on the isolators over the weight, over time (s)."""
+    rows = _rows(extremes(ratio, POINTS), time=time, load=ratio)
+    line = _line(rows, "load", "N/W")
+    return alt.LayerChart(layer=[line], title="Vertical load on the isolators", width=460, height=150, config=CONFIG)
+
+
 def equivalent_stiffness(events: Mapping[datetime, Sequence[EquivalentSegment]], title: str) -> alt.LayerChart:
     """k_eq over amplitude, one point a cycle, coloured by event; bars are ± 1 standard deviation."""
     return _over_amplitude(events, "k_eq", "equivalent stiffness k_eq (kN/mm)", title)
@@ -109,7 +146,7 @@ def _line(rows: alt.InlineData, name: str, unit: str) -> alt.Chart:
         .mark_line(color=BLUE, strokeWidth=1)
         .encode(
             x=alt.X("time:Q", title="time after the start of the record (s)").scale(nice=False),
-            y=alt.Y(f"{name}:Q", title=f"{name} ({unit})"),
+            y=alt.Y(f"{name}:Q", title=f"{name} ({unit})").scale(zero=False),
             tooltip=_tooltips({"time": "time (s)", name: f"{name} ({unit})"}),
         )
     )

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from core.analysis import AnalysisSettings, DirectionAnalysis, EventAnalysis
+from core.axial_load import AxialLoad
 from core.description import BuildingDescription
 from core.estimator import Mode
 from core.motion import MeasuredMotion
@@ -21,6 +22,9 @@ REASONS: Mapping[str, str] = {
     "refusal": "the event was not refused",
     "sensors": "every instrumented level was used",
     "motion": "no channel measures the displacement of the isolation layer",
+    "peak_resultant": "there is no path in plan unless the displacement is known in x and y",
+    "torsion": "the positions of the sensors do not tell a torsion",
+    "axial_load": "no channel measures a vertical acceleration",
     "residual": "no transducer measures the displacement, and an integral of accelerations knows no residual",
     "channel": "the finding is of no single channel",
     "value": "the finding has no number",
@@ -40,6 +44,9 @@ def as_json(event: EventAnalysis, description: BuildingDescription, settings: An
         "refusal": event.refusal,
         "pga": event.pga,
         "peaks": dict(event.peaks),
+        "peak_resultant": event.peak_resultant,
+        "torsion": None if event.torsion is None else _motion(event.torsion),
+        "axial_load": None if event.axial_load is None else _load(event.axial_load),
         "directions": {name: _direction(found, description) for name, found in event.directions.items()},
         "quality": [asdict(finding) for finding in event.quality],
     }
@@ -69,6 +76,10 @@ def _motion(motion: MeasuredMotion) -> dict[str, Any]:
         "band": motion.band,
         "residual": None if motion.residual is None else asdict(motion.residual),
     }
+
+
+def _load(load: AxialLoad) -> dict[str, Any]:
+    return {"level": load.level, "lowest": float(load.ratio.min()), "highest": float(load.ratio.max())}
 
 
 def _mode(mode: Mode, description: BuildingDescription) -> dict[str, Any]:

@@ -10,12 +10,13 @@ from rich.text import Text
 from core.analysis import DirectionAnalysis, EventAnalysis
 from core.description import BuildingDescription
 from core.equivalent import EquivalentSegment
+from core.motion import MeasuredMotion
 from core.quality import Finding
 
 STYLES = {"note": "dim", "warning": "yellow", "fatal": "bold red"}
 SHOWN = 12
 """Cycles in a summary: the largest."""
-MM, KN, KN_PER_MM, PERCENT = 1e3, 1e-3, 1e-6, 1e2
+MM, MRAD, KN, KN_PER_MM, PERCENT = 1e3, 1e3, 1e-3, 1e-6, 1e2
 
 
 def summary(event: EventAnalysis, description: BuildingDescription) -> RenderableType:
@@ -32,6 +33,7 @@ def _parts(event: EventAnalysis, description: BuildingDescription) -> Iterator[R
         yield _quality(event.quality)
     for name, found in event.directions.items():
         yield from _direction(name, found, description)
+    yield from _across(event)
 
 
 def _quality(findings: tuple[Finding, ...]) -> Table:
@@ -48,12 +50,37 @@ def _direction(name: str, found: DirectionAnalysis, description: BuildingDescrip
     yield Text(f"\ndirection {name}: peak force {peak:.1f} ± {std:.1f} kN (estimator {force.estimator})", style="bold")
     if force.modes:
         yield _modes(found, description)
+    if found.motion is not None:
+        yield Text(_moved(found.motion))
     if found.displacement is None:
         yield Text("no displacement of the isolation layer was measured: no equivalent values")
     elif not found.equivalent:
         yield Text("no cycle was large enough for equivalent values")
     else:
         yield _equivalent(found.equivalent)
+
+
+def _moved(motion: MeasuredMotion) -> str:
+    peak, std = motion.peak
+    text = f"peak displacement {_measured(peak * MM, std * MM, 2)} mm"
+    if motion.residual is None:
+        return f"{text}, integrated: good above {motion.band[0]:.2g} Hz"
+    return f"{text}, residual {_measured(motion.residual.value * MM, motion.residual.std * MM, 2)} mm"
+
+
+def _across(event: EventAnalysis) -> Iterator[RenderableType]:
+    """What holds across the directions."""
+    found = []
+    if event.peak_resultant is not None:
+        found.append(f"peak resultant displacement {event.peak_resultant * MM:.2f} mm")
+    if event.torsion is not None:
+        peak, std = event.torsion.peak
+        found.append(f"peak torsion {_measured(peak * MRAD, std * MRAD, 3)} mrad")
+    if event.axial_load is not None:
+        load = event.axial_load
+        found.append(f"vertical load {load.ratio.min():.2f} to {load.ratio.max():.2f} of the weight ({load.level})")
+    if found:
+        yield Text("\n" + ", ".join(found), style="bold")
 
 
 def _modes(found: DirectionAnalysis, description: BuildingDescription) -> Table:

@@ -218,7 +218,7 @@ def histories(session: Session, result_id: int, names: Sequence[str]) -> Line:
     return session.execute(_histories(tuple(names)), {"result": result_id}).one()
 
 
-@lru_cache(maxsize=64)  # as many as there are choices of the six
+@lru_cache(maxsize=256)  # as many as there are choices of the eight
 def _histories(names: tuple[str, ...]) -> Question:
     table = DirectionResult.__table__
     return select(*(table.c[name] for name in names)).where(table.c.id == bindparam("result"))

@@ -158,16 +158,14 @@ def _motion(motion: MeasuredMotion) -> dict[str, Any]:
 
 def _layer_result(result: EventAnalysis) -> LayerResult | None:
     """None where nothing is known of the layer beside its directions."""
-    orbit, torsion, load = result.orbit, result.torsion, result.axial_load
-    known = [orbit if orbit is None else orbit[0], torsion and torsion.displacement, load and load.ratio]
-    counts = [history.size for history in known if history is not None]
-    if not counts:
+    torsion, load = result.torsion, result.axial_load
+    if result.orbit is None and torsion is None and load is None:
         return None
     peak, std = (None, None) if torsion is None else torsion.peak
     return LayerResult(
         start=result.start,
         rate=result.rate,
-        count=counts[0],
+        count=result.count,
         peak_resultant=result.peak_resultant,
         peak_torsion=peak,
         peak_torsion_std=std,

@@ -135,8 +135,35 @@ class DirectionOut(Answer):
     peak_force: Number = Field(description="N, largest absolute restoring force.")
     force_std: Number = Field(description="N, its standard deviation.")
     peak_displacement: Number | None = Field(description="m; null where nothing measures the layer's displacement.")
+    peak_displacement_std: Number | None = Field(description="m; null where there is no peak displacement.")
+    lowest_frequency: Number | None = Field(
+        description="Hz, from which on the displacement is good: 0 where a transducer measured it."
+    )
+    highest_frequency: Number | None = Field(description="Hz, up to which the displacement is good.")
+    residual_displacement: Number | None = Field(
+        description="m, mean of the record's end less mean of its start; null where no transducer measured it."
+    )
+    residual_displacement_std: Number | None = Field(description="m; null where there is no residual displacement.")
     cycles: int = Field(description="Number of cycles with k_eq and c_eq.")
     modes: list[ModeOut] = Field(description="The lowest first.")
+
+
+class LayerOut(Answer):
+    """What was found of the isolation layer across the directions."""
+
+    peak_resultant: Number | None = Field(
+        description="m, farthest that it went in plan; null unless the displacement is known in x and y."
+    )
+    peak_torsion: Number | None = Field(description="rad; null where the sensors' positions do not tell it.")
+    peak_torsion_std: Number | None = Field(description="rad; null where there is no torsion.")
+    torsion_lowest_frequency: Number | None = Field(
+        description="Hz, from which on the torsion is good: 0 where transducers measured it; null without torsion."
+    )
+    axial_load_level: str | None = Field(
+        description="Level whose vertical acceleration the axial load is from; null where there is none."
+    )
+    lowest_axial_load: Number | None = Field(description="Vertical force on the isolators over the weight.")
+    highest_axial_load: Number | None = Field(description="Vertical force on the isolators over the weight.")
 
 
 class Provenance(Answer):
@@ -178,6 +205,7 @@ class EventOut(Answer):
     quality: list[FindingOut] = Field(description="What screening found.")
     peaks: list[PeakOut] = Field(description="Of every channel.")
     directions: list[DirectionOut] = Field(description="Empty before the analysis, or where it was refused.")
+    layer: LayerOut | None = Field(description="Null where nothing is known across the directions.")
 
 
 class Piece(Answer):
@@ -219,12 +247,35 @@ class ForceSeries(Answer):
     count: int = Field(description="Number of samples before thinning.")
     time: Series | None = Field(description="s after `start`, where thinned; else null: sample i is at i · step.")
     displacement: Series | None = Field(None, description="m.")
+    displacement_std: Series | None = Field(None, description="m, standard deviation of the displacement.")
     velocity: Series | None = Field(None, description="m/s.")
+    velocity_std: Series | None = Field(None, description="m/s, standard deviation of the velocity.")
     force: Series | None = Field(None, description="N, force_rigid + force_modal.")
     force_rigid: Series | None = Field(None, description="N, inertia of the building moving as the base slab.")
     force_modal: Series | None = Field(None, description="N, inertia of the superstructure relative to the base slab.")
     force_std: Series | None = Field(None, description="N, standard deviation of the force.")
     missing: str | None = Field(description="Why displacement and velocity are null; null where they are not.")
+
+
+class LayerMotionSeries(Answer):
+    """Motion of the isolation layer in plan, from x towards y, and the vertical load on it."""
+
+    event: int = Field(description="Number of the event.")
+    building: str = Field(description="Code of the building.")
+    analysis: int = Field(description="Number of the analysis.")
+    start: datetime = Field(description="Of the first sample.")
+    rate: Number = Field(description="Hz.")
+    step: Number = Field(description="s between samples.")
+    count: int = Field(description="Number of samples before thinning.")
+    time: Series | None = Field(description="s after `start`, where thinned; else null: sample i is at i · step.")
+    displacement_x: Series | None = Field(None, description="m; null where nothing measures it.")
+    displacement_y: Series | None = Field(None, description="m; null where nothing measures it.")
+    torsion: Series | None = Field(None, description="rad; null where the sensors' positions do not tell it.")
+    torsion_std: Series | None = Field(None, description="rad, standard deviation of the torsion.")
+    axial_load: Series | None = Field(
+        None, description="Vertical force on the isolators over the weight; null where nothing measures it."
+    )
+    axial_load_level: str | None = Field(description="Level whose vertical acceleration the axial load is from.")
 
 
 class CycleRow(Answer):

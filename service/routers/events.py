@@ -8,7 +8,7 @@ from fastapi import APIRouter, Body, Depends, Request, Response
 from sqlalchemy.orm import Session
 
 from core.description import BuildingDescription
-from service import jobs, levels, queries, schemas
+from service import jobs, layer_queries, levels, queries, schemas
 from service.answers import document, responses
 from service.auth import engineer
 from service.buildings import described
@@ -44,6 +44,7 @@ def event(request: Request, event_id: Id, sessions: Reading, analysis: AnalysisI
             quality=[schemas.FindingOut.model_validate(finding) for finding in shown.quality] if shown else [],
             peaks=peaks(shown, described(session, found.building).description) if shown else [],
             directions=directions(session, shown.id) if shown else [],
+            layer=layer(session, shown.id) if shown else None,
         )
     return document(request, answer)
 
@@ -82,11 +83,24 @@ def directions(session: Session, analysis_id: int) -> list[schemas.DirectionOut]
             peak_force=result.peak_force,
             force_std=result.force_std,
             peak_displacement=result.peak_displacement,
+            peak_displacement_std=result.peak_displacement_std,
+            lowest_frequency=result.lowest_frequency,
+            highest_frequency=result.highest_frequency,
+            residual_displacement=result.residual_displacement,
+            residual_displacement_std=result.residual_displacement_std,
             cycles=cycles.get(result.id, 0),
             modes=[schemas.ModeOut.model_validate(mode) for mode in result.modes],
         )
         for result in queries.direction_results(session, analysis_id)
     ]
+
+
+def layer(session: Session, analysis_id: int) -> schemas.LayerOut | None:
+    """What an analysis found across its directions."""
+    found = layer_queries.layer_result(session, analysis_id)
+    if found is None:
+        return None
+    return schemas.LayerOut(**{name: getattr(found, name) for name in schemas.LayerOut.model_fields})
 
 
 @router.post(

@@ -7,8 +7,8 @@ from typing import Annotated
 from fastapi import APIRouter, Depends, Query, Request, Response
 from sqlalchemy.orm import Session
 
-from service import queries
-from service.database import Analysis, Building, DirectionResult, Event
+from service import layer_queries, queries
+from service.database import Analysis, Building, DirectionResult, Event, LayerResult
 from service.pages.rendering import page
 from service.parameters import Reading
 from service.queries import Span
@@ -38,6 +38,8 @@ class View:
     """In words; empty where the results speak for themselves."""
     analysis: Analysis | None
     results: Sequence[DirectionResult]
+    layer: LayerResult | None
+    """What holds across the directions."""
 
 
 @router.get("/")
@@ -64,7 +66,8 @@ def last_events(session: Session, building: Building) -> list[View]:
 def viewed(session: Session, event: Event, analysis: Analysis | None) -> View:
     """An event with what its latest analysis found."""
     results = queries.direction_results(session, analysis.id) if analysis else []
-    return View(event, STATES.get(event.state, event.state), analysis, results)
+    layer = layer_queries.layer_result(session, analysis.id) if analysis else None
+    return View(event, STATES.get(event.state, event.state), analysis, results, layer)
 
 
 @router.get("/docs")

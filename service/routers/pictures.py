@@ -1,6 +1,7 @@
 """The pictures of the pages, drawn on the server; an image runs no script."""
 
 from collections import defaultdict
+from collections.abc import Callable
 from typing import Annotated
 
 import altair
@@ -9,10 +10,11 @@ import vl_convert
 from fastapi import APIRouter, Depends, Query, Request, Response
 
 from core.equivalent import EquivalentSegment
-from service import charts, queries
+from service import charts, layer_queries, queries
 from service.answers import is_known, tag, unchanged, written
 from service.auth import viewer
 from service.blobs import decode
+from service.errors import NotFoundError
 from service.parameters import LARGEST, Reading
 from service.queries import CYCLE
 from service.version import VERSION
@@ -34,6 +36,44 @@ def loop(request: Request, sessions: Reading, result: Annotated[int, Query(ge=1,
     displacement, force = decode(displacement), decode(force)
     time = np.arange(force.size) / rate
     return drawn(request, charts.loop(time=time, displacement=displacement, force=force, title="Restoring force"), etag)
+
+
+@router.get("/orbit.svg")
+def orbit(request: Request, sessions: Reading, layer: Annotated[int, Query(ge=1, le=LARGEST)]) -> Response:
+    """Path of the isolation layer in plan."""
+    return of_layer(request, sessions, layer, "orbit", ("displacement_x", "displacement_y"), charts.orbit)
+
+
+@router.get("/torsion.svg")
+def torsion(request: Request, sessions: Reading, layer: Annotated[int, Query(ge=1, le=LARGEST)]) -> Response:
+    """Torsion of the isolation layer over time."""
+    return of_layer(request, sessions, layer, "torsion", ("torsion", "torsion_std"), charts.torsion_history)
+
+
+@router.get("/axial-load.svg")
+def axial_load(request: Request, sessions: Reading, layer: Annotated[int, Query(ge=1, le=LARGEST)]) -> Response:
+    """Vertical load on the isolators over time."""
+    return of_layer(request, sessions, layer, "axial-load", ("axial_load",), charts.axial_load_history)
+
+
+def of_layer(
+    request: Request,
+    sessions: Reading,
+    layer: int,
+    name: str,
+    wanted: tuple[str, ...],
+    picture: Callable[..., altair.LayerChart],
+) -> Response:
+    """A picture of histories across directions, taken as (time, *histories)."""
+    etag = tag(VERSION, name, layer)
+    if is_known(request, etag):
+        return unchanged(etag)
+    with sessions() as session:
+        found = layer_queries.of_result(session, layer)
+    histories = [decode(blob) for one in wanted if (blob := found._mapping[one]) is not None]
+    if len(histories) < len(wanted):
+        raise NotFoundError(f"{name} of layer result", layer)
+    return drawn(request, picture(np.arange(found.length) / found.rate, *histories), etag)
 
 
 @router.get("/stiffness.svg")

@@ -1,7 +1,7 @@
 """The long series of an event: its channels as recorded, and the restoring force."""
 
 from collections.abc import Mapping, Sequence
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_args
 
 import numpy as np
 import orjson
@@ -31,9 +31,18 @@ from service.version import VERSION
 
 router = APIRouter(prefix="/events", tags=["series"])
 
-NAMES = ("displacement", "velocity", "force", "force_rigid", "force_modal", "force_std")
-COLUMN = {"force_std": "force_std_history"}
-Name = Literal["displacement", "velocity", "force", "force_rigid", "force_modal", "force_std"]
+Name = Literal[
+    "displacement",
+    "displacement_std",
+    "velocity",
+    "velocity_std",
+    "force",
+    "force_rigid",
+    "force_modal",
+    "force_std",
+]
+NAMES: tuple[str, ...] = get_args(Name)
+COLUMN = {name: f"{name}_history" for name in ("displacement_std", "velocity_std", "force_std")}
 Names = Annotated[list[Name] | None, Query(description="Only these series; repeat the parameter for several.")]
 
 
@@ -73,16 +82,17 @@ def restoring_force(
         stored = queries.histories(session, result.id, [COLUMN.get(name, name) for name in names])
     found = {name: decode(blob) for name, blob in zip(names, stored, strict=True) if blob is not None}
     chosen = kept(found, result.length, points)
-    body = force_lines(result, found, chosen) if csv else force_document(result, names, found, chosen)
+    body = series_lines(sampled(result, found, chosen)) if csv else force_document(result, names, found, chosen)
     answers.keep(etag, body)
     return written(request, body, media_type, etag)
 
 
-def force_lines(result: Line, found: Mapping[str, Vector], chosen: Indices | None) -> bytes:
-    """The answer as CSV, of the samples that were chosen or of all."""
+def sampled(result: Line, found: Mapping[str, Vector], chosen: Indices | None) -> dict[str, Vector]:
+    """Time and histories as columns, of the samples that were chosen or of all."""
     time = (np.arange(result.length) if chosen is None else chosen) / result.rate
-    columns = {name: numbers.rounded(one if chosen is None else one[chosen]) for name, one in found.items()}
-    return series_lines({"time": time} | columns)
+    return {"time": time} | {
+        name: numbers.rounded(one if chosen is None else one[chosen]) for name, one in found.items()
+    }
 
 
 def force_document(result: Line, names: Sequence[str], found: Mapping[str, Vector], chosen: Indices | None) -> bytes:

@@ -13,7 +13,8 @@ from typer.testing import CliRunner
 
 from service.cli import app
 
-COLUMNS = ["time", "displacement", "velocity", "force", "force_rigid", "force_modal", "force_std"]
+COLUMNS = ["time", "displacement", "displacement_std", "velocity", "velocity_std"]
+COLUMNS += ["force", "force_rigid", "force_modal", "force_std"]
 
 
 @pytest.fixture(autouse=True)

@@ -18,7 +18,16 @@ pytestmark = pytest.mark.slow
 API = "/api/v1"
 PAPER = f"{API}/buildings/PAPER"
 FORCE = f"{API}/events/3/restoring-force"
-SERIES = ("displacement", "velocity", "force", "force_rigid", "force_modal", "force_std")
+SERIES = (
+    "displacement",
+    "displacement_std",
+    "velocity",
+    "velocity_std",
+    "force",
+    "force_rigid",
+    "force_modal",
+    "force_std",
+)
 
 
 @pytest.fixture

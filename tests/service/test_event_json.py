@@ -1,4 +1,5 @@
 import json
+from dataclasses import replace
 from datetime import UTC, datetime
 
 import numpy as np
@@ -6,15 +7,24 @@ import orjson
 from building_files import FOLDER, SMALL
 
 from core.analysis import AnalysisSettings, DirectionAnalysis, EventAnalysis
+from core.axial_load import AxialLoad
 from core.equivalent import EquivalentSegment
 from core.estimator import Mode, RestoringForce
-from core.motion import MeasuredMotion
+from core.motion import MeasuredMotion, ResidualDisplacement
 from core.quality import Finding
 from service.building_file import read
 from service.event_json import as_json
 
 DESCRIPTION = read(SMALL, FOLDER).description
 NAN = float("nan")
+MOTION = MeasuredMotion(
+    displacement=np.array([0.0, -0.03, 0.02]),
+    velocity=np.zeros(3),
+    displacement_std=np.array([1e-3, 2e-3, 1e-3]),
+    velocity_std=np.zeros(3),
+    band=(0.12, 50.0),
+    noise=1e-3,
+)
 
 
 def analysed() -> EventAnalysis:
@@ -28,14 +38,7 @@ def analysed() -> EventAnalysis:
     )
     found = DirectionAnalysis(
         restoring_force=force,
-        motion=MeasuredMotion(
-            displacement=np.array([0.0, -0.03, 0.02]),
-            velocity=np.zeros(3),
-            displacement_std=np.array([1e-3, 2e-3, 1e-3]),
-            velocity_std=np.zeros(3),
-            band=(0.12, 50.0),
-            noise=1e-3,
-        ),
+        motion=MOTION,
         equivalent=(
             EquivalentSegment(1.0, 3.0, 0.02, 0.1, 5e6, 1e5, 2e5, 1e4),
             EquivalentSegment(3.0, 5.0, 0.01, 0.05, 5e6, 1e5, NAN, NAN),
@@ -44,12 +47,13 @@ def analysed() -> EventAnalysis:
     return EventAnalysis(
         start=datetime(2024, 1, 1, tzinfo=UTC),
         rate=100.0,
-        directions={"x": found},
+        count=3,
+        directions={"x": found, "y": replace(found, motion=None)},
         quality=(Finding("offset", "note", "an offset of 0.1 m/s² was removed", "XX.TOWER.01.HNX", 0.1),),
         peaks={"XX.TOWER.01.HNX": 0.5},
         pga=None,
-        torsion=None,
-        axial_load=None,
+        torsion=replace(MOTION, residual=ResidualDisplacement(1e-3, 1e-4)),
+        axial_load=AxialLoad(np.array([1.0, 0.8, 1.3]), "slab"),
         refusal=None,
     )
 
@@ -67,6 +71,9 @@ def test_the_document_has_what_the_command_promises() -> None:
     }
     assert x["restoring_force"] == {"estimator": "cms", "peak": 3e6, "std": np.sqrt((9e8 + 16e8) / 3)}
     assert x["motion"] == {"peak": 0.03, "peak_std": 2e-3, "band": [0.12, 50.0], "residual": None}
+    assert document["directions"]["y"]["motion"] is None
+    assert document["torsion"] == x["motion"] | {"residual": {"value": 1e-3, "std": 1e-4}}
+    assert document["axial_load"] == {"level": "slab", "lowest": 0.8, "highest": 1.3}
     first = {"start": 1.0, "end": 3.0, "amplitude": 0.02, "shear_strain": 0.1}
     assert x["equivalent"][0] == first | {"k_eq": 5e6, "k_eq_std": 1e5, "c_eq": 2e5, "c_eq_std": 1e4}
     assert document["quality"][0]["kind"] == "offset"
@@ -80,6 +87,7 @@ def test_what_is_missing_is_null_with_its_reason() -> None:
     assert missing["directions.x.equivalent[1].c_eq"] == "the record does not determine it"
     assert missing["directions.x.equivalent[1].c_eq_std"] == "the record does not determine it"
     assert missing["directions.x.superstructure.modes[0].damping_ratio_std"] == "the estimator gives none"
+    assert "unless" in missing["peak_resultant"]
     assert "no transducer" in missing["directions.x.motion.residual"]
     assert missing["pga"] == "no horizontal acceleration of the ground was measured"
     assert "directions.x.equivalent[0].c_eq" not in missing
