@@ -29,7 +29,7 @@ def reproduce(
         typer.Argument(
             exists=True,
             dir_okay=False,
-            metavar="[FILE...]",
+            metavar="FILE...",
             help="Records of a real building for section 8, as `menshin analyse` takes them; without them section 8 "
             "is left out.",
         ),

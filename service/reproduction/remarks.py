@@ -27,10 +27,10 @@ def simulated_remarks(found: Simulated) -> tuple[str, ...]:
 def real_remarks(found: RealBuilding) -> tuple[str, ...]:
     """Of section 8."""
     return (
-        f"The paper's building, Raiosya, and its record are not to be had. The same steps are shown on "
-        f"{found.description.name}, direction {found.direction}, from the sensors {', '.join(found.sensors)}: the "
+        "The paper's building is Raiosya, whose records do not come with this program. Here the same steps are applied "
+        f"to {found.description.name}, direction {found.direction}, from the sensors {', '.join(found.sensors)}: the "
         "numbers are another building's and comparable in kind only.",
-        "The paper cuts the record into segments of equal length; here a segment is one cycle between zero "
+        "The paper cuts the record into segments and does not say which; here a segment is one cycle between zero "
         "up-crossings, with an intercept, and every value has a standard deviation.",
         *_missing(found),
         *(f"Not used: {reason}" for reason in found.refused),
@@ -47,10 +47,11 @@ def _missing(found: RealBuilding) -> Iterator[str]:
 
 def _ground(found: Simulated) -> str:
     return (
-        f"The record observed at Hiyoshi on 2005-07-23 is not to be had. {found.ground.name} stands in for it: at "
-        "100 Hz, 0.1-30 Hz, at rest before and after, scaled to 70.13 gal. Another record moves every fitting rate by "
-        "some points. The paper does not say how its noise is scaled; here it is white, its standard deviation the "
-        f"given part of each channel's RMS, on all channels, one draw (seed {found.seed})."
+        "The record observed at Hiyoshi on 2005-07-23 does not come with this program. In its place stands "
+        f"{found.ground.name}: at 100 Hz, 0.1-30 Hz, at rest before and after, scaled to 70.13 gal. Another record "
+        "moves every fitting rate by some points. The paper does not say how its noise is scaled; here it is white, "
+        "its standard deviation the given part of each channel's RMS, on all channels, one draw "
+        f"(seed {found.seed})."
     )
 
 

@@ -39,7 +39,7 @@ def _ground(found: Simulated) -> Figure:
         6,
         "Ground acceleration",
         f"{found.ground.name}, scaled to the {GAL * PEAK:.2f} gal of the record observed at Hiyoshi, which the paper "
-        "shows here and which is not to be had.",
+        "shows here.",
         (histories(found.time, [Curve("ground", GAL * found.ground.acceleration)], "acceleration (gal)"),),
     )
 

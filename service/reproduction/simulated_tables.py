@@ -64,7 +64,7 @@ def _parameters() -> Table:
         ("A", NONE, f"{hysteretic['A']:g}"),
         ("largest ground acceleration (gal), Figure 6", "70.13", f"{100 * PEAK:.2f}"),
     )
-    note = "Given, not found. The paper does not print A. Its ground motion is not to be had: see below."
+    note = "Given, not found. The paper does not print A. Its ground motion is not at hand: see below."
     return Table("Table II. Parameter values", ("parameter", "paper", "ours"), rows, note=note)
 
 
