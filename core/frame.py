@@ -1,0 +1,77 @@
+"""Lateral stiffness of a frame whose joints rotate, on a base slab that rocks."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import linalg
+
+from core.arrays import Matrix, Tensor, Vector
+
+COLUMN = np.array([[12.0, 6.0, -12.0, 6.0], [6.0, 4.0, -6.0, 2.0], [-12.0, -6.0, 12.0, -6.0], [6.0, 2.0, -6.0, 4.0]]) / 12
+"""Of the displacements and (times the storey's height) rotations of a prismatic column's two ends, in shares of its
+stiffness with both ends clamped."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LateralStiffness:
+    """Stiffness of the floors relative to the base slab's translation, with its derivatives."""
+
+    stiffness: Matrix
+    """(floors, floors) N/m."""
+    by_storey: Tensor
+    """(floors, floors, floors) N/m, first index: derivative by the logarithm of that storey's stiffness."""
+    by_joints: Matrix
+    """(floors, floors) N/m, derivative by the logarithm of the joints' flexibility."""
+    by_rocking: Matrix
+    """(floors, floors) N/m, derivative by the logarithm of the rocking flexibility."""
+
+
+def heights(floors: int) -> Vector:
+    """(floors,) height of each above the base slab over that of the roof, storeys being alike."""
+    return np.arange(1, floors + 1) / floors
+
+
+def lateral_stiffness(storey_stiffness: Vector, joints: float, rocking: float) -> LateralStiffness:
+    """Frame of alike storeys whose girders clamp the columns' ends in part, in series with a rocking base.
+
+    With rigid joints (joints = 0) and no rocking it is the shear building of eq 1; with soft joints it bends as a
+    cantilever. The joints' rotations carry no mass and are condensed (Guyan 1965).
+
+    Args:
+        storey_stiffness: (floors,) N/m, of the columns below each floor, both ends clamped.
+        joints: stiffness of the columns over that of the girders at a joint (the inverse of Blume's joint rotation
+            index, 1968), >= 0.
+        rocking: deflection of the roof by the base slab's rotation over that by the storeys, both under one
+            horizontal force on the roof.
+    """
+    frame, by_column, by_joints = _frame(storey_stiffness, max(joints, 1e-9))
+    shape = heights(storey_stiffness.size)
+    flexibility = linalg.inv(frame)
+    lever = rocking * np.sum(1 / storey_stiffness)
+    K = linalg.inv(flexibility + lever * np.outer(shape, shape))
+    through, moment = K @ flexibility, K @ shape
+    by_rocking = -lever * np.outer(moment, moment)
+    share = (1 / storey_stiffness) / np.sum(1 / storey_stiffness)
+    by_storey = through @ by_column @ through.T - share[:, None, None] * by_rocking
+    return LateralStiffness(K, by_storey, through @ by_joints @ through.T, by_rocking)
+
+
+def _frame(storey_stiffness: Vector, joints: float) -> tuple[Matrix, Tensor, Matrix]:
+    """Stiffness on a base that does not rotate, its derivatives by each storey's logarithm and by the joints'."""
+    floors = storey_stiffness.size
+    shares = np.zeros((floors, 2 * floors + 2, 2 * floors + 2))
+    girders = np.zeros_like(shares)
+    for storey, stiffness in enumerate(storey_stiffness):
+        ends = np.array([storey, floors + 1 + storey, storey + 1, floors + 2 + storey])
+        shares[storey][np.ix_(ends, ends)] = stiffness * COLUMN
+        # a girder is as stiff as the mean of the columns above and below it; the roof's as its one column
+        girders[storey, ends[3], ends[3]] += stiffness * (1.0 if storey == floors - 1 else 0.5) / joints
+        if storey:
+            girders[storey, ends[1], ends[1]] += 0.5 * stiffness / joints
+    moving, rotating = np.arange(1, floors + 1), np.arange(floors + 2, 2 * floors + 2)
+    whole = (shares + girders).sum(axis=0)
+    rotation = -linalg.solve(whole[np.ix_(rotating, rotating)], whole[np.ix_(rotating, moving)], assume_a="pos")
+    kept = np.vstack([np.eye(floors), rotation])
+    chosen = np.ix_(np.concatenate([moving, rotating]), np.concatenate([moving, rotating]))
+    by_storey = np.array([kept.T @ part[chosen] @ kept for part in shares + girders])
+    return by_storey.sum(axis=0), by_storey, -kept.T @ girders.sum(axis=0)[chosen] @ kept

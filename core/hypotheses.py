@@ -1,0 +1,107 @@
+"""What may a superstructure be, and which of that does a record ask for?"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from core.arrays import Vector
+from core.calibration import Calibration, Hypothesis, Lines, best_start, calibrated, log_evidence
+from core.superstructure_model import Design
+
+STOREYS = 0.3
+"""Of the logarithm of a storey's stiffness about that of equal columns, or about the design."""
+MASSES = 0.15
+"""Of the logarithm of a floor's mass about the one told, where masses are doubted."""
+GAINS = 0.02
+"""Of the logarithm of a sensor's gain, where sensors are doubted."""
+DELAYS = 0.01
+"""s, of a sensor's clock, where sensors are doubted."""
+FLEXIBILITIES = ((0.1, 1.5), (0.3, 1.0))
+"""Median and standard deviation of the logarithm: of rocking and of the joints (core.frame)."""
+DAMPING = ((0.002, 1.5), (0.02, 1.5), (0.1, 1.5))
+"""The same of α in s, η, and β in 1/s: each alone would damp a mode of 1 Hz by about 1 %."""
+NOISE_TOLERANCE = 1.25
+"""The noise's power may be that much above what the quiet part of the record says."""
+UNEXPLAINED = 4.0
+"""Standard deviations of a band's misfit above the record's, beyond which noise alone does not explain it."""
+
+
+def as_told(design: Design, transient: float) -> Hypothesis:
+    """Masses and sensors are as told; stiffness and damping are to be found.
+
+    Args:
+        design: of the building.
+        transient: m/s² kg^½, of the free vibration at the record's ends; 0 for a record that begins and ends at rest.
+    """
+    layout = design.layout
+    mean, std = np.zeros(layout.size), np.zeros(layout.size)
+    std[layout.scale] = 10.0
+    std[layout.storeys] = STOREYS
+    mean[layout.flexibilities], std[layout.flexibilities] = _lognormal(FLEXIBILITIES)
+    mean[layout.damping], std[layout.damping] = _lognormal(DAMPING)
+    std[layout.transients] = transient
+    return Hypothesis("masses and sensors as told", mean, std, is_random=False)
+
+
+def corrected(design: Design, transient: float) -> Hypothesis:
+    """The distribution of the floors' mass, the sensors' gains and their clocks may be wrong too."""
+    layout, told = design.layout, as_told(design, transient)
+    std = told.std.copy()
+    std[layout.masses], std[layout.gains], std[layout.delays] = MASSES, GAINS, DELAYS
+    return replace(told, name="masses and sensors corrected", std=std)
+
+
+def with_unmodelled_motion(design: Design, transient: float) -> Hypothesis:
+    """The base slab rocks, and the floors move, beyond what any of the parameters explains."""
+    told = as_told(design, transient)
+    return replace(told, name="with motion that the model does not explain", is_random=True)
+
+
+def _lognormal(priors: tuple[tuple[float, float], ...]) -> tuple[Vector, Vector]:
+    return np.log([median for median, _ in priors]), np.array([std for _, std in priors])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Choice:
+    """The calibration of most evidence, and the lines with the noise it was judged by."""
+
+    calibration: Calibration
+    lines: Lines
+    chi_square: float
+    """Per degree of freedom, of noise alone: about 1 where a superstructure without unmodelled motion explains all."""
+
+
+def chosen(lines: Lines, design: Design, transient: float) -> Choice:
+    """The hypothesis that the record asks for, by its evidence.
+
+    Unmodelled motion is considered only where some band of frequencies is not explained by noise.
+    """
+    told = calibrated(lines, design, *_started(lines, design, as_told(design, transient)))
+    doubt = corrected(design, transient)
+    afresh = told.parameters.copy()
+    afresh[design.layout.storeys] = 0.0
+    found = [told, *(calibrated(lines, design, doubt, start) for start in (told.parameters, afresh))]
+    chi_square = min(calibration.chi_square for calibration in found)
+    noisier = replace(lines, noise=lines.noise * float(np.clip(chi_square, 1.0, NOISE_TOLERANCE)))
+    best = _most_evident(found, noisier, design)
+    if unexplained(best, noisier) > UNEXPLAINED:
+        wider = calibrated(noisier, design, *_started(noisier, design, with_unmodelled_motion(design, transient)))
+        best = _most_evident([best, wider], noisier, design)
+    return Choice(best, noisier, chi_square)
+
+
+def unexplained(calibration: Calibration, lines: Lines) -> float:
+    """Largest excess of a band's misfit over its expectation, in standard deviations."""
+    count = np.bincount(lines.band, minlength=calibration.misfit_by_band.size) * (lines.spectra.shape[0] - 1)
+    scale = lines.noise[0] / calibration.noise[0]
+    held = count > 0
+    excess = (calibration.misfit_by_band[held] / scale - count[held]) / np.sqrt(count[held])
+    return float(excess.max())
+
+
+def _started(lines: Lines, design: Design, hypothesis: Hypothesis) -> tuple[Hypothesis, Vector]:
+    return hypothesis, best_start(lines, design, hypothesis)
+
+
+def _most_evident(found: list[Calibration], lines: Lines, design: Design) -> Calibration:
+    return max(found, key=lambda calibration: log_evidence(calibration, lines, design))

@@ -1,0 +1,180 @@
+"""The restoring force and its uncertainty, all floors estimated together from those measured."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import ndimage, signal
+
+from core.arrays import ComplexMatrix, ComplexVector, Matrix, Vector
+from core.calibration import DYNAMIC_SHARE, Calibration, Lines, static_flexibility, transient_columns
+from core.frame import heights
+from core.superstructure_model import Design, Superstructure, superstructure
+
+NEIGHBOURS = 21
+"""Lines over which the spectrum of the base slab's motion is averaged."""
+ENVELOPE = 2.0
+"""s, over which the motion's strength is judged."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Smoothed:
+    """What the floors' estimate says of the isolation layer."""
+
+    force: Vector
+    """(n,) N."""
+    rigid: Vector
+    """(n,) N, of that: the whole building moving as the base slab."""
+    std: Vector
+    """(n,) N, standard deviation of the force."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Weights:
+    """The linear estimate at every line."""
+
+    force: ComplexMatrix
+    """(lines, channels) kg, of the force."""
+    base: ComplexMatrix
+    """(lines, channels) of the base slab's acceleration."""
+    noise: Vector
+    """(lines,) N², variance of the force by the channels' noise."""
+    motion: Vector
+    """(lines,) N², variance of the force by motions that the channels do not tell."""
+
+
+def smoothed(lines: Lines, design: Design, calibration: Calibration, base_mass: float) -> Smoothed:
+    """The force F = -Σ m_i a_i over all levels, by the posterior mean of every level's acceleration.
+
+    The standard deviation holds the channels' noise, the motion of the floors without a sensor, and the uncertainty
+    of the calibrated parameters; where the model does not hold they grow with its misfit.
+
+    Args:
+        lines: all of the record's spectrum, from zero to half the rate.
+        design: of the building.
+        calibration: of the superstructure.
+        base_mass: kg.
+    """
+    parameters = calibration.parameters
+    weights = _weights(lines, design, calibration, calibration.structure, parameters, base_mass)
+    force = _force(lines, design, weights, calibration.structure, parameters, base_mass)
+    base = np.einsum("lc,cl->l", weights.base, _without_transients(lines, design, calibration.structure, parameters))
+    total = base_mass + design.floor_mass.sum()
+    history = _history(force, lines.samples)
+    variance = _stationary(weights.noise, lines.samples) + _stationary(weights.motion, lines.samples) * _envelope(lines)
+    variance += max(1.0, calibration.chi_square) * _parameter_variance(lines, design, calibration, base_mass, force)
+    return Smoothed(history, -total * _history(base, lines.samples), np.sqrt(variance))
+
+
+def _weights(
+    lines: Lines,
+    design: Design,
+    calibration: Calibration,
+    structure: Superstructure,
+    parameters: Vector,
+    base_mass: float,
+) -> _Weights:
+    layout, w = design.layout, lines.angular
+    α, η, β = structure.damping
+    compliance = w**2 / (structure.squared[:, None] * (1 + 1j * (w * α + η)) - w**2 + 1j * w * β)
+    gain = parameters[layout.gains] - np.median(parameters[layout.gains])
+    delay = parameters[layout.delays] - np.median(parameters[layout.delays])
+    sensor = np.exp(gain[:, None] - 1j * delay[:, None] * w)
+    lever = heights(layout.floors)
+    loads = np.vstack([np.ones(layout.floors), lever, np.zeros((layout.floors, layout.floors))])
+    # of base slab, rocking and single floors: at the channels, and in the force
+    seen = loads.T[design.measured][:, :, None] + np.einsum(
+        "fm,mi,ml->fil", structure.shapes[design.measured], structure.inputs, compliance
+    )
+    first = np.zeros((1, seen.shape[1], w.size), dtype=complex)
+    first[0, 0] = 1.0
+    response = sensor[:, None] * np.concatenate([first, seen])
+    inertia = -(structure.mass @ loads.T)[:, None] - np.einsum(
+        "m,mi,ml->il", structure.mass @ structure.shapes, structure.inputs, compliance
+    )
+    inertia[0] -= base_mass
+    variance = _input_variances(lines, calibration, layout.floors, response)
+    weighted = response * variance
+    covariance = np.einsum("cil,dil->lcd", weighted, response.conj())
+    crossed = np.einsum("il,cil->lc", inertia, weighted.conj())
+    prior = np.einsum("il,il,il->l", inertia, variance, inertia.conj()).real
+    flexibility = static_flexibility(design)
+    local = (1 - DYNAMIC_SHARE) * calibration.variances.floors[lines.band][:, None]
+    covariance[:, 1:, 1:] += local[:, :, None] * flexibility[np.ix_(design.measured, design.measured)]
+    crossed[:, 1:] -= local * (structure.mass @ flexibility)[design.measured]
+    prior += local[:, 0] * (structure.mass @ flexibility @ structure.mass)
+    covariance += np.diag(lines.noise)
+    inverse = np.linalg.inv(covariance)
+    force = np.einsum("lc,lcd->ld", crossed, inverse)
+    base = np.einsum("lc,lcd->ld", weighted[:, 0].T.conj(), inverse)
+    noise = np.einsum("lc,c->l", np.abs(force) ** 2, lines.noise)
+    posterior = prior - np.einsum("lc,lc->l", force, crossed.conj()).real
+    return _Weights(force, base, noise, np.maximum(posterior - noise, 0.0))
+
+
+def _input_variances(lines: Lines, calibration: Calibration, floors: int, response: np.ndarray) -> Matrix:
+    """(2 + floors, lines) of the base slab's acceleration, its rocking, and single floors' accelerations."""
+    power = ndimage.uniform_filter1d(np.abs(lines.spectra[0]) ** 2, NEIGHBOURS, mode="nearest")
+    base = np.maximum(power - lines.noise[0], 1e-3 * power)
+    band, variances = lines.band, calibration.variances
+    single = DYNAMIC_SHARE * variances.floors[band]
+    return np.vstack([base, variances.rocking[band], np.tile(single, (floors, 1))])
+
+
+def _without_transients(lines: Lines, design: Design, structure: Superstructure, parameters: Vector) -> ComplexMatrix:
+    """(channels, lines) spectra less the modes' free vibration."""
+    if lines.at_rest:
+        return lines.spectra
+    layout = design.layout
+    columns = transient_columns(structure, lines, design.measured)
+    free = np.tensordot(parameters[layout.transients], columns, 1)
+    sensor = np.exp(parameters[layout.gains][1:, None] - 1j * parameters[layout.delays][1:, None] * lines.angular)
+    left = lines.spectra.copy()
+    left[1:] -= sensor * free
+    return left
+
+
+def _force(
+    lines: Lines, design: Design, weights: _Weights, structure: Superstructure, parameters: Vector, base_mass: float
+) -> ComplexVector:
+    """(lines,) spectrum of the force."""
+    spectra = _without_transients(lines, design, structure, parameters)
+    force = np.einsum("lc,cl->l", weights.force, spectra)
+    if not lines.at_rest:
+        columns = transient_columns(structure, lines, np.arange(design.layout.floors))
+        free = np.tensordot(parameters[design.layout.transients], columns, 1)
+        force = force - structure.mass @ free
+    return np.asarray(force)
+
+
+def _parameter_variance(
+    lines: Lines, design: Design, calibration: Calibration, base_mass: float, force: ComplexVector
+) -> Vector:
+    """(n,) N², of the force by the parameters' uncertainty, to first order."""
+    free = calibration.hypothesis.free
+    values, directions = np.linalg.eigh(calibration.covariance[np.ix_(free, free)])
+    variance = np.zeros(lines.samples)
+    for value, direction in zip(values, directions.T, strict=True):
+        moved = calibration.parameters.copy()
+        moved[free] += np.sqrt(max(value, 0.0)) * direction
+        structure = superstructure(moved, design)
+        weights = _weights(lines, design, calibration, structure, moved, base_mass)
+        variance += _history(_force(lines, design, weights, structure, moved, base_mass) - force, lines.samples) ** 2
+    return variance
+
+
+def _stationary(variance: Vector, samples: int) -> float:
+    """Variance in time of what has the given one at every line of a real history's one-sided spectrum."""
+    return float((2 * variance.sum() - variance[0]) / samples**2)
+
+
+def _envelope(lines: Lines) -> Vector:
+    """(n,) mean square of the channels about each instant, over that of the record."""
+    histories = np.fft.irfft(lines.spectra, lines.samples, axis=1)
+    window = signal.windows.hann(max(3, round(ENVELOPE * lines.rate)))
+    strength = signal.fftconvolve((histories**2).sum(axis=0), window / window.sum(), mode="same")
+    strength = np.maximum(strength, 0.0)
+    return np.asarray(strength / strength.mean())
+
+
+def _history(spectrum: ComplexVector, samples: int) -> Vector:
+    return np.asarray(np.fft.irfft(spectrum, samples))

@@ -1,0 +1,176 @@
+"""The superstructure that is calibrated from a record: its parameters, and what they make of it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import linalg
+
+from core.arrays import ComplexMatrix, ComplexTensor, Indices, Matrix, Tensor, Vector
+from core.building import storey_stiffness_matrix
+from core.frame import heights, lateral_stiffness
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """Where each parameter stands in the vector of all; all but the last two kinds are logarithms."""
+
+    floors: int
+    channels: int
+
+    @property
+    def scale(self) -> int:
+        """Of all stiffnesses, about those of the prior."""
+        return 0
+
+    @property
+    def storeys(self) -> slice:
+        """Stiffness of each storey about scale and prior."""
+        return slice(1, 1 + self.floors)
+
+    @property
+    def masses(self) -> slice:
+        """Mass of each floor about the one told; only their distribution counts, their total stays."""
+        return slice(1 + self.floors, 1 + 2 * self.floors)
+
+    @property
+    def flexibilities(self) -> slice:
+        """Of the base slab's rocking and of the joints (core.frame)."""
+        return slice(1 + 2 * self.floors, 3 + 2 * self.floors)
+
+    @property
+    def damping(self) -> slice:
+        """Coefficients of α K, i η K and β M."""
+        return slice(3 + 2 * self.floors, 6 + 2 * self.floors)
+
+    @property
+    def gains(self) -> slice:
+        """Of every channel."""
+        return slice(self.damping.stop, self.damping.stop + self.channels)
+
+    @property
+    def delays(self) -> slice:
+        """s, of every channel."""
+        return slice(self.gains.stop, self.gains.stop + self.channels)
+
+    @property
+    def transients(self) -> slice:
+        """m/s² kg^½, two for each mode: what the record's start and end leave of the modes' free vibration."""
+        return slice(self.delays.stop, self.delays.stop + 2 * self.floors)
+
+    @property
+    def size(self) -> int:
+        """Of the whole vector."""
+        return self.transients.stop
+
+    @property
+    def structural(self) -> int:
+        """How many of the first parameters are the structure's own."""
+        return self.damping.stop
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Design:
+    """What is believed of the superstructure before any record."""
+
+    floor_mass: Vector
+    """(floors,) kg."""
+    storey_stiffness: Vector
+    """(floors,) N/m, scaled to a first fixed-base mode of 1 Hz; of equal columns where nobody gave a stiffness."""
+    measured: Indices
+    """(channels - 1,) floors with a sensor."""
+
+    @classmethod
+    def of(cls, floor_mass: Vector, storey_stiffness: Vector | None, measured: Indices) -> "Design":
+        """From what an engineer gave."""
+        stiffness = np.ones_like(floor_mass) if storey_stiffness is None else storey_stiffness
+        lowest = linalg.eigh(
+            storey_stiffness_matrix(stiffness), np.diag(floor_mass), eigvals_only=True, subset_by_index=[0, 0]
+        )[0]
+        return cls(floor_mass, stiffness * (2 * np.pi) ** 2 / lowest, measured)
+
+    @property
+    def layout(self) -> Layout:
+        """Of the parameters."""
+        return Layout(self.floor_mass.size, self.measured.size + 1)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Superstructure:
+    """The fixed-base modes of one choice of parameters, normalised to unit modal mass, with their derivatives."""
+
+    mass: Vector
+    """(floors,) kg."""
+    storey_stiffness: Vector
+    """(floors,) N/m."""
+    squared: Vector
+    """(modes,) rad²/s²."""
+    shapes: Matrix
+    """(floors, modes)."""
+    inputs: Matrix
+    """(modes, 2 + floors) load by unit acceleration of the base slab, by its rocking, by a unit at each floor alone."""
+    stiffness_derivatives: Tensor
+    """(3 + floors, modes, modes) of the modal stiffness: by scale, storeys, rocking and joints."""
+    damping: Vector
+    """(3,) α in s, η, β in 1/s."""
+
+    @property
+    def frequencies(self) -> Vector:
+        """(modes,) Hz."""
+        return np.asarray(np.sqrt(self.squared) / (2 * np.pi))
+
+    @property
+    def damping_ratios(self) -> Vector:
+        """(modes,) of critical."""
+        ω, (α, η, β) = np.sqrt(self.squared), self.damping
+        return np.asarray(α * ω / 2 + η / 2 + β / (2 * ω))
+
+
+def superstructure(parameters: Vector, design: Design) -> Superstructure:
+    """Modes of the frame with the given parameters, damped in proportion to stiffness and mass (classical modes)."""
+    layout = design.layout
+    stiffness = design.storey_stiffness * np.exp(parameters[layout.scale] + parameters[layout.storeys])
+    mass = design.floor_mass * np.exp(parameters[layout.masses])
+    mass *= design.floor_mass.sum() / mass.sum()
+    rocking, joints = np.exp(parameters[layout.flexibilities])
+    lateral = lateral_stiffness(stiffness, joints, rocking)
+    squared, shapes = linalg.eigh(lateral.stiffness, np.diag(mass))
+    shapes = shapes * np.sign(shapes[-1])
+    loads = np.vstack([np.ones(mass.size), heights(mass.size), np.eye(mass.size)])
+    by = np.concatenate([[lateral.stiffness], lateral.by_storey, [lateral.by_rocking, lateral.by_joints]])
+    return Superstructure(
+        mass=mass,
+        storey_stiffness=stiffness,
+        squared=squared,
+        shapes=shapes,
+        inputs=shapes.T @ (mass[:, None] * loads.T),
+        stiffness_derivatives=shapes.T @ by @ shapes,
+        damping=np.exp(parameters[layout.damping]),
+    )
+
+
+def free_vibration(structure: Superstructure, angular: Vector, samples: int, rate: float) -> ComplexTensor:
+    """Spectra of the modes' free vibration from the record's first sample on.
+
+    A record that does not begin and end at rest is not its own periodic continuation: to the response that the
+    discrete Fourier transform takes for granted comes a free vibration (Pintelon and Schoukens 2012, section 6.3.2).
+
+    Args:
+        structure: whose modes.
+        angular: (lines,) rad/s.
+        samples: n, of the record.
+        rate: Hz.
+
+    Returns:
+        (modes, 2, lines) of the real and the imaginary part of exp(s t).
+    """
+    ω, ζ = np.sqrt(structure.squared), np.minimum(structure.damping_ratios, 0.9)
+    pole = (-ζ + 1j * np.sqrt(1 - ζ**2)) * ω
+    forward = _decay_spectrum(pole, angular, samples, rate)
+    backward = _decay_spectrum(pole.conj(), angular, samples, rate)
+    return np.stack([(forward + backward) / 2, (forward - backward) / 2j], axis=1)
+
+
+def _decay_spectrum(poles: Vector, angular: Vector, samples: int, rate: float) -> ComplexMatrix:
+    ratio = np.exp((poles[:, None] - 1j * angular) / rate)
+    whole = 1 - np.exp(poles[:, None] * samples / rate)
+    return np.asarray(whole / (1 - ratio))
