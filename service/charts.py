@@ -101,14 +101,14 @@ def torsion_history(time: Vector, torsion: Vector, std: Vector) -> alt.LayerChar
     across = alt.X("time:Q", title="time after the start of the record (s)").scale(nice=False)
     band = alt.Chart(rows).mark_area(opacity=0.3, color=ORANGE).encode(x=across, y="low:Q", y2="high:Q")
     layers = [band, _line(rows, "torsion", "mrad")]
-    return alt.LayerChart(layer=layers, title="Torsion", width=460, height=150, config=CONFIG)
+    return alt.LayerChart(layer=layers, title="Torsion", width=640, height=150, config=CONFIG)
 
 
 def axial_load_history(time: Vector, ratio: Vector) -> alt.LayerChart:
     """Vertical force on the isolators over the weight, over time (s)."""
     rows = _rows(extremes(ratio, POINTS), time=time, load=ratio)
     line = _line(rows, "load", "N/W")
-    return alt.LayerChart(layer=[line], title="Vertical load on the isolators", width=460, height=150, config=CONFIG)
+    return alt.LayerChart(layer=[line], title="Vertical load on the isolators", width=640, height=150, config=CONFIG)
 
 
 def equivalent_stiffness(events: Mapping[datetime, Sequence[EquivalentSegment]], title: str) -> alt.LayerChart:

@@ -40,7 +40,7 @@ def with_std(value: float, std: float) -> str:
 
 
 def _rounded(value: float, decimals: int) -> str:
-    return f"{round(value, decimals):.{max(decimals, 0)}f}"
+    return f"{round(value, decimals) + 0.0:.{max(decimals, 0)}f}"  # what rounds to -0 is 0
 
 
 TEMPLATES.env.filters |= {"time": time, "with_std": with_std}

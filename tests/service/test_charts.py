@@ -29,6 +29,9 @@ PICTURES = {
     "restoring force": charts.restoring_force(time=TIME, displacement=DISPLACEMENT, force=FORCE, std=STD, title="T"),
     "loop": charts.loop(time=TIME, displacement=DISPLACEMENT, force=FORCE, title="T"),
     "force history": charts.force_history(time=TIME, force=FORCE, std=STD),
+    "orbit": charts.orbit(TIME, DISPLACEMENT, 0.5 * np.roll(DISPLACEMENT, 70)),
+    "torsion": charts.torsion_history(TIME, 0.02 * DISPLACEMENT, np.full(TIME.size, 1e-5)),
+    "axial load": charts.axial_load_history(TIME, 1 + DISPLACEMENT),
     "k_eq": charts.equivalent_stiffness(cycles(3), "T"),
     "c_eq": charts.equivalent_damping(cycles(3), "T"),
     "k_eq over years": charts.equivalent_stiffness(cycles(40), "T"),
@@ -58,7 +61,7 @@ def titles(picture: alt.LayerChart | alt.VConcatChart) -> set[str]:
 def test_every_axis_has_a_unit(name: str) -> None:
     assert titles(PICTURES[name])
     for title in titles(PICTURES[name]):
-        assert title.endswith(("(s)", "(mm)", "(kN)", "(kN/mm)", "(kN s/mm)")), title
+        assert title.endswith(("(s)", "(mm)", "(mrad)", "(kN)", "(kN/mm)", "(kN s/mm)", "(N/W)")), title
 
 
 @pytest.mark.parametrize("name", PICTURES)
