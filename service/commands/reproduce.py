@@ -65,7 +65,7 @@ def reproduce(
     """Run the paper's sections 7 and 8: every number it prints beside ours, and its figures 6 to 16 and 18 to 24.
 
     Section 7 runs on the paper's simulated building and needs nothing else; section 8's steps are shown on the
-    records of a real building, if some are given. It takes about half a minute.
+    records of a real building, if some are given. It takes about a minute.
     """
     from time import monotonic
 
