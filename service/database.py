@@ -318,6 +318,9 @@ class ModeResult(Base):
     damping_ratio_std: Mapped[float | None]
     shape: Mapped[dict[str, Any]]
     """By level name."""
+    shape_std: Mapped[dict[str, Any] | None]
+    misfit: Mapped[float | None]
+    """Chi-square per degree of freedom."""
     result: Mapped[DirectionResult] = relationship(back_populates="modes")
 
 

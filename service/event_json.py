@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from core.analysis import AnalysisSettings, DirectionAnalysis, EventAnalysis
+from core.arrays import Vector
 from core.axial_load import AxialLoad
 from core.description import BuildingDescription
 from core.estimator import Mode
@@ -18,6 +19,8 @@ REASONS: Mapping[str, str] = {
     "shear_strain": "the building file gives no isolation.rubber_height",
     "frequency_std": "the estimator gives none",
     "damping_ratio_std": "the estimator gives none",
+    "shape_std": "noise of the base slab's record could not be allowed for",
+    "misfit": "there was no fit that allows for noise of the base slab's record",
     "pga": "no horizontal acceleration of the ground was measured",
     "refusal": "the event was not refused",
     "sensors": "every instrumented level was used",
@@ -83,14 +86,19 @@ def _load(load: AxialLoad) -> dict[str, Any]:
 
 
 def _mode(mode: Mode, description: BuildingDescription) -> dict[str, Any]:
-    shape = zip(description.floors, mode.shape.tolist(), strict=True)
     return {
         "frequency": mode.frequency,
         "frequency_std": mode.frequency_std,
         "damping_ratio": mode.damping_ratio,
         "damping_ratio_std": mode.damping_ratio_std,
-        "shape": {level.name: value for level, value in shape},
+        "shape": _by_level(mode.shape, description),
+        "shape_std": None if mode.shape_std is None else _by_level(mode.shape_std, description),
+        "misfit": mode.misfit,
     }
+
+
+def _by_level(values: Vector, description: BuildingDescription) -> dict[str, float]:
+    return {level.name: value for level, value in zip(description.floors, values.tolist(), strict=True)}
 
 
 def _finite(value: Any) -> Any:  # noqa: ANN401  whatever JSON may hold

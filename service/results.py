@@ -10,6 +10,7 @@ from sqlalchemy import select, update
 from sqlalchemy.orm import Session, undefer
 
 from core.analysis import AnalysisSettings, DirectionAnalysis, EventAnalysis
+from core.arrays import Vector
 from core.description import BuildingDescription
 from core.estimator import Mode
 from core.motion import MeasuredMotion
@@ -186,5 +187,11 @@ def _mode_result(number: int, mode: Mode, description: BuildingDescription) -> M
         frequency_std=mode.frequency_std,
         damping_ratio=mode.damping_ratio,
         damping_ratio_std=mode.damping_ratio_std,
-        shape={level.name: float(value) for level, value in zip(description.floors, mode.shape, strict=True)},
+        shape=_by_level(mode.shape, description),
+        shape_std=None if mode.shape_std is None else _by_level(mode.shape_std, description),
+        misfit=mode.misfit,
     )
+
+
+def _by_level(values: Vector, description: BuildingDescription) -> dict[str, float]:
+    return {level.name: float(value) for level, value in zip(description.floors, values, strict=True)}

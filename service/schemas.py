@@ -126,6 +126,13 @@ class ModeOut(Answer):
     damping_ratio: Number = Field(description="Part of critical damping.")
     damping_ratio_std: Number | None = Field(description="Null where the estimator gives none.")
     shape: dict[str, float] = Field(description="By level, relative to the base slab.")
+    shape_std: dict[str, float] | None = Field(
+        description="By level; null where noise of the base slab's record could not be allowed for."
+    )
+    misfit: Number | None = Field(
+        description="Chi-square per degree of freedom of the fit that allows for noise in every channel: 1 where noise "
+        "explains all it leaves. Null where there was none."
+    )
 
 
 class DirectionOut(Answer):
@@ -322,6 +329,41 @@ class Modes(Answer):
     building: str = Field(description="Code of the building.")
     items: list[ModeRow] = Field(description="The rows of this page.")
     next: str | None = Field(description="Cursor of the next page; null after the last.")
+
+
+class SightingOut(Answer):
+    """A mode in one event."""
+
+    event: int = Field(description="Number of the event.")
+    event_start: datetime = Field(description="Of the event's first sample.")
+    pga: Number | None = Field(description="m/s², peak horizontal ground acceleration; null where not measured.")
+    peak_force: Number = Field(description="N, largest absolute restoring force of the isolation layer.")
+    peak_displacement: Number | None = Field(description="m, of the isolation layer; null where not known.")
+    frequency: Number = Field(description="Hz.")
+    frequency_std: Number | None = Field(description="Hz; null where the estimator gives none.")
+    damping_ratio: Number = Field(description="Part of critical damping.")
+    damping_ratio_std: Number | None = Field(description="Null where the estimator gives none.")
+    shape: dict[str, float] = Field(description="By level, relative to the base slab.")
+    shape_std: dict[str, float] | None = Field(description="By level; null where the estimator gives none.")
+    misfit: Number | None = Field(description="Chi-square per degree of freedom; null without a fit.")
+
+
+class TrackOut(Answer):
+    """One mode of the superstructure, followed from event to event."""
+
+    direction: str = Field(description="x or y, as the building file names it.")
+    number: int = Field(description="From 1 in each direction, the lowest frequency first.")
+    established: bool = Field(description="Whether it was seen often enough to be a mode of the building.")
+    frequency: Number = Field(description="Hz, the median.")
+    damping_ratio: Number = Field(description="Part of critical damping, the median.")
+    events: list[SightingOut] = Field(description="In which it was seen, the earliest first.")
+
+
+class Tracks(Answer):
+    """The modes of a building over its events."""
+
+    building: str = Field(description="Code of the building.")
+    items: list[TrackOut] = Field(description="By direction and frequency.")
 
 
 class SourceOut(Answer):

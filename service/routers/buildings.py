@@ -4,9 +4,10 @@ from datetime import datetime
 
 from fastapi import APIRouter, Request, Response
 
-from service import queries, schemas
+from service import mode_tracks, queries, schemas
 from service.answers import Format, document, responses, table
 from service.buildings import described
+from service.mode_tracks import Sighting, TrackedMode
 from service.parameters import AnyDirection, Code, Cursor, EventSpan, Limit, MinimumPga, Reading, RowLimit, place
 from service.queries import Place
 
@@ -109,3 +110,44 @@ def modes(
     last = following([(row.event_start, row.id) for row in rows], limit)
     columns = tuple(schemas.ModeRow.model_fields)
     return table(request, format, columns, [row[:-1] for row in rows], last, building=code)
+
+
+@router.get("/{code}/mode-tracks", operation_id="list_mode_tracks", **responses(schemas.Tracks, 404))
+def tracks(
+    request: Request, code: Code, sessions: Reading, span: EventSpan, direction: AnyDirection = None
+) -> Response:
+    """The modes of the superstructure, each followed over the latest events by its frequency and shape."""
+    with sessions() as session:
+        found, _ = queries.building(session, code)
+        asked = mode_tracks.DIRECTIONS if direction is None else (direction,)
+        modes = [mode for one in asked for mode in mode_tracks.tracked_modes(session, found.id, span, one)]
+    return document(request, schemas.Tracks(building=code, items=[_track(mode) for mode in modes]))
+
+
+def _track(mode: TrackedMode) -> schemas.TrackOut:
+    return schemas.TrackOut(
+        direction=mode.direction,
+        number=mode.number,
+        established=mode.is_established,
+        frequency=mode.frequency,
+        damping_ratio=mode.damping_ratio,
+        events=[_sighting(sighting) for sighting in mode.sightings],
+    )
+
+
+def _sighting(sighting: Sighting) -> schemas.SightingOut:
+    mode = sighting.mode
+    return schemas.SightingOut(
+        event=sighting.event,
+        event_start=sighting.event_start,
+        pga=sighting.pga,
+        peak_force=sighting.peak_force,
+        peak_displacement=sighting.peak_displacement,
+        frequency=mode.frequency,
+        frequency_std=mode.frequency_std,
+        damping_ratio=mode.damping_ratio,
+        damping_ratio_std=mode.damping_ratio_std,
+        shape=dict(zip(sighting.levels, mode.shape.tolist(), strict=True)),
+        shape_std=None if mode.shape_std is None else dict(zip(sighting.levels, mode.shape_std.tolist(), strict=True)),
+        misfit=mode.misfit,
+    )

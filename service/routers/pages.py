@@ -7,8 +7,9 @@ from typing import Annotated
 from fastapi import APIRouter, Depends, Query, Request, Response
 from sqlalchemy.orm import Session
 
-from service import layer_queries, queries
+from service import layer_queries, mode_tracks, queries
 from service.database import Analysis, Building, DirectionResult, Event, LayerResult
+from service.mode_tracks import TrackedMode
 from service.pages.rendering import page
 from service.parameters import Reading
 from service.queries import Span
@@ -68,6 +69,24 @@ def viewed(session: Session, event: Event, analysis: Analysis | None) -> View:
     results = queries.direction_results(session, analysis.id) if analysis else []
     layer = layer_queries.layer_result(session, analysis.id) if analysis else None
     return View(event, STATES.get(event.state, event.state), analysis, results, layer)
+
+
+@router.get("/modes")
+def modes(
+    request: Request, sessions: Reading, building: Annotated[str, Query(pattern=r"^[A-Za-z0-9_-]{1,32}$")]
+) -> Response:
+    """The modes of a building over its events."""
+    with sessions() as session:
+        found, _ = queries.building(session, building)
+        directions = [_modes_of_direction(session, found, direction) for direction in mode_tracks.DIRECTIONS]
+        return page(request, "modes", building=found, directions=[one for one in directions if one[2]])
+
+
+def _modes_of_direction(session: Session, building: Building, direction: str) -> tuple[str, list[TrackedMode], int]:
+    """A direction, its established modes, and the number of events that showed any."""
+    found = mode_tracks.tracked_modes(session, building.id, Span(), direction)
+    events = {sighting.event for mode in found for sighting in mode.sightings}
+    return direction, [mode for mode in found if mode.is_established], len(events)
 
 
 @router.get("/docs")

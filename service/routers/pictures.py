@@ -10,13 +10,13 @@ import vl_convert
 from fastapi import APIRouter, Depends, Query, Request, Response
 
 from core.equivalent import EquivalentSegment
-from service import charts, layer_queries, queries
+from service import charts, layer_queries, mode_charts, mode_tracks, queries
 from service.answers import is_known, tag, unchanged, written
 from service.auth import viewer
 from service.blobs import decode
 from service.errors import NotFoundError
 from service.parameters import LARGEST, Reading
-from service.queries import CYCLE
+from service.queries import CYCLE, Span
 from service.version import VERSION
 
 CYCLES = 5000
@@ -97,7 +97,27 @@ def stiffness(
     return drawn(request, charts.equivalent_stiffness(events, title), etag)
 
 
-def drawn(request: Request, chart: altair.LayerChart, etag: str) -> Response:
+@router.get("/modes.svg")
+def modes(
+    request: Request,
+    sessions: Reading,
+    building: Annotated[str, Query(pattern=r"^[A-Za-z0-9_-]{1,32}$")],
+    direction: Annotated[str, Query(pattern="^[xy]$")],
+) -> Response:
+    """Frequency and damping of each established mode, over time and over the strength of the shaking."""
+    with sessions() as session:
+        found, _ = queries.building(session, building)
+        tracked = mode_tracks.tracked_modes(session, found.id, Span(), direction)
+    shown = [mode for mode in tracked if mode.is_established]
+    if not shown:
+        raise NotFoundError("mode of building", f"{building}, direction {direction}")
+    etag = tag(VERSION, "modes", building, direction, [(m.frequency, len(m.sightings)) for m in shown])
+    if is_known(request, etag):
+        return unchanged(etag)
+    return drawn(request, mode_charts.modes_over_events(shown, f"Direction {direction}"), etag)
+
+
+def drawn(request: Request, chart: charts.Picture, etag: str) -> Response:
     """The picture; what it shows changes only with its tag."""
     svg = vl_convert.vegalite_to_svg(chart.to_dict())
     return written(request, svg.encode(), "image/svg+xml", etag)

@@ -68,6 +68,8 @@ def test_the_document_has_what_the_command_promises() -> None:
         "damping_ratio": 0.01,
         "damping_ratio_std": None,
         "shape": {"2F": 0.4, "roof": 1.0},
+        "shape_std": None,
+        "misfit": None,
     }
     assert x["restoring_force"] == {"estimator": "cms", "peak": 3e6, "std": np.sqrt((9e8 + 16e8) / 3)}
     assert x["motion"] == {"peak": 0.03, "peak_std": 2e-3, "band": [0.12, 50.0], "residual": None}
