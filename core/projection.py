@@ -1,6 +1,7 @@
 """What the past tells of the future beyond what the future input does: the data equation's LQ (paper, eq 13-18)."""
 
 from dataclasses import dataclass
+from math import ceil
 
 import numpy as np
 from scipy import fft, linalg
@@ -10,6 +11,9 @@ from core.errors import IdentificationError
 
 WELL_CONDITIONED = 1e-4
 """Of the largest diagonal entry. The rounding of a Gram matrix grows with this to the power of minus two: to 1e-7."""
+
+SEGMENT = 16
+"""Lags in a segment: shorter ones overlap too much, longer ones leave the processor's cache."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,8 +58,8 @@ def block_hankel(series: Matrix, block_rows: int) -> Matrix:
 def hankel_gram(series: Matrix, block_rows: int) -> Matrix:
     """H Hᵀ of the block Hankel matrix, without forming it.
 
-    Its first block row are lag products, by way of their spectra. Down a block diagonal their window moves on by one
-    sample: one product enters, one leaves.
+    Its first block row are lag products. Down a block diagonal their window moves on by one sample: one product enters,
+    one leaves.
 
     Args:
         series: (channels, n).
@@ -66,19 +70,40 @@ def hankel_gram(series: Matrix, block_rows: int) -> Matrix:
     """
     channels, n = series.shape
     columns = n - block_rows + 1
-    length = fft.next_fast_len(n, real=True)  # the largest lag ends at the last sample: none wraps round
-    window, whole = fft.rfft(series[:, :columns], length), fft.rfft(series, length)
-    products = fft.irfft(window.conj()[:, None] * whole[None], length)[..., :block_rows]
-    gram = np.empty((block_rows, channels, block_rows, channels))
-    for lag in range(block_rows):
-        moved = np.arange(block_rows - lag - 1)
-        earlier, later = series.T[:, :, None], series[:, lag:].T[:, None, :]
-        change = earlier[moved + columns] * later[moved + columns] - earlier[moved] * later[moved]
-        diagonal = products[..., lag] + np.concatenate([np.zeros((1, channels, channels)), np.cumsum(change, axis=0)])
-        row = np.arange(block_rows - lag)
-        gram[row, :, row + lag] = diagonal
-        gram[row + lag, :, row] = diagonal.transpose(0, 2, 1)
+    leaving, entering = series[:, : block_rows - 1].T.ravel(), series[:, columns:].T.ravel()
+    change = np.outer(entering, entering) - np.outer(leaving, leaving)
+    gram = np.empty((block_rows, channels, block_rows * channels))
+    gram[0] = lag_products(series, block_rows).transpose(1, 0, 2).reshape(channels, -1)
+    for row in range(block_rows - 1):
+        now, below = slice(row * channels, (row + 1) * channels), slice((row + 1) * channels, (row + 2) * channels)
+        np.add(gram[row, :, :-channels], change[now], out=gram[row + 1, :, channels:])
+        gram[row + 1, :, :channels] = gram[0, :, below].T
     return gram.reshape(block_rows * channels, -1)
+
+
+def lag_products(series: Matrix, lags: int) -> np.ndarray[tuple[int, int, int], np.dtype[np.float64]]:
+    """Σ_t y(t) y(t + lag)ᵀ over the first n - lags + 1 samples t, by way of the spectra of short segments.
+
+    The products of the segments' spectra are summed before the one inverse transform: long transforms of all pairs of
+    channels would take most of the time.
+
+    Args:
+        series: (channels, n).
+        lags: how many, from zero on.
+
+    Returns:
+        (lags, channels, channels).
+    """
+    channels, n = series.shape
+    length = fft.next_fast_len(SEGMENT * lags, real=True)
+    step = length - lags + 1  # a segment and its largest lag fill the length: none wraps round
+    segments = ceil((n - lags + 1) / step)
+    earlier, later = np.zeros((channels, segments * step)), np.zeros((channels, segments * step + lags - 1))
+    earlier[:, : n - lags + 1], later[:, :n] = series[:, : n - lags + 1], series
+    at_lag_zero = fft.rfft(earlier.reshape(channels, segments, step), length)
+    at_all_lags = fft.rfft(np.lib.stride_tricks.sliding_window_view(later, length, axis=1)[:, ::step], length)
+    cross = at_lag_zero.conj().transpose(2, 0, 1) @ at_all_lags.transpose(2, 1, 0)
+    return np.asarray(fft.irfft(cross, length, axis=0)[:lags])
 
 
 def project(inputs: Matrix, outputs: Matrix, block_rows: int) -> Projection:
@@ -124,7 +149,7 @@ def triangle_by_cholesky(inputs: Matrix, outputs: Matrix, block_rows: int) -> Ma
     rows = np.arange(2 * block_rows * (m + p)).reshape(2 * block_rows, m + p)
     U, Y = rows[:, :m].ravel(), rows[:, m:].ravel()
     order = np.concatenate([U[block_rows * m :], U[: block_rows * m], Y])
-    gram = hankel_gram(np.vstack([inputs, outputs]), 2 * block_rows)[np.ix_(order, order)]
+    gram = hankel_gram(np.vstack([inputs, outputs]), 2 * block_rows).take(order, axis=0).take(order, axis=1)
     try:
         L: Matrix = linalg.cholesky(gram, lower=True, overwrite_a=True, check_finite=False)
     except linalg.LinAlgError:
