@@ -50,9 +50,9 @@ STATIC_ABOUT = f"""\
 Fit less the fit of `{STATIC}` on the same record, in points: the smallest difference, and on how many of the records
 it is negative. Goal: on none."""
 FILTERED_ABOUT = """\
-The product takes out the baseline and passes 0.1 to 30 Hz before it estimates. Fit in %, the worst of motions and
-seeds (their mean), against the exact force within the same band; last, what that band alone leaves: the fit of the
-exact force within it to the exact force. A record shorter than 20 s cannot be filtered."""
+The product takes out the baseline and passes 0.1 to 30 Hz before it estimates. Fit in %, the worst of motions (their
+mean) with one draw of the noise, against the exact force within the same band; last, what that band alone leaves: the
+fit of the exact force within it to the exact force. A record shorter than 20 s cannot be filtered."""
 TIMES_ABOUT = """\
 Processor time in ms of one estimate of 180 s at 100 Hz, one thread, on the machine that wrote this page."""
 

@@ -45,7 +45,7 @@ class Extent:
     floors: tuple[tuple[str, ...], ...]
 
 
-FULL = Extent(tuple(MOTIONS), NOISES, (0, 1, 2, 3), SUBSETS)
+FULL = Extent(tuple(MOTIONS), NOISES, (0, 1, 2), SUBSETS)
 QUICK = Extent(("Kobe", "AKT013"), (NOISES[0], NOISES[-1]), (0,), (("4", "roof"), ("roof",)))
 
 
