@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.arrays import Matrix, Vector
+from core.arrays import Matrix
 
 BAND = (0.1, 1.0)
 """Hz: above the accelerometers' drift, below the coupled modes of the superstructure."""
@@ -17,6 +17,15 @@ BINS = 8
 """Of the spectrum, over which a transfer function is taken to be constant."""
 UNEXPLAINED = 0.2
 """Of the sensor's power: with more of it left at the best angle nothing is concluded."""
+ALIKE = np.deg2rad(3.0)
+"""rad, by which the angles that x and y tell, each alone, may differ."""
+TOLD = np.deg2rad(10.0)
+"""rad, largest standard deviation of either."""
+
+Blocks = np.ndarray[tuple[int, int, int], np.dtype[np.complex128]]
+"""(2, blocks, BINS), spectra of x and y."""
+Costs = np.ndarray[tuple[int, int, int], np.dtype[np.float64]]
+"""(3, 2, blocks), A, B and C of x and y."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,25 +53,51 @@ def relative_angle(reference: Matrix, sensor: Matrix, rate: float) -> RelativeAn
         rate: Hz.
 
     Returns:
-        None if the record is too short, or no angle makes the two coherent.
+        None if the record is too short, no angle makes the two coherent, or x and y tell different angles.
     """
     R, O = _blocks(reference, rate), _blocks(sensor, rate)  # noqa: E741  as in the docstring of _costs
-    if R.shape[1] < 2:
-        return None
-    A, B, C = _costs(R, O)
-    difference, mixed = float((B - A).sum()) / 2, float(C.sum())
-    φ = np.arctan2(mixed, difference) / 2
-    depth = float(np.hypot(difference, mixed))
-    least = float((A + B).sum()) / 2 - depth
     power = float(np.sum(np.abs(O) ** 2))
-    if not (power > 0 and depth > 0 and least < UNEXPLAINED * power):
+    if R.shape[1] < 2 or not power > 0:
         return None
-    slopes = (B - A) / 2 * np.sin(2 * φ) - C * np.cos(2 * φ)
-    free = 2 * 2 * R.shape[1] * (BINS - 1) - 1
-    variance = max(max(least, 0.0) / free / (2 * depth), float(np.sum(slopes**2)) / (2 * depth) ** 2)
+    costs = _costs(R, O)
+    φ, std, least = _least(costs)
     turned = np.cos(φ) * O + np.sin(φ) * np.array([-O[1], O[0]])
+    if not (np.isfinite(std) and least < UNEXPLAINED * power and _agree(R, turned)):
+        return None
     x, y = np.sign(np.sum((turned * R.conj()).real, axis=(1, 2)))
-    return RelativeAngle(float(φ), float(np.sqrt(variance)), (float(x), float(y)))
+    return RelativeAngle(φ, std, (float(x), float(y)))
+
+
+def _least(costs: Costs) -> tuple[float, float, float]:
+    """The best angle in rad, its standard deviation, and the cost that is left, of (3, axes, blocks) A, B and C."""
+    A, B, C = costs
+    difference, mixed = float((B - A).sum()) / 2, float(C.sum())
+    depth = float(np.hypot(difference, mixed))
+    if depth == 0:
+        return 0.0, np.inf, 0.0
+    φ = float(np.arctan2(mixed, difference)) / 2
+    least = max(float((A + B).sum()) / 2 - depth, 0.0)
+    slopes = (B - A) / 2 * np.sin(2 * φ) - C * np.cos(2 * φ)
+    free = 2 * A.size * (BINS - 1) - 1
+    variance = max(least / free / (2 * depth), float(np.sum(slopes**2)) / (2 * depth) ** 2)
+    return φ, float(np.sqrt(variance)), least
+
+
+def _agree(R: Blocks, turned: Blocks) -> bool:
+    """Whether x and y, each alone, tell the same angle: of a sensor off the centre of a torsion they do not.
+
+    Each tells by how much of the other it holds beside the reference once both are turned by the common angle.
+    """
+    for axis in range(2):
+        own, other = (_beside(R[axis], turned[one]) for one in (axis, 1 - axis))
+        power = float(np.sum(np.abs(other) ** 2))
+        by_block = np.sum((own * other.conj()).real, axis=1)
+        leaked = float(by_block.sum()) / max(power, np.finfo(float).tiny)
+        left = by_block - leaked * np.sum(np.abs(other) ** 2, axis=1)
+        std = float(np.sqrt(np.sum(left**2))) / max(power, np.finfo(float).tiny)
+        if std > TOLD or abs(leaked) > max(ALIKE, 3 * std):
+            return False
+    return True
 
 
 def turned_back(samples: Matrix, angle: float) -> Matrix:
@@ -71,7 +106,7 @@ def turned_back(samples: Matrix, angle: float) -> Matrix:
     return np.asarray(np.array([[c, -s], [s, c]]) @ samples)
 
 
-def _blocks(samples: Matrix, rate: float) -> np.ndarray[tuple[int, int, int], np.dtype[np.complex128]]:
+def _blocks(samples: Matrix, rate: float) -> Blocks:
     """(2, blocks, BINS) spectrum within the band."""
     count = samples.shape[1]
     frequency = np.fft.rfftfreq(count, 1 / rate)
@@ -81,17 +116,19 @@ def _blocks(samples: Matrix, rate: float) -> np.ndarray[tuple[int, int, int], np
     return np.asarray(spectra.reshape(2, -1, BINS))
 
 
-def _costs(
-    R: np.ndarray[tuple[int, int, int], np.dtype[np.complex128]],
-    O: np.ndarray[tuple[int, int, int], np.dtype[np.complex128]],  # noqa: E741
-) -> tuple[Vector, Vector, Vector]:
-    """(2 · blocks,) each, A, B and C: what x cosφ − y sinφ of O holds beside R_x, and x sinφ + y cosφ beside R_y."""
-    power = np.sum(np.abs(R) ** 2, axis=2, keepdims=True)
-    beside = [
-        own - np.sum(own * R.conj(), axis=2, keepdims=True) / np.maximum(power, np.finfo(float).tiny) * R
-        for own in (np.broadcast_to(O[0], O.shape), np.broadcast_to(O[1], O.shape))
-    ]
-    xx, yy = (np.sum(np.abs(one) ** 2, axis=2) for one in beside)
-    xy = np.sum((beside[0] * beside[1].conj()).real, axis=2)
-    A, B, C = np.concatenate([xx[0], yy[1]]), np.concatenate([yy[0], xx[1]]), np.concatenate([xy[0], -xy[1]])
-    return A, B, C
+def _costs(R: Blocks, O: Blocks) -> Costs:  # noqa: E741
+    """(3, 2, blocks) A, B and C of what x cosφ − y sinφ of O holds beside R_x, and x sinφ + y cosφ beside R_y."""
+    (xx, yx), (xy, yy) = [[_beside(R[axis], own) for own in O] for axis in range(2)]
+    power = [[np.sum(np.abs(own) ** 2, axis=1) for own in axis] for axis in ((xx, yy), (yx, xy))]
+    mixed = [np.sum((xx * yx.conj()).real, axis=1), -np.sum((xy * yy.conj()).real, axis=1)]
+    return np.array([*power, mixed])
+
+
+def _beside(
+    reference: np.ndarray[tuple[int, int], np.dtype[np.complex128]],
+    own: np.ndarray[tuple[int, int], np.dtype[np.complex128]],
+) -> np.ndarray[tuple[int, int], np.dtype[np.complex128]]:
+    """(blocks, BINS) what of it no transfer function makes of the reference."""
+    power = np.sum(np.abs(reference) ** 2, axis=1, keepdims=True)
+    cross = np.sum(own * reference.conj(), axis=1, keepdims=True)
+    return np.asarray(own - cross / np.maximum(power, np.finfo(float).tiny) * reference)

@@ -64,3 +64,9 @@ def test_the_signs_tell_reversed_axes() -> None:
     assert found is not None
     assert found.signs == (1.0, -1.0)
     assert found.angle == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_sensor_at_the_corner_of_a_slab_that_turns_is_not_taken_for_turned() -> None:
+    """Torsion with the motion in x adds a fifth of it to y and leaves x alone: no turn of the axes does so."""
+    corner = np.array([LEVEL[0], LEVEL[1] + 0.2 * LEVEL[0]])
+    assert relative_angle(REFERENCE, corner, RATE) is None
