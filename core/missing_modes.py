@@ -44,8 +44,8 @@ def with_missing_modes(found: Fit, lines: Lines, least: float) -> Fit:
     """The fit with every further mode that the spectra ask for.
 
     A mode that is left out bends the damping ratios of its neighbours by several of their standard deviations long
-    before it shows in the chi-square. So the covariance also covers what the most promising of those left out would
-    change, as far as it may be there.
+    before it shows in the chi-square. So the covariance also covers what those left out would change, each as far as
+    it may be there. That is of first order: the highest mode found stands for all above it, and may be off by more.
 
     Args:
         found: the fit with the modes that are known.
@@ -89,11 +89,11 @@ def _parameters(transfer: ModalTransfer) -> int:
 
 
 def _widened(found: Fit, candidates: Candidates) -> Fit:
-    """The fit with the covariance of its average with the best candidate, by Akaike's weight (1978)."""
-    best = int(np.argmax(candidates.promise))
-    weight = special.expit(candidates.promise[best] / 2 - _parameters(found.transfer))
-    move = candidates.move[best]
-    return replace(found, covariance=found.covariance + weight * np.outer(move, move))
+    """The fit with the covariance of its average with every candidate, by Akaike's weights (Burnham, Anderson 2002)."""
+    exponents = candidates.promise / 2 - _parameters(found.transfer)
+    weight = special.softmax(np.append(exponents, 0.0))[:-1]
+    spread = candidates.move.T @ (weight[:, None] * candidates.move)
+    return replace(found, covariance=found.covariance + spread)
 
 
 def _is_plausible(transfer: ModalTransfer) -> bool:

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from scipy import signal
 
 from core.errors import RecordError
-from core.noise import noise_std
+from core.noise import noise_density, noise_std
 
 RATE = 100.0
 
@@ -44,6 +44,16 @@ def test_noise_of_a_filtered_record_is_what_the_filter_left() -> None:
     band = signal.butter(4, [0.1, 30.0], btype="bandpass", fs=RATE, output="sos")
     samples = signal.sosfiltfilt(band, np.random.default_rng(4).standard_normal((1, 18000)), axis=1)
     assert noise_std(samples, RATE) == pytest.approx(samples.std(axis=1), rel=0.1)
+
+
+def test_the_density_is_that_of_the_band_the_filter_left() -> None:
+    """White noise of one unit at 100 Hz has 1/50 per Hz; a filter's slope from 15 to 30 Hz takes a fifth at most."""
+    samples = np.random.default_rng(5).standard_normal((2, 18000))
+    band = signal.butter(4, [0.1, 30.0], btype="bandpass", fs=RATE, output="sos")
+    samples[1] = signal.sosfiltfilt(band, samples[1])
+    white, filtered = noise_density(samples, RATE)
+    assert white == pytest.approx(0.02, rel=0.1)
+    assert filtered == pytest.approx(0.018, rel=0.1)
 
 
 def test_refuses_a_record_shorter_than_ten_seconds() -> None:
