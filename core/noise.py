@@ -15,6 +15,8 @@ QUIET = 0.2
 """Share of the record, in one piece, that is taken for quiet: before the event or in its tail."""
 STRUCTURE_ENDS = 15.0
 """Hz, above which building and ground move little."""
+NEXT = 4 / 3
+"""Times the frequency above which the structure moves little: where the noise is most like that below."""
 FILTERED_AWAY = 0.25
 """Share of the noise's level below which a frequency has been filtered out."""
 
@@ -22,7 +24,8 @@ FILTERED_AWAY = 0.25
 def noise_std(samples: Matrix, rate: float) -> Vector:
     """Standard deviation of each channel's noise, taken as white within the band the record holds.
 
-    The level is that of `noise_density`, over the frequencies that no filter took away before.
+    The level is that of the spectrum above 15 Hz in the quietest fifth of the record, over the frequencies that no
+    filter took away before. Where the structure never comes to rest the result is an upper bound.
 
     Args:
         samples: (channels, n).
@@ -35,15 +38,17 @@ def noise_std(samples: Matrix, rate: float) -> Vector:
         RecordError: the record is shorter than 10 s.
     """
     frequency, density, passed = _quiet_spectra(samples, rate)
-    level = _level(frequency, density, passed, rate)[:, None]
+    # the median, since a filter's edge is passed in part
+    level = np.nanmedian(np.where(passed & _high(frequency, rate), density, np.nan), axis=1, keepdims=True)
     return np.asarray(np.sqrt(np.where(passed, level, density).sum(axis=1, where=frequency > 0) * frequency[1]))
 
 
 def noise_density(samples: Matrix, rate: float) -> Vector:
     """One-sided spectral density of each channel's noise within the band the record holds.
 
-    The level is that of the spectrum above 15 Hz in the quietest fifth of the record. Where the structure never comes
-    to rest the result is an upper bound.
+    The level is that of the spectrum in the quietest fifth of the record, from 15 to 20 Hz: just above the structure's
+    motion, and below where filters begin to take noise away. Where the structure never comes to rest the result is an
+    upper bound.
 
     Args:
         samples: (channels, n).
@@ -55,7 +60,9 @@ def noise_density(samples: Matrix, rate: float) -> Vector:
     Raises:
         RecordError: the record is shorter than 10 s.
     """
-    return _level(*_quiet_spectra(samples, rate), rate)
+    frequency, density, _ = _quiet_spectra(samples, rate)
+    high = frequency[_high(frequency, rate)]
+    return np.asarray(np.median(density[:, (frequency >= high[0]) & (frequency <= NEXT * high[0])], axis=1))
 
 
 def _quiet_spectra(samples: Matrix, rate: float) -> tuple[Vector, Matrix, Passed]:
@@ -71,11 +78,6 @@ def _quiet_spectra(samples: Matrix, rate: float) -> tuple[Vector, Matrix, Passed
 
 def _high(frequency: Vector, rate: float) -> Passed:
     return np.asarray(frequency > min(STRUCTURE_ENDS, 0.6 * rate / 2))
-
-
-def _level(frequency: Vector, density: Matrix, passed: Passed, rate: float) -> Vector:
-    """(channels,) the median, since a filter's edge is passed in part."""
-    return np.asarray(np.nanmedian(np.where(passed & _high(frequency, rate), density, np.nan), axis=1))
 
 
 def _quiet_density(spectrum: Matrix, high: Passed) -> Vector:
