@@ -61,6 +61,10 @@ class ChannelOut(Answer):
     level: str = Field(description="Name of the level it sits on.")
     quantity: Quantity = Field(description="acceleration (m/s²), velocity (m/s), displacement (m) or temperature (°C).")
     direction: Direction | None = Field(description="Null for a temperature.")
+    position: tuple[Number, Number] | None = Field(
+        description="m, x and y of the sensor from its level's centre of mass; null where not given."
+    )
+    rotation: Number = Field(description="rad, by which its axes are turned against the building's, from x towards y.")
 
 
 class BuildingOut(Answer):

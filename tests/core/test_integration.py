@@ -59,6 +59,23 @@ def test_the_band_follows_the_accelerometers_noise_and_drift() -> None:
     assert quiet < drifting < wandering
 
 
+@pytest.mark.parametrize(("noise", "corner"), [(0.0, 0.03), (0.01, 0.11), (0.1, 0.19)])
+def test_the_band_of_the_papers_building_under_akt013(noise: float, corner: float) -> None:
+    """Noise of a part of each channel's root mean square; the mean of six draws, to a hundredth of a hertz."""
+    truth, corners = sampled(akt013), []
+    for seed in SEEDS:
+        rng = np.random.default_rng(seed)
+        above, below = (
+            samples + noise * samples.std() * rng.standard_normal(samples.size)
+            for samples in (truth.base_acceleration, truth.ground_acceleration)
+        )
+        relative = above - below
+        found = integrate(relative, RATE, acceleration_noise=float(noise_std(relative[None, :], RATE)[0]))
+        assert found is not None
+        corners.append(found.band[0])
+    assert np.mean(corners) == pytest.approx(corner, abs=0.01)
+
+
 def test_nothing_is_claimed_below_the_band() -> None:
     """A residual offset is lost: the result has none, and its band says from where on it is good."""
     time = np.arange(12000) / 100

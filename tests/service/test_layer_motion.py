@@ -37,6 +37,9 @@ def asking(database_url: str, sessions: sessionmaker[Session], tmp_path: Path) -
 
 @pytest.mark.slow
 def test_from_the_files_to_the_api_and_the_page(asking: TestClient) -> None:
+    sensors = {sensor["id"]: sensor for sensor in asking.get("/api/v1/buildings/PAPER").json()["channels"]}
+    assert sensors["XX.PAPER.A.HYX"]["position"] == list(plan.CORNERS["A"])
+    assert (sensors["XX.PAPER.01.HNX"]["position"], sensors["XX.PAPER.01.HNX"]["rotation"]) == (None, 0.0)
     event = asking.get("/api/v1/events/1").json()
     assert [finding["kind"] for finding in event["quality"]] == []
     x, y, torsion, load = plan.exact()
