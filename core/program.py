@@ -18,6 +18,8 @@ GIVEN = (*MOTION, *CONDITIONS)
 
 jitted = njit(error_model="numpy", fastmath={"contract", "reassoc", "arcp", "nsz"})
 """How laws and kernels are compiled: sums may be reordered; NaN and infinity stay, so that a divergence is seen."""
+inlined = njit(error_model="numpy", fastmath={"contract", "reassoc", "arcp", "nsz"}, inline="always")
+"""The same for what a kernel calls in its innermost loop: to hand over ten arrays would take longer than the work."""
 
 
 def in_order(effects: Mapping[str, Effect]) -> tuple[str, ...]:
@@ -39,7 +41,7 @@ def compiled(effects: Mapping[str, Effect]) -> Callable[..., float]:
     """The force function, jitted: (u, v, u_cross, ..., opcode, at_p, at_x, p, x, dx) → N; fills dx with x's rates."""
     namespace: dict[str, Any] = {f"law_{name}": jitted(effect.law) for name, effect in effects.items()}
     exec(source(effects), namespace)  # the source is ours, made of the laws above
-    program: Callable[..., float] = jitted(namespace["force"])
+    program: Callable[..., float] = inlined(namespace["force"])
     return program
 
 
