@@ -139,8 +139,7 @@ def _line_between_the_ends(samples: Vector, rate: float) -> Vector:
 
 def _power_of_the_line(size: int, rate: float) -> Vector:
     """(size − 2,) periodogram of the line's error where the samples' has variance 1: it is taken out of them."""
-    start = np.linspace(1.0, 0.0, size)
-    return 2 / _ends(rate) * sine_series.power(sine_series.coefficients(start))
+    return 2 / _ends(rate) * sine_series.power(sine_series.of_falling_line(size))
 
 
 def _variances_of_the_line(replaced: Vector, displacement_noise: float, rate: float) -> tuple[Vector, Vector]:
@@ -152,7 +151,7 @@ def _variances_of_the_line(replaced: Vector, displacement_noise: float, rate: fl
         rate: Hz.
     """
     start = np.linspace(1.0, 0.0, replaced.size + 2)
-    left = sine_series.motion(sine_series.coefficients(start) * (replaced - 1), start, rate)
+    left = sine_series.motion(sine_series.of_falling_line(start.size) * (replaced - 1), start, rate)
     variance = displacement_noise**2 / _ends(rate)
     one, two = (variance * history**2 for history in (left.displacement, left.velocity))
     return one + one[::-1], two + two[::-1]

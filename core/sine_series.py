@@ -5,7 +5,7 @@ taken out, so that a record which does not begin and end at rest is differentiat
 """
 
 import numpy as np
-from scipy.fft import dct, dst, idst
+from scipy.fft import dct, dst, idst, rfft
 
 from core.arrays import Vector
 from core.motion import Motion
@@ -20,6 +20,11 @@ def angular_frequencies(size: int, rate: float) -> Vector:
 def coefficients(samples: Vector) -> Vector:
     """(n − 2,) of the sines; what the (n,) samples have at their two ends does not count."""
     return np.asarray(dst(samples[1:-1], type=1))
+
+
+def of_falling_line(size: int) -> Vector:
+    """(size − 2,) coefficients of the line that falls from 1 to 0 over so many samples."""
+    return np.asarray(1 / np.tan(np.pi * np.arange(1, size - 1) / (2 * (size - 1))))
 
 
 def power(sines: Vector) -> Vector:
@@ -45,7 +50,8 @@ def variances(density: Vector, ω: Vector) -> tuple[Vector, Vector]:
         density: (n − 2,) expected periodogram.
         ω: (n − 2,) rad/s.
     """
-    periodic = np.array([np.fft.fft(np.append(0.0, terms)).real for terms in (density, density * ω**2)])
-    along = np.hstack([periodic, periodic[:, :1]])  # Σ s_k cos(2π k i / (n − 1))
+    terms = np.array([density, density * ω**2])
+    half = rfft(np.pad(terms, ((0, 0), (1, 0)))).real  # Σ s_k cos(2π k i / (n − 1)), which is even in i
+    along = np.hstack([half, half[:, : ω.size + 2 - half.shape[1]][:, ::-1]])
     series, derivative = (along[:, :1] + [[-1.0], [1.0]] * along) / (ω.size + 1)
     return np.maximum(series, 0.0), np.maximum(derivative, 0.0)
