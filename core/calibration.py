@@ -10,7 +10,7 @@ from core.frame import heights
 from core.line_kernel import evaluated
 from core.superstructure_model import Design, Superstructure, free_vibration, superstructure
 
-STEPS = 40
+STEPS = 60
 """Of Levenberg and Marquardt, at most."""
 SETTLED = 0.05
 """Fall of the cost, in units of a log likelihood, below which a calibration has settled."""
@@ -130,9 +130,9 @@ def calibrated(lines: Lines, design: Design, hypothesis: Hypothesis, start: Vect
     damping, has_settled = 1e-3, False
     for _ in range(STEPS):
         before = state.cost
-        for _ in range(VARIANCE_STEPS if hypothesis.is_random else 0):
+        for left in reversed(range(VARIANCE_STEPS if hypothesis.is_random else 0)):
             variances = _improved(variances, state.steps)
-            state = _evaluation(lines, design, hypothesis, found, variances, state.frozen)
+            state = _evaluation(lines, design, hypothesis, found, variances, state.frozen, is_derived=left == 0)
         tried, trial, damping = _step(lines, design, hypothesis, found, variances, state, damping)
         if trial is None:
             has_settled = True
@@ -176,7 +176,7 @@ def _evaluation(
     is_derived: bool = True,
 ) -> _Evaluation:
     layout, structure = design.layout, superstructure(parameters, design)
-    vibration, transient, by = _transients(lines, design, structure, parameters)
+    vibration, transient, by = _transients(lines, design, structure, parameters, is_derived=is_derived)
     if frozen is None:
         frozen = np.zeros((lines.angular.size, layout.channels), dtype=complex)
         frozen[:, 0] = 1.0
@@ -215,7 +215,7 @@ def static_flexibility(design: Design) -> Matrix:
 
 
 def _transients(
-    lines: Lines, design: Design, structure: Superstructure, parameters: Vector
+    lines: Lines, design: Design, structure: Superstructure, parameters: Vector, *, is_derived: bool
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Free vibration at the measured floors: by its amplitudes, as a whole, and that derived by the structure."""
     layout, measured = design.layout, design.measured
@@ -229,7 +229,7 @@ def _transients(
     columns = transient_columns(structure, lines, measured)
     whole = np.tensordot(amplitude, columns, 1)
     by = np.zeros((layout.structural, measured.size, lines.angular.size), dtype=complex)
-    for k in range(layout.structural):
+    for k in range(layout.structural if is_derived else 0):
         nudged = parameters.copy()
         nudged[k] += 1e-5
         by[k] = (

@@ -9,7 +9,9 @@ from core.calibration import Calibration, Hypothesis, Lines, best_start, calibra
 from core.superstructure_model import Design
 
 STOREYS = 0.3
-"""Of the logarithm of a storey's stiffness about that of equal columns, or about the design."""
+"""Of the logarithm of a storey's stiffness over that of the one below, about equal columns or about the design."""
+EVEN_STOREYS = 0.15
+"""The same where masses are doubted: an uneven building is then rather one of uneven masses."""
 MASSES = 0.15
 """Of the logarithm of a floor's mass about the one told, where masses are doubted."""
 GAINS = 0.02
@@ -18,10 +20,16 @@ DELAYS = 0.01
 """s, of a sensor's clock, where sensors are doubted."""
 FLEXIBILITIES = ((0.1, 1.5), (0.3, 1.0))
 """Median and standard deviation of the logarithm: of rocking and of the joints (core.frame)."""
+TOLD_FROM_JOINTS = 3
+"""Channels from which the joints' rotation is told from the storeys' own shear; with fewer, joints are held rigid."""
+RIGID = 1e-3
+"""Flexibility of joints that are as good as rigid."""
 DAMPING = ((0.002, 1.5), (0.02, 1.5), (0.1, 1.5))
 """The same of α in s, η, and β in 1/s: each alone would damp a mode of 1 Hz by about 1 %."""
 NOISE_TOLERANCE = 1.25
 """The noise's power may be that much above what the quiet part of the record says."""
+UNDECIDED = 10.0
+"""Of log evidence between hypotheses: less is taken for a tie, since Laplace's approximation is no better."""
 UNEXPLAINED = 4.0
 """Standard deviations of a band's misfit above the record's, beyond which noise alone does not explain it."""
 
@@ -37,7 +45,10 @@ def as_told(design: Design, transient: float) -> Hypothesis:
     mean, std = np.zeros(layout.size), np.zeros(layout.size)
     std[layout.scale] = 10.0
     std[layout.storeys] = STOREYS
+    std[layout.storeys.start] = 0.0
     mean[layout.flexibilities], std[layout.flexibilities] = _lognormal(FLEXIBILITIES)
+    if layout.channels < TOLD_FROM_JOINTS:
+        mean[layout.flexibilities.stop - 1], std[layout.flexibilities.stop - 1] = np.log(RIGID), 0.0
     mean[layout.damping], std[layout.damping] = _lognormal(DAMPING)
     std[layout.transients] = transient
     return Hypothesis("masses and sensors as told", mean, std, is_random=False)
@@ -47,6 +58,7 @@ def corrected(design: Design, transient: float) -> Hypothesis:
     """The distribution of the floors' mass, the sensors' gains and their clocks may be wrong too."""
     layout, told = design.layout, as_told(design, transient)
     std = told.std.copy()
+    std[layout.storeys][1:] = EVEN_STOREYS
     std[layout.masses], std[layout.gains], std[layout.delays] = MASSES, GAINS, DELAYS
     return replace(told, name="masses and sensors corrected", std=std)
 
@@ -78,9 +90,9 @@ def chosen(lines: Lines, design: Design, transient: float) -> Choice:
     """
     told = calibrated(lines, design, *_started(lines, design, as_told(design, transient)))
     doubt = corrected(design, transient)
-    afresh = told.parameters.copy()
-    afresh[design.layout.storeys] = 0.0
-    found = [told, *(calibrated(lines, design, doubt, start) for start in (told.parameters, afresh))]
+    # even storeys on uneven masses explain a record nearly as uneven storeys do, and no path leads from one to the other
+    starts = (told.parameters, best_start(lines, design, doubt))
+    found = [told, *(calibrated(lines, design, doubt, start) for start in starts)]
     chi_square = min(calibration.chi_square for calibration in found)
     noisier = replace(lines, noise=lines.noise * float(np.clip(chi_square, 1.0, NOISE_TOLERANCE)))
     best = _most_evident(found, noisier, design)
@@ -104,4 +116,10 @@ def _started(lines: Lines, design: Design, hypothesis: Hypothesis) -> tuple[Hypo
 
 
 def _most_evident(found: list[Calibration], lines: Lines, design: Design) -> Calibration:
-    return max(found, key=lambda calibration: log_evidence(calibration, lines, design))
+    """Of nearly equal ones the one that claims least knowledge, with the widest uncertainty."""
+    evidence = [log_evidence(calibration, lines, design) for calibration in found]
+    near = [each for each, its in zip(found, evidence, strict=True) if its > max(evidence) - UNDECIDED]
+    freest = max(calibration.hypothesis.free.size for calibration in near)
+    of_those = [(its, each) for each, its in zip(found, evidence, strict=True)
+                if its > max(evidence) - UNDECIDED and each.hypothesis.free.size == freest]
+    return max(of_those, key=lambda pair: pair[0])[1]

@@ -1,6 +1,6 @@
 """The restoring force and its uncertainty, all floors estimated together from those measured."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import ndimage, signal
@@ -12,6 +12,10 @@ from core.superstructure_model import Design, Superstructure, superstructure
 
 NEIGHBOURS = 21
 """Lines over which the spectrum of the base slab's motion is averaged."""
+MOVING = 15.0
+"""Hz, above which the force moves too little for the parameters' uncertainty to matter."""
+COUNTED = 0.999
+"""Of the force's variance by the parameters: further directions of their uncertainty are left out."""
 ENVELOPE = 2.0
 """s, over which the motion's strength is judged."""
 
@@ -56,12 +60,12 @@ def smoothed(lines: Lines, design: Design, calibration: Calibration, base_mass: 
     """
     parameters = calibration.parameters
     weights = _weights(lines, design, calibration, calibration.structure, parameters, base_mass)
-    force = _force(lines, design, weights, calibration.structure, parameters, base_mass)
+    force = _force(lines, design, weights, calibration.structure, parameters)
     base = np.einsum("lc,cl->l", weights.base, _without_transients(lines, design, calibration.structure, parameters))
     total = base_mass + design.floor_mass.sum()
     history = _history(force, lines.samples)
     variance = _stationary(weights.noise, lines.samples) + _stationary(weights.motion, lines.samples) * _envelope(lines)
-    variance += max(1.0, calibration.chi_square) * _parameter_variance(lines, design, calibration, base_mass, force)
+    variance += max(1.0, calibration.chi_square) * _parameter_variance(lines, design, calibration, base_mass)
     return Smoothed(history, -total * _history(base, lines.samples), np.sqrt(variance))
 
 
@@ -134,7 +138,7 @@ def _without_transients(lines: Lines, design: Design, structure: Superstructure,
 
 
 def _force(
-    lines: Lines, design: Design, weights: _Weights, structure: Superstructure, parameters: Vector, base_mass: float
+    lines: Lines, design: Design, weights: _Weights, structure: Superstructure, parameters: Vector
 ) -> ComplexVector:
     """(lines,) spectrum of the force."""
     spectra = _without_transients(lines, design, structure, parameters)
@@ -146,20 +150,37 @@ def _force(
     return np.asarray(force)
 
 
-def _parameter_variance(
-    lines: Lines, design: Design, calibration: Calibration, base_mass: float, force: ComplexVector
-) -> Vector:
-    """(n,) N², of the force by the parameters' uncertainty, to first order."""
+def _parameter_variance(lines: Lines, design: Design, calibration: Calibration, base_mass: float) -> Vector:
+    """(n,) N², of the force by the parameters' uncertainty, to first order.
+
+    Of the covariance's principal directions only those count that move the force; which, a few lines tell.
+    """
+    moving = lines.angular < 2 * np.pi * MOVING
+    slow = replace(lines, angular=lines.angular[moving], spectra=lines.spectra[:, moving], band=lines.band[moving])
     free = calibration.hypothesis.free
     values, directions = np.linalg.eigh(calibration.covariance[np.ix_(free, free)])
-    variance = np.zeros(lines.samples)
-    for value, direction in zip(values, directions.T, strict=True):
-        moved = calibration.parameters.copy()
-        moved[free] += np.sqrt(max(value, 0.0)) * direction
-        structure = superstructure(moved, design)
-        weights = _weights(lines, design, calibration, structure, moved, base_mass)
-        variance += _history(_force(lines, design, weights, structure, moved, base_mass) - force, lines.samples) ** 2
-    return variance
+    moves = np.zeros((free.size, calibration.parameters.size))
+    moves[:, free] = (np.sqrt(np.maximum(values, 0.0)) * directions).T
+    few = slow.every(max(1, slow.angular.size // 400))
+    changes = _changes(few, design, calibration, base_mass, moves)
+    strength = np.sum(np.abs(changes) ** 2, axis=1)
+    order = np.argsort(strength)[::-1]
+    counted = order[: 1 + int(np.searchsorted(np.cumsum(strength[order]), COUNTED * strength.sum()))]
+    spectra = np.zeros((counted.size, lines.angular.size), dtype=complex)
+    spectra[:, moving] = _changes(slow, design, calibration, base_mass, moves[counted])
+    return np.asarray(np.sum(np.fft.irfft(spectra, lines.samples, axis=1) ** 2, axis=0))
+
+
+def _changes(lines: Lines, design: Design, calibration: Calibration, base_mass: float, moves: Matrix) -> ComplexMatrix:
+    """(moves, lines) by how much each move of the parameters changes the force's spectrum."""
+
+    def force(parameters: Vector) -> ComplexVector:
+        structure = superstructure(parameters, design)
+        weights = _weights(lines, design, calibration, structure, parameters, base_mass)
+        return _force(lines, design, weights, structure, parameters)
+
+    here = force(calibration.parameters)
+    return np.array([force(calibration.parameters + move) - here for move in moves])
 
 
 def _stationary(variance: Vector, samples: int) -> float:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import linalg
 
-from core.arrays import ComplexMatrix, ComplexTensor, Indices, Matrix, Tensor, Vector
+from core.arrays import ComplexMatrix, ComplexTensor, ComplexVector, Indices, Matrix, Tensor, Vector
 from core.building import storey_stiffness_matrix
 from core.frame import heights, lateral_stiffness
 
@@ -24,7 +24,7 @@ class Layout:
 
     @property
     def storeys(self) -> slice:
-        """Stiffness of each storey about scale and prior."""
+        """Step of the stiffness, over the design's, from the storey below to each; the lowest has none."""
         return slice(1, 1 + self.floors)
 
     @property
@@ -128,7 +128,7 @@ class Superstructure:
 def superstructure(parameters: Vector, design: Design) -> Superstructure:
     """Modes of the frame with the given parameters, damped in proportion to stiffness and mass (classical modes)."""
     layout = design.layout
-    stiffness = design.storey_stiffness * np.exp(parameters[layout.scale] + parameters[layout.storeys])
+    stiffness = design.storey_stiffness * np.exp(parameters[layout.scale] + np.cumsum(parameters[layout.storeys]))
     mass = design.floor_mass * np.exp(parameters[layout.masses])
     mass *= design.floor_mass.sum() / mass.sum()
     rocking, joints = np.exp(parameters[layout.flexibilities])
@@ -136,7 +136,8 @@ def superstructure(parameters: Vector, design: Design) -> Superstructure:
     squared, shapes = linalg.eigh(lateral.stiffness, np.diag(mass))
     shapes = shapes * np.sign(shapes[-1])
     loads = np.vstack([np.ones(mass.size), heights(mass.size), np.eye(mass.size)])
-    by = np.concatenate([[lateral.stiffness], lateral.by_storey, [lateral.by_rocking, lateral.by_joints]])
+    by_step = np.cumsum(lateral.by_storey[::-1], axis=0)[::-1]
+    by = np.concatenate([[lateral.stiffness], by_step, [lateral.by_rocking, lateral.by_joints]])
     return Superstructure(
         mass=mass,
         storey_stiffness=stiffness,
@@ -165,12 +166,12 @@ def free_vibration(structure: Superstructure, angular: Vector, samples: int, rat
     """
     ω, ζ = np.sqrt(structure.squared), np.minimum(structure.damping_ratios, 0.9)
     pole = (-ζ + 1j * np.sqrt(1 - ζ**2)) * ω
-    forward = _decay_spectrum(pole, angular, samples, rate)
-    backward = _decay_spectrum(pole.conj(), angular, samples, rate)
+    instant = np.exp(-1j * angular / rate)
+    forward = _decay_spectrum(pole, instant, samples, rate)
+    backward = _decay_spectrum(pole.conj(), instant, samples, rate)
     return np.stack([(forward + backward) / 2, (forward - backward) / 2j], axis=1)
 
 
-def _decay_spectrum(poles: Vector, angular: Vector, samples: int, rate: float) -> ComplexMatrix:
-    ratio = np.exp((poles[:, None] - 1j * angular) / rate)
+def _decay_spectrum(poles: ComplexVector, instant: ComplexVector, samples: int, rate: float) -> ComplexMatrix:
     whole = 1 - np.exp(poles[:, None] * samples / rate)
-    return np.asarray(whole / (1 - ratio))
+    return np.asarray(whole / (1 - np.exp(poles[:, None] / rate) * instant))
