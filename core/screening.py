@@ -31,7 +31,13 @@ LARGEST = {"acceleration": 30.0, "velocity": 10.0, "displacement": 2.0, "tempera
 def loss(channel: Channel, description: BuildingDescription) -> Severity:
     """How bad it is to be without the channel: nothing can be estimated without the base slab's acceleration."""
     base = channel.level == description.base.name and channel.quantity == "acceleration" and channel.direction != "z"
-    return "fatal" if base else "warning"
+    beside = [other for other in description.channels if other.id != channel.id and _alike(other, channel)]
+    return "fatal" if base and not beside else "warning"
+
+
+def _alike(channel: Channel, other: Channel) -> bool:
+    """Whether two channels measure the same of a level, so that one stands in for the other."""
+    return (channel.level, channel.quantity, channel.direction) == (other.level, other.quantity, other.direction)
 
 
 def screened(trace: Trace, channel: Channel, lost: Severity) -> tuple[Trace | None, tuple[Finding, ...]]:

@@ -1,10 +1,13 @@
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import plan
 import pytest
 from biaxial import record_of, turned
+from described import segments
 
+from core.analysis import AnalysisSettings, analyse
 from core.reconciliation import reconciled
 from service.building_file import read
 
@@ -43,3 +46,20 @@ def test_what_is_late_stays_and_what_is_turned_is_turned_back_before_it_is_judge
         ("delay", "XX.PAPER.04.HNX"),
     }
     assert len(found.record.channels) == 11
+
+
+def test_one_of_two_sensors_of_the_base_slab_may_be_lost() -> None:
+    """It is no fatal loss, and the event is analysed with the other."""
+    pair = tuple(
+        replace(channel, id=f"{channel.id}{corner}")
+        for channel in DESCRIPTION.channels
+        for corner in "PQ"
+        if channel.id == "XX.PAPER.01.HNX"
+    )
+    others = [channel for channel in DESCRIPTION.channels if channel.id != "XX.PAPER.01.HNX"]
+    described = replace(DESCRIPTION, channels=(*others, *pair))
+    samples = plan.records(4)
+    both = samples.pop("XX.PAPER.01.HNX")
+    result = analyse(segments(samples | {pair[0].id: both}), described, AnalysisSettings())
+    assert {finding.severity for finding in result.quality} == {"warning"}
+    assert set(result.directions) == {"x", "y"}
