@@ -304,8 +304,6 @@ def _result(
     )
 
 
-
-
 def log_evidence(calibration: Calibration, lines: Lines, design: Design) -> float:
     """Laplace's approximation of the log probability of the record under the calibration's hypothesis.
 

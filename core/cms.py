@@ -4,8 +4,8 @@ import numpy as np
 from scipy import linalg
 
 from core.arrays import Matrix, Vector
-from core.errors import IdentificationError, ModelError, RecordError
-from core.estimator import InstrumentedSuperstructure, Mode, RestoringForce
+from core.errors import IdentificationError
+from core.estimator import InstrumentedSuperstructure, Mode, RestoringForce, check
 from core.expansion import assumed_stiffness, expanded, modal_acceleration, static_shapes
 from core.identification import Identification, IdentifiedMode, identified_modes
 from core.modal import real_shape
@@ -28,7 +28,7 @@ def estimate(superstructure: InstrumentedSuperstructure) -> RestoringForce:
         RecordError: the record holds gaps, is shorter than 10 s, or does not fit the floors it is said to be from.
         ModelError: masses or stiffnesses are not positive, or a floor is measured that the building does not have.
     """
-    _check(superstructure)
+    check(superstructure)
     modes = fixed_base_modes(superstructure, Identification())
     shapes = completed(shape_matrix(modes, len(superstructure.floor_mass)), superstructure)
     return force_of_shapes(superstructure, shapes, modes)
@@ -122,20 +122,3 @@ def _stiffness(superstructure: InstrumentedSuperstructure) -> Vector:
     if superstructure.storey_stiffness is None:
         return assumed_stiffness(superstructure.floor_mass)
     return superstructure.storey_stiffness
-
-
-def _check(superstructure: InstrumentedSuperstructure) -> None:
-    base, floors, measured = (
-        superstructure.base_acceleration,
-        superstructure.floor_acceleration,
-        superstructure.measured,
-    )
-    if floors.shape != (measured.size, base.size):
-        raise RecordError(
-            f"floor accelerations of shape {floors.shape} do not fit "
-            f"{measured.size} measured floors of {base.size} samples"
-        )
-    if not (np.isfinite(base).all() and np.isfinite(floors).all()):
-        raise RecordError("accelerations hold gaps (NaN); a record without gaps, or without that channel, would do")
-    if not (superstructure.base_mass > 0 and np.all(superstructure.floor_mass > 0)):
-        raise ModelError("every mass must be positive")

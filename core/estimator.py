@@ -3,7 +3,10 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import numpy as np
+
 from core.arrays import Indices, Matrix, Vector
+from core.errors import ModelError, RecordError
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,6 +48,22 @@ class Mode:
     it leaves. Where there is no shape_std the fit was of no use, and the values are those of the subspace."""
 
 
+@dataclass(frozen=True, slots=True)
+class Reliance:
+    """How far an estimator's assumptions hold on a record."""
+
+    assumption: str
+    """What the record asked to be assumed of superstructure and sensors, in words."""
+    chi_square: float
+    """Per degree of freedom, of a superstructure whose misfit is noise alone: about 1 where that explains the record."""
+    is_at_rest: bool
+    """Whether the record begins and ends at rest; else the modes' free vibration at its ends was estimated too."""
+    prior_share: float
+    """Of what is known of the storeys' stiffness: 0 if all is from the record, 1 if all was believed before."""
+    fallback: str | None = None
+    """Why the force is another estimator's; None if it is its own."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class RestoringForce:
     """The isolation layer's restoring force; positive where the layer is displaced to the positive side."""
@@ -59,6 +78,31 @@ class RestoringForce:
     std: Vector
     """(n,) N, standard deviation."""
     modes: tuple[Mode, ...]
+    reliance: Reliance | None = None
+    """None of an estimator that does not judge itself."""
+
+
+def check(superstructure: InstrumentedSuperstructure) -> None:
+    """Refuses what no estimator can use.
+
+    Raises:
+        RecordError: the record holds gaps, or does not fit the floors it is said to be from.
+        ModelError: a mass is not positive.
+    """
+    base, floors, measured = (
+        superstructure.base_acceleration,
+        superstructure.floor_acceleration,
+        superstructure.measured,
+    )
+    if floors.shape != (measured.size, base.size):
+        raise RecordError(
+            f"floor accelerations of shape {floors.shape} do not fit "
+            f"{measured.size} measured floors of {base.size} samples"
+        )
+    if not (np.isfinite(base).all() and np.isfinite(floors).all()):
+        raise RecordError("accelerations hold gaps (NaN); a record without gaps, or without that channel, would do")
+    if not (superstructure.base_mass > 0 and np.all(superstructure.floor_mass > 0)):
+        raise ModelError("every mass must be positive")
 
 
 Estimator = Callable[[InstrumentedSuperstructure], RestoringForce]

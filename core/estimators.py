@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from core import cms
+from core import cms, smoother
 from core.estimator import Estimator
 
-ESTIMATORS: Mapping[str, Estimator] = MappingProxyType({cms.NAME: cms.estimate})
+ESTIMATORS: Mapping[str, Estimator] = MappingProxyType({cms.NAME: cms.estimate, smoother.NAME: smoother.estimate})

@@ -7,7 +7,9 @@ from scipy import linalg
 
 from core.arrays import Matrix, Tensor, Vector
 
-COLUMN = np.array([[12.0, 6.0, -12.0, 6.0], [6.0, 4.0, -6.0, 2.0], [-12.0, -6.0, 12.0, -6.0], [6.0, 2.0, -6.0, 4.0]]) / 12
+COLUMN = (
+    np.array([[12.0, 6.0, -12.0, 6.0], [6.0, 4.0, -6.0, 2.0], [-12.0, -6.0, 12.0, -6.0], [6.0, 2.0, -6.0, 4.0]]) / 12
+)
 """Of the displacements and (times the storey's height) rotations of a prismatic column's two ends, in shares of its
 stiffness with both ends clamped."""
 

@@ -120,6 +120,9 @@ def _most_evident(found: list[Calibration], lines: Lines, design: Design) -> Cal
     evidence = [log_evidence(calibration, lines, design) for calibration in found]
     near = [each for each, its in zip(found, evidence, strict=True) if its > max(evidence) - UNDECIDED]
     freest = max(calibration.hypothesis.free.size for calibration in near)
-    of_those = [(its, each) for each, its in zip(found, evidence, strict=True)
-                if its > max(evidence) - UNDECIDED and each.hypothesis.free.size == freest]
+    of_those = [
+        (its, each)
+        for each, its in zip(found, evidence, strict=True)
+        if its > max(evidence) - UNDECIDED and each.hypothesis.free.size == freest
+    ]
     return max(of_those, key=lambda pair: pair[0])[1]

@@ -67,7 +67,11 @@ def evaluated(  # type: ignore[no-untyped-def]  # numba gives no types
     V, Vi = np.zeros((channels, channels), np.complex128), np.zeros((channels, channels), np.complex128)
     h, R, VH = np.zeros(channels, np.complex128), np.zeros(channels, np.complex128), np.zeros(channels, np.complex128)
     B = np.zeros((channels, floors), np.complex128)
-    Q, residual, Pz = np.zeros(channels, np.complex128), np.zeros(channels, np.complex128), np.zeros(channels, np.complex128)
+    Q, residual, Pz = (
+        np.zeros(channels, np.complex128),
+        np.zeros(channels, np.complex128),
+        np.zeros(channels, np.complex128),
+    )
     P = np.zeros((channels, channels), np.complex128)
     compliance, coordinate = np.zeros(modes, np.complex128), np.zeros(modes, np.complex128)
     v, y = np.zeros(floors, np.complex128), np.zeros(modes, np.complex128)

@@ -1,12 +1,17 @@
 """An estimator that tells all floors together from those measured, by a superstructure calibrated from the record."""
 
+from dataclasses import replace
+
 import numpy as np
+from scipy import linalg
 
 from core import cms
-from core.arrays import Vector
+from core.arrays import Matrix
 from core.calibration import Lines
-from core.estimator import InstrumentedSuperstructure, RestoringForce
+from core.estimator import InstrumentedSuperstructure, Reliance, RestoringForce, check
 from core.hypotheses import Choice, chosen
+from core.identification import Identification
+from core.left_out import left_out_errors
 from core.noise import noise_density
 from core.smoothing import smoothed
 from core.superstructure_model import Design
@@ -17,33 +22,71 @@ CALIBRATED = (0.2, 20.0)
 BANDS = np.geomspace(0.3, 25.0, 16)
 """Hz, between the bands in which unmodelled motion is of one strength."""
 AT_REST = 0.02
-"""Of the channels' largest root mean square over half a second: less at either end is rest."""
+"""Of the largest root mean square over half a second: no more than that above the quietest is rest."""
 EDGE = 0.5
 """s, of the record at either end."""
+QUIETEST = 0.02
+"""Share of the record that is taken for noise alone, in judging rest."""
 RINGING = 3.0
 """Of the floors' root mean square: how large the free vibration at the record's ends may be."""
 
 
 def estimate(superstructure: InstrumentedSuperstructure) -> RestoringForce:
-    """Restoring force F = -Σ m_i a_i with all floors' accelerations estimated together from the measured ones."""
+    """Restoring force F = -Σ m_i a_i, every level's acceleration estimated from all that were measured.
+
+    The superstructure is a frame on a rocking base whose stiffness and damping are calibrated from the record, with
+    noise allowed for in every channel. Where the record asks for it, the distribution of the floors' mass and the
+    sensors' gains and clocks are corrected; where noise does not explain what is left, motion that the model does not
+    know is estimated too, and measured floors stay as measured. `reliance` says what was assumed. If the calibrated
+    superstructure tells measured floors worse than static interpolation does, the paper's estimate stands in.
+
+    Raises:
+        RecordError: the record holds gaps, is shorter than 10 s, or does not fit the floors it is said to be from.
+        ModelError: a mass is not positive, or a floor is measured that the building does not have.
+    """
+    check(superstructure)
     design = Design.of(superstructure.floor_mass, superstructure.storey_stiffness, superstructure.measured)
     lines = spectral_lines(superstructure)
-    transient = 0.0 if lines.at_rest else RINGING * float(
-        np.std(superstructure.floor_acceleration) * np.sqrt(superstructure.floor_mass.sum())
-    )
-    used = within(lines, CALIBRATED)
-    choice = chosen(used, design, transient)
+    try:
+        choice = chosen(within(lines, CALIBRATED), design, _transient(superstructure, lines))
+    except (linalg.LinAlgError, FloatingPointError) as error:
+        return _fallen_back(superstructure, lines, f"the calibration broke down ({error})")
+    reliance = _reliance(choice)
+    model, static = left_out_errors(choice.lines, design, choice.calibration)
+    if model > static:
+        reason = f"left-out floors are told with an error of {model:.2g} by the model, of {static:.2g} by interpolation"
+        return _fallen_back(superstructure, lines, reason, reliance)
     return _force(superstructure, lines, design, choice)
 
 
 def _force(superstructure: InstrumentedSuperstructure, lines: Lines, design: Design, choice: Choice) -> RestoringForce:
     bands = choice.lines.band
-    whole = Lines(
-        lines.angular, lines.spectra, choice.lines.noise, np.clip(lines.band, bands.min(), bands.max()),
-        lines.samples, lines.rate, lines.at_rest,
-    )  # fmt: skip
+    whole = replace(lines, noise=choice.lines.noise, band=np.clip(lines.band, bands.min(), bands.max()))
     found = smoothed(whole, design, choice.calibration, superstructure.base_mass)
-    return RestoringForce(NAME, found.force, found.rigid, found.force - found.rigid, found.std, ())
+    modes = cms.fixed_base_modes(superstructure, Identification())
+    modal = found.force - found.rigid
+    return RestoringForce(NAME, found.force, found.rigid, modal, found.std, modes, _reliance(choice))
+
+
+def _fallen_back(
+    superstructure: InstrumentedSuperstructure, lines: Lines, reason: str, reliance: Reliance | None = None
+) -> RestoringForce:
+    judged = reliance or Reliance("none: no superstructure was found", float("inf"), lines.at_rest, 1.0)
+    return replace(cms.estimate(superstructure), reliance=replace(judged, fallback=reason))
+
+
+def _reliance(choice: Choice) -> Reliance:
+    calibration = choice.calibration
+    storeys = calibration.hypothesis.std > 0
+    storeys[calibration.structure.mass.size + 1 :] = False
+    storeys[0] = False
+    left = np.diag(calibration.covariance)[storeys] / calibration.hypothesis.std[storeys] ** 2
+    return Reliance(
+        assumption=calibration.hypothesis.name,
+        chi_square=choice.chi_square,
+        is_at_rest=choice.lines.at_rest,
+        prior_share=float(np.mean(left)) if left.size else 0.0,
+    )
 
 
 def spectral_lines(superstructure: InstrumentedSuperstructure) -> Lines:
@@ -52,24 +95,33 @@ def spectral_lines(superstructure: InstrumentedSuperstructure) -> Lines:
     samples, rate = series.shape[1], superstructure.rate
     frequency = np.fft.rfftfreq(samples, 1 / rate)
     angular = 2 * np.pi * frequency
-    angular[0] = 1e-3 * angular[1]
-    noise = noise_density(series, rate) * samples * rate / 2
-    spectra = np.fft.rfft(series, axis=1)
-    return Lines(angular, spectra, noise, np.digitize(frequency, BANDS), samples, rate, _is_at_rest(series, rate))
+    angular[0] = 1e-3 * angular[1]  # the response at rest is the limit, not 0 / 0
+    return Lines(
+        angular=angular,
+        spectra=np.fft.rfft(series, axis=1),
+        noise=noise_density(series, rate) * samples * rate / 2,
+        band=np.digitize(frequency, BANDS),
+        samples=samples,
+        rate=rate,
+        at_rest=_is_at_rest(series, rate),
+    )
 
 
 def within(lines: Lines, band: tuple[float, float]) -> Lines:
-    """The lines of a band of frequencies."""
-    chosen_lines = (lines.angular > 2 * np.pi * band[0]) & (lines.angular < 2 * np.pi * band[1])
-    return Lines(
-        lines.angular[chosen_lines], lines.spectra[:, chosen_lines], lines.noise, lines.band[chosen_lines],
-        lines.samples, lines.rate, lines.at_rest,
-    )  # fmt: skip
+    """The lines of a band of frequencies in Hz."""
+    inside = (lines.angular > 2 * np.pi * band[0]) & (lines.angular < 2 * np.pi * band[1])
+    return replace(lines, angular=lines.angular[inside], spectra=lines.spectra[:, inside], band=lines.band[inside])
 
 
-def _is_at_rest(series: np.ndarray, rate: float) -> bool:
+def _transient(superstructure: InstrumentedSuperstructure, lines: Lines) -> float:
+    if lines.at_rest:
+        return 0.0
+    return RINGING * float(np.std(superstructure.floor_acceleration) * np.sqrt(superstructure.floor_mass.sum()))
+
+
+def _is_at_rest(series: Matrix, rate: float) -> bool:
     window = max(1, round(EDGE * rate))
-    energy = np.array([np.convolve(row**2, np.ones(window) / window, mode="valid") for row in series])
+    energy = np.array([np.convolve(row**2, np.full(window, 1 / window), mode="valid") for row in series])
     ends = np.maximum(energy[:, 0], energy[:, -1])
-    quiet = np.quantile(energy, 0.02, axis=1)
+    quiet = np.quantile(energy, QUIETEST, axis=1)
     return bool(np.all(ends - quiet < AT_REST**2 * energy.max(axis=1)))

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import ndimage, signal
 
-from core.arrays import ComplexMatrix, ComplexVector, Matrix, Vector
+from core.arrays import ComplexMatrix, ComplexTensor, ComplexVector, Matrix, Vector
 from core.calibration import DYNAMIC_SHARE, Calibration, Lines, static_flexibility, transient_columns
 from core.frame import heights
 from core.superstructure_model import Design, Superstructure, superstructure
@@ -61,7 +61,7 @@ def smoothed(lines: Lines, design: Design, calibration: Calibration, base_mass: 
     parameters = calibration.parameters
     weights = _weights(lines, design, calibration, calibration.structure, parameters, base_mass)
     force = _force(lines, design, weights, calibration.structure, parameters)
-    base = np.einsum("lc,cl->l", weights.base, _without_transients(lines, design, calibration.structure, parameters))
+    base = np.einsum("lc,cl->l", weights.base, without_transients(lines, design, calibration.structure, parameters))
     total = base_mass + design.floor_mass.sum()
     history = _history(force, lines.samples)
     variance = _stationary(weights.noise, lines.samples) + _stationary(weights.motion, lines.samples) * _envelope(lines)
@@ -77,45 +77,69 @@ def _weights(
     parameters: Vector,
     base_mass: float,
 ) -> _Weights:
+    response, inertia = _responses(lines, design, structure, parameters, base_mass)
+    variance = _input_variances(lines, calibration, design.layout.floors)
+    weighted = response * variance
+    covariance = _covariance(lines, design, calibration, response, weighted)
+    local, carried = _local(lines, calibration), structure.mass @ static_flexibility(design)
+    crossed = np.einsum("il,cil->lc", inertia, weighted.conj())
+    crossed[:, 1:] -= local[:, None] * carried[design.measured]
+    prior = np.einsum("il,il,il->l", inertia, variance, inertia.conj()).real + local * (carried @ structure.mass)
+    inverse = np.linalg.inv(covariance)
+    force = np.einsum("lc,lcd->ld", crossed, inverse)
+    base = np.einsum("cl,lcd->ld", weighted[:, 0].conj(), inverse)
+    noise = np.einsum("lc,c->l", np.abs(force) ** 2, lines.noise)
+    posterior = prior - np.einsum("lc,lc->l", force, crossed.conj()).real
+    return _Weights(force, base, noise, np.maximum(posterior - noise, 0.0))
+
+
+def _responses(
+    lines: Lines, design: Design, structure: Superstructure, parameters: Vector, base_mass: float
+) -> tuple[ComplexTensor, ComplexMatrix]:
+    """(channels, inputs, lines) and (inputs, lines) N s²/m: what the base slab's acceleration, its rocking and every
+    floor's own acceleration do at the channels, and in the force."""
     layout, w = design.layout, lines.angular
     α, η, β = structure.damping
     compliance = w**2 / (structure.squared[:, None] * (1 + 1j * (w * α + η)) - w**2 + 1j * w * β)
     gain = parameters[layout.gains] - np.median(parameters[layout.gains])
     delay = parameters[layout.delays] - np.median(parameters[layout.delays])
     sensor = np.exp(gain[:, None] - 1j * delay[:, None] * w)
-    lever = heights(layout.floors)
-    loads = np.vstack([np.ones(layout.floors), lever, np.zeros((layout.floors, layout.floors))])
-    # of base slab, rocking and single floors: at the channels, and in the force
-    seen = loads.T[design.measured][:, :, None] + np.einsum(
-        "fm,mi,ml->fil", structure.shapes[design.measured], structure.inputs, compliance
-    )
-    first = np.zeros((1, seen.shape[1], w.size), dtype=complex)
-    first[0, 0] = 1.0
-    response = sensor[:, None] * np.concatenate([first, seen])
-    inertia = -(structure.mass @ loads.T)[:, None] - np.einsum(
-        "m,mi,ml->il", structure.mass @ structure.shapes, structure.inputs, compliance
-    )
+    rigid = np.vstack([np.ones(layout.floors), heights(layout.floors), np.zeros((layout.floors, layout.floors))]).T
+    response = np.zeros((layout.channels, rigid.shape[1], w.size), dtype=complex)
+    response[0, 0] = 1.0
+    seen = structure.shapes[design.measured][:, :, None] * structure.inputs
+    response[1:] = rigid[design.measured][:, :, None] + np.einsum("fmi,ml->fil", seen, compliance)
+    response *= sensor[:, None]
+    inertia = -(structure.mass @ rigid)[:, None] - (
+        (structure.mass @ structure.shapes)[:, None] * structure.inputs
+    ).T @ (compliance)
     inertia[0] -= base_mass
-    variance = _input_variances(lines, calibration, layout.floors, response)
-    weighted = response * variance
-    covariance = np.einsum("cil,dil->lcd", weighted, response.conj())
-    crossed = np.einsum("il,cil->lc", inertia, weighted.conj())
-    prior = np.einsum("il,il,il->l", inertia, variance, inertia.conj()).real
-    flexibility = static_flexibility(design)
-    local = (1 - DYNAMIC_SHARE) * calibration.variances.floors[lines.band][:, None]
-    covariance[:, 1:, 1:] += local[:, :, None] * flexibility[np.ix_(design.measured, design.measured)]
-    crossed[:, 1:] -= local * (structure.mass @ flexibility)[design.measured]
-    prior += local[:, 0] * (structure.mass @ flexibility @ structure.mass)
-    covariance += np.diag(lines.noise)
-    inverse = np.linalg.inv(covariance)
-    force = np.einsum("lc,lcd->ld", crossed, inverse)
-    base = np.einsum("lc,lcd->ld", weighted[:, 0].T.conj(), inverse)
-    noise = np.einsum("lc,c->l", np.abs(force) ** 2, lines.noise)
-    posterior = prior - np.einsum("lc,lc->l", force, crossed.conj()).real
-    return _Weights(force, base, noise, np.maximum(posterior - noise, 0.0))
+    return response, inertia
 
 
-def _input_variances(lines: Lines, calibration: Calibration, floors: int, response: np.ndarray) -> Matrix:
+def _covariance(
+    lines: Lines, design: Design, calibration: Calibration, response: ComplexTensor, weighted: ComplexTensor
+) -> ComplexTensor:
+    """(lines, channels, channels) of the channels' spectra."""
+    covariance = np.einsum("cil,dil->lcd", weighted, response.conj(), optimize=True)
+    flexibility = static_flexibility(design)[np.ix_(design.measured, design.measured)]
+    covariance[:, 1:, 1:] += _local(lines, calibration)[:, None, None] * flexibility
+    return np.asarray(covariance + np.diag(lines.noise))
+
+
+def channel_covariance(lines: Lines, design: Design, calibration: Calibration) -> ComplexTensor:
+    """(lines, channels, channels) of the channels' spectra, as calibrated."""
+    response, _ = _responses(lines, design, calibration.structure, calibration.parameters, 0.0)
+    variance = _input_variances(lines, calibration, design.layout.floors)
+    return _covariance(lines, design, calibration, response, response * variance)
+
+
+def _local(lines: Lines, calibration: Calibration) -> Vector:
+    """(lines,) variance of the roof's unmodelled motion that does not act through the structure."""
+    return np.asarray((1 - DYNAMIC_SHARE) * calibration.variances.floors[lines.band])
+
+
+def _input_variances(lines: Lines, calibration: Calibration, floors: int) -> Matrix:
     """(2 + floors, lines) of the base slab's acceleration, its rocking, and single floors' accelerations."""
     power = ndimage.uniform_filter1d(np.abs(lines.spectra[0]) ** 2, NEIGHBOURS, mode="nearest")
     base = np.maximum(power - lines.noise[0], 1e-3 * power)
@@ -124,7 +148,7 @@ def _input_variances(lines: Lines, calibration: Calibration, floors: int, respon
     return np.vstack([base, variances.rocking[band], np.tile(single, (floors, 1))])
 
 
-def _without_transients(lines: Lines, design: Design, structure: Superstructure, parameters: Vector) -> ComplexMatrix:
+def without_transients(lines: Lines, design: Design, structure: Superstructure, parameters: Vector) -> ComplexMatrix:
     """(channels, lines) spectra less the modes' free vibration."""
     if lines.at_rest:
         return lines.spectra
@@ -141,7 +165,7 @@ def _force(
     lines: Lines, design: Design, weights: _Weights, structure: Superstructure, parameters: Vector
 ) -> ComplexVector:
     """(lines,) spectrum of the force."""
-    spectra = _without_transients(lines, design, structure, parameters)
+    spectra = without_transients(lines, design, structure, parameters)
     force = np.einsum("lc,cl->l", weights.force, spectra)
     if not lines.at_rest:
         columns = transient_columns(structure, lines, np.arange(design.layout.floors))
