@@ -7,7 +7,7 @@ import numpy as np
 from scipy import linalg
 
 from core.arrays import ComplexMatrix, ComplexVector, Indices, Matrix, Vector
-from core.modal_transfer import Basis, ModalTransfer, basis, pole_changes, transfer_function
+from core.modal_transfer import Basis, ModalTransfer, basis, free_motion, lateness, pole_changes, transfer_function
 
 LARGEST_STEPS = 60
 FIRST_DAMPING = 1e-4
@@ -89,9 +89,10 @@ def linearised(transfer: ModalTransfer, lines: Lines) -> Linearised:
 def profiled(transfer: ModalTransfer, terms: Basis, lines: Lines) -> tuple[ComplexVector, ComplexMatrix, ComplexMatrix]:
     """(lines,) the most likely base motion a, (1 + floors, lines) the residual r, and g."""
     noise = lines.noise[:, None]
-    g = np.vstack([np.ones_like(terms.driven[:1]), transfer_function(transfer, terms)]) / noise
+    w = lines.angular_frequency
+    g = np.vstack([np.ones_like(terms.driven[:1]), transfer_function(transfer, terms, w)]) / noise
     z = lines.spectra / noise
-    z[1:] -= transfer.free @ terms.free / noise[1:]
+    z[1:] -= free_motion(transfer, terms, w) / noise[1:]
     a = np.asarray(np.sum(g.conj() * z, axis=0) / np.sum(np.abs(g) ** 2, axis=0))
     return a, np.asarray(z - g * a), np.asarray(g)
 
@@ -107,17 +108,19 @@ def changes(
     transfer: ModalTransfer, terms: Basis, lines: Lines, a: ComplexVector
 ) -> Iterator[tuple[Indices, ComplexMatrix, ComplexMatrix]]:
     """Floor by floor: which parameters move it, and (these, lines) by how much they move its g and its g a + t."""
-    m, coefficients = transfer.angular_frequency.size, len(terms.driven) + len(terms.free)
-    relative = pole_changes(transfer, terms, lines.angular_frequency)
-    poles = np.arange(2 * m)
+    w, m, row = lines.angular_frequency, transfer.angular_frequency.size, len(terms.driven) + len(terms.free) + 1
+    relative, late = pole_changes(transfer, terms, w), lateness(transfer, w)
+    h, t = transfer_function(transfer, terms, w) / late, free_motion(transfer, terms, w) / late
     for floor, (driven, free, noise) in enumerate(zip(transfer.driven, transfer.free, lines.noise[1:], strict=True)):
         modal = driven[:m, None] * terms.driven[:m]
         decay = sum((free[k : k + m, None] * terms.free[k : k + m] for k in range(0, min(2 * m, free.size), m)), 0)
-        of_g = np.vstack([(relative * modal).reshape(2 * m, -1), terms.driven, np.zeros_like(terms.free)]) / noise
+        poles = (relative * modal).reshape(2 * m, -1)
+        of_g = np.vstack([poles, terms.driven, np.zeros_like(terms.free), -1j * w * h[floor]]) * (late[floor] / noise)
         change = of_g * a
-        change[: 2 * m] += (relative * decay).reshape(2 * m, -1) / noise
-        change[2 * m + len(driven) :] = terms.free / noise
-        yield np.append(poles, 2 * m + floor * coefficients + np.arange(coefficients)), of_g, change
+        change[: 2 * m] += (relative * decay).reshape(2 * m, -1) * (late[floor] / noise)
+        change[2 * m + len(driven) : -1] = terms.free * (late[floor] / noise)
+        change[-1] += -1j * w * t[floor] * (late[floor] / noise)
+        yield np.append(np.arange(2 * m), 2 * m + floor * row + np.arange(row)), of_g, change
 
 
 def _gram(rows: ComplexMatrix) -> Matrix:

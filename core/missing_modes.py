@@ -9,7 +9,7 @@ from scipy import special
 
 from core.arrays import ComplexMatrix, Matrix, Vector
 from core.errors_in_variables import Fit, Lines, changes, fit, profiled
-from core.modal_transfer import ModalTransfer, basis
+from core.modal_transfer import ModalTransfer, basis, lateness
 
 STEP = 1.06
 """From one frequency that is tried to the next: about the half-power width of the damping ratio that is tried."""
@@ -126,7 +126,7 @@ def _candidates(found: Fit, lines: Lines, frequencies: Vector) -> Candidates:
     a, r, g = profiled(found.transfer, terms, lines)
     square, w_c = np.sum(np.abs(g) ** 2, axis=0), frequencies[:, None]
     mode: ComplexMatrix = np.multiply(w**2, np.reciprocal(w_c**2 - w**2 + 2j * RATIO * w_c * w))
-    weight = np.asarray(a / lines.noise[1:, None])
+    weight = np.asarray(a * lateness(found.transfer, w) / lines.noise[1:, None])
     score = (mode.conj() @ (weight.conj() * r[1:]).T).real
     shared = np.zeros((*score.shape, len(found.covariance)))
     along = np.zeros((len(found.covariance), w.size), dtype=complex)

@@ -6,8 +6,8 @@ import numpy as np
 
 from core.arrays import ComplexMatrix, ComplexVector, Matrix, Vector
 
-RESIDUAL_TERMS = 3
-"""ω², iω³ and ω⁴: stiffness, dashpots and masses of the modes above the band."""
+RESIDUAL_TERMS = 4
+"""1 for the gain against the base slab's; ω², iω³ and ω⁴: stiffness, dashpots and masses of the modes above."""
 SMOOTH_TERMS = 3
 """1, iω and ω²: what cutting a record adds to its spectrum, apart from the modes' own decay."""
 
@@ -16,9 +16,9 @@ SMOOTH_TERMS = 3
 class ModalTransfer:
     """A_j = H_j A_b + T_j, absolute accelerations, T_j being what a record that does not begin and end at rest adds.
 
-    H_j = 1 + Σ φ_jr ω² / D_r + residual terms and T_j = Σ (c_jr + iω d_jr) / D_r + smooth terms, with
-    D_r = ω_r² - ω² + 2iζ_r ω_r ω (Pintelon and Schoukens 2012, chapters 6 and 8). Frequencies are counted in units of
-    `scale` wherever they only scale a coefficient.
+    H_j = e^(-iωτ_j) (1 + Σ φ_jr ω² / D_r + residual terms) and T_j = e^(-iωτ_j) (Σ (c_jr + iω d_jr) / D_r + smooth
+    terms), with D_r = ω_r² - ω² + 2iζ_r ω_r ω (Pintelon and Schoukens 2012, chapters 6 and 8). Frequencies are counted
+    in units of `scale` wherever they only scale a coefficient.
     """
 
     angular_frequency: Vector
@@ -29,13 +29,15 @@ class ModalTransfer:
     """(floors, modes + RESIDUAL_TERMS) φ_jr, the shape times its participation; then the residual terms."""
     free: Matrix
     """(floors, 2 modes + SMOOTH_TERMS) of T_j, or (floors, 0) for a record at rest at both ends."""
+    delay: Vector
+    """(floors,) s, τ_j, of each floor's clock against the base slab's."""
     scale: float
     """rad/s."""
 
     @property
     def parameters(self) -> Vector:
-        """Everything in one vector: ω, ζ, then floor by floor its driven and free coefficients."""
-        coefficients = np.hstack([self.driven, self.free])
+        """Everything in one vector: ω, ζ, then floor by floor its driven and free coefficients and its delay."""
+        coefficients = np.hstack([self.driven, self.free, self.delay[:, None]])
         return np.concatenate([self.angular_frequency, self.damping_ratio, coefficients.ravel()])
 
     def moved(self, step: Vector) -> "ModalTransfer":
@@ -47,7 +49,8 @@ class ModalTransfer:
             angular_frequency=self.angular_frequency + step[:m],
             damping_ratio=self.damping_ratio + step[m : 2 * m],
             driven=self.driven + coefficients[:, : self.driven.shape[1]],
-            free=self.free + coefficients[:, self.driven.shape[1] :],
+            free=self.free + coefficients[:, self.driven.shape[1] : -1],
+            delay=self.delay + coefficients[:, -1],
         )
 
 
@@ -68,7 +71,9 @@ def basis(transfer: ModalTransfer, w: Vector) -> Basis:
     w_r, ratio = transfer.angular_frequency[:, None], transfer.damping_ratio[:, None]
     inverse = np.reciprocal(w_r**2 - w**2 + 2j * ratio * w_r * w)
     x = w / transfer.scale
-    driven = np.vstack([w**2 * inverse, *((1j**k * x ** (k + 2))[None] for k in range(RESIDUAL_TERMS))])
+    driven = np.vstack(
+        [w**2 * inverse, np.ones_like(x)[None], *((1j**k * x ** (k + 2))[None] for k in range(RESIDUAL_TERMS - 1))]
+    )
     if not transfer.free.size:
         return Basis(inverse, driven, np.empty((0, w.size), dtype=complex))
     decay = transfer.scale**2 * inverse
@@ -83,15 +88,27 @@ def pole_changes(transfer: ModalTransfer, terms: Basis, w: Vector) -> ComplexMat
     return -np.array([2 * w_r + 2j * ratio * w, 2j * w_r * w]) * terms.inverse
 
 
-def transfer_function(transfer: ModalTransfer, terms: Basis) -> ComplexMatrix:
+def transfer_function(transfer: ModalTransfer, terms: Basis, w: Vector) -> ComplexMatrix:
     """(floors, lines) H."""
-    return np.asarray(1 + transfer.driven @ terms.driven)
+    return np.asarray((1 + transfer.driven @ terms.driven) * lateness(transfer, w))
+
+
+def free_motion(transfer: ModalTransfer, terms: Basis, w: Vector) -> ComplexMatrix:
+    """(floors, lines) T."""
+    return np.asarray((transfer.free @ terms.free) * lateness(transfer, w))
+
+
+def lateness(transfer: ModalTransfer, w: Vector) -> ComplexMatrix:
+    """(floors, lines) e^(-iωτ)."""
+    return np.exp(-1j * transfer.delay[:, None] * w)
 
 
 def fitted_coefficients(
     transfer: ModalTransfer, w: Vector, base: ComplexVector, floors: ComplexMatrix, noise: Vector
 ) -> ModalTransfer:
     """The same poles with the coefficients that fit the spectra by weighted least squares, the base taken as it is.
+
+    Delays are taken to be zero.
 
     Args:
         transfer: whose poles are kept.

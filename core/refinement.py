@@ -74,18 +74,24 @@ def refined(
     highest = identification.stability.highest_frequency * min(rate, identification.rate)
     band = min(BEYOND * modes[-1].frequency, highest), highest
     lines = spectral_lines(base_acceleration, floor_acceleration, rate, band)
+    found = _most_likely(modes, lines)
+    if found is None or not found.converged or found.misfit > LARGEST_MISFIT:
+        return Refinement(tuple(modes), None if found is None else found.misfit)
+    better = [_mode(found, number) for number in range(found.transfer.angular_frequency.size)]
+    return Refinement(_replaced(modes, better), found.misfit)
+
+
+def _most_likely(modes: Sequence[IdentifiedMode], lines: Lines) -> Fit | None:
+    """The fit from the modes as identified, or without the highest, which may be two in one; None of too few lines."""
     start = _start(modes, lines)
-    if lines.angular_frequency.size * len(floor_acceleration) < start.parameters.size:
-        return Refinement(tuple(modes), None)
+    if lines.angular_frequency.size * len(start.driven) < start.parameters.size:
+        return None
     found = fit(start, lines)
+    if not found.converged and len(modes) > 1:
+        found = fit(_start(modes[:-1], lines), lines)
     if found.misfit > HOPELESS_MISFIT:
-        return Refinement(tuple(modes), found.misfit)
-    found = with_missing_modes(found, lines, 2 * np.pi * LOWEST_MODE)
-    if not found.converged or found.misfit > LARGEST_MISFIT:
-        return Refinement(tuple(modes), found.misfit)
-    return Refinement(
-        _replaced(modes, [_mode(found, i) for i in range(found.transfer.angular_frequency.size)]), found.misfit
-    )
+        return found
+    return with_missing_modes(found, lines, 2 * np.pi * LOWEST_MODE)
 
 
 def spectral_lines(
@@ -121,6 +127,7 @@ def _start(modes: Sequence[IdentifiedMode], lines: Lines) -> ModalTransfer:
         damping_ratio=np.array([mode.damping_ratio for mode in modes]),
         driven=np.zeros((floors, m + RESIDUAL_TERMS)),
         free=np.zeros((floors, 0)),
+        delay=np.zeros(floors),
         scale=float(lines.angular_frequency[-1]),
     )
     at_rest = _fitted(poles, lines)
@@ -137,7 +144,7 @@ def _fitted(poles: ModalTransfer, lines: Lines) -> ModalTransfer:
 def _mode(found: Fit, i: int) -> IdentifiedMode:
     transfer = found.transfer
     m, floors = transfer.angular_frequency.size, len(transfer.driven)
-    row = transfer.driven.shape[1] + transfer.free.shape[1]
+    row = transfer.driven.shape[1] + transfer.free.shape[1] + 1
     std = np.sqrt(np.diag(found.covariance))
     at_floors = 2 * m + i + row * np.arange(floors)
     shape = transfer.driven[:, i]

@@ -7,7 +7,15 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from core.errors_in_variables import Lines, cost, fit, linearised
-from core.modal_transfer import RESIDUAL_TERMS, SMOOTH_TERMS, ModalTransfer, basis, fitted_coefficients
+from core.modal_transfer import (
+    RESIDUAL_TERMS,
+    SMOOTH_TERMS,
+    ModalTransfer,
+    basis,
+    fitted_coefficients,
+    free_motion,
+    transfer_function,
+)
 
 W = 2 * np.pi * np.arange(0.2, 8.0, 0.02)
 
@@ -19,6 +27,7 @@ def transfer(rng: np.random.Generator, modes: int, floors: int, is_cut: bool) ->
         damping_ratio=rng.uniform(0.01, 0.05, modes),
         driven=rng.uniform(-1, 1, (floors, modes + RESIDUAL_TERMS)),
         free=rng.uniform(-1, 1, (floors, count)),
+        delay=rng.uniform(-0.01, 0.01, floors),
         scale=float(W[-1]),
     )
 
@@ -27,7 +36,7 @@ def lines(rng: np.random.Generator, truth: ModalTransfer, noise: float) -> Lines
     """What the transfer makes of a random base motion, with this noise relative to each channel's root mean square."""
     base = complex_normal(rng, W.size)
     terms = basis(truth, W)
-    floors = (1 + truth.driven @ terms.driven) * base + truth.free @ terms.free
+    floors = transfer_function(truth, terms, W) * base + free_motion(truth, terms, W)
     spectra = np.vstack([base, floors])
     std = noise * np.sqrt(np.mean(np.abs(spectra) ** 2, axis=1))
     return Lines(W, spectra + std[:, None] * complex_normal(rng, *spectra.shape), std)
@@ -85,7 +94,9 @@ def test_without_noise_the_truth_is_found(modes: int, floors: int, is_cut: bool,
         angular_frequency=truth.angular_frequency * rng.uniform(0.999, 1.001, modes),
         damping_ratio=truth.damping_ratio * rng.uniform(0.9, 1.1, modes),
     )
-    start = fitted_coefficients(start, W, seen.spectra[0], seen.spectra[1:], seen.noise)
+    start = fitted_coefficients(
+        replace(start, delay=np.zeros(floors)), W, seen.spectra[0], seen.spectra[1:], seen.noise
+    )
     found = fit(start, seen)
     assert found.converged
     # A tenth of a standard deviation is where the steps end; the last one is not exact.
@@ -125,16 +136,16 @@ def test_deviations_grow_with_a_misfit_that_noise_does_not_explain() -> None:
     assert np.sqrt(np.diag(sure.covariance)) == pytest.approx(np.sqrt(np.diag(right.covariance)), rel=0.03)
 
 
-def test_not_converging_is_said() -> None:
-    """From starts far off, in a record without noise, the fit never claims what it has not reached."""
+def test_a_fit_claims_no_more_than_it_has_reached() -> None:
+    """From starts far off, in a record without noise: the truth, or no convergence, or a chi-square that tells."""
     rng = np.random.default_rng(9)
     truth = transfer(rng, modes=2, floors=1, is_cut=False)
     seen = replace(lines(rng, truth, 0.0), noise=np.full(2, 1e-6))
-    ended = []
-    for factor in (0.5, 0.7, 1.6, 2.0):
+    failed = 0
+    for factor in (0.3, 0.5, 0.7, 1.6, 2.0, 3.0):
         far = replace(truth, angular_frequency=truth.angular_frequency * factor, damping_ratio=np.array([0.2, 1e-4]))
         found = fit(far, seen)
         reached = np.sort(found.transfer.angular_frequency) == pytest.approx(truth.angular_frequency, rel=1e-6)
-        ended.append(found.converged)
+        failed += not reached
         assert reached or not found.converged or found.misfit > 100
-    assert not all(ended)
+    assert failed

@@ -125,3 +125,18 @@ def test_a_single_floor_has_a_shape_that_is_known() -> None:
     result = refined(found, series[0], series[2:], motions.RATE, Identification())
     assert result.modes[0].shape_covariance == pytest.approx(np.zeros((1, 1)))
     assert result.modes[0].frequency == pytest.approx(EXACT.frequency[0], rel=1e-3)
+
+
+@pytest.mark.parametrize("noise", [0.01, 0.1])
+def test_a_sensor_with_another_gain_and_a_late_clock(noise: float) -> None:
+    """Two per cent and one sample at the roof: no damping of the structure is made of them."""
+    _, right = both(noisy(clean("akt013"), noise, seed=4))
+    samples = noisy(clean("akt013"), noise, seed=4)
+    samples[2] = 1.02 * np.roll(samples[2], 1)
+    _, wrong = both(samples)
+    assert right.misfit is not None
+    assert wrong.misfit == pytest.approx(right.misfit, rel=0.05)
+    for one, other in zip(right.modes[:3], wrong.modes[:3], strict=True):
+        assert one.deviation is not None
+        assert abs(other.frequency - one.frequency) < 0.5 * one.deviation.frequency
+        assert abs(other.damping_ratio - one.damping_ratio) < 0.5 * one.deviation.damping_ratio
