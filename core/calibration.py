@@ -12,6 +12,8 @@ from core.superstructure_model import Design, Superstructure, free_vibration, su
 
 STEPS = 60
 """Of Levenberg and Marquardt, at most."""
+ENOUGH = 700
+"""Lines that are enough to come near."""
 SETTLED = 0.05
 """Fall of the cost, in units of a log likelihood, below which a calibration has settled."""
 STARTS = np.geomspace(0.4, 8.0, 24)
@@ -125,6 +127,9 @@ def calibrated(lines: Lines, design: Design, hypothesis: Hypothesis, start: Vect
         hypothesis: what is free.
         start: (size,) parameters.
     """
+    if lines.angular.size > 2 * ENOUGH:
+        # most of the way is gone on a part of the lines
+        start = calibrated(lines.every(lines.angular.size // ENOUGH), design, hypothesis, start).parameters
     variances = first_variances(lines, hypothesis)
     found, state = start, _evaluation(lines, design, hypothesis, start, variances, None)
     damping, has_settled = 1e-3, False
