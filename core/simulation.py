@@ -70,7 +70,7 @@ def simulate(
     if given.shape[0] != count:
         raise RecordError(f"conditions are given for {given.shape[0]} samples, the ground acceleration has {count}")
     model = packed(isolator)
-    history, force, acceleration = _kernel()(
+    displacement, velocity, force, acceleration = _kernel()(
         np.append(building.base_mass, building.floor_mass),
         building.storey_stiffness,
         building.damping_coefficient * building.storey_stiffness,
@@ -83,15 +83,14 @@ def simulate(
         model.p,
         model.states,
     )
-    displacement, velocity = np.split(history.T, 2)
     if not np.isfinite(force).all():
         raise ModelError("the response grew beyond all bounds; more substeps, or a softer layer, would do")
     return Response(
-        isolator_displacement=displacement[0].copy(),
-        isolator_velocity=velocity[0].copy(),
+        isolator_displacement=displacement[0],
+        isolator_velocity=velocity,
         force=force,
-        base_acceleration=acceleration[:, 0].copy(),
-        floor_acceleration=acceleration[:, 1:].T.copy(),
+        base_acceleration=acceleration[0],
+        floor_acceleration=acceleration[1:],
         floor_displacement=displacement[1:] - displacement[0],
     )
 
@@ -136,10 +135,11 @@ def _kernel() -> Any:  # noqa: ANN401  numba's functions have no type
         at_x = at_x + 2 * n
         y, dy, stage = np.zeros(2 * n + states), np.zeros(2 * n + states), np.zeros(2 * n + states)
         end, now, slope = np.zeros_like(y), np.zeros(given.shape[1]), np.zeros(given.shape[1])
-        history, force = np.empty((count, 2 * n)), np.empty(count)
-        acceleration = np.empty((count, n))
+        displacement, velocity = np.empty((n, count)), np.empty(count)
+        acceleration, force = np.empty((n, count)), np.empty(count)
         for i in range(count):
-            slope[:] = (given[min(i + 1, count - 1)] - given[i]) / dt
+            for j in range(now.size):
+                slope[j] = (given[min(i + 1, count - 1), j] - given[i, j]) / dt
             for s in range(substeps):
                 for j in range(y.size):
                     end[j] = y[j]
@@ -151,13 +151,13 @@ def _kernel() -> Any:  # noqa: ANN401  numba's functions have no type
                         stage[j] = y[j] + ahead[k] * dy[j]
                     f = rates(stage, dy, now, i * dt + t, n, mobility, stiffness, damping, opcode, at_p, at_x, p)
                     if s == 0 and k == 0:
-                        force[i] = f
-                        history[i] = y[: 2 * n]
-                        acceleration[i] = dy[n : 2 * n] + now[0]
+                        force[i], velocity[i] = f, y[n]
+                        for j in range(n):
+                            displacement[j, i], acceleration[j, i] = y[j], dy[n + j] + now[0]
                     for j in range(y.size):
                         end[j] += weight[k] * dy[j]
                 for j in range(y.size):
                     y[j] = end[j]
-        return history, force, acceleration
+        return displacement, velocity, force, acceleration
 
     return integrate
