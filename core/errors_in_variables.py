@@ -12,8 +12,8 @@ from core.modal_transfer import Basis, ModalTransfer, basis, free_motion, latene
 LARGEST_STEPS = 60
 FIRST_DAMPING = 1e-4
 """Of the diagonal of the information."""
-SMALL = 1e-2
-"""Of the cost per degree of freedom, or of what noise makes it: a step that promises less is the last."""
+SMALL = 5e-2
+"""Of the cost per degree of freedom, or of what noise makes it: a step that promises or brings less is the last."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -137,16 +137,18 @@ def fit(start: ModalTransfer, lines: Lines) -> Fit:
     for _ in range(LARGEST_STEPS):
         step = _step(here, damping)
         expected = -float(here.gradient @ step)
-        if expected < SMALL * max(0.5, here.cost / freedom):
-            converged = True
-            break
         moved = transfer.moved(step)
-        gain = (here.cost - cost(moved, lines)) / expected
-        if gain > 0:
+        decrease = here.cost - cost(moved, lines)
+        if decrease > 0:
+            gain = decrease / expected
             transfer, here = moved, linearised(moved, lines)
             damping, growth = damping * max(1 / 10, 1 - (2 * gain - 1) ** 3), 2.0
         else:
             damping, growth = damping * growth, 2 * growth
+        small = SMALL * max(0.5, here.cost / freedom)
+        if expected < small or 0 < decrease < small:
+            converged = True
+            break
     covariance, inverse = _covariance(here, freedom)
     return Fit(transfer, covariance, here.cost, freedom, converged, inverse)
 

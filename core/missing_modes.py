@@ -23,7 +23,9 @@ for it is the best of many frequencies."""
 LARGEST_RATIO = 0.3
 """More damping than that is the spectrum's background."""
 APART = 0.06
-"""Least distance of two frequencies, relative: nearer ones are one mode in two parts."""
+"""Relative distance from a known mode at which one more is tried."""
+DISTINCT = 0.02
+"""Least relative distance of two modes: nearer ones are one in two parts."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -98,7 +100,7 @@ def _widened(found: Fit, candidates: Candidates) -> Fit:
 
 def _is_plausible(transfer: ModalTransfer) -> bool:
     apart = np.diff(np.log(np.sort(transfer.angular_frequency)))
-    return bool(np.all(transfer.damping_ratio < LARGEST_RATIO) and np.all(apart > APART))
+    return bool(np.all(transfer.damping_ratio < LARGEST_RATIO) and np.all(apart > DISTINCT))
 
 
 def _moved(transfer: ModalTransfer, move: Vector) -> ModalTransfer:

@@ -17,6 +17,8 @@ from core.noise import noise_density
 
 LOWEST = 0.2
 """Hz, of the lines that are used: below it sensors drift."""
+RESOLUTION = 1e-6
+"""Of a channel's standard deviation: no recorder has less noise."""
 SMOOTHED = 1.0
 """Hz, over which a spectrum is averaged to tell motion from noise."""
 MOVING = 1.5
@@ -112,6 +114,7 @@ def spectral_lines(
     frequency = np.fft.rfftfreq(series.shape[1], 1 / rate)
     spectra = np.fft.rfft(series, axis=1) / np.sqrt(series.shape[1])
     noise = np.sqrt(noise_density(series, rate) * rate / 2)
+    noise = np.maximum(noise, RESOLUTION * np.std(series, axis=1))
     power = np.mean(np.abs(spectra[1:] / noise[1:, None]) ** 2, axis=0)
     smooth = ndimage.uniform_filter1d(power, max(1, round(SMOOTHED / frequency[1])))
     moves = (smooth > MOVING) & (frequency <= upper[1])

@@ -119,6 +119,17 @@ def test_where_noise_is_not_what_is_wrong_the_modes_stay_as_they_are() -> None:
     assert after.modes == before
 
 
+def test_a_record_of_exact_zeros_but_for_the_motion() -> None:
+    """As a simulation may give it: a noise of nothing is not divided by."""
+    samples = clean("akt013").copy()
+    samples[:, :1000] = 0
+    samples[:, 9000:] = 0
+    before, after = both(samples)
+    assert after.misfit is not None
+    assert np.isfinite(after.misfit)
+    assert after.modes[0].frequency == pytest.approx(before[0].frequency, rel=1e-3)
+
+
 def test_a_single_floor_has_a_shape_that_is_known() -> None:
     series = noisy(clean("akt013"), 0.01, seed=3)
     found = identified_modes(series[0], series[2:], motions.RATE, Identification())
