@@ -45,7 +45,7 @@ class Extent:
     floors: tuple[tuple[str, ...], ...]
 
 
-FULL = Extent(tuple(MOTIONS), NOISES, (0, 1, 2), SUBSETS)
+FULL = Extent(tuple(MOTIONS), NOISES, (0, 1), SUBSETS)
 QUICK = Extent(("Kobe", "AKT013"), (NOISES[0], NOISES[-1]), (0,), (("4", "roof"), ("roof",)))
 
 
@@ -81,7 +81,16 @@ def report(extent: Extent, console: Console) -> str:
     tables = [*force_tables.tables(found, band_alone), cycle_errors.table(cycles)]
     if floors:
         tables.append(floors_measured.table(floors))
-    return "\n".join(table.markdown() for table in tables)
+    return "\n".join([opening(extent), *(table.markdown() for table in tables)])
+
+
+def opening(extent: Extent) -> str:
+    """What was run."""
+    return (
+        f"Recorded motions of 70 gal: {', '.join(extent.motions)}. White noise of "
+        f"{', '.join(f'{100 * noise:g}' for noise in extent.noises)} % of each channel's root mean square, "
+        f"draws of it (and of random masses): {len(extent.seeds)}.\n"
+    )
 
 
 def in_parallel(parts: Sequence[Callable[[], object]], console: Console) -> list[object]:
