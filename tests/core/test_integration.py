@@ -7,7 +7,7 @@ from core.errors import RecordError
 from core.integration import integrate
 from core.noise import noise_std
 
-SEEDS = range(6)
+SEEDS = range(4)
 
 
 def drift(size: int, step: float, rng: np.random.Generator) -> np.ndarray:
@@ -18,7 +18,7 @@ def drift(size: int, step: float, rng: np.random.Generator) -> np.ndarray:
 
 @pytest.mark.parametrize("wander", [0.0, 1e-5], ids=["white", "drifting"])
 @pytest.mark.parametrize("noise", [1e-4, 1e-3])
-@pytest.mark.parametrize("scale", [0.2, 1.0, 4.0])
+@pytest.mark.parametrize("scale", [0.2, 4.0])
 @pytest.mark.parametrize("motion", [akt013, kobe, chi_chi])
 def test_the_integrals_standard_deviation_covers_the_truth(motion, scale: float, noise: float, wander: float) -> None:  # noqa: ANN001
     """Accelerometers of 0.01 and 0.1 gal, without and with drift; measured: 92-100 % of the samples.
@@ -61,7 +61,7 @@ def test_the_band_follows_the_accelerometers_noise_and_drift() -> None:
 
 @pytest.mark.parametrize(("noise", "corner"), [(0.0, 0.03), (0.01, 0.11), (0.1, 0.19)])
 def test_the_band_of_the_papers_building_under_akt013(noise: float, corner: float) -> None:
-    """Noise of a part of each channel's root mean square; the mean of six draws, to a hundredth of a hertz."""
+    """Noise of a part of each channel's root mean square; the mean of four draws, to a hundredth of a hertz."""
     truth, corners = sampled(akt013), []
     for seed in SEEDS:
         rng = np.random.default_rng(seed)

@@ -11,7 +11,7 @@ from core.orientation import along_described_axes, oriented
 
 GROUND, BASE, FOURTH, ROOF = (f"XX.PAPER.{level}.HN" for level in ("00", "01", "04", "08"))
 LAYER = "XX.PAPER.01.HY"
-ANGLES = (-150.0, -45.0, 4.0, 10.0, 30.0, 90.0, 120.0)
+ANGLES = (-150.0, -45.0, 4.0, 10.0, 30.0, 90.0)
 
 
 @pytest.mark.parametrize("degrees", ANGLES)

@@ -1,7 +1,8 @@
 """The paper's building under two recorded motions at once, one along x and one along y, with two-axis sensors."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 from described import paper, records
@@ -19,6 +20,14 @@ def biaxial(
     along: Motion = akt013, across: Motion = kobe, noise: float = 0.01, scale: float = 1.0
 ) -> tuple[BuildingDescription, dict[str, Vector]]:
     """Channels end in X and in Y."""
+    description, samples = _biaxial(along, across, noise, scale)
+    return description, dict(samples)
+
+
+@cache
+def _biaxial(
+    along: Motion, across: Motion, noise: float, scale: float
+) -> tuple[BuildingDescription, Mapping[str, Vector]]:
     described = paper()
     channels = [
         replace(channel, id=f"{channel.id[:-1]}{name.upper()}", direction=name)
