@@ -1,0 +1,121 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from core.arrays import Matrix, Vector
+from core.building import storey_stiffness_matrix
+from core.frame import heights, lateral_stiffness
+
+STEP = 1e-5
+"""Of a logarithm: central differences are then right to 1e-9 by their truncation and by rounding alike."""
+
+storeys = st.lists(st.floats(0.2, 5.0), min_size=1, max_size=8).map(np.array)
+joints = st.floats(0.01, 20.0)
+rocking = st.floats(0.0, 2.0)
+
+
+def cantilever_flexibility(storey_stiffness: Vector) -> Matrix:
+    """(floors, floors) of a beam clamped at its foot, by the unit-load method (Castigliano): ∫ (x_i - x)(x_j - x) / EI.
+
+    A storey of height 1 with both ends clamped has the stiffness 12 EI.
+    """
+    floors = np.arange(1, storey_stiffness.size + 1)
+
+    def moments(low: int, high: int, storey: int) -> float:
+        # the integral over [storey - 1, storey] of a product that is quadratic: Simpson's rule is exact
+        x = np.array([storey - 1.0, storey - 0.5, float(storey)])
+        return float(np.array([1, 4, 1]) / 6 @ ((low - x) * (high - x)))
+
+    return np.array(
+        [
+            [12 * sum(moments(i, j, s) / storey_stiffness[s - 1] for s in range(1, min(i, j) + 1)) for j in floors]
+            for i in floors
+        ]
+    )
+
+
+@settings(max_examples=30, deadline=None)
+@given(storeys=storeys)
+def test_rigid_joints_make_it_the_shear_building(storeys: Vector) -> None:
+    exact = storey_stiffness_matrix(storeys)
+    found = lateral_stiffness(storeys, joints=0.0, rocking=0.0).stiffness
+    assert found == pytest.approx(exact, abs=1e-6 * exact.max())  # the joints' flexibility is held above 1e-9
+
+
+@settings(max_examples=30, deadline=None)
+@given(storeys=storeys)
+def test_soft_joints_make_it_a_bending_cantilever(storeys: Vector) -> None:
+    found = np.linalg.inv(lateral_stiffness(storeys, joints=1e8, rocking=0.0).stiffness)
+    exact = cantilever_flexibility(storeys)
+    assert found == pytest.approx(exact, rel=1e-4)  # girders of 1e-8 of a column clamp 1e-8 × the stiffest over softest
+
+
+def test_the_roof_of_a_uniform_cantilever() -> None:
+    """Timoshenko: F L³ / 3EI, with EI = k h³ / 12."""
+    found = np.linalg.inv(lateral_stiffness(np.full(5, 3.0), joints=1e8, rocking=0.0).stiffness)
+    assert found[-1, -1] == pytest.approx(5**3 / 3 * 12 / 3.0, rel=1e-5)
+
+
+@settings(max_examples=30, deadline=None)
+@given(storeys=storeys, joints=joints, rocking=rocking)
+def test_rocking_adds_to_the_flexibility_alone(storeys: Vector, joints: float, rocking: float) -> None:
+    """As much at the roof as the share says of the storeys' Σ 1/k, and linearly below."""
+    still, rocked = (np.linalg.inv(lateral_stiffness(storeys, joints, r).stiffness) for r in (0.0, rocking))
+    shape = heights(storeys.size)
+    added = rocking * np.sum(1 / storeys) * np.outer(shape, shape)
+    assert rocked - still == pytest.approx(added, abs=1e-9 * still.max())
+
+
+@settings(max_examples=30, deadline=None)
+@given(storeys=storeys, joints=joints, rocking=rocking)
+def test_stiffness_is_symmetric_and_positive(storeys: Vector, joints: float, rocking: float) -> None:
+    K = lateral_stiffness(storeys, joints, rocking).stiffness
+    assert pytest.approx(K.T, abs=1e-9 * K.max()) == K
+    assert np.linalg.eigvalsh(K).min() > 0
+
+
+@settings(max_examples=30, deadline=None)
+@given(storeys=storeys, joints=joints, rocking=rocking)
+def test_softer_joints_and_rocking_soften(storeys: Vector, joints: float, rocking: float) -> None:
+    """In every direction: no stiffness grows (Löwner's order)."""
+    K = lateral_stiffness(storeys, joints, rocking)
+    for softened in (K.by_joints, K.by_rocking):
+        assert np.linalg.eigvalsh((softened + softened.T) / 2).max() < 1e-9 * K.stiffness.max()
+
+
+@settings(max_examples=30, deadline=None)
+@given(storeys=storeys, joints=joints, rocking=st.floats(0.01, 2.0))
+def test_derivatives_agree_with_differences(storeys: Vector, joints: float, rocking: float) -> None:
+    found = lateral_stiffness(storeys, joints, rocking)
+
+    def difference(storey_step: Vector, joints_step: float, rocking_step: float) -> Matrix:
+        ahead, behind = (
+            lateral_stiffness(
+                storeys * np.exp(way * storey_step),
+                joints * np.exp(way * joints_step),
+                rocking * np.exp(way * rocking_step),
+            ).stiffness
+            for way in (STEP, -STEP)
+        )
+        return (ahead - behind) / (2 * STEP)
+
+    still, tolerance = np.zeros(storeys.size), 1e-6 * found.stiffness.max()
+    for storey, derivative in enumerate(found.by_storey):
+        step = still.copy()
+        step[storey] = 1.0
+        assert derivative == pytest.approx(difference(step, 0.0, 0.0), abs=tolerance)
+    assert found.by_joints == pytest.approx(difference(still, 1.0, 0.0), abs=tolerance)
+    assert found.by_rocking == pytest.approx(difference(still, 0.0, 1.0), abs=tolerance)
+
+
+@settings(max_examples=30, deadline=None)
+@given(storeys=storeys, joints=joints, rocking=rocking, factor=st.floats(0.1, 10.0))
+def test_stiffness_scales_with_that_of_all_storeys(
+    storeys: Vector, joints: float, rocking: float, factor: float
+) -> None:
+    """So that the derivatives by all storeys together are the stiffness itself (Euler's theorem)."""
+    found, scaled = (lateral_stiffness(each, joints, rocking) for each in (storeys, factor * storeys))
+    tolerance = 1e-9 * found.stiffness.max()
+    assert scaled.stiffness / factor == pytest.approx(found.stiffness, abs=tolerance)
+    assert found.by_storey.sum(axis=0) == pytest.approx(found.stiffness, abs=tolerance)
