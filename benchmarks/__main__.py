@@ -1,4 +1,4 @@
-"""`python -m benchmarks` runs all and writes docs/benchmarks.md; with names of benchmarks it prints those alone."""
+"""`python -m benchmarks` runs all and writes docs/benchmarks.md; with names it renews the parts of those benchmarks."""
 
 import sys
 from collections.abc import Callable, Iterator, Mapping
@@ -36,16 +36,22 @@ the ratios within one table mean anything. Errors are against exact values and s
 
 
 def main(names: list[str]) -> None:
-    """All benchmarks into the page, or those named onto the screen."""
+    """All benchmarks, or those named, onto the screen and into the page."""
     if unknown := sorted(set(names) - set(BENCHMARKS)):
         sys.exit(f"no benchmark is called {', '.join(unknown)}; there are {', '.join(BENCHMARKS)}")
-    parts = [OPENING.format(machine=description())]
     for name in names or BENCHMARKS:
         title, tables = BENCHMARKS[name]
-        parts.append("\n".join([f"## {title}\n", *(table.markdown() for table in tables())]))
-        print(parts[-1], flush=True)
-    if not names:
-        TARGET.write_text("\n".join(parts))
+        part = "\n".join([f"## {title}\n", *(table.markdown() for table in tables())])
+        print(part, flush=True)
+        page = TARGET.read_text(encoding="utf-8") if TARGET.exists() else ""
+        TARGET.write_text(renewed(page, {title: part}, description()), encoding="utf-8")
+
+
+def renewed(page: str, parts: Mapping[str, str], machine: str) -> str:
+    """The page with the given parts by their titles in place of what it had; the others stay as they were."""
+    held = {part.partition("\n")[0]: f"## {part.rstrip()}\n" for part in page.split("\n## ")[1:]} | dict(parts)
+    titles = [title for title, _ in BENCHMARKS.values() if title in held]
+    return "\n".join([OPENING.format(machine=machine), *(held[title] for title in titles)])
 
 
 if __name__ == "__main__":
