@@ -5,81 +5,23 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import linalg
 
-from core.arrays import ComplexMatrix, Indices, Matrix, Vector
-from core.frame import heights
-from core.line_kernel import evaluated
-from core.superstructure_model import Design, Superstructure, free_vibration, superstructure
+from core.arrays import Matrix, Vector
+from core.evaluation import Evaluation, Hypothesis, Variances, evaluated
+from core.spectral_lines import Lines
+from core.superstructure_model import Design, Superstructure
 
 STEPS = 60
 """Of Levenberg and Marquardt, at most."""
 ENOUGH = 700
 """Lines that are enough to come near."""
-SETTLED = 0.05
+SETTLED = 0.2
 """Fall of the cost, in units of a log likelihood, below which a calibration has settled."""
 STARTS = np.geomspace(0.4, 8.0, 24)
 """Hz, first fixed-base frequencies that a calibration may start from."""
 VARIANCE_STEPS = 2
 """Of the variances, before each of the parameters."""
-DYNAMIC_SHARE = 0.2
-"""Of the floors' random motion that acts through the structure; the rest is seen at the sensors alone."""
 LARGEST_STEP = 1.0
 """Of any parameter that is a logarithm."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Lines:
-    """What a record says at the spectral lines that calibration uses."""
-
-    angular: Vector
-    """(lines,) rad/s."""
-    spectra: ComplexMatrix
-    """(channels, lines) discrete Fourier transform, the base slab first."""
-    noise: Vector
-    """(channels,) mean square of the noise's transform."""
-    band: Indices
-    """(lines,) number of the frequency band, for variances."""
-    samples: int
-    rate: float
-    at_rest: bool
-    """Whether the record begins and ends at rest, so that no free vibration is to be allowed for."""
-
-    def every(self, stride: int) -> "Lines":
-        """Every so many of the lines: enough to choose where to start."""
-        chosen = slice(None, None, stride)
-        return replace(self, angular=self.angular[chosen], spectra=self.spectra[:, chosen], band=self.band[chosen])
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Hypothesis:
-    """Which parameters a calibration is free to choose, and what is believed of them before."""
-
-    name: str
-    mean: Vector
-    """(size,)"""
-    std: Vector
-    """(size,) 0 where a parameter is held."""
-    is_random: bool
-    """Whether the base slab rocks and the floors move beyond what the model says."""
-
-    @property
-    def free(self) -> Indices:
-        """Parameters that are not held."""
-        return np.flatnonzero(self.std > 0)
-
-    def penalty(self, parameters: Vector) -> float:
-        """Of the prior, in units of a negative log likelihood."""
-        free = self.free
-        return 0.5 * float(np.sum(((parameters - self.mean)[free] / self.std[free]) ** 2))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Variances:
-    """Of the motions that no parameter explains, by frequency band."""
-
-    rocking: Vector
-    """(bands,) of the base slab's rocking, as acceleration at the roof."""
-    floors: Vector
-    """(bands,) of accelerations at the floors."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -105,16 +47,6 @@ class Calibration:
         return float(self.misfit_by_band.sum()) / self.degrees_of_freedom
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Evaluation:
-    structure: Superstructure
-    cost: float
-    descent: Vector
-    normal: Matrix
-    steps: Matrix
-    frozen: ComplexMatrix
-
-
 def calibrated(lines: Lines, design: Design, hypothesis: Hypothesis, start: Vector) -> Calibration:
     """The parameters of greatest posterior probability, by Levenberg and Marquardt's method.
 
@@ -131,13 +63,13 @@ def calibrated(lines: Lines, design: Design, hypothesis: Hypothesis, start: Vect
         # most of the way is gone on a part of the lines
         start = calibrated(lines.every(lines.angular.size // ENOUGH), design, hypothesis, start).parameters
     variances = first_variances(lines, hypothesis)
-    found, state = start, _evaluation(lines, design, hypothesis, start, variances, None)
+    found, state = start, evaluated(lines, design, hypothesis, start, variances, None)
     damping, has_settled = 1e-3, False
     for _ in range(STEPS):
         before = state.cost
         for left in reversed(range(VARIANCE_STEPS if hypothesis.is_random else 0)):
             variances = _improved(variances, state.steps)
-            state = _evaluation(lines, design, hypothesis, found, variances, state.frozen, is_derived=left == 0)
+            state = evaluated(lines, design, hypothesis, found, variances, state.frozen, is_derived=left == 0)
         tried, trial, damping = _step(lines, design, hypothesis, found, variances, state, damping)
         if trial is None:
             has_settled = True
@@ -165,89 +97,9 @@ def best_start(lines: Lines, design: Design, hypothesis: Hypothesis) -> Vector:
     for frequency in STARTS:
         start = hypothesis.mean.copy()
         start[design.layout.scale] = 2 * np.log(frequency)
-        cost = _evaluation(coarse, design, hypothesis, start, variances, None, is_derived=False).cost
+        cost = evaluated(coarse, design, hypothesis, start, variances, None, is_derived=False).cost
         starts.append((cost, start))
     return min(starts, key=lambda pair: pair[0])[1]
-
-
-def _evaluation(
-    lines: Lines,
-    design: Design,
-    hypothesis: Hypothesis,
-    parameters: Vector,
-    variances: Variances,
-    frozen: ComplexMatrix | None,
-    *,
-    is_derived: bool = True,
-) -> _Evaluation:
-    layout, structure = design.layout, superstructure(parameters, design)
-    vibration, transient, by = _transients(lines, design, structure, parameters, is_derived=is_derived)
-    if frozen is None:
-        frozen = np.zeros((lines.angular.size, layout.channels), dtype=complex)
-        frozen[:, 0] = 1.0
-    misfit, logdet, descent, normal, steps, h = evaluated(
-        lines.angular, lines.spectra, lines.noise, lines.band, variances.rocking, variances.floors,
-        local_covariance(design), DYNAMIC_SHARE,
-        structure.squared, structure.shapes, design.measured, structure.inputs, structure.stiffness_derivatives,
-        structure.damping, structure.mass, heights(layout.floors),
-        parameters[layout.gains], parameters[layout.delays],
-        transient, by, vibration, frozen, hypothesis.is_random, is_derived & (hypothesis.std[: layout.delays.stop + len(vibration)] > 0),
-    )  # fmt: skip
-    size = layout.size
-    whole_descent, whole_normal = np.zeros(size), np.zeros((size, size))
-    whole_descent[: descent.size], whole_normal[: descent.size, : descent.size] = descent, normal
-    free = hypothesis.free
-    whole_descent[free] -= (parameters - hypothesis.mean)[free] / hypothesis.std[free] ** 2
-    whole_normal[free, free] += 1 / hypothesis.std[free] ** 2
-    cost = misfit + logdet + hypothesis.penalty(parameters)
-    return _Evaluation(structure, cost, whole_descent, whole_normal, steps, h)
-
-
-def local_covariance(design: Design) -> Matrix:
-    """(channels, channels) of a motion seen at sensors alone: the storeys' static flexibility, so that between sensors
-    it is interpolated as Guyan (1965) would."""
-    flexibility = static_flexibility(design)
-    covariance = np.zeros((design.measured.size + 1,) * 2)
-    covariance[1:, 1:] = flexibility[np.ix_(design.measured, design.measured)]
-    return covariance
-
-
-def static_flexibility(design: Design) -> Matrix:
-    """(floors, floors) of the storeys as designed, 1 at the roof."""
-    cumulated = np.cumsum(1 / design.storey_stiffness) * design.storey_stiffness.sum()
-    flexibility = np.minimum.outer(cumulated, cumulated)
-    return np.asarray(flexibility / flexibility[-1, -1])
-
-
-def _transients(
-    lines: Lines, design: Design, structure: Superstructure, parameters: Vector, *, is_derived: bool
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Free vibration at the measured floors: by its amplitudes, as a whole, and that derived by the structure."""
-    layout, measured = design.layout, design.measured
-    if lines.at_rest:
-        return (
-            np.zeros((0, measured.size, 0), dtype=complex),
-            np.zeros((measured.size, 0), dtype=complex),
-            np.zeros((layout.structural, measured.size, 0), dtype=complex),
-        )
-    amplitude = parameters[layout.transients]
-    columns = transient_columns(structure, lines, measured)
-    whole = np.tensordot(amplitude, columns, 1)
-    by = np.zeros((layout.structural, measured.size, lines.angular.size), dtype=complex)
-    for k in range(layout.structural if is_derived else 0):
-        nudged = parameters.copy()
-        nudged[k] += 1e-5
-        by[k] = (
-            np.tensordot(amplitude, transient_columns(superstructure(nudged, design), lines, measured), 1) - whole
-        ) / 1e-5
-    return columns, whole, by
-
-
-def transient_columns(structure: Superstructure, lines: Lines, floors: Indices) -> np.ndarray:
-    """(2 modes, floors, lines) spectra at the given floors of each mode's free vibration."""
-    vibration = free_vibration(structure, lines.angular, lines.samples, lines.rate)
-    columns = structure.shapes[floors].T[:, None, :, None] * vibration[:, :, None, :]
-    return columns.reshape(-1, floors.size, lines.angular.size)
 
 
 def _step(
@@ -256,9 +108,9 @@ def _step(
     hypothesis: Hypothesis,
     found: Vector,
     variances: Variances,
-    state: _Evaluation,
+    state: Evaluation,
     damping: float,
-) -> tuple[Vector, _Evaluation | None, float]:
+) -> tuple[Vector, Evaluation | None, float]:
     """The next parameters with their evaluation, None if no step lowers the cost; and the damping for the next."""
     free = hypothesis.free
     normal, descent = state.normal[np.ix_(free, free)], state.descent[free]
@@ -270,7 +122,7 @@ def _step(
         longest = np.abs(change[logarithms]).max(initial=0.0)
         tried = found.copy()
         tried[free] += change * min(1.0, LARGEST_STEP / max(longest, 1e-300))
-        trial = _evaluation(lines, design, hypothesis, tried, variances, state.frozen)
+        trial = evaluated(lines, design, hypothesis, tried, variances, state.frozen)
         # the determinant is compared at the same h
         if trial.cost < state.cost:
             return tried, trial, max(damping / 5, 1e-7)
@@ -288,7 +140,7 @@ def _result(
     hypothesis: Hypothesis,
     found: Vector,
     variances: Variances,
-    state: _Evaluation,
+    state: Evaluation,
     has_settled: bool,
 ) -> Calibration:
     free = hypothesis.free
@@ -322,11 +174,11 @@ def log_evidence(calibration: Calibration, lines: Lines, design: Design) -> floa
     """
     hypothesis, found, variances = calibration.hypothesis, calibration.parameters, calibration.variances
     open_to_noise = replace(hypothesis, is_random=True)
-    responses = _evaluation(lines, design, open_to_noise, found, variances, None, is_derived=False).frozen
-    cost = _evaluation(lines, design, open_to_noise, found, variances, responses, is_derived=False).cost
+    here = evaluated(lines, design, open_to_noise, found, variances, None, is_derived=False).frozen
+    cost = evaluated(lines, design, open_to_noise, found, variances, here, is_derived=False).cost
     free = hypothesis.free
     occam = float(np.sum(np.log(hypothesis.std[free])))
-    occam -= 0.5 * np.linalg.slogdet(calibration.covariance[np.ix_(free, free)])[1]
+    occam -= 0.5 * float(np.linalg.slogdet(calibration.covariance[np.ix_(free, free)])[1])
     if hypothesis.is_random:
         count = np.bincount(lines.band)
         occam += float(np.sum(np.log(count[count > 0])))

@@ -55,7 +55,7 @@ class Reliance:
     assumption: str
     """What the record asked to be assumed of superstructure and sensors, in words."""
     chi_square: float
-    """Per degree of freedom, of a superstructure whose misfit is noise alone: about 1 where that explains the record."""
+    """Per degree of freedom, of a superstructure whose misfit is noise alone: about 1 where that explains all."""
     is_at_rest: bool
     """Whether the record begins and ends at rest; else the modes' free vibration at its ends was estimated too."""
     prior_share: float

@@ -5,7 +5,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from core.arrays import Vector
-from core.calibration import Calibration, Hypothesis, Lines, best_start, calibrated, log_evidence
+from core.calibration import Calibration, best_start, calibrated, log_evidence
+from core.evaluation import Hypothesis
+from core.spectral_lines import Lines
 from core.superstructure_model import Design
 
 STOREYS = 0.3

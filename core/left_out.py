@@ -3,8 +3,10 @@
 import numpy as np
 
 from core.arrays import Vector
-from core.calibration import Calibration, Lines, static_flexibility
+from core.calibration import Calibration
+from core.evaluation import static_flexibility
 from core.smoothing import channel_covariance, without_transients
+from core.spectral_lines import Lines
 from core.superstructure_model import Design
 
 

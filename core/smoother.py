@@ -6,27 +6,17 @@ import numpy as np
 from scipy import linalg
 
 from core import cms
-from core.arrays import Matrix
-from core.calibration import Lines
 from core.estimator import InstrumentedSuperstructure, Reliance, RestoringForce, check
 from core.hypotheses import Choice, chosen
 from core.identification import Identification
 from core.left_out import left_out_errors
-from core.noise import noise_density
 from core.smoothing import smoothed
+from core.spectral_lines import Lines, spectral_lines, within
 from core.superstructure_model import Design
 
 NAME = "smoother"
 CALIBRATED = (0.2, 20.0)
 """Hz, of the lines that the superstructure is calibrated by."""
-BANDS = np.geomspace(0.3, 25.0, 16)
-"""Hz, between the bands in which unmodelled motion is of one strength."""
-AT_REST = 0.02
-"""Of the largest root mean square over half a second: no more than that above the quietest is rest."""
-EDGE = 0.5
-"""s, of the record at either end."""
-QUIETEST = 0.02
-"""Share of the record that is taken for noise alone, in judging rest."""
 RINGING = 3.0
 """Of the floors' root mean square: how large the free vibration at the record's ends may be."""
 
@@ -89,39 +79,7 @@ def _reliance(choice: Choice) -> Reliance:
     )
 
 
-def spectral_lines(superstructure: InstrumentedSuperstructure) -> Lines:
-    """All of the record's spectrum."""
-    series = np.vstack([superstructure.base_acceleration, superstructure.floor_acceleration])
-    samples, rate = series.shape[1], superstructure.rate
-    frequency = np.fft.rfftfreq(samples, 1 / rate)
-    angular = 2 * np.pi * frequency
-    angular[0] = 1e-3 * angular[1]  # the response at rest is the limit, not 0 / 0
-    return Lines(
-        angular=angular,
-        spectra=np.fft.rfft(series, axis=1),
-        noise=noise_density(series, rate) * samples * rate / 2,
-        band=np.digitize(frequency, BANDS),
-        samples=samples,
-        rate=rate,
-        at_rest=_is_at_rest(series, rate),
-    )
-
-
-def within(lines: Lines, band: tuple[float, float]) -> Lines:
-    """The lines of a band of frequencies in Hz."""
-    inside = (lines.angular > 2 * np.pi * band[0]) & (lines.angular < 2 * np.pi * band[1])
-    return replace(lines, angular=lines.angular[inside], spectra=lines.spectra[:, inside], band=lines.band[inside])
-
-
 def _transient(superstructure: InstrumentedSuperstructure, lines: Lines) -> float:
     if lines.at_rest:
         return 0.0
     return RINGING * float(np.std(superstructure.floor_acceleration) * np.sqrt(superstructure.floor_mass.sum()))
-
-
-def _is_at_rest(series: Matrix, rate: float) -> bool:
-    window = max(1, round(EDGE * rate))
-    energy = np.array([np.convolve(row**2, np.full(window, 1 / window), mode="valid") for row in series])
-    ends = np.maximum(energy[:, 0], energy[:, -1])
-    quiet = np.quantile(energy, QUIETEST, axis=1)
-    return bool(np.all(ends - quiet < AT_REST**2 * energy.max(axis=1)))

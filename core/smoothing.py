@@ -6,8 +6,10 @@ import numpy as np
 from scipy import ndimage, signal
 
 from core.arrays import ComplexMatrix, ComplexTensor, ComplexVector, Matrix, Vector
-from core.calibration import DYNAMIC_SHARE, Calibration, Lines, static_flexibility, transient_columns
+from core.calibration import Calibration
+from core.evaluation import DYNAMIC_SHARE, static_flexibility, transient_columns
 from core.frame import heights
+from core.spectral_lines import Lines
 from core.superstructure_model import Design, Superstructure, superstructure
 
 NEIGHBOURS = 21
@@ -110,9 +112,8 @@ def _responses(
     seen = structure.shapes[design.measured][:, :, None] * structure.inputs
     response[1:] = rigid[design.measured][:, :, None] + np.einsum("fmi,ml->fil", seen, compliance)
     response *= sensor[:, None]
-    inertia = -(structure.mass @ rigid)[:, None] - (
-        (structure.mass @ structure.shapes)[:, None] * structure.inputs
-    ).T @ (compliance)
+    carried = (structure.mass @ structure.shapes)[:, None] * structure.inputs
+    inertia = np.asarray(-(structure.mass @ rigid)[:, None] - carried.T @ compliance, dtype=complex)
     inertia[0] -= base_mass
     return response, inertia
 

@@ -60,12 +60,12 @@ class Layout:
     @property
     def size(self) -> int:
         """Of the whole vector."""
-        return self.transients.stop
+        return int(self.transients.stop)
 
     @property
     def structural(self) -> int:
         """How many of the first parameters are the structure's own."""
-        return self.damping.stop
+        return int(self.damping.stop)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,0 +1,73 @@
+"""A record as its discrete Fourier transform."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from core.arrays import ComplexMatrix, Indices, Matrix, Vector
+from core.estimator import InstrumentedSuperstructure
+from core.noise import noise_density
+
+BANDS = np.geomspace(0.3, 25.0, 16)
+"""Hz, between the bands in which unmodelled motion is of one strength."""
+AT_REST = 0.02
+"""Of the largest root mean square over half a second: no more than that above the quietest is rest."""
+EDGE = 0.5
+"""s, of the record at either end."""
+QUIETEST = 0.02
+"""Share of the record that is taken for noise alone, in judging rest."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Lines:
+    """What a record says at the spectral lines that calibration uses."""
+
+    angular: Vector
+    """(lines,) rad/s."""
+    spectra: ComplexMatrix
+    """(channels, lines) discrete Fourier transform, the base slab first."""
+    noise: Vector
+    """(channels,) mean square of the noise's transform."""
+    band: Indices
+    """(lines,) number of the frequency band, for variances."""
+    samples: int
+    rate: float
+    at_rest: bool
+    """Whether the record begins and ends at rest, so that no free vibration is to be allowed for."""
+
+    def every(self, stride: int) -> "Lines":
+        """Every so many of the lines: enough to choose where to start."""
+        chosen = slice(None, None, stride)
+        return replace(self, angular=self.angular[chosen], spectra=self.spectra[:, chosen], band=self.band[chosen])
+
+
+def spectral_lines(superstructure: InstrumentedSuperstructure) -> Lines:
+    """All of the record's spectrum."""
+    series = np.vstack([superstructure.base_acceleration, superstructure.floor_acceleration])
+    samples, rate = series.shape[1], superstructure.rate
+    frequency = np.fft.rfftfreq(samples, 1 / rate)
+    angular = np.asarray(2 * np.pi * frequency, dtype=float)
+    angular[0] = 1e-3 * angular[1]  # the response at rest is the limit, not 0 / 0
+    return Lines(
+        angular=angular,
+        spectra=np.fft.rfft(series, axis=1),
+        noise=noise_density(series, rate) * samples * rate / 2,
+        band=np.digitize(frequency, BANDS),
+        samples=samples,
+        rate=rate,
+        at_rest=_is_at_rest(series, rate),
+    )
+
+
+def within(lines: Lines, band: tuple[float, float]) -> Lines:
+    """The lines of a band of frequencies in Hz."""
+    inside = (lines.angular > 2 * np.pi * band[0]) & (lines.angular < 2 * np.pi * band[1])
+    return replace(lines, angular=lines.angular[inside], spectra=lines.spectra[:, inside], band=lines.band[inside])
+
+
+def _is_at_rest(series: Matrix, rate: float) -> bool:
+    window = max(1, round(EDGE * rate))
+    energy = np.array([np.convolve(row**2, np.full(window, 1 / window), mode="valid") for row in series])
+    ends = np.maximum(energy[:, 0], energy[:, -1])
+    quiet = np.quantile(energy, QUIETEST, axis=1)
+    return bool(np.all(ends - quiet < AT_REST**2 * energy.max(axis=1)))
