@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from accuracy import COVERED, GOALS, NOISES, Agreement, agreement
 from describing import errors_of_records
+from real_building import FLOORS, TESTS, inertia, superstructure
 from real_building import GOALS as REAL_GOALS
-from real_building import SUBSETS, TESTS, inertia, superstructure
 from shared import needs_shared
 from truths import KINDS, MOTIONS, instrumented, recorded, truth
 
@@ -16,81 +16,80 @@ from core.estimators import ESTIMATORS
 
 LIKE = "in class"
 STATIC = "cms"
-OUTSIDE = [kind for kind in KINDS if kind != LIKE]
+LITTLE, MUCH = NOISES[0], NOISES[-1]
+UNKNOWABLE = pytest.mark.xfail(strict=True, reason="no acceleration tells the base slab's mass from the floors'")
+OUTSIDE = [pytest.param(kind, marks=UNKNOWABLE if kind == "all masses ±20 %" else ()) for kind in KINDS if kind != LIKE]
 judged = pytest.mark.parametrize("estimator", [name for name in ESTIMATORS if name in GOALS])
 other_than_static = pytest.mark.parametrize("estimator", [name for name in ESTIMATORS if name != STATIC])
 
 
 @cache
-def found(estimator: str, kind: str, motion: str, noise: float, seed: int = 0) -> Agreement:
-    channels = recorded(KINDS[kind], motion, noise, seed)
-    force = truth(KINDS[kind], motion, seed % KINDS[kind].draws).force
-    return agreement(force, ESTIMATORS[estimator](instrumented(channels)))
+def found(estimator: str, kind: str, motion: str, noise: float) -> Agreement:
+    channels = recorded(KINDS[kind], motion, noise, seed=0)
+    return agreement(truth(KINDS[kind], motion).force, ESTIMATORS[estimator](instrumented(channels)))
 
 
-@judged
-@pytest.mark.parametrize("motion", MOTIONS)
-def test_fit_where_the_model_holds(estimator: str, motion: str) -> None:
-    fits = np.array([found(estimator, LIKE, motion, noise).fit for noise in NOISES])
-    assert (fits >= GOALS[estimator].in_class).all(), fits
+@cache
+def on_the_real_building(estimator: str, test: str, floors: tuple[str, ...]) -> Agreement:
+    return agreement(inertia(test), ESTIMATORS[estimator](superstructure(test, floors)))
 
 
 @judged
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", OUTSIDE)
-def test_fit_where_the_model_does_not_hold(estimator: str, kind: str) -> None:
-    """Kobe, whose high frequencies make it the hardest of the motions."""
-    fits = np.array([found(estimator, kind, "Kobe", noise).fit for noise in (NOISES[0], NOISES[-1])])
-    assert (fits >= GOALS[estimator].outside).all(), fits
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_fit_where_the_model_holds(estimator: str, motion: str) -> None:
+    low, _, high = GOALS[estimator].in_class
+    assert found(estimator, LIKE, motion, LITTLE).fit >= low
+    assert found(estimator, LIKE, motion, MUCH).fit >= high
 
 
 @judged
-@pytest.mark.parametrize("noise", NOISES)
+@pytest.mark.slow
+@pytest.mark.parametrize("noise", [LITTLE, MUCH])
 def test_the_band_covers_the_force(estimator: str, noise: float) -> None:
     """In the mean of the motions, over their whole records."""
     share = np.mean([found(estimator, LIKE, motion, noise).coverage for motion in MOTIONS])
     assert COVERED[0] <= share <= COVERED[1]
 
 
+@judged
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", OUTSIDE)
+def test_fit_where_the_model_does_not_hold(estimator: str, kind: str) -> None:
+    """Kobe, whose high frequencies make it the hardest of the motions, with much noise."""
+    assert found(estimator, kind, "Kobe", MUCH).fit >= GOALS[estimator].outside
+
+
 @other_than_static
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_never_worse_than_static_interpolation(estimator: str, kind: str) -> None:
-    for noise in (NOISES[0], NOISES[-1]):
-        assert found(estimator, kind, "Kobe", noise).fit >= found(STATIC, kind, "Kobe", noise).fit
+    assert found(estimator, kind, "Kobe", MUCH).fit >= found(STATIC, kind, "Kobe", MUCH).fit
 
 
 @judged
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("noise", "bias", "scatter"), [(0.01, (0.01, 0.05), (0.02, 0.10)), (0.10, (0.01, 0.05), (0.035, 0.22))]
-)
-def test_equivalent_stiffness_and_damping(
-    estimator: str, noise: float, bias: tuple[float, float], scatter: tuple[float, float]
-) -> None:
-    error = errors_of_records(noise, AnalysisSettings(estimator=estimator))[:, 0]
-    assert (np.abs(error.mean(axis=0)) <= bias).all()
-    assert (error.std(axis=0) <= scatter).all()
+def test_equivalent_stiffness_and_damping(estimator: str) -> None:
+    """At 10 % noise: k_eq within 1 % and scattered by 3.5 %, c_eq 5 and 22 %."""
+    error = errors_of_records(MUCH, AnalysisSettings(estimator=estimator))[:, 0]
+    assert (np.abs(error.mean(axis=0)) <= [0.01, 0.05]).all()
+    assert (error.std(axis=0) <= [0.035, 0.22]).all()
 
 
 @needs_shared
 @judged
-@pytest.mark.parametrize("floors", REAL_GOALS, ids="+".join)
-def test_fit_on_the_real_building(estimator: str, floors: tuple[str, ...]) -> None:
-    fits = [on_the_real_building(estimator, test, floors).fit for test in TESTS]
-    assert (np.array(fits) > REAL_GOALS[floors]).all(), fits
+@pytest.mark.slow
+@pytest.mark.parametrize("test", TESTS)
+def test_fit_on_the_real_building(estimator: str, test: str) -> None:
+    for floors, goals in REAL_GOALS.items():
+        assert on_the_real_building(estimator, test, floors).fit > goals[TESTS.index(test)], floors
 
 
 @needs_shared
 @other_than_static
 @pytest.mark.slow
-@pytest.mark.parametrize("test", TESTS)
-def test_never_worse_than_static_interpolation_on_the_real_building(estimator: str, test: str) -> None:
-    for floors in SUBSETS:
-        static = on_the_real_building(STATIC, test, floors).fit
-        assert on_the_real_building(estimator, test, floors).fit >= static, floors
-
-
-@cache
-def on_the_real_building(estimator: str, test: str, floors: tuple[str, ...]) -> Agreement:
-    return agreement(inertia(test), ESTIMATORS[estimator](superstructure(test, floors)))
+@pytest.mark.parametrize("floor", FLOORS)
+def test_never_worse_than_static_interpolation_on_the_real_building(estimator: str, floor: str) -> None:
+    """From a single floor, where least is known."""
+    of = on_the_real_building(estimator, "CNP100", (floor,)), on_the_real_building(STATIC, "CNP100", (floor,))
+    assert of[0].fit >= of[1].fit
