@@ -1,8 +1,11 @@
 """Every benchmark runs, on records so short that their times say nothing, with whatever peers are installed."""
 
+import re
+
 import pytest
 
 from benchmarks import chain, identification, identification_noise, simulation
+from benchmarks.__main__ import BENCHMARKS, TARGET, renewed
 from benchmarks.identifiers import IDENTIFIERS, OURS, Identifier
 from benchmarks.integrators import INTEGRATORS
 from benchmarks.table import Table
@@ -54,6 +57,19 @@ def test_the_chain_runs_with_every_estimator() -> None:
     table = chain.table({"short": chain.event(ground, response, (2, 6), ("x",))}, response.force, LIMITS, rounds=1)
     assert [name for name, *_ in table.rows] == [f"{estimator}: short" for estimator in ESTIMATORS]
     assert all(float(row(table, name)["fit of F, %"]) > 90 for name, *_ in table.rows)
+
+
+def test_the_page_shows_every_benchmark() -> None:
+    headings = re.findall(r"^## (.+)$", TARGET.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    assert headings == [title for title, _ in BENCHMARKS.values()]
+
+
+def test_a_part_of_the_page_is_renewed_and_the_others_stay() -> None:
+    first, second = (title for title, _ in list(BENCHMARKS.values())[:2])
+    page = renewed("", {second: f"## {second}\n\nold\n", first: f"## {first}\n\nkept\n"}, "a machine")
+    again = renewed(page, {second: f"## {second}\n\nnew\n"}, "a machine")
+    assert again == page.replace("old", "new")
+    assert re.findall(r"^## (.+)$", again, flags=re.MULTILINE) == [first, second]
 
 
 def test_a_row_must_fit_its_table() -> None:
