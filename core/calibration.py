@@ -147,7 +147,10 @@ def _result(
     normal = state.normal[np.ix_(free, free)]
     covariance = np.zeros_like(state.normal)
     scale = 1 / np.sqrt(np.diag(normal))
-    covariance[np.ix_(free, free)] = linalg.inv(normal * np.outer(scale, scale)) * np.outer(scale, scale)
+    values, directions = linalg.eigh(normal * np.outer(scale, scale))
+    # where hardly anything is known, rounding would make a variance negative
+    spread = scale[:, None] * directions / np.sqrt(np.maximum(values, np.finfo(float).eps))
+    covariance[np.ix_(free, free)] = spread @ spread.T
     return Calibration(
         hypothesis=hypothesis,
         parameters=found,
