@@ -21,6 +21,7 @@ from core.preparation import prepared
 from core.quality import Finding
 from core.reconciliation import reconciled
 from core.record import Direction, Record, Segment
+from core.reliance import reliance_findings
 
 ABOVE_NOISE = 10.0
 """Of the displacement's noise: the smallest amplitude of a cycle that is reported."""
@@ -33,7 +34,7 @@ SMALLEST_CYCLE = 1e-5
 class AnalysisSettings:
     """What an engineer may choose about an analysis; a result keeps the settings it was made with."""
 
-    estimator: str = "cms"
+    estimator: str = "smoother"
     """Name of the estimator, one of ESTIMATORS."""
     sensors: tuple[str, ...] | None = None
     """Names of the levels to use, the base slab among them; None: every instrumented one."""
@@ -151,6 +152,7 @@ def _direction(
     superstructure = instrumented_superstructure(record, description, direction, settings.sensors, settings.band)
     force = ESTIMATORS[settings.estimator](superstructure)
     motion, findings = layer_motion(record, description, direction)
+    findings += reliance_findings(force.reliance, direction)
     if motion is None:
         return DirectionAnalysis(force, None, ()), findings
     equivalent = _equivalent(force.force, motion, record.rate, description, settings)

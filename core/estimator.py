@@ -7,6 +7,7 @@ import numpy as np
 
 from core.arrays import Indices, Matrix, Vector
 from core.errors import ModelError, RecordError
+from core.reliance import Reliance
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,22 +47,6 @@ class Mode:
     misfit: float | None = None
     """Chi-square per degree of freedom of the fit that allows for noise in every channel; 1 where noise explains all
     it leaves. Where there is no shape_std the fit was of no use, and the values are those of the subspace."""
-
-
-@dataclass(frozen=True, slots=True)
-class Reliance:
-    """How far an estimator's assumptions hold on a record."""
-
-    assumption: str
-    """What the record asked to be assumed of superstructure and sensors, in words."""
-    chi_square: float
-    """Per degree of freedom, of a superstructure whose misfit is noise alone: about 1 where that explains all."""
-    is_at_rest: bool
-    """Whether the record begins and ends at rest; else the modes' free vibration at its ends was estimated too."""
-    prior_share: float
-    """Of what is known of the storeys' stiffness: 0 if all is from the record, 1 if all was believed before."""
-    fallback: str | None = None
-    """Why the force is another estimator's; None if it is its own."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

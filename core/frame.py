@@ -26,6 +26,8 @@ class LateralStiffness:
     """(floors, floors) N/m, derivative by the logarithm of the joints' flexibility."""
     by_rocking: Matrix
     """(floors, floors) N/m, derivative by the logarithm of the rocking flexibility."""
+    by_bending: Matrix
+    """(floors, floors) N/m, derivative by the logarithm of the bending flexibility."""
 
 
 def heights(floors: int) -> Vector:
@@ -33,8 +35,15 @@ def heights(floors: int) -> Vector:
     return np.arange(1, floors + 1) / floors
 
 
-def lateral_stiffness(storey_stiffness: Vector, joints: float, rocking: float) -> LateralStiffness:
-    """Frame of alike storeys whose girders clamp the columns' ends in part, in series with a rocking base.
+def cantilever(floors: int) -> Matrix:
+    """(floors, floors) flexibility of a uniform cantilever that bends as a whole, 1 at the roof."""
+    low, high = np.minimum.outer(heights(floors), heights(floors)), np.maximum.outer(heights(floors), heights(floors))
+    return np.asarray(low**2 * (3 * high - low) / 2)
+
+
+def lateral_stiffness(storey_stiffness: Vector, joints: float, rocking: float, bending: float) -> LateralStiffness:
+    """Frame of alike storeys whose girders clamp the columns' ends in part, in series with a rocking base and with a
+    cantilever's bending, as the columns' lengthening and shortening makes it.
 
     With rigid joints (joints = 0) and no rocking it is the shear building of eq 1; with soft joints it bends as a
     cantilever. The joints' rotations carry no mass and are condensed (Guyan 1965).
@@ -45,17 +54,19 @@ def lateral_stiffness(storey_stiffness: Vector, joints: float, rocking: float) -
             index, 1968), >= 0.
         rocking: deflection of the roof by the base slab's rotation over that by the storeys, both under one
             horizontal force on the roof.
+        bending: the same of the bending as a whole.
     """
     frame, by_column, by_joints = _frame(storey_stiffness, max(joints, 1e-9))
     shape = heights(storey_stiffness.size)
-    flexibility = linalg.inv(frame)
-    lever = rocking * np.sum(1 / storey_stiffness)
-    K = linalg.inv(flexibility + lever * np.outer(shape, shape))
-    through, moment = K @ flexibility, K @ shape
-    by_rocking = -lever * np.outer(moment, moment)
-    share = (1 / storey_stiffness) / np.sum(1 / storey_stiffness)
-    by_storey = through @ by_column @ through.T - share[:, None, None] * by_rocking
-    return LateralStiffness(K, by_storey, through @ by_joints @ through.T, by_rocking)
+    flexibility, bent = linalg.inv(frame), cantilever(storey_stiffness.size)
+    storeys = float(np.sum(1 / storey_stiffness))
+    K = linalg.inv(flexibility + storeys * (rocking * np.outer(shape, shape) + bending * bent))
+    through = K @ flexibility
+    by_rocking = -rocking * storeys * np.outer(K @ shape, K @ shape)
+    by_bending = -bending * storeys * K @ bent @ K
+    share = (1 / storey_stiffness) / storeys
+    by_storey = through @ by_column @ through.T - share[:, None, None] * (by_rocking + by_bending)
+    return LateralStiffness(K, by_storey, through @ by_joints @ through.T, by_rocking, by_bending)
 
 
 def _frame(storey_stiffness: Vector, joints: float) -> tuple[Matrix, Tensor, Matrix]:

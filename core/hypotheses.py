@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from core.arrays import Vector
-from core.calibration import Calibration, best_start, calibrated, log_evidence
+from core.calibration import ENOUGH, Calibration, best_start, calibrated, log_evidence
 from core.evaluation import Hypothesis
 from core.spectral_lines import Lines
 from core.superstructure_model import Design
@@ -20,8 +20,8 @@ GAINS = 0.02
 """Of the logarithm of a sensor's gain, where sensors are doubted."""
 DELAYS = 0.01
 """s, of a sensor's clock, where sensors are doubted."""
-FLEXIBILITIES = ((0.1, 1.5), (0.3, 1.0))
-"""Median and standard deviation of the logarithm: of rocking and of the joints (core.frame)."""
+FLEXIBILITIES = ((0.1, 1.5), (0.3, 1.0), (0.05, 1.5))
+"""Median and standard deviation of the logarithm: of rocking, of the joints, of bending as a whole (core.frame)."""
 TOLD_FROM_JOINTS = 3
 """Channels from which the joints' rotation is told from the storeys' own shear; with fewer, joints are held rigid."""
 RIGID = 1e-3
@@ -30,6 +30,8 @@ DAMPING = ((0.002, 1.5), (0.02, 1.5), (0.1, 1.5))
 """The same of α in s, η, and β in 1/s: each alone would damp a mode of 1 Hz by about 1 %."""
 NOISE_TOLERANCE = 1.25
 """The noise's power may be that much above what the quiet part of the record says."""
+ANNEALING = (1000.0, 30.0)
+"""Of the noise's power, in turn, before it is taken as it is."""
 UNDECIDED = 10.0
 """Of log evidence between hypotheses: less is taken for a tie, since Laplace's approximation is no better."""
 UNEXPLAINED = 4.0
@@ -50,7 +52,7 @@ def as_told(design: Design, transient: float) -> Hypothesis:
     std[layout.storeys.start] = 0.0
     mean[layout.flexibilities], std[layout.flexibilities] = _lognormal(FLEXIBILITIES)
     if layout.channels < TOLD_FROM_JOINTS:
-        mean[layout.flexibilities.stop - 1], std[layout.flexibilities.stop - 1] = np.log(RIGID), 0.0
+        mean[layout.flexibilities][1:], std[layout.flexibilities][1:] = np.log(RIGID), 0.0
     mean[layout.damping], std[layout.damping] = _lognormal(DAMPING)
     std[layout.transients] = transient
     return Hypothesis("masses and sensors as told", mean, std, is_random=False)
@@ -92,9 +94,7 @@ def chosen(lines: Lines, design: Design, transient: float) -> Choice:
     """
     told = calibrated(lines, design, *_started(lines, design, as_told(design, transient)))
     doubt = corrected(design, transient)
-    # not from what was told: uneven storeys explain a record nearly as uneven masses do, and no path leads from one to
-    # the other
-    found = [told, calibrated(lines, design, doubt, best_start(lines, design, doubt))]
+    found = [told, calibrated(lines, design, doubt, _annealed(lines, design, doubt))]
     chi_square = min(calibration.chi_square for calibration in found)
     noisier = replace(lines, noise=lines.noise * float(np.clip(chi_square, 1.0, NOISE_TOLERANCE)))
     best = _most_evident(found, noisier, design)
@@ -102,6 +102,19 @@ def chosen(lines: Lines, design: Design, transient: float) -> Choice:
         wider = calibrated(noisier, design, *_started(noisier, design, with_unmodelled_motion(design, transient)))
         best = _most_evident([best, wider], noisier, design)
     return Choice(best, noisier, chi_square)
+
+
+def _annealed(lines: Lines, design: Design, doubt: Hypothesis) -> Vector:
+    """Parameters near the best, found with noise that is first far too large and then less so.
+
+    Not from what was told: uneven storeys explain a record nearly as uneven masses do, and no path leads from one to
+    the other. With little noise the misfit has many valleys; with much it has one.
+    """
+    coarse = lines.every(max(1, lines.angular.size // ENOUGH))
+    found = best_start(lines, design, doubt)
+    for power in ANNEALING:
+        found = calibrated(replace(coarse, noise=power * lines.noise), design, doubt, found).parameters
+    return found
 
 
 def unexplained(calibration: Calibration, lines: Lines) -> float:

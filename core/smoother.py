@@ -6,10 +6,11 @@ import numpy as np
 from scipy import linalg
 
 from core import cms
-from core.estimator import InstrumentedSuperstructure, Reliance, RestoringForce, check
+from core.estimator import InstrumentedSuperstructure, RestoringForce, check
 from core.hypotheses import Choice, chosen
 from core.identification import Identification
 from core.left_out import left_out_errors
+from core.reliance import Reliance
 from core.smoothing import smoothed
 from core.spectral_lines import Lines, spectral_lines, within
 from core.superstructure_model import Design
@@ -42,6 +43,8 @@ def estimate(superstructure: InstrumentedSuperstructure) -> RestoringForce:
     except (linalg.LinAlgError, FloatingPointError) as error:
         return _fallen_back(superstructure, lines, f"the calibration broke down ({error})")
     reliance = _reliance(choice)
+    if choice.calibration.hypothesis.is_random and superstructure.measured.size == superstructure.floor_mass.size:
+        return _fallen_back(superstructure, lines, "every floor is measured, nothing is to be interpolated", reliance)
     model, static = left_out_errors(choice.lines, design, choice.calibration)
     if model > static:
         reason = f"left-out floors are told with an error of {model:.2g} by the model, of {static:.2g} by interpolation"

@@ -34,13 +34,13 @@ class Layout:
 
     @property
     def flexibilities(self) -> slice:
-        """Of the base slab's rocking and of the joints (core.frame)."""
-        return slice(1 + 2 * self.floors, 3 + 2 * self.floors)
+        """Of the base slab's rocking, of the joints and of bending as a whole (core.frame)."""
+        return slice(1 + 2 * self.floors, 4 + 2 * self.floors)
 
     @property
     def damping(self) -> slice:
         """Coefficients of α K, i η K and β M."""
-        return slice(3 + 2 * self.floors, 6 + 2 * self.floors)
+        return slice(4 + 2 * self.floors, 7 + 2 * self.floors)
 
     @property
     def gains(self) -> slice:
@@ -109,7 +109,7 @@ class Superstructure:
     inputs: Matrix
     """(modes, 2 + floors) load by unit acceleration of the base slab, by its rocking, by a unit at each floor alone."""
     stiffness_derivatives: Tensor
-    """(3 + floors, modes, modes) of the modal stiffness: by scale, storeys, rocking and joints."""
+    """(4 + floors, modes, modes) of the modal stiffness: by scale, storeys, rocking, joints and bending."""
     damping: Vector
     """(3,) α in s, η, β in 1/s."""
 
@@ -131,13 +131,13 @@ def superstructure(parameters: Vector, design: Design) -> Superstructure:
     stiffness = design.storey_stiffness * np.exp(parameters[layout.scale] + np.cumsum(parameters[layout.storeys]))
     mass = design.floor_mass * np.exp(parameters[layout.masses])
     mass *= design.floor_mass.sum() / mass.sum()
-    rocking, joints = np.exp(parameters[layout.flexibilities])
-    lateral = lateral_stiffness(stiffness, joints, rocking)
+    rocking, joints, bending = np.exp(parameters[layout.flexibilities])
+    lateral = lateral_stiffness(stiffness, joints, rocking, bending)
     squared, shapes = linalg.eigh(lateral.stiffness, np.diag(mass))
     shapes = shapes * np.sign(shapes[-1])
     loads = np.vstack([np.ones(mass.size), heights(mass.size), np.eye(mass.size)])
     by_step = np.cumsum(lateral.by_storey[::-1], axis=0)[::-1]
-    by = np.concatenate([[lateral.stiffness], by_step, [lateral.by_rocking, lateral.by_joints]])
+    by = np.concatenate([[lateral.stiffness], by_step, [lateral.by_rocking, lateral.by_joints, lateral.by_bending]])
     return Superstructure(
         mass=mass,
         storey_stiffness=stiffness,
