@@ -5,9 +5,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from core.arrays import ComplexMatrix, ComplexVector, Matrix, Vector
-from core.calibration import Lines
+from core.building import storey_stiffness_matrix
 from core.frame import heights, lateral_stiffness
 from core.paper import BUILDING
+from core.spectral_lines import Lines
 from core.superstructure_model import Design
 
 RATE = 100.0
@@ -32,7 +33,7 @@ class Known:
 
 PAPER = Known(
     BUILDING.floor_mass,
-    lateral_stiffness(BUILDING.storey_stiffness, 0.0, 0.0).stiffness,
+    storey_stiffness_matrix(BUILDING.storey_stiffness),
     (BUILDING.damping_coefficient, 0.0, 0.0),
 )
 
@@ -42,9 +43,9 @@ def of_parameters(parameters: Vector, design: Design) -> Known:
     layout = design.layout
     stiffness = design.storey_stiffness * np.exp(parameters[layout.scale] + np.cumsum(parameters[layout.storeys]))
     mass = design.floor_mass * np.exp(parameters[layout.masses])
-    rocking, joints = np.exp(parameters[layout.flexibilities])
+    rocking, joints, bending = np.exp(parameters[layout.flexibilities])
     α, η, β = np.exp(parameters[layout.damping])
-    lateral = lateral_stiffness(stiffness, float(joints), float(rocking)).stiffness
+    lateral = lateral_stiffness(stiffness, float(joints), float(rocking), float(bending)).stiffness
     return Known(mass * design.floor_mass.sum() / mass.sum(), lateral, (float(α), float(η), float(β)))
 
 
