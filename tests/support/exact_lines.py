@@ -63,7 +63,7 @@ def exact(known: Known, rng: np.random.Generator, band: tuple[float, float] = (0
     """Base slab of unit power at every line, floors as it drives them; `noise` is still to be set."""
     frequency = np.fft.rfftfreq(SAMPLES, 1 / RATE)
     inside = (frequency > band[0]) & (frequency < band[1])
-    angular = 2 * np.pi * frequency[inside]
+    angular = np.asarray(2 * np.pi * frequency[inside], dtype=float)
     base = white(angular.size, rng)
     floors = carried(known, angular, np.ones(known.mass.size))[DESIGN.measured] * base
     return Lines(
