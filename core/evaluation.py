@@ -91,7 +91,7 @@ def evaluated(
     given = responses(structure, lines.angular, design.measured, height, sensors)
     ringing = given.sensors * _transient(lines, design, structure, parameters)
     spectra = scale * lines.spectra - ringing
-    weights = _weights(lines, hypothesis, variances)
+    weights = _weights(lines, variances)
     whitened, logdet = by_noise_alone(given.base), 0.0
     if hypothesis.is_random:
         local = scale * local_covariance(design) * scale.T
@@ -147,8 +147,8 @@ def evaluated(
     return Evaluation(structure, cost, descent, normal, np.column_stack([steps, by_band]), given.base)
 
 
-def _weights(lines: Lines, hypothesis: Hypothesis, variances: Variances) -> Matrix:
-    """(1 + floors or 2, lines) variances of the rocking and of a floor's own motion through the structure."""
+def _weights(lines: Lines, variances: Variances) -> Matrix:
+    """(2, lines) variances of the rocking, and of any floor's own motion through the structure."""
     return np.vstack([variances.rocking[lines.band], DYNAMIC_SHARE * variances.floors[lines.band]])
 
 

@@ -12,6 +12,8 @@ BANDS = np.geomspace(0.3, 25.0, 16)
 """Hz, between the bands in which unmodelled motion is of one strength."""
 AT_REST = 0.02
 """Of the largest root mean square over half a second: no more than that above the quietest is rest."""
+NOISELESS = 1e-6
+"""Of a channel's power: with less noise than a thousandth of its motion the misfit has too many valleys to search."""
 EDGE = 0.5
 """s, of the record at either end."""
 QUIETEST = 0.02
@@ -47,11 +49,13 @@ def spectral_lines(superstructure: InstrumentedSuperstructure) -> Lines:
     samples, rate = series.shape[1], superstructure.rate
     frequency = np.fft.rfftfreq(samples, 1 / rate)
     angular = np.asarray(2 * np.pi * frequency, dtype=float)
+    spectra = np.fft.rfft(series, axis=1)
+    power = np.mean(np.abs(spectra) ** 2, axis=1)
     angular[0] = 1e-3 * angular[1]  # the response at rest is the limit, not 0 / 0
     return Lines(
         angular=angular,
-        spectra=np.fft.rfft(series, axis=1),
-        noise=noise_density(series, rate) * samples * rate / 2,
+        spectra=spectra,
+        noise=np.maximum(noise_density(series, rate) * samples * rate / 2, NOISELESS * power),
         band=np.digitize(frequency, BANDS),
         samples=samples,
         rate=rate,

@@ -28,7 +28,7 @@ def test_force_of_the_real_building(sensors: tuple[str, ...], published: tuple[f
     """Against F = −Σ m_i a_i over all six levels, 0.1-25 Hz; printed to a tenth of a point."""
     for event, expected in zip(EVENTS, published, strict=True):
         truth = analyse(bncs_segments(event), bncs(), CHAIN).directions["x"].restoring_force.force
-        some = analyse(bncs_segments(event), bncs(), replace(CHAIN, sensors=sensors)).directions["x"]
+        some = analyse(bncs_segments(event), bncs(), replace(CHAIN, sensors=sensors, estimator="cms")).directions["x"]
         assert fit(truth, some.restoring_force.force) == pytest.approx(expected, abs=0.1)
 
 
@@ -57,10 +57,15 @@ def test_no_cycle_of_the_real_building_is_out_of_line() -> None:
 
 
 def test_force_of_the_papers_building() -> None:
-    """AKT013 at 1 % noise: 97.1 by the reference prototype, reproduced within 0.3 points."""
+    """AKT013 at 1 % noise: 97.1 by the reference prototype of the paper's way, within 0.3 points.
+
+    The smoother's 99.8 lose up to 0.6 points to the chain's high-pass at 0.1 Hz, since the truth has what is slower.
+    """
     truth = simulate(BUILDING, ISOLATOR, akt013(), RATE).force
     result = analyse(segments(records(1)), paper(), AnalysisSettings())
-    assert fit(truth, result.directions["x"].restoring_force.force) == pytest.approx(97.1, abs=0.3)
+    assert fit(truth, result.directions["x"].restoring_force.force) > 99.2
+    as_published = analyse(segments(records(1)), paper(), AnalysisSettings(estimator="cms"))
+    assert fit(truth, as_published.directions["x"].restoring_force.force) == pytest.approx(97.1, abs=0.3)
     assert result.pga == pytest.approx(np.abs(akt013()).max(), rel=0.02)
     assert set(result.peaks) == {channel.id for channel in paper().channels}
 

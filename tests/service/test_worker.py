@@ -61,7 +61,7 @@ def test_a_result_says_all_that_it_came_from(sessions: sessionmaker[Session], ev
         result = session.scalars(select(Analysis)).one()
         bytes_in = simulated.miniseed(simulated.records(np.random.default_rng(1)))
         assert result.inputs == [sha256(bytes_in).hexdigest()]
-        assert (result.version, result.estimator, result.current) == (VERSION, "cms", True)
+        assert (result.version, result.estimator, result.current) == (VERSION, "smoother", True)
         assert result.settings["band"] == [0.1, 30.0]
         assert result.pga == pytest.approx(0.7013, rel=0.05)  # the noise adds to the peak
         x = session.scalars(select(DirectionResult)).one()
