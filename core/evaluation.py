@@ -7,6 +7,7 @@ import numpy as np
 from core.arrays import ComplexMatrix, ComplexTensor, Indices, Matrix, Vector
 from core.frame import heights
 from core.line_misfit import (
+    Responses,
     Whitened,
     by_noise_alone,
     determinant_descent,
@@ -66,10 +67,34 @@ class Evaluation:
 
     structure: Superstructure
     cost: float
+    """Negative log posterior probability, up to a constant."""
     descent: Vector
+    """(size,) the cost's negative gradient; 0 where it was not asked for."""
     normal: Matrix
+    """(size, size) Gauss and Newton's approximation of its second derivatives."""
     steps: Matrix
+    """(bands, 5) numerators and denominators of both variances' steps; the misfit."""
     frozen: ComplexMatrix
+    """(channels, lines) h."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Fit:
+    """The lines as the parameters explain them."""
+
+    structure: Superstructure
+    given: Responses
+    ringing: ComplexMatrix
+    """(channels, lines) the free vibration, in units of noise."""
+    whitened: Whitened
+    residual: ComplexMatrix
+    """(channels, lines) white, without its part along h."""
+    inputs: ComplexMatrix
+    """(2 + floors, lines) of base slab, rocking, single floors."""
+    unmodelled: ComplexTensor
+    """(1 + floors, channels, lines) what rocking and single floors do, white; (0, channels, lines) if nothing is."""
+    steps: Matrix
+    """(bands, 4) as in Evaluation."""
 
 
 def evaluated(
@@ -82,69 +107,82 @@ def evaluated(
     *,
     is_derived: bool = True,
 ) -> Evaluation:
-    """Cost at the parameters; `frozen` is the h, (channels, lines), at which the determinant along h is taken."""
-    layout, structure = design.layout, superstructure(parameters, design)
-    height = heights(layout.floors)
-    scale = 1 / np.sqrt(lines.noise)[:, None]
-    clocks = np.exp(-1j * parameters[layout.delays][:, None] * lines.angular)
-    sensors: ComplexMatrix = scale * np.exp(parameters[layout.gains])[:, None] * clocks
-    given = responses(structure, lines.angular, design.measured, height, sensors)
-    ringing = given.sensors * _transient(lines, design, structure, parameters)
-    spectra = scale * lines.spectra - ringing
-    weights = _weights(lines, variances)
-    whitened, logdet = by_noise_alone(given.base), 0.0
-    if hypothesis.is_random:
-        local = scale * local_covariance(design) * scale.T
-        variance = variance_at(given, weights[0], weights[1] / DYNAMIC_SHARE, local, DYNAMIC_SHARE)
-        whitened = whitened_by(variance, given.base)
-        along = given.base if frozen is None else frozen
-        logdet = whitened.log_determinant + _log_power(whitened, along)
-    residual, amplitude = projected(whitened, spectra)
-    by_band = np.bincount(lines.band, np.sum(np.abs(residual) ** 2, axis=0), minlength=variances.rocking.size)
-    cost = float(by_band.sum()) + logdet + hypothesis.penalty(parameters)
-    steps = np.zeros((by_band.size, 4))
-    size = layout.size
+    """Cost at the parameters, and its derivatives where they are wanted.
+
+    Args:
+        lines: of the record.
+        design: what is believed of the building.
+        hypothesis: what is free.
+        parameters: (size,) as core.superstructure_model.Layout says.
+        variances: of unmodelled motion.
+        frozen: (channels, lines) the h at which the determinant along h is taken; None for that of the parameters.
+        is_derived: whether the derivatives are wanted.
+    """
+    size = design.layout.size
     descent, normal = np.zeros(size), np.zeros((size, size))
-    inputs = np.zeros((2 + layout.floors, amplitude.size), dtype=complex)
-    inputs[0] = amplitude
+    fit = _fit(lines, design, hypothesis, parameters, variances)
+    by_band = np.bincount(lines.band, np.sum(np.abs(fit.residual) ** 2, axis=0), minlength=variances.rocking.size)
+    cost = float(by_band.sum()) + hypothesis.penalty(parameters)
     if hypothesis.is_random:
-        unexplained = np.concatenate([given.rocking[None], given.floors])
-        white = whitened.of(unexplained)
-        met = np.einsum("icl,cl->il", white.conj(), residual)
-        inputs[1] = weights[0] * met[0]
-        inputs[2:] = weights[1] * met[1:]
-        steps = _variance_steps(lines, local, whitened, white, met, residual)
+        along = fit.given.base if frozen is None else frozen
+        cost += fit.whitened.log_determinant + _log_power(fit.whitened, along)
         if is_derived:
-            by_determinant = determinant_descent(
-                structure,
-                given,
-                lines.angular,
-                design.measured,
-                whitened.back(white),
-                weights[[0] + [1] * layout.floors],
-            )
-            descent[: layout.structural] = by_determinant
+            descent[: design.layout.structural] = _by_determinant(lines, design, variances, fit)
     if is_derived:
-        derivatives = structural_derivatives(structure, given, lines.angular, design.measured, height, inputs)
-        if np.any(hypothesis.std[layout.masses]):
-            derivatives[layout.masses] = mass_derivatives(
-                structure, given, lines.angular, design.measured, height, inputs
-            )
-        modelled = (
-            given.base * inputs[0] + given.rocking * inputs[1] + np.einsum("il,icl->cl", inputs[2:], given.floors)
-        )
-        derivatives = np.concatenate([derivatives, sensor_derivatives(modelled + ringing, lines.angular)])
-        if not lines.at_rest:
-            derivatives = _with_transients(derivatives, lines, design, structure, parameters, given.sensors)
-        held = len(derivatives)
-        free = np.flatnonzero(hypothesis.std[:held] > 0)
-        flat = whitened.of(derivatives[free]).reshape(free.size, -1).view(float)
-        descent[free] += 2 * flat @ np.ascontiguousarray(residual).reshape(-1).view(float)
+        derivatives = _derivatives(lines, design, hypothesis, parameters, fit)
+        free = np.flatnonzero(hypothesis.std[: len(derivatives)] > 0)
+        flat = fit.whitened.of(derivatives[free]).reshape(free.size, -1).view(float)
+        descent[free] += 2 * flat @ np.ascontiguousarray(fit.residual).reshape(-1).view(float)
         normal[np.ix_(free, free)] = 2 * flat @ flat.T
     free = hypothesis.free
     descent[free] -= (parameters - hypothesis.mean)[free] / hypothesis.std[free] ** 2
     normal[free, free] += 1 / hypothesis.std[free] ** 2
-    return Evaluation(structure, cost, descent, normal, np.column_stack([steps, by_band]), given.base)
+    return Evaluation(fit.structure, cost, descent, normal, np.column_stack([fit.steps, by_band]), fit.given.base)
+
+
+def _fit(lines: Lines, design: Design, hypothesis: Hypothesis, parameters: Vector, variances: Variances) -> _Fit:
+    layout, structure = design.layout, superstructure(parameters, design)
+    scale = 1 / np.sqrt(lines.noise)[:, None]
+    clocks = np.exp(-1j * parameters[layout.delays][:, None] * lines.angular)
+    sensors = scale * np.exp(parameters[layout.gains])[:, None] * clocks
+    given = responses(structure, lines.angular, design.measured, heights(layout.floors), np.asarray(sensors))
+    ringing = sensors * _transient(lines, design, structure, parameters)
+    inputs = np.zeros((2 + layout.floors, lines.angular.size), dtype=complex)
+    unmodelled, steps = np.zeros((0, *sensors.shape), dtype=complex), np.zeros((variances.rocking.size, 4))
+    if not hypothesis.is_random:
+        whitened = by_noise_alone(given.base)
+        residual, inputs[0] = projected(whitened, scale * lines.spectra - ringing)
+        return _Fit(structure, given, ringing, whitened, residual, inputs, unmodelled, steps)
+    local, weights = scale * local_covariance(design) * scale.T, _weights(lines, variances)
+    variance = variance_at(given, weights[0], weights[1] / DYNAMIC_SHARE, local, DYNAMIC_SHARE)
+    whitened = whitened_by(variance, given.base)
+    residual, inputs[0] = projected(whitened, scale * lines.spectra - ringing)
+    unmodelled = whitened.of(np.concatenate([given.rocking[None], given.floors]))
+    met = np.einsum("icl,cl->il", unmodelled.conj(), residual)
+    inputs[1], inputs[2:] = weights[0] * met[0], weights[1] * met[1:]
+    steps = _variance_steps(lines, local, whitened, unmodelled, met, residual)
+    return _Fit(structure, given, ringing, whitened, residual, inputs, unmodelled, steps)
+
+
+def _by_determinant(lines: Lines, design: Design, variances: Variances, fit: _Fit) -> Vector:
+    """(structural,) by how much a parameter lowers the determinant."""
+    weights = _weights(lines, variances)[[0] + [1] * design.layout.floors]
+    inverse = fit.whitened.back(fit.unmodelled)
+    return determinant_descent(fit.structure, fit.given, lines.angular, design.measured, inverse, weights)
+
+
+def _derivatives(lines: Lines, design: Design, hypothesis: Hypothesis, parameters: Vector, fit: _Fit) -> ComplexTensor:
+    """(parameters, channels, lines) of the channels, in units of noise; without the transients of a record at rest."""
+    layout, given, inputs = design.layout, fit.given, fit.inputs
+    where = (fit.structure, given, lines.angular, design.measured, heights(layout.floors), inputs)
+    derivatives = structural_derivatives(*where)
+    if np.any(hypothesis.std[layout.masses]):
+        derivatives[layout.masses] = mass_derivatives(*where)
+    modelled = given.base * inputs[0] + given.rocking * inputs[1] + np.einsum("il,icl->cl", inputs[2:], given.floors)
+    derivatives = np.concatenate([derivatives, sensor_derivatives(modelled + fit.ringing, lines.angular)])
+    if lines.at_rest:
+        return derivatives
+    return _with_transients(derivatives, lines, design, fit.structure, parameters, given.sensors)
 
 
 def _weights(lines: Lines, variances: Variances) -> Matrix:

@@ -100,7 +100,7 @@ def free_motion(transfer: ModalTransfer, terms: Basis, w: Vector) -> ComplexMatr
 
 def lateness(transfer: ModalTransfer, w: Vector) -> ComplexMatrix:
     """(floors, lines) e^(-iωτ)."""
-    return np.exp(-1j * transfer.delay[:, None] * w)
+    return np.asarray(np.exp(-1j * transfer.delay[:, None] * w))
 
 
 def fitted_coefficients(
