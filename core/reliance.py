@@ -15,8 +15,9 @@ class Reliance:
 
     assumption: str
     """What the record asked to be assumed of superstructure and sensors, in words."""
-    chi_square: float
-    """Per degree of freedom, of a superstructure whose misfit is noise alone: about 1 where that explains all."""
+    chi_square: float | None
+    """Per degree of freedom, of a superstructure whose misfit is noise alone: about 1 where that explains all; None
+    where no superstructure was found."""
     is_at_rest: bool
     """Whether the record begins and ends at rest; else the modes' free vibration at its ends was estimated too."""
     prior_share: float
@@ -35,7 +36,7 @@ def reliance_findings(reliance: Reliance | None, direction: Direction) -> tuple[
             "paper's, with static interpolation between measured floors. A sensor on another floor would do"
         )
         return (Finding("estimator", "warning", message, value=reliance.chi_square),)
-    if reliance.chi_square > EXPLAINED:
+    if reliance.chi_square is not None and reliance.chi_square > EXPLAINED:
         message = (
             f"direction {direction}: the superstructure explains the record with {reliance.assumption} only "
             f"(chi-square {reliance.chi_square:.3g} of noise alone); measured floors stay as measured, the force's "

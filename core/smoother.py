@@ -64,7 +64,7 @@ def _force(superstructure: InstrumentedSuperstructure, lines: Lines, design: Des
 def _fallen_back(
     superstructure: InstrumentedSuperstructure, lines: Lines, reason: str, reliance: Reliance | None = None
 ) -> RestoringForce:
-    judged = reliance or Reliance("none: no superstructure was found", float("inf"), lines.at_rest, 1.0)
+    judged = reliance or Reliance("no superstructure was found", None, lines.at_rest, 1.0)
     return replace(cms.estimate(superstructure), reliance=replace(judged, fallback=reason))
 
 

@@ -257,6 +257,8 @@ class DirectionResult(Base):
     count: Mapped[int]
     peak_force: Mapped[float]
     force_std: Mapped[float]
+    reliance: Mapped[dict[str, Any] | None]
+    """core.reliance.Reliance; None of an estimator that does not judge itself."""
     peak_displacement: Mapped[float | None]
     peak_displacement_std: Mapped[float | None]
     lowest_frequency: Mapped[float | None]

@@ -12,6 +12,7 @@ from core.description import BuildingDescription
 from core.equivalent import EquivalentSegment
 from core.motion import MeasuredMotion
 from core.quality import Finding
+from core.reliance import Reliance
 
 STYLES = {"note": "dim", "warning": "yellow", "fatal": "bold red"}
 SHOWN = 12
@@ -48,6 +49,8 @@ def _direction(name: str, found: DirectionAnalysis, description: BuildingDescrip
     force = found.restoring_force
     peak, std = np.abs(force.force).max() * KN, np.sqrt(np.mean(force.std**2)) * KN
     yield Text(f"\ndirection {name}: peak force {peak:.1f} ± {std:.1f} kN (estimator {force.estimator})", style="bold")
+    if force.reliance is not None:
+        yield Text(_relied_on(force.reliance))
     if force.modes:
         yield _modes(found, description)
     if found.motion is not None:
@@ -58,6 +61,15 @@ def _direction(name: str, found: DirectionAnalysis, description: BuildingDescrip
         yield Text("no cycle was large enough for equivalent values")
     else:
         yield _equivalent(found.equivalent)
+
+
+def _relied_on(reliance: Reliance) -> str:
+    text = f"assumed: {reliance.assumption}"
+    if reliance.chi_square is not None:
+        text += f"; chi-square of noise alone {reliance.chi_square:.3g}"
+    if not reliance.is_at_rest:
+        text += "; the record does not begin and end at rest"
+    return f"{text}; {100 * reliance.prior_share:.0f} % of the storeys' stiffness is prior"
 
 
 def _moved(motion: MeasuredMotion) -> str:

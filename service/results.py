@@ -129,6 +129,7 @@ def _direction_result(
         count=force.force.size,
         peak_force=float(abs(force.force).max()),
         force_std=float((force.std**2).mean() ** 0.5),
+        reliance=None if force.reliance is None else asdict(force.reliance),
         **({} if direction.motion is None else _motion(direction.motion)),
         force=encode(force.force),
         force_rigid=encode(force.rigid),

@@ -139,12 +139,28 @@ class ModeOut(Answer):
     )
 
 
+class RelianceOut(Answer):
+    """How far the assumptions of a force's estimate held."""
+
+    assumption: str = Field(description="What the record asked to be assumed of superstructure and sensors.")
+    chi_square: Number | None = Field(
+        description="Per degree of freedom, of noise alone: about 1 where a superstructure explains the record; null "
+        "where none was found."
+    )
+    is_at_rest: bool = Field(description="Whether the record begins and ends at rest.")
+    prior_share: Number = Field(
+        description="Of what is known of the storeys' stiffness: 0 if all is from the record, 1 if all was believed."
+    )
+    fallback: str | None = Field(description="Why the force is another estimator's; null if it is its own.")
+
+
 class DirectionOut(Answer):
     """What was found in a direction."""
 
     direction: str = Field(description="x or y, as the building file names it.")
     peak_force: Number = Field(description="N, largest absolute restoring force.")
     force_std: Number = Field(description="N, its standard deviation.")
+    reliance: RelianceOut | None = Field(description="Null of an estimator that does not judge itself.")
     peak_displacement: Number | None = Field(description="m; null where nothing measures the layer's displacement.")
     peak_displacement_std: Number | None = Field(description="m; null where there is no peak displacement.")
     lowest_frequency: Number | None = Field(

@@ -51,17 +51,17 @@ def _modal_information() -> Table:
 
 
 def _parameters() -> Table:
-    elastic, viscous, hysteretic = (ISOLATOR.effects[name] for name in ("elastic", "viscous", "bouc_wen"))
+    layer = {name: value for effect in ISOLATOR.effects.values() for name, value in effect.items()}
     rows = (
-        ("k_b (kN/m)", "475 000", _grouped(elastic["k_b"] / 1e3)),
-        ("c_b (kN s/m)", "6000", f"{viscous['c_b'] / 1e3:.0f}"),
+        ("k_b (kN/m)", "475 000", _grouped(layer["k_b"] / 1e3)),
+        ("c_b (kN s/m)", "6000", f"{layer['c_b'] / 1e3:.0f}"),
         ("α (s)", ALPHA, f"{BUILDING.damping_coefficient:.4f}"),
-        ("β", "0.6", f"{hysteretic['beta']:g}"),
-        ("γ", "0.4", f"{hysteretic['gamma']:g}"),
-        ("n", "1", f"{hysteretic['n']:g}"),
-        ("D_y (mm)", "1.5", f"{1e3 * hysteretic['D_y']:g}"),
-        ("F_y (kN)", "655.4", f"{hysteretic['F_y'] / 1e3:.1f}"),
-        ("A", NONE, f"{hysteretic['A']:g}"),
+        ("β", "0.6", f"{layer['beta']:g}"),
+        ("γ", "0.4", f"{layer['gamma']:g}"),
+        ("n", "1", f"{layer['n']:g}"),
+        ("D_y (mm)", "1.5", f"{1e3 * layer['D_y']:g}"),
+        ("F_y (kN)", "655.4", f"{layer['F_y'] / 1e3:.1f}"),
+        ("A", NONE, f"{layer['A']:g}"),
         ("largest ground acceleration (gal), Figure 6", "70.13", f"{100 * PEAK:.2f}"),
     )
     note = "Given, not found. The paper does not print A. Its ground motion is not at hand: see below."

@@ -82,6 +82,7 @@ def directions(session: Session, analysis_id: int) -> list[schemas.DirectionOut]
             direction=result.direction,
             peak_force=result.peak_force,
             force_std=result.force_std,
+            reliance=None if result.reliance is None else schemas.RelianceOut(**result.reliance),
             peak_displacement=result.peak_displacement,
             peak_displacement_std=result.peak_displacement_std,
             lowest_frequency=result.lowest_frequency,

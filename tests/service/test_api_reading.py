@@ -105,7 +105,9 @@ def one_event(asking: httpx.Client) -> None:
     assert x["cycles"] == len(answer(asking, f"{PAPER}/equivalent", after=event["start"])["items"])
     assert event["pga"] == max(p["peak"] for p in event["peaks"] if p["level"] == "ground")
     assert len(event["analysis"]["inputs"][0]) == 64
-    assert event["analysis"]["estimator"] == "cms"
+    assert event["analysis"]["estimator"] == "smoother"
+    assert x["reliance"]["fallback"] is None
+    assert x["reliance"]["chi_square"] == pytest.approx(1.0, abs=0.3)  # a simulated superstructure leaves but noise
     assert event["waveforms"][0]["rate"] == 100.0
     refused = answer(asking, f"{API}/events/4")
     assert refused["directions"] == []

@@ -12,6 +12,7 @@ from core.equivalent import EquivalentSegment
 from core.estimator import Mode, RestoringForce
 from core.motion import MeasuredMotion, ResidualDisplacement
 from core.quality import Finding
+from core.reliance import Reliance
 from service.building_file import read
 from service.event_json import as_json
 
@@ -35,6 +36,7 @@ def analysed() -> EventAnalysis:
         modal=np.array([0.0, -1e6, 1e6]),
         std=np.array([3e4, 4e4, 0.0]),
         modes=(Mode(1.09, 0.01, np.array([0.4, 1.0]), frequency_std=0.002),),
+        reliance=Reliance("masses as told", 1.1, is_at_rest=True, prior_share=0.2),
     )
     found = DirectionAnalysis(
         restoring_force=force,
@@ -71,7 +73,15 @@ def test_the_document_has_what_the_command_promises() -> None:
         "shape_std": None,
         "misfit": None,
     }
-    assert x["restoring_force"] == {"estimator": "cms", "peak": 3e6, "std": np.sqrt((9e8 + 16e8) / 3)}
+    force = x["restoring_force"]
+    assert force["reliance"] == {
+        "assumption": "masses as told",
+        "chi_square": 1.1,
+        "is_at_rest": True,
+        "prior_share": 0.2,
+        "fallback": None,
+    }
+    assert (force["estimator"], force["peak"], force["std"]) == ("cms", 3e6, np.sqrt((9e8 + 16e8) / 3))
     assert x["motion"] == {"peak": 0.03, "peak_std": 2e-3, "band": [0.12, 50.0], "residual": None}
     assert document["directions"]["y"]["motion"] is None
     assert document["torsion"] == x["motion"] | {"residual": {"value": 1e-3, "std": 1e-4}}
