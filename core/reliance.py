@@ -17,7 +17,7 @@ class Reliance:
     """What the record asked to be assumed of superstructure and sensors, in words."""
     chi_square: float | None
     """Per degree of freedom, of a superstructure whose misfit is noise alone: about 1 where that explains all; None
-    where no superstructure was found."""
+    where no superstructure was needed or found."""
     is_at_rest: bool
     """Whether the record begins and ends at rest; else the modes' free vibration at its ends was estimated too."""
     prior_share: float

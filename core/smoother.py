@@ -18,6 +18,7 @@ from core.superstructure_model import Design
 NAME = "smoother"
 CALIBRATED = (0.2, 20.0)
 """Hz, of the lines that the superstructure is calibrated by."""
+ALL_MEASURED = "nothing: every floor is measured"
 RINGING = 3.0
 """Of the floors' root mean square: how large the free vibration at the record's ends may be."""
 
@@ -44,7 +45,9 @@ def estimate(superstructure: InstrumentedSuperstructure) -> RestoringForce:
         return _fallen_back(superstructure, lines, f"the calibration broke down ({error})")
     reliance = _reliance(choice)
     if choice.calibration.hypothesis.is_random and superstructure.measured.size == superstructure.floor_mass.size:
-        return _fallen_back(superstructure, lines, "every floor is measured, nothing is to be interpolated", reliance)
+        return replace(
+            cms.estimate(superstructure), reliance=replace(reliance, assumption=ALL_MEASURED, chi_square=None)
+        )
     model, static = left_out_errors(choice.lines, design, choice.calibration)
     if model > static:
         reason = f"left-out floors are told with an error of {model:.2g} by the model, of {static:.2g} by interpolation"

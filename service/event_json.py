@@ -24,7 +24,7 @@ REASONS: Mapping[str, str] = {
     "pga": "no horizontal acceleration of the ground was measured",
     "refusal": "the event was not refused",
     "reliance": "the estimator does not judge itself",
-    "chi_square": "no superstructure was found that explains the record",
+    "chi_square": "no superstructure was needed, or none was found",
     "fallback": "the estimate is its own",
     "sensors": "every instrumented level was used",
     "motion": "no channel measures the displacement of the isolation layer",

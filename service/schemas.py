@@ -145,7 +145,7 @@ class RelianceOut(Answer):
     assumption: str = Field(description="What the record asked to be assumed of superstructure and sensors.")
     chi_square: Number | None = Field(
         description="Per degree of freedom, of noise alone: about 1 where a superstructure explains the record; null "
-        "where none was found."
+        "where none was needed or found."
     )
     is_at_rest: bool = Field(description="Whether the record begins and ends at rest.")
     prior_share: Number = Field(

@@ -13,7 +13,9 @@ def analysed(samples: dict[str, np.ndarray]) -> EventAnalysis:
 
 
 def found(result: EventAnalysis) -> list[tuple[str, str, str | None]]:
-    return [(finding.kind, finding.severity, finding.channel) for finding in result.quality]
+    """Of screening: a jump that is taken out leaves traces, on which the estimator may remark."""
+    of_screening = [finding for finding in result.quality if finding.kind != "estimator"]
+    return [(finding.kind, finding.severity, finding.channel) for finding in of_screening]
 
 
 @pytest.mark.parametrize(
