@@ -21,8 +21,12 @@ def analysed(samples: dict[str, Vector]) -> EventAnalysis:
     return analyse(segments(samples), paper(), AnalysisSettings())
 
 
+LATER = ("direction", "estimator")
+"""Kinds of finding that follow from what screening found."""
+
+
 def serious(result: EventAnalysis) -> list[tuple[str, str, str | None]]:
-    return [(f.kind, f.severity, f.channel) for f in result.quality if f.severity != "note" and f.kind != "direction"]
+    return [(f.kind, f.severity, f.channel) for f in result.quality if f.severity != "note" and f.kind not in LATER]
 
 
 def spiked(samples: Vector) -> Vector:
