@@ -125,7 +125,7 @@ def test_every_estimator_has_a_force_in_every_case(printed: str, estimator: str)
 
 
 def test_table_one_is_the_papers(printed: str) -> None:
-    found = [cells for cells in rows(printed) if len(cells) == 5 and cells[0] in "12345"]
+    found = [cells for cells in rows(printed) if len(cells) == 5 and cells[0] in set("12345")]
     assert len(found) == 5
     assert all(cells[1] == cells[2] and cells[3] == cells[4] for cells in found)
 
