@@ -87,6 +87,11 @@ class EventAnalysis:
     """On the isolators; None where nothing measures a vertical acceleration."""
     refusal: str | None
     """Why the event cannot be used: the messages of its fatal findings."""
+    record: Record | None = None
+    """Channels on one time base about their position at rest, one for each level, quantity and direction; None if the
+    segments made none."""
+    temperature: float | None = None
+    """°C, mean of what thermometers measured; None where nothing did."""
 
     @property
     def orbit(self) -> Matrix | None:
@@ -141,6 +146,8 @@ def analyse(segments: Sequence[Segment], description: BuildingDescription, setti
         torsion=torsion,
         axial_load=load,
         refusal=None if directions else _refusal(found),
+        record=levels.record,
+        temperature=_temperature(segments, description),
     )
 
 
@@ -174,6 +181,14 @@ def _equivalent(
 def _pga(record: Record, description: BuildingDescription) -> float | None:
     horizontal = [record.find(description.ground.name, "acceleration", direction) for direction in HORIZONTAL]
     return max((float(np.abs(samples).max()) for samples in horizontal if samples is not None), default=None)
+
+
+def _temperature(segments: Sequence[Segment], description: BuildingDescription) -> float | None:
+    """The mean: isolators follow the weather over hours, and an earthquake lasts minutes."""
+    thermometers = {channel.id for channel in description.channels if channel.quantity == "temperature"}
+    read = [segment.samples for segment in segments if segment.channel in thermometers and segment.samples.size]
+    measured = np.concatenate(read) if read else np.empty(0)
+    return float(np.nanmean(measured)) if np.isfinite(measured).any() else None
 
 
 def _refusal(found: Sequence[Finding]) -> str:
