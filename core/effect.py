@@ -5,7 +5,6 @@ from dataclasses import dataclass, field
 from inspect import signature
 from math import log
 from types import MappingProxyType
-from typing import Literal
 
 from core.errors import ModelError
 
@@ -13,10 +12,37 @@ MOTION = ("u", "v", "u_cross", "v_cross")
 """m and m/s, across the isolator in the direction of the force, and in the other horizontal one."""
 
 CONDITIONS = ("axial_load", "temperature", "time")
-"""Vertical force / weight at rest; °C; s since the start of the record."""
+"""Vertical force / weight at rest; °C; s since the model's reference instant."""
 
-SCALES = ("stiffness", "strength")
-"""Dimensionless, 1 when intact: set by effects that act on them, read by the others."""
+
+@dataclass(frozen=True, slots=True)
+class Channel:
+    """What laws act on together: each adds its result to it, or multiplies it."""
+
+    neutral: float
+    """Its value where no effect acts on it: 0 is added to, 1 is multiplied."""
+    meaning: str
+
+
+CHANNELS: Mapping[str, Channel] = MappingProxyType(
+    {
+        "force": Channel(0.0, "N, of the layer"),
+        "inertance": Channel(0.0, "kg, force per unit relative acceleration of the layer"),
+        "stiffness": Channel(1.0, "scale of the elastic forces"),
+        "strength": Channel(1.0, "scale of the yield force"),
+        "sharpness": Channel(1.0, "scale of the exponent of the yield"),
+        "slope": Channel(1.0, "scale of the hysteresis' initial slope"),
+        "flow": Channel(1.0, "scale of the rate of the hysteretic variable"),
+        "cross_flow": Channel(0.0, "m/s, plastic flow that the motion in the other direction adds"),
+    }
+)
+"""By name; SI."""
+
+RESULTS = ("force", "inertance")
+"""Channels that make up the layer's answer. The others are set by effects that act on them and read by laws."""
+SCALES = tuple(name for name in CHANNELS if name not in RESULTS)
+YIELDED = "yielded"
+"""Name under which every law may read the hysteretic variable of the effect that publishes one; 0 if none does."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,13 +58,26 @@ class LogNormal:
 
 
 @dataclass(frozen=True, slots=True)
+class Normal:
+    """Prior of a parameter of either sign: its median, and its standard deviation."""
+
+    median: float
+    spread: float
+
+    def residual(self, value: float) -> float:
+        """Standardised distance, so that least squares adds it to the misfit."""
+        return (value - self.median) / self.spread
+
+
+@dataclass(frozen=True, slots=True)
 class Parameter:
     """One number an effect is fitted with, in SI units."""
 
     name: str
     unit: str
     bounds: tuple[float, float]
-    prior: LogNormal
+    prior: LogNormal | Normal
+    """Its median is a usual value at which the effect is present."""
     meaning: str
 
 
@@ -48,7 +87,7 @@ class Effect:
 
     title: str
     law: Callable[..., float | tuple[float, ...]]
-    """Force, or scale, and after it the rate of each state per second."""
+    """What it does to the channel it acts on, and after it the rate of each state per second."""
     parameters: tuple[Parameter, ...]
     absent: Mapping[str, float]
     """Values of parameters at which the effect does nothing at all."""
@@ -61,16 +100,33 @@ class Effect:
     source: str
     """Author, year, equation."""
     states: tuple[str, ...] = ()
-    acts_on: Literal["force", "stiffness", "strength"] = "force"
+    acts_on: str = "force"
+    """One of CHANNELS."""
+    linear: tuple[str, ...] = ()
+    """Parameters that what it does is proportional to, all of them together; no state depends on them."""
+    held: tuple[str, ...] = ()
+    """Parameters that a fit leaves alone, since the others can do the same."""
+    carried: tuple[str, ...] = ()
+    """States that the layer keeps from one earthquake to the next; the others begin each at zero."""
+    publishes: str | None = None
+    """State that other laws read as `yielded`; one effect has it."""
     needs: tuple[str, ...] = field(init=False)
     """Names of the law's arguments, in order."""
 
     def __post_init__(self) -> None:
         needs = tuple(signature(self.law).parameters)
-        offered = (*MOTION, *CONDITIONS, *SCALES, *self.states, *(p.name for p in self.parameters))
+        named = tuple(parameter.name for parameter in self.parameters)
+        offered = (*MOTION, *CONDITIONS, *SCALES, YIELDED, *self.states, *named)
         if unknown := sorted(set(needs) - set(offered)):
             raise ModelError(f"{self.title}: the law asks for {unknown}, offered are {sorted(offered)}")
         if len(set(offered)) < len(offered):
             raise ModelError(f"{self.title}: a state or parameter takes the name of another offer, in {offered}")
+        if self.acts_on not in CHANNELS:
+            raise ModelError(f"{self.title}: acts on {self.acts_on!r}; one of {', '.join(CHANNELS)} would do")
+        if strange := sorted({*self.absent, *self.linear, *self.held} - set(named)):
+            raise ModelError(f"{self.title}: {strange} are no parameters of its own; those are {sorted(named)}")
+        kept = {*self.carried, *([self.publishes] if self.publishes else [])}
+        if strange := sorted(kept - set(self.states)):
+            raise ModelError(f"{self.title}: {strange} are no states of its own; those are {sorted(self.states)}")
         object.__setattr__(self, "needs", needs)
         object.__setattr__(self, "absent", MappingProxyType(dict(self.absent)))

@@ -123,12 +123,19 @@ def _driven() -> Any:  # noqa: ANN401  numba's functions have no type
         return force(m[0], m[1], m[2], m[3], m[4], m[5], t, opcode, at_p, at_x, p, x, dx)
 
     @jitted
+    def accelerations(velocity, dt):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+        found = np.zeros(velocity.size)
+        found[1:-1] = (velocity[2:] - velocity[:-2]) / (2 * dt)
+        return found
+
+    @jitted
     def driven(motion, dt, substeps, opcode, at_p, at_x, p, x):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
         n, h = motion.shape[0], dt / substeps
-        out = np.empty(n)
+        out, acceleration = np.empty(n), accelerations(motion[:, 1], dt)
         k1, k2, k3, k4 = np.zeros(x.size), np.zeros(x.size), np.zeros(x.size), np.zeros(x.size)
         for i in range(n):
-            out[i] = at(motion[i], i * dt, opcode, at_p, at_x, p, x, k1)
+            layer, inertance = at(motion[i], i * dt, opcode, at_p, at_x, p, x, k1)
+            out[i] = layer + inertance * acceleration[i]
             if i + 1 == n or x.size == 0:
                 continue
             slope = (motion[i + 1] - motion[i]) / dt

@@ -11,7 +11,7 @@ from typing import Any
 
 from numba import njit
 
-from core.effect import CONDITIONS, MOTION, SCALES, Effect
+from core.effect import CHANNELS, CONDITIONS, MOTION, RESULTS, SCALES, YIELDED, Effect
 from core.effects import EFFECTS
 
 GIVEN = (*MOTION, *CONDITIONS)
@@ -24,40 +24,51 @@ inlined = njit(error_model="numpy", fastmath={"contract", "reassoc", "arcp", "ns
 
 def in_order(effects: Mapping[str, Effect]) -> tuple[str, ...]:
     """Names of the effects, those that scale others first: the index is the opcode."""
-    return tuple(sorted(effects, key=lambda name: (effects[name].acts_on == "force", name)))
+    return tuple(sorted(effects, key=lambda name: (effects[name].acts_on in RESULTS, name)))
 
 
 def source(effects: Mapping[str, Effect]) -> str:
     """Source of the force function. Slot s of a model has opcode[s], parameters p[at_p[s]:], states x[at_x[s]:]."""
-    lines = [f"def force({', '.join(GIVEN)}, opcode, at_p, at_x, p, x, dx):", "    force = 0.0"]
-    lines += [f"    {scale} = 1.0" for scale in SCALES]
+    lines = [f"def force({', '.join(GIVEN)}, opcode, at_p, at_x, p, x, dx):"]
+    lines += [f"    {name} = {channel.neutral}" for name, channel in CHANNELS.items()]
+    lines += _published(effects)
     lines += ["    for s in range(opcode.size):", "        i, j = at_p[s], at_x[s]"]
     for code, name in enumerate(in_order(effects)):
         lines += [f"        {'elif' if code else 'if'} opcode[s] == {code}:", *_branch(name, effects[name])]
-    return "\n".join([*lines, "    return force"])
+    return "\n".join([*lines, f"    return {', '.join(RESULTS)}"])
 
 
-def compiled(effects: Mapping[str, Effect]) -> Callable[..., float]:
-    """The force function, jitted: (u, v, u_cross, ..., opcode, at_p, at_x, p, x, dx) → N; fills dx with x's rates."""
+def compiled(effects: Mapping[str, Effect]) -> Callable[..., tuple[float, float]]:
+    """The force function, jitted: (u, v, u_cross, ..., opcode, at_p, at_x, p, x, dx) → N, kg; fills dx with rates."""
     namespace: dict[str, Any] = {f"law_{name}": jitted(effect.law) for name, effect in effects.items()}
     exec(source(effects), namespace)  # the source is ours, made of the laws above
-    program: Callable[..., float] = inlined(namespace["force"])
+    program: Callable[..., tuple[float, float]] = inlined(namespace["force"])
     return program
 
 
 @cache
-def force_program() -> Callable[..., float]:
+def force_program() -> Callable[..., tuple[float, float]]:
     """The force function of all effects there are, compiled when first asked for."""
     return compiled(EFFECTS)
 
 
 def _branch(name: str, effect: Effect) -> list[str]:
-    place = {known: known for known in (*GIVEN, *SCALES)}
+    place = {known: known for known in (*GIVEN, *SCALES, YIELDED)}
     place |= {state: f"x[j + {n}]" for n, state in enumerate(effect.states)}
     place |= {parameter.name: f"p[i + {n}]" for n, parameter in enumerate(effect.parameters)}
     results = ", ".join(["y", *(f"dx[j + {n}]" for n in range(len(effect.states)))])
     arguments = ", ".join(place[need] for need in effect.needs)
     return [
         f"            {results} = law_{name}({arguments})",
-        f"            {effect.acts_on} {'+=' if effect.acts_on == 'force' else '*='} y",
+        f"            {effect.acts_on} {'*=' if CHANNELS[effect.acts_on].neutral else '+='} y",
     ]
+
+
+def _published(effects: Mapping[str, Effect]) -> list[str]:
+    """Lines that find the hysteretic variable before any law asks for it."""
+    lines = [f"    {YIELDED} = 0.0", "    for s in range(opcode.size):"]
+    for code, name in enumerate(in_order(effects)):
+        if state := effects[name].publishes:
+            at = f"x[at_x[s] + {effects[name].states.index(state)}]"
+            lines += [f"        if opcode[s] == {code}:", f"            {YIELDED} = {at}"]
+    return lines if len(lines) > 2 else lines[:1]

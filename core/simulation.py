@@ -117,7 +117,9 @@ def _kernel() -> Any:  # noqa: ANN401  numba's functions have no type
         Everything is relative to the ground; returns the layer's force.
         """
         ground, u_cross, v_cross, axial_load, temperature = given[0], given[1], given[2], given[3], given[4]
-        force = layer_force(y[0], y[n], u_cross, v_cross, axial_load, temperature, t, opcode, at_p, at_x, p, y, dy)
+        force, inertance = layer_force(
+            y[0], y[n], u_cross, v_cross, axial_load, temperature, t, opcode, at_p, at_x, p, y, dy
+        )
         below = force
         for i in range(n - 1):
             above = stiffness[i] * (y[i + 1] - y[i]) + damping[i] * (y[n + i + 1] - y[n + i])
@@ -126,6 +128,9 @@ def _kernel() -> Any:  # noqa: ANN401  numba's functions have no type
             below = above
         dy[n - 1] = y[2 * n - 1]
         dy[2 * n - 1] = -below * mobility[n - 1] - ground
+        if inertance != 0:  # it resists the slab's motion against the ground
+            dy[n] /= 1 + inertance * mobility[0]
+            force += inertance * dy[n]
         return force
 
     @jitted

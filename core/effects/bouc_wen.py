@@ -6,16 +6,20 @@ The paper's γ and β stand the other way round in Wen's own papers and in OpenS
 from core.effect import Effect, LogNormal, Parameter
 
 
-def law(v, z, strength, F_y, D_y, A, beta, gamma, n):
-    sharpness = 1.0 if n == 1.0 else abs(z) ** (n - 1.0)  # a power in a compiled loop is ten times as slow
-    rate = (A * v - sharpness * z * (gamma * abs(v)) - sharpness * abs(z) * (beta * v)) / D_y
-    return strength * F_y * z, rate
+def law(v, z, strength, sharpness, slope, flow, cross_flow, F_y, D_y, A, beta, gamma, n):
+    exponent = n * sharpness
+    bend = 1.0 if exponent == 1.0 else abs(z) ** (exponent - 1.0)  # a power in a compiled loop is ten times as slow
+    plastic = bend * (z * (gamma * abs(v)) + abs(z) * (beta * v)) + z * cross_flow
+    return strength * F_y * z, flow * (slope * A * v - plastic) / D_y
 
 
 EFFECT = Effect(
     title="Bouc-Wen hysteresis",
     law=law,
     states=("z",),
+    publishes="z",
+    linear=("F_y",),
+    held=("A", "gamma", "n"),  # the scale of z, and what the sharpness' own effect varies
     parameters=(
         Parameter("F_y", "N", (0.0, 1e10), LogNormal(1e6, 2.0), "yield force"),
         Parameter("D_y", "m", (1e-5, 0.5), LogNormal(3e-3, 1.0), "yield displacement"),

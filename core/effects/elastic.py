@@ -12,6 +12,7 @@ EFFECT = Effect(
     law=law,
     parameters=(Parameter("k_b", "N/m", (0.0, 1e12), LogNormal(1e8, 2.0), "stiffness of the rubber after yield"),),
     absent={"k_b": 0.0},
+    linear=("k_b",),
     family="elasticity",
     explanation="The rubber pushes back with {k_b:.3g} N per metre of displacement.",
     suspect_when="The force rises in proportion to the displacement.",

@@ -12,6 +12,7 @@ EFFECT = Effect(
     law=law,
     parameters=(Parameter("c_b", "N s/m", (0.0, 1e11), LogNormal(1e6, 2.0), "viscous damping coefficient"),),
     absent={"c_b": 0.0},
+    linear=("c_b",),
     family="viscosity",
     explanation="A dashpot opposes the motion with {c_b:.3g} N for each metre per second.",
     suspect_when="The loop is an ellipse that grows wider as the motion grows faster.",

@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import core.effects
-from core.effect import CONDITIONS, MOTION, SCALES, Effect, LogNormal, Parameter
+from core.effect import CHANNELS, MOTION, YIELDED, Effect, LogNormal, Parameter
 from core.effects import EFFECTS
 from core.errors import ModelError
 from core.isolator import Isolator, force_history
@@ -69,9 +69,10 @@ def test_the_compiled_force_agrees_with_plain_python(name: str) -> None:
     t = np.arange(u.size) / RATE
 
     def run(at: float, states: np.ndarray) -> list[float]:
-        offer = dict.fromkeys((*MOTION, *SCALES, *CONDITIONS), 0.0) | {"axial_load": 1.0, "temperature": 20.0}
-        offer |= {"stiffness": 1.0, "strength": 1.0, "time": at} | values
+        offer = {name: channel.neutral for name, channel in CHANNELS.items()} | dict.fromkeys(MOTION, 0.0)
+        offer |= {"axial_load": 1.0, "temperature": 20.0, "time": at} | values
         offer |= {"u": np.interp(at, t, u), "v": np.interp(at, t, v)} | dict(zip(effect.states, states, strict=True))
+        offer[YIELDED] = offer[effect.publishes] if effect.publishes else 0.0
         return list(np.atleast_1d(effect.law(*(offer[need] for need in effect.needs))))
 
     states = np.zeros((len(effect.states), u.size))
