@@ -1,32 +1,22 @@
 """What a building file says: TOML in; a building, or everything that is wrong with the file, out."""
 
-import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from datetime import datetime
-from difflib import get_close_matches
 from math import radians
 from pathlib import Path
-from typing import Any, Literal, get_args
-
-from pydantic import BaseModel, ValidationError
-from pydantic_core import ErrorDetails
+from typing import Any, Literal
 
 from core.description import BuildingDescription, IsolationDesign, IsolationLayer, Level
 from core.record import Channel
 from service.building_tables import BuildingTable, ChannelTable, SourceTable
 from service.formats.errors import FormatError
 from service.formats.units import Gain, unit_gain
-from service.toml_lines import Path as KeyPath
-from service.toml_lines import line_of
+from service.toml_problems import Problem, TomlError, checked, wrong_keys
 
 
-class BuildingFileError(Exception):
+class BuildingFileError(TomlError):
     """All that is wrong with a building file, one problem a line, each with its line and key."""
-
-    def __init__(self, problems: tuple[str, ...]) -> None:
-        super().__init__("\n".join(problems))
-        self.problems = problems
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,69 +63,14 @@ def read(text: str, folder: Path) -> BuildingFile:
         BuildingFileError: with every problem of the file, not only the first.
     """
     try:
-        document = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise BuildingFileError((f"this is not TOML: {error}",)) from None
-    checks = (_wrong_keys, _wrong_levels, _wrong_source, _wrong_channels)
-    problems = [problem for check in checks for problem in check(document)]
-    if problems:
-        placed = sorted((line_of(text, path), number, path) for number, (path, _) in enumerate(problems))
-        raise BuildingFileError(
-            tuple(f"line {line}: {_spelled(path)}{problems[number][1]}" for line, number, path in placed)
-        )
+        document = checked(text, (_wrong_keys, _wrong_levels, _wrong_source, _wrong_channels))
+    except TomlError as error:
+        raise BuildingFileError(error.problems) from None
     return _building(BuildingTable.model_validate(document), folder)
 
 
-def _spelled(path: KeyPath) -> str:
-    """`level[3].mass`, counted from 1 as an engineer does."""
-    parts = (f"[{part + 1}]" if isinstance(part, int) else f".{part}" for part in path)
-    return f"{''.join(parts).removeprefix('.')}: " if path else ""
-
-
-Problem = tuple[KeyPath, str]
-
-
 def _wrong_keys(document: Mapping[str, Any]) -> Iterator[Problem]:
-    """Keys that are unknown, missing or of a wrong kind."""
-    try:
-        BuildingTable.model_validate(document)
-    except ValidationError as error:
-        for detail in error.errors():
-            yield detail["loc"], _wanted(detail)
-
-
-def _wanted(detail: ErrorDetails) -> str:
-    """What was found at a key and what is wanted."""
-    path = detail["loc"]
-    while isinstance(path[-1], int) and len(path) > 1 and path[-2] == "position":  # one of a key's numbers
-        path = path[:-1]
-    table, key = _table_of(path), path[-1]
-    if detail["type"] == "extra_forbidden":
-        near = get_close_matches(str(key), table.model_fields, n=1)
-        known = f"did you mean {near[0]!r}?" if near else f"known here: {', '.join(table.model_fields)}"
-        return f"no such key; {known}"
-    field = table.model_fields.get(str(key))
-    meaning = f" ({field.description})" if field is not None else ""
-    if detail["type"] == "missing":
-        return f"is missing{meaning}"
-    wanted = detail["msg"].removeprefix("Value error, ")
-    return f"{wanted[:1].lower()}{wanted[1:]}, got {detail['input']!r}{meaning}"
-
-
-def _table_of(path: KeyPath) -> type[BaseModel]:
-    """The table in which the last key of a path stands."""
-    table: type[BaseModel] = BuildingTable
-    for key in path[:-1]:
-        if isinstance(key, str):
-            table = next(_tables(table.model_fields[key].annotation))
-    return table
-
-
-def _tables(annotation: Any) -> Iterator[type[BaseModel]]:  # noqa: ANN401  a type, however it is written
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        yield annotation
-    for argument in get_args(annotation):
-        yield from _tables(argument)
+    return wrong_keys(document, BuildingTable)
 
 
 def _rows(document: Mapping[str, Any], name: str) -> list[Mapping[str, Any]]:

@@ -4,12 +4,13 @@ from datetime import datetime
 from typing import Annotated, Literal
 from zoneinfo import available_timezones
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, Field
 
 from core.description import Role
 from core.record import Direction, Quantity
 from service.formats.errors import FormatError
 from service.formats.units import unit_gain
+from service.toml_problems import Table
 
 
 def _timezone(name: str) -> str:
@@ -24,12 +25,6 @@ def _unit(name: str) -> str:
     except FormatError as error:
         raise ValueError(str(error)) from None
     return name
-
-
-class Table(BaseModel):
-    """A table of the file: its keys are these and no others, and a text is no number."""
-
-    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False, frozen=True)
 
 
 Text = Annotated[str, Field(min_length=1)]
