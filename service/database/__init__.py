@@ -1,0 +1,33 @@
+"""The tables: what was received, what came of it, and who may see it.
+
+All of them are imported here, for SQLAlchemy finds a table by name only once its module is.
+"""
+
+from service.database.analyses import Analysis, CycleResult, DirectionResult, LayerResult, ModeResult
+from service.database.base import Base
+from service.database.buildings import Building, Revision
+from service.database.events import Event, EventRecording, Waveform
+from service.database.jobs import Job, Lease
+from service.database.keys import ApiKey
+from service.database.received import Content, FetchedFile, Recording, SourceState
+
+__all__ = [
+    "Analysis",
+    "ApiKey",
+    "Base",
+    "Building",
+    "Content",
+    "CycleResult",
+    "DirectionResult",
+    "Event",
+    "EventRecording",
+    "FetchedFile",
+    "Job",
+    "LayerResult",
+    "Lease",
+    "ModeResult",
+    "Recording",
+    "Revision",
+    "SourceState",
+    "Waveform",
+]

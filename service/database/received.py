@@ -1,0 +1,74 @@
+"""Tables of what was received, and how far the sources were read."""
+
+from datetime import datetime
+from typing import Any
+
+from sqlalchemy import ForeignKey, LargeBinary, Text, UniqueConstraint
+from sqlalchemy.orm import Mapped, mapped_column, relationship
+
+from service.database.base import Base
+
+
+class SourceState(Base):
+    """How far a building's source was read, and how it is doing."""
+
+    __tablename__ = "source_state"
+    building_id: Mapped[int] = mapped_column(ForeignKey("building.id"), primary_key=True)
+    cursor: Mapped[dict[str, Any]]
+    """The source's own: where to go on. What is kept of each file is in `fetched_file`."""
+    attempted_at: Mapped[datetime | None]
+    succeeded_at: Mapped[datetime | None]
+    failing_since: Mapped[datetime | None]
+    error: Mapped[str | None] = mapped_column(Text)
+
+
+class FetchedFile(Base):
+    """A file of a building's source, as far as it was taken."""
+
+    __tablename__ = "fetched_file"
+    building_id: Mapped[int] = mapped_column(ForeignKey("building.id"), primary_key=True)
+    address: Mapped[str] = mapped_column(primary_key=True)
+    mark: Mapped[str | None]
+    """Tells the version that was taken; None until one was."""
+    attempts: Mapped[int]
+    """Looks at which it came, but not whole as it seems."""
+    version: Mapped[str | None]
+    """What the server must still have for the beginning to be of use."""
+    beginning: Mapped[bytes | None] = mapped_column(LargeBinary, deferred=True)
+    """Of a body that broke off."""
+
+
+class Content(Base):
+    """Original bytes, stored once, before anything is read from them."""
+
+    __tablename__ = "content"
+    sha256: Mapped[str] = mapped_column(primary_key=True)
+    size: Mapped[int]
+    data: Mapped[bytes] = mapped_column(LargeBinary, deferred=True)
+
+
+class Recording(Base):
+    """A file or an answer of a server, as it came to a building."""
+
+    __tablename__ = "recording"
+    __table_args__ = (UniqueConstraint("building_id", "sha256"),)
+    id: Mapped[int] = mapped_column(primary_key=True)
+    building_id: Mapped[int] = mapped_column(ForeignKey("building.id"), index=True)
+    sha256: Mapped[str | None] = mapped_column(ForeignKey("content.sha256"))
+    """None where the bytes were refused before they came: too many."""
+    name: Mapped[str]
+    origin: Mapped[str]
+    """Where it came from: a path or an address."""
+    received_at: Mapped[datetime]
+    kind: Mapped[str]
+    """`waveforms`, `station` or `unknown`."""
+    state: Mapped[str]
+    """`stored`, `read` or `refused`."""
+    reason: Mapped[str | None] = mapped_column(Text)
+    failures: Mapped[int] = mapped_column(default=0)
+    """Attempts at reading it over which the code failed."""
+    version: Mapped[str | None]
+    """Of the code that read it, or failed at it."""
+    start: Mapped[datetime | None]
+    end: Mapped[datetime | None]
+    content: Mapped[Content | None] = relationship()
