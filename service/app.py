@@ -8,7 +8,7 @@ from fastapi import APIRouter, Depends, FastAPI, Request
 from fastapi.responses import JSONResponse
 from fastapi.staticfiles import StaticFiles
 
-from service import auth, errors, metrics, schemas
+from service import auth, errors, metrics
 from service.answers import Answers
 from service.auth import Keys
 from service.metrics import Measured
@@ -25,6 +25,7 @@ from service.routers import (
     pictures,
     series,
 )
+from service.schemas.answer import Problem
 from service.sessions import reading, sessions
 from service.settings import Settings
 from service.version import VERSION
@@ -99,7 +100,7 @@ def openapi(app: FastAPI) -> dict[str, Any]:
     if app.openapi_schema is None:
         document = FastAPI.openapi(app)
         components = document.setdefault("components", {})
-        components["schemas"]["Problem"] = schemas.Problem.model_json_schema()
+        components["schemas"]["Problem"] = Problem.model_json_schema()
         components["securitySchemes"] = SECURITY
         document["security"] = [{name: []} for name in SECURITY]
         app.openapi_schema = document

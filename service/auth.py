@@ -18,8 +18,8 @@ from anyio import to_thread
 from fastapi import Request
 from sqlalchemy.orm import Session, sessionmaker
 
-from service import queries
 from service.errors import ForbiddenError, UnauthorizedError
+from service.queries import access
 
 PREFIX = "mk_"
 VISIBLE = 11
@@ -81,7 +81,7 @@ class Keys:
 
     def _read(self) -> Mapping[str, Caller]:
         with self._sessions() as session:
-            return {key.hash: Caller(key.name, Role[key.role]) for key in queries.keys_in_force(session)}
+            return {key.hash: Caller(key.name, Role[key.role]) for key in access.keys_in_force(session)}
 
 
 def presented(request: Request) -> set[str]:

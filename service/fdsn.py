@@ -23,13 +23,13 @@ from obspy.core.inventory import (
 from sqlalchemy.orm import Session
 
 from core.record import Quantity
-from service import queries
 from service.blobs import decode
 from service.building_file import BuildingFile
 from service.buildings import described
 from service.database import Building
 from service.fdsn_query import Area, Selection, TooMuchError
-from service.queries import Line
+from service.queries import recorded
+from service.queries.question import Line
 
 UNITS: dict[Quantity, str] = {
     "acceleration": "M/S**2",
@@ -69,7 +69,7 @@ def inventory(session: Session, wanted: Sequence[Selection], area: Area | None) 
 
 def _epochs(session: Session) -> Iterator[Epoch]:
     """All epochs; none of a channel reaches into its next one."""
-    for building, rows in groupby(queries.epochs(session), key=itemgetter(0)):
+    for building, rows in groupby(recorded.epochs(session), key=itemgetter(0)):
         file = described(session, building)
         for _, spans in groupby((row for _, row in rows), key=attrgetter("channel")):
             epochs = list(spans)
@@ -156,7 +156,7 @@ def miniseed(session: Session, selections: Sequence[Selection], most: int) -> by
         raise TooMuchError(f"{count} samples match, and {most} are given at once; fewer channels or less time would do")
     stream = Stream()
     for wanted, pieces in found:
-        for piece in queries.samples(session, [piece.id for piece in pieces]):
+        for piece in recorded.samples(session, [piece.id for piece in pieces]):
             trace = Trace(decode(piece.samples), _header(piece.channel, piece.start, piece.rate))
             stream.append(trace.trim(wanted.start, wanted.end))
     stream.traces = [trace for trace in stream if trace.stats.npts]
@@ -168,7 +168,7 @@ def miniseed(session: Session, selections: Sequence[Selection], most: int) -> by
 
 
 def _pieces(session: Session, wanted: Selection) -> list[Line]:
-    pieces = queries.pieces(session, _time(wanted.start), _time(wanted.end))
+    pieces = recorded.pieces(session, _time(wanted.start), _time(wanted.end))
     return [piece for piece in pieces if is_wanted(piece.channel, wanted)]
 
 

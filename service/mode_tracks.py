@@ -12,7 +12,7 @@ from sqlalchemy.orm import Session
 from core.estimator import Mode
 from core.tracking import Track, tracks
 from service.database import Analysis, DirectionResult, Event, ModeResult
-from service.queries import Line, Span
+from service.queries.question import Line, Span
 
 EVENTS = 1000
 """The latest so many are followed."""

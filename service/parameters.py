@@ -8,7 +8,7 @@ from fastapi import Depends, Path, Query, Request
 from pydantic import BeforeValidator, WithJsonSchema
 from sqlalchemy.orm import Session, sessionmaker
 
-from service.queries import Place, Span
+from service.queries.question import Place, Span
 
 RFC_3339 = re.compile(r"\d{4}-\d\d-\d\d([Tt ]\d\d:\d\d(:\d\d(\.\d+)?)?([Zz]|[+-]\d\d:\d\d)?)?", re.ASCII)
 LARGEST = 2**31 - 1

@@ -4,12 +4,16 @@ from datetime import datetime
 
 from fastapi import APIRouter, Request, Response
 
-from service import mode_tracks, queries, schemas
+from service import mode_tracks
 from service.answers import Format, document, responses, table
 from service.buildings import described
 from service.mode_tracks import Sighting, TrackedMode
 from service.parameters import AnyDirection, Code, Cursor, EventSpan, Limit, MinimumPga, Reading, RowLimit, place
-from service.queries import Place
+from service.queries import earthquakes, trends, watched
+from service.queries.question import Place
+from service.schemas.buildings import BuildingOut, BuildingRow, Buildings, ChannelOut, LevelOut
+from service.schemas.events import EventRow, Events
+from service.schemas.trends import CycleRow, Cycles, ModeRow, Modes, SightingOut, TrackOut, Tracks
 
 router = APIRouter(prefix="/buildings", tags=["buildings"])
 
@@ -19,22 +23,22 @@ def following(rows: list[tuple[datetime, int]], limit: int) -> str | None:
     return str(Place(*rows[-1])) if len(rows) == limit else None
 
 
-@router.get("", operation_id="list_buildings", **responses(schemas.Buildings, csv=True))
+@router.get("", operation_id="list_buildings", **responses(Buildings, csv=True))
 def buildings(request: Request, sessions: Reading, format: Format = None) -> Response:
     """Every building under watch, by code."""
     with sessions() as session:
-        rows = [(b.code, b.name, events, last) for b, _, events, last in queries.buildings(session)]
-    return table(request, format, tuple(schemas.BuildingRow.model_fields), rows, None)
+        rows = [(b.code, b.name, events, last) for b, _, events, last in watched.buildings(session)]
+    return table(request, format, tuple(BuildingRow.model_fields), rows, None)
 
 
-@router.get("/{code}", operation_id="get_building", **responses(schemas.BuildingOut, 404))
+@router.get("/{code}", operation_id="get_building", **responses(BuildingOut, 404))
 def building(request: Request, code: Code, sessions: Reading) -> Response:
     """A building as its description in force gives it: levels, sensors, isolation layer."""
     with sessions() as session:
-        found, revision = queries.building(session, code)
+        found, revision = watched.building(session, code)
         file = described(session, found)
     description = file.description
-    answer = schemas.BuildingOut(
+    answer = BuildingOut(
         code=found.code,
         name=found.name,
         revision=revision.number,
@@ -43,13 +47,13 @@ def building(request: Request, code: Code, sessions: Reading) -> Response:
         latitude=file.latitude,
         longitude=file.longitude,
         timezone=file.timezone,
-        levels=[schemas.LevelOut.model_validate(level) for level in description.levels],
-        channels=[schemas.ChannelOut.model_validate(channel) for channel in description.channels],
+        levels=[LevelOut.model_validate(level) for level in description.levels],
+        channels=[ChannelOut.model_validate(channel) for channel in description.channels],
     )
     return document(request, answer)
 
 
-@router.get("/{code}/events", operation_id="list_events", **responses(schemas.Events, 404, csv=True))
+@router.get("/{code}/events", operation_id="list_events", **responses(Events, 404, csv=True))
 def events(
     request: Request,
     code: Code,
@@ -62,17 +66,17 @@ def events(
 ) -> Response:
     """The building's events, the latest first."""
     with sessions() as session:
-        found, _ = queries.building(session, code)
-        pairs = queries.events(session, found.id, span, min_pga, place(cursor), limit)
+        found, _ = watched.building(session, code)
+        pairs = earthquakes.events(session, found.id, span, min_pga, place(cursor), limit)
     rows = [
         (e.id, e.start, e.end, e.state, e.reason, a and a.pga, a and a.id)
         for e, a in pairs
     ]  # fmt: skip
     last = following([(e.start, e.id) for e, _ in pairs], limit)
-    return table(request, format, tuple(schemas.EventRow.model_fields), rows, last)
+    return table(request, format, tuple(EventRow.model_fields), rows, last)
 
 
-@router.get("/{code}/equivalent", operation_id="list_equivalent", **responses(schemas.Cycles, 404, csv=True))
+@router.get("/{code}/equivalent", operation_id="list_equivalent", **responses(Cycles, 404, csv=True))
 def equivalent(
     request: Request,
     code: Code,
@@ -85,14 +89,14 @@ def equivalent(
 ) -> Response:
     """Equivalent stiffness and damping of the isolation layer, a row per cycle of each event, the earliest first."""
     with sessions() as session:
-        found, _ = queries.building(session, code)
-        rows = queries.cycles(session, found.id, span, direction, place(cursor), limit)
+        found, _ = watched.building(session, code)
+        rows = trends.cycles(session, found.id, span, direction, place(cursor), limit)
     last = following([(row.event_start, row.id) for row in rows], limit)
-    columns = tuple(schemas.CycleRow.model_fields)
+    columns = tuple(CycleRow.model_fields)
     return table(request, format, columns, [row[:-1] for row in rows], last, building=code)
 
 
-@router.get("/{code}/modes", operation_id="list_modes", **responses(schemas.Modes, 404, csv=True))
+@router.get("/{code}/modes", operation_id="list_modes", **responses(Modes, 404, csv=True))
 def modes(
     request: Request,
     code: Code,
@@ -105,27 +109,27 @@ def modes(
 ) -> Response:
     """Frequencies and damping ratios of the superstructure, a row per mode of each event, the earliest first."""
     with sessions() as session:
-        found, _ = queries.building(session, code)
-        rows = queries.modes(session, found.id, span, direction, place(cursor), limit)
+        found, _ = watched.building(session, code)
+        rows = trends.modes(session, found.id, span, direction, place(cursor), limit)
     last = following([(row.event_start, row.id) for row in rows], limit)
-    columns = tuple(schemas.ModeRow.model_fields)
+    columns = tuple(ModeRow.model_fields)
     return table(request, format, columns, [row[:-1] for row in rows], last, building=code)
 
 
-@router.get("/{code}/mode-tracks", operation_id="list_mode_tracks", **responses(schemas.Tracks, 404))
+@router.get("/{code}/mode-tracks", operation_id="list_mode_tracks", **responses(Tracks, 404))
 def tracks(
     request: Request, code: Code, sessions: Reading, span: EventSpan, direction: AnyDirection = None
 ) -> Response:
     """The modes of the superstructure, each followed over the latest events by its frequency and shape."""
     with sessions() as session:
-        found, _ = queries.building(session, code)
+        found, _ = watched.building(session, code)
         asked = mode_tracks.DIRECTIONS if direction is None else (direction,)
         modes = [mode for one in asked for mode in mode_tracks.tracked_modes(session, found.id, span, one)]
-    return document(request, schemas.Tracks(building=code, items=[_track(mode) for mode in modes]))
+    return document(request, Tracks(building=code, items=[_track(mode) for mode in modes]))
 
 
-def _track(mode: TrackedMode) -> schemas.TrackOut:
-    return schemas.TrackOut(
+def _track(mode: TrackedMode) -> TrackOut:
+    return TrackOut(
         direction=mode.direction,
         number=mode.number,
         established=mode.is_established,
@@ -135,9 +139,9 @@ def _track(mode: TrackedMode) -> schemas.TrackOut:
     )
 
 
-def _sighting(sighting: Sighting) -> schemas.SightingOut:
+def _sighting(sighting: Sighting) -> SightingOut:
     mode = sighting.mode
-    return schemas.SightingOut(
+    return SightingOut(
         event=sighting.event,
         event_start=sighting.event_start,
         pga=sighting.pga,

@@ -8,7 +8,7 @@ from fastapi import APIRouter, Body, Depends, Request, Response
 from sqlalchemy.orm import Session
 
 from core.description import BuildingDescription
-from service import jobs, layer_queries, levels, queries, schemas
+from service import jobs, levels
 from service.answers import document, responses
 from service.auth import engineer
 from service.buildings import described
@@ -16,6 +16,11 @@ from service.database import Analysis
 from service.errors import ConflictError, NotFoundError, documented
 from service.levels import LevelError
 from service.parameters import AnalysisId, Id, Reading, Writing
+from service.queries import analysis_results, earthquakes, layer_results
+from service.schemas.analyses import DirectionOut, FindingOut, LayerOut, ModeOut, PeakOut, Provenance, RelianceOut
+from service.schemas.events import EventOut, WaveformOut
+from service.schemas.operations import JobOut
+from service.schemas.requests import AnalysisRequest
 from service.settings import Settings
 
 router = APIRouter(prefix="/events", tags=["events"])
@@ -23,14 +28,14 @@ router = APIRouter(prefix="/events", tags=["events"])
 LOCATION = {"description": "Address of the job.", "schema": {"type": "string"}}
 
 
-@router.get("/{event_id}", operation_id="get_event", **responses(schemas.EventOut, 404))
+@router.get("/{event_id}", operation_id="get_event", **responses(EventOut, 404))
 def event(request: Request, event_id: Id, sessions: Reading, analysis: AnalysisId = None) -> Response:
     """An event: channels, quality, peaks, modes, and what the analysis was made from."""
     with sessions() as session:
-        found = queries.event(session, event_id)
-        made = queries.analyses(session, event_id)
+        found = earthquakes.event(session, event_id)
+        made = earthquakes.analyses(session, event_id)
         shown = chosen(made, analysis)
-        answer = schemas.EventOut(
+        answer = EventOut(
             id=found.id,
             building=found.building.code,
             start=found.start,
@@ -38,10 +43,10 @@ def event(request: Request, event_id: Id, sessions: Reading, analysis: AnalysisI
             state=found.state,
             reason=found.reason,
             pga=shown.pga if shown else None,
-            waveforms=[schemas.WaveformOut.model_validate(waveform) for waveform in found.waveforms],
-            analysis=schemas.Provenance.model_validate(shown) if shown else None,
-            earlier=[schemas.Provenance.model_validate(one) for one in made if one is not shown],
-            quality=[schemas.FindingOut.model_validate(finding) for finding in shown.quality] if shown else [],
+            waveforms=[WaveformOut.model_validate(waveform) for waveform in found.waveforms],
+            analysis=Provenance.model_validate(shown) if shown else None,
+            earlier=[Provenance.model_validate(one) for one in made if one is not shown],
+            quality=[FindingOut.model_validate(finding) for finding in shown.quality] if shown else [],
             peaks=peaks(shown, described(session, found.building).description) if shown else [],
             directions=directions(session, shown.id) if shown else [],
             layer=layer(session, shown.id) if shown else None,
@@ -59,11 +64,11 @@ def chosen(made: Sequence[Analysis], number: int | None) -> Analysis | None:
     return found
 
 
-def peaks(analysis: Analysis, description: BuildingDescription) -> list[schemas.PeakOut]:
+def peaks(analysis: Analysis, description: BuildingDescription) -> list[PeakOut]:
     """Peaks by channel, with what each channel measures."""
     known = {channel.id: channel for channel in description.channels}
     return [
-        schemas.PeakOut(
+        PeakOut(
             channel=channel,
             level=known[channel].level if channel in known else None,
             quantity=known[channel].quantity if channel in known else None,
@@ -74,15 +79,15 @@ def peaks(analysis: Analysis, description: BuildingDescription) -> list[schemas.
     ]
 
 
-def directions(session: Session, analysis_id: int) -> list[schemas.DirectionOut]:
+def directions(session: Session, analysis_id: int) -> list[DirectionOut]:
     """What an analysis found, by direction."""
-    cycles = queries.cycle_counts(session, analysis_id)
+    cycles = analysis_results.cycle_counts(session, analysis_id)
     return [
-        schemas.DirectionOut(
+        DirectionOut(
             direction=result.direction,
             peak_force=result.peak_force,
             force_std=result.force_std,
-            reliance=None if result.reliance is None else schemas.RelianceOut(**result.reliance),
+            reliance=None if result.reliance is None else RelianceOut(**result.reliance),
             peak_displacement=result.peak_displacement,
             peak_displacement_std=result.peak_displacement_std,
             lowest_frequency=result.lowest_frequency,
@@ -90,25 +95,25 @@ def directions(session: Session, analysis_id: int) -> list[schemas.DirectionOut]
             residual_displacement=result.residual_displacement,
             residual_displacement_std=result.residual_displacement_std,
             cycles=cycles.get(result.id, 0),
-            modes=[schemas.ModeOut.model_validate(mode) for mode in result.modes],
+            modes=[ModeOut.model_validate(mode) for mode in result.modes],
         )
-        for result in queries.direction_results(session, analysis_id)
+        for result in analysis_results.direction_results(session, analysis_id)
     ]
 
 
-def layer(session: Session, analysis_id: int) -> schemas.LayerOut | None:
+def layer(session: Session, analysis_id: int) -> LayerOut | None:
     """What an analysis found across its directions."""
-    found = layer_queries.layer_result(session, analysis_id)
+    found = layer_results.layer_result(session, analysis_id)
     if found is None:
         return None
-    return schemas.LayerOut(**{name: getattr(found, name) for name in schemas.LayerOut.model_fields})
+    return LayerOut(**{name: getattr(found, name) for name in LayerOut.model_fields})
 
 
 @router.post(
     "/{event_id}/analyses",
     operation_id="analyse_event",
     status_code=202,
-    response_model=schemas.JobOut,
+    response_model=JobOut,
     dependencies=[Depends(engineer)],
     responses=documented(400, 401, 403, 404, 409, 422) | {202: {"headers": {"Location": LOCATION}}},
 )
@@ -117,22 +122,22 @@ def analyse(
     event_id: Id,
     sessions: Writing,
     response: Response,
-    wanted: Annotated[schemas.AnalysisRequest, Body(description="Settings that differ; {} for none.")],
-) -> schemas.JobOut:
+    wanted: Annotated[AnalysisRequest, Body(description="Settings that differ; {} for none.")],
+) -> JobOut:
     """Have the event analysed again; the earlier results are kept. A like job that still waits is answered instead.
 
     What is asked must fit the building and, with what is not asked, the settings in force; else 409 says what would.
     """
     with sessions.begin() as session:
-        found = queries.event(session, event_id)
+        found = earthquakes.event(session, event_id)
         arguments = checked(wanted, described(session, found.building).description, request.app.state.settings)
         job = jobs.enqueue(session, found, arguments, datetime.now(UTC))
-        answer = schemas.JobOut.model_validate(job)
+        answer = JobOut.model_validate(job)
     response.headers["Location"] = f"/api/v1/jobs/{answer.id}"
     return answer
 
 
-def checked(wanted: schemas.AnalysisRequest, description: BuildingDescription, own: Settings) -> dict[str, object]:
+def checked(wanted: AnalysisRequest, description: BuildingDescription, own: Settings) -> dict[str, object]:
     """The arguments of the job.
 
     Raises:

@@ -7,10 +7,12 @@ from fastapi import APIRouter, Depends, Request, Response
 from prometheus_client import CONTENT_TYPE_LATEST, generate_latest
 from sqlalchemy.exc import SQLAlchemyError
 
-from service import auth, migrate, queries, schemas
+from service import auth, migrate
 from service.errors import documented, problem
 from service.parameters import Reading
 from service.poller import POLLING
+from service.queries import work
+from service.schemas.operations import Health
 
 router = APIRouter(tags=["operations"])
 OPEN: dict[str, Any] = {"security": []}
@@ -23,31 +25,31 @@ OTHER_TABLES = (
 METRICS = "The metrics in Prometheus' text format, each with its meaning."
 
 
-@router.get("/healthz", operation_id="is_alive", response_model=schemas.Health, openapi_extra=OPEN)
-async def alive() -> schemas.Health:
+@router.get("/healthz", operation_id="is_alive", response_model=Health, openapi_extra=OPEN)
+async def alive() -> Health:
     """200 while the process answers; open to all, and it tells nothing else."""
-    return schemas.Health(status="alive")
+    return Health(status="alive")
 
 
 @router.get(
     "/readyz",
     operation_id="is_ready",
-    response_model=schemas.Health,
+    response_model=Health,
     responses=documented(503),
     openapi_extra=OPEN,
 )
-def ready(sessions: Reading) -> schemas.Health | Response:
+def ready(sessions: Reading) -> Health | Response:
     """200 if the database answers, has this version's tables, and a poller was seen lately; else 503 with the lack."""
     try:
         with sessions() as session:
             if not migrate.is_newest(session):
                 return problem(503, OTHER_TABLES)
-            until = queries.lease_until(session, POLLING)
+            until = work.lease_until(session, POLLING)
     except SQLAlchemyError:
         return problem(503, "The database does not answer.")
     if until is None or until < datetime.now(UTC):
         return problem(503, "No poller was seen lately; 'menshin poll' or 'menshin up' starts one.")
-    return schemas.Health(status="ready")
+    return Health(status="ready")
 
 
 @router.get(

@@ -5,11 +5,13 @@ from typing import Annotated, Literal, get_args
 import orjson
 from fastapi import APIRouter, Query, Request, Response
 
-from service import layer_queries, numbers, schemas
+from service import numbers
 from service.answers import OPTIONS, Format, is_known, responses, series_lines, tag, unchanged, wants_csv, written
 from service.blobs import decode
 from service.parameters import AnalysisId, Id, Points, Reading
+from service.queries import layer_results
 from service.routers.series import kept, sampled
+from service.schemas.series import LayerMotionSeries
 from service.version import VERSION
 
 Name = Literal["displacement_x", "displacement_y", "torsion", "torsion_std", "axial_load"]
@@ -19,9 +21,7 @@ Names = Annotated[list[Name] | None, Query(description="Only these series; repea
 router = APIRouter(prefix="/events", tags=["series"])
 
 
-@router.get(
-    "/{event_id}/layer-motion", operation_id="get_layer_motion", **responses(schemas.LayerMotionSeries, 404, csv=True)
-)
+@router.get("/{event_id}/layer-motion", operation_id="get_layer_motion", **responses(LayerMotionSeries, 404, csv=True))
 def layer_motion(
     request: Request,
     event_id: Id,
@@ -38,7 +38,7 @@ def layer_motion(
     names = [name for name in NAMES if series is None or name in series]
     csv = wants_csv(request, format)
     with sessions() as session:
-        result = layer_queries.layer_motion(session, event_id, analysis)
+        result = layer_results.layer_motion(session, event_id, analysis)
     etag = tag(VERSION, "layer-motion", result.id, names, points, csv)
     if is_known(request, etag):
         return unchanged(etag)

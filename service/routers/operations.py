@@ -6,10 +6,12 @@ from fastapi import APIRouter, Query, Request, Response
 from sqlalchemy.engine import make_url
 from sqlalchemy.exc import ArgumentError
 
-from service import queries, schemas
 from service.answers import Format, document, responses, table
 from service.buildings import described
 from service.parameters import LARGEST, JobId, Limit, Reading
+from service.queries import watched, work
+from service.schemas.buildings import SourceOut, Sources
+from service.schemas.operations import JobOut, Jobs
 
 router = APIRouter(tags=["operations"])
 
@@ -26,7 +28,7 @@ def without_password(location: str) -> str:
         return location
 
 
-@router.get("/sources", operation_id="list_sources", **responses(schemas.Sources, csv=True))
+@router.get("/sources", operation_id="list_sources", **responses(Sources, csv=True))
 def sources(request: Request, sessions: Reading, format: Format = None) -> Response:
     """Every building's monitoring server and how it is doing."""
     with sessions() as session:
@@ -37,13 +39,13 @@ def sources(request: Request, sessions: Reading, format: Format = None) -> Respo
                 without_password(source.location),
                 *(getattr(state, name, None) for name in ("attempted_at", "succeeded_at", "failing_since", "error")),
             )
-            for building, _, state in queries.sources(session)
+            for building, _, state in watched.sources(session)
             if (source := described(session, building).source) is not None
         ]
-    return table(request, format, tuple(schemas.SourceOut.model_fields), rows, None)
+    return table(request, format, tuple(SourceOut.model_fields), rows, None)
 
 
-@router.get("/jobs", operation_id="list_jobs", **responses(schemas.Jobs))
+@router.get("/jobs", operation_id="list_jobs", **responses(Jobs))
 def jobs(
     request: Request,
     sessions: Reading,
@@ -54,14 +56,14 @@ def jobs(
 ) -> Response:
     """Jobs, the latest first."""
     with sessions() as session:
-        found = [schemas.JobOut.model_validate(job) for job in queries.jobs(session, state, event, cursor, limit)]
+        found = [JobOut.model_validate(job) for job in work.jobs(session, state, event, cursor, limit)]
     last = str(found[-1].id) if len(found) == limit and found[-1].id > 1 else None
-    return document(request, schemas.Jobs(items=found, next=last))
+    return document(request, Jobs(items=found, next=last))
 
 
-@router.get("/jobs/{job_id}", operation_id="get_job", **responses(schemas.JobOut, 404))
+@router.get("/jobs/{job_id}", operation_id="get_job", **responses(JobOut, 404))
 def job(request: Request, job_id: JobId, sessions: Reading) -> Response:
     """A job and how far it is."""
     with sessions() as session:
-        answer = schemas.JobOut.model_validate(queries.job(session, job_id))
+        answer = JobOut.model_validate(work.job(session, job_id))
     return document(request, answer)

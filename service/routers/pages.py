@@ -7,12 +7,13 @@ from typing import Annotated
 from fastapi import APIRouter, Depends, Query, Request, Response
 from sqlalchemy.orm import Session
 
-from service import layer_queries, mode_tracks, queries
+from service import mode_tracks
 from service.database import Analysis, Building, DirectionResult, Event, LayerResult
 from service.mode_tracks import TrackedMode
 from service.pages.rendering import page
 from service.parameters import Reading
-from service.queries import Span
+from service.queries import analysis_results, earthquakes, layer_results, watched
+from service.queries.question import Span
 from service.routers.login import reader
 
 STATES = {
@@ -47,9 +48,9 @@ class View:
 def home(request: Request, sessions: Reading, building: BuildingCode = None) -> Response:
     """Every building, and the last event of the one that is named, or of the one that shook last."""
     with sessions() as session:
-        found = queries.buildings(session)
+        found = watched.buildings(session)
         shaken = [row for row in found if row.last is not None]
-        shown = queries.building(session, building)[0] if building else None
+        shown = watched.building(session, building)[0] if building else None
         if shown is None and shaken:
             shown = max(shaken, key=lambda row: row.last)[0]
         views = last_events(session, shown) if shown else []
@@ -58,16 +59,16 @@ def home(request: Request, sessions: Reading, building: BuildingCode = None) -> 
 
 def last_events(session: Session, building: Building) -> list[View]:
     """The last event, and where it has no result the last one that has."""
-    last = [viewed(session, *pair) for pair in queries.events(session, building.id, Span(), None, None, limit=1)]
+    last = [viewed(session, *pair) for pair in earthquakes.events(session, building.id, Span(), None, None, limit=1)]
     if any(view.results for view in last):
         return last
-    return last + [viewed(session, *pair) for pair in queries.last_analysed(session, building.id)]
+    return last + [viewed(session, *pair) for pair in earthquakes.last_analysed(session, building.id)]
 
 
 def viewed(session: Session, event: Event, analysis: Analysis | None) -> View:
     """An event with what its latest analysis found."""
-    results = queries.direction_results(session, analysis.id) if analysis else []
-    layer = layer_queries.layer_result(session, analysis.id) if analysis else None
+    results = analysis_results.direction_results(session, analysis.id) if analysis else []
+    layer = layer_results.layer_result(session, analysis.id) if analysis else None
     return View(event, STATES.get(event.state, event.state), analysis, results, layer)
 
 
@@ -77,7 +78,7 @@ def modes(
 ) -> Response:
     """The modes of a building over its events."""
     with sessions() as session:
-        found, _ = queries.building(session, building)
+        found, _ = watched.building(session, building)
         directions = [_modes_of_direction(session, found, direction) for direction in mode_tracks.DIRECTIONS]
         return page(request, "modes", building=found, directions=[one for one in directions if one[2]])
 

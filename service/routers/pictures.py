@@ -2,6 +2,7 @@
 
 from collections import defaultdict
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Annotated
 
 import altair
@@ -10,19 +11,32 @@ import vl_convert
 from fastapi import APIRouter, Depends, Query, Request, Response
 
 from core.equivalent import EquivalentSegment
-from service import charts, layer_queries, mode_charts, mode_tracks, queries
+from service import charts, mode_charts, mode_tracks
 from service.answers import is_known, tag, unchanged, written
 from service.auth import viewer
 from service.blobs import decode
 from service.errors import NotFoundError
 from service.parameters import LARGEST, Reading
-from service.queries import CYCLE, Span
+from service.queries import analysis_results, layer_results, trends, watched
+from service.queries.question import Span
+from service.queries.trends import CYCLE
 from service.version import VERSION
 
 CYCLES = 5000
 """Of a picture: more points are not told apart."""
 
 router = APIRouter(prefix="/charts", include_in_schema=False, dependencies=[Depends(viewer)])
+
+
+@dataclass(frozen=True, slots=True)
+class OneDirection:
+    """A building and one of its horizontal directions, as an image's address names them."""
+
+    building: Annotated[str, Query(pattern=r"^[A-Za-z0-9_-]{1,32}$")]
+    direction: Annotated[str, Query(pattern="^[xy]$")]
+
+
+Shown = Annotated[OneDirection, Depends()]
 
 
 @router.get("/loop.svg")
@@ -32,7 +46,7 @@ def loop(request: Request, sessions: Reading, result: Annotated[int, Query(ge=1,
     if is_known(request, etag):
         return unchanged(etag)
     with sessions() as session:
-        rate, displacement, force = queries.loop(session, result)
+        rate, displacement, force = analysis_results.loop(session, result)
     displacement, force = decode(displacement), decode(force)
     time = np.arange(force.size) / rate
     return drawn(request, charts.loop(time=time, displacement=displacement, force=force, title="Restoring force"), etag)
@@ -69,7 +83,7 @@ def of_layer(
     if is_known(request, etag):
         return unchanged(etag)
     with sessions() as session:
-        found = layer_queries.of_result(session, layer)
+        found = layer_results.of_result(session, layer)
     histories = [decode(blob) for one in wanted if (blob := found._mapping[one]) is not None]
     if len(histories) < len(wanted):
         raise NotFoundError(f"{name} of layer result", layer)
@@ -77,17 +91,12 @@ def of_layer(
 
 
 @router.get("/stiffness.svg")
-def stiffness(
-    request: Request,
-    sessions: Reading,
-    building: Annotated[str, Query(pattern=r"^[A-Za-z0-9_-]{1,32}$")],
-    direction: Annotated[str, Query(pattern="^[xy]$")],
-) -> Response:
+def stiffness(request: Request, sessions: Reading, shown: Shown) -> Response:
     """Equivalent stiffness over amplitude, the latest cycles of all events."""
     with sessions() as session:
-        found, _ = queries.building(session, building)
-        rows = queries.latest_cycles(session, found.id, direction, CYCLES)
-    etag = tag(VERSION, "stiffness", building, direction, [row.id for row in rows])
+        found, _ = watched.building(session, shown.building)
+        rows = trends.latest_cycles(session, found.id, shown.direction, CYCLES)
+    etag = tag(VERSION, "stiffness", shown.building, shown.direction, [row.id for row in rows])
     if is_known(request, etag):
         return unchanged(etag)
     events = defaultdict(list)
@@ -98,23 +107,20 @@ def stiffness(
 
 
 @router.get("/modes.svg")
-def modes(
-    request: Request,
-    sessions: Reading,
-    building: Annotated[str, Query(pattern=r"^[A-Za-z0-9_-]{1,32}$")],
-    direction: Annotated[str, Query(pattern="^[xy]$")],
-) -> Response:
+def modes(request: Request, sessions: Reading, shown: Shown) -> Response:
     """Frequency and damping of each established mode, over time and over the strength of the shaking."""
     with sessions() as session:
-        found, _ = queries.building(session, building)
-        tracked = mode_tracks.tracked_modes(session, found.id, Span(), direction)
-    shown = [mode for mode in tracked if mode.is_established]
-    if not shown:
-        raise NotFoundError("mode of building", f"{building}, direction {direction}")
-    etag = tag(VERSION, "modes", building, direction, [(m.frequency, len(m.sightings)) for m in shown])
+        found, _ = watched.building(session, shown.building)
+        tracked = mode_tracks.tracked_modes(session, found.id, Span(), shown.direction)
+    established = [mode for mode in tracked if mode.is_established]
+    if not established:
+        raise NotFoundError("mode of building", f"{shown.building}, direction {shown.direction}")
+    etag = tag(
+        VERSION, "modes", shown.building, shown.direction, [(m.frequency, len(m.sightings)) for m in established]
+    )
     if is_known(request, etag):
         return unchanged(etag)
-    return drawn(request, mode_charts.modes_over_events(shown, f"Direction {direction}"), etag)
+    return drawn(request, mode_charts.modes_over_events(established, f"Direction {shown.direction}"), etag)
 
 
 def drawn(request: Request, chart: charts.Picture, etag: str) -> Response:

@@ -8,7 +8,7 @@ import orjson
 from fastapi import APIRouter, Query, Request, Response
 
 from core.arrays import Indices, Vector
-from service import numbers, queries, schemas
+from service import numbers
 from service.answers import (
     OPTIONS,
     Answers,
@@ -25,7 +25,9 @@ from service.blobs import decode
 from service.buildings import described
 from service.database import Waveform
 from service.parameters import AnalysisId, ChannelId, HorizontalDirection, Id, Points, Reading
-from service.queries import Line
+from service.queries import analysis_results, recorded
+from service.queries.question import Line
+from service.schemas.series import ForceSeries, WaveformSeries
 from service.thinning import extremes
 from service.version import VERSION
 
@@ -53,9 +55,7 @@ def kept(series: Mapping[str, Vector], count: int, points: int | None) -> Indice
     return np.unique(np.concatenate([extremes(one, points // len(series)) for one in series.values()]))
 
 
-@router.get(
-    "/{event_id}/restoring-force", operation_id="get_restoring_force", **responses(schemas.ForceSeries, 404, csv=True)
-)
+@router.get("/{event_id}/restoring-force", operation_id="get_restoring_force", **responses(ForceSeries, 404, csv=True))
 def restoring_force(
     request: Request,
     event_id: Id,
@@ -72,14 +72,14 @@ def restoring_force(
     csv = wants_csv(request, format)
     media_type = "text/csv" if csv else "application/json"
     with sessions() as session:
-        result = queries.restoring_force(session, event_id, direction, analysis)
+        result = analysis_results.restoring_force(session, event_id, direction, analysis)
         etag = tag(VERSION, result.id, names, points, csv)
         if is_known(request, etag):
             return unchanged(etag)
         body = answers.find(etag)
         if body is not None:
             return written(request, body, media_type, etag)
-        stored = queries.histories(session, result.id, [COLUMN.get(name, name) for name in names])
+        stored = analysis_results.histories(session, result.id, [COLUMN.get(name, name) for name in names])
     found = {name: decode(blob) for name, blob in zip(names, stored, strict=True) if blob is not None}
     chosen = kept(found, result.length, points)
     body = series_lines(sampled(result, found, chosen)) if csv else force_document(result, names, found, chosen)
@@ -120,15 +120,13 @@ def described_force(result: Line) -> dict[str, Any]:
     }
 
 
-@router.get(
-    "/{event_id}/waveforms/{channel}", operation_id="get_waveform", **responses(schemas.WaveformSeries, 404, csv=True)
-)
+@router.get("/{event_id}/waveforms/{channel}", operation_id="get_waveform", **responses(WaveformSeries, 404, csv=True))
 def waveform(
     request: Request, event_id: Id, channel: ChannelId, sessions: Reading, points: Points = None, format: Format = None
 ) -> Response:
     """A channel as recorded, in SI units; CSV counts time from the event's start."""
     with sessions() as session:
-        event, pieces = queries.channel(session, event_id, channel)
+        event, pieces = recorded.channel(session, event_id, channel)
         etag = tag(VERSION, [piece.id for piece in pieces], points, wants_csv(request, format))
         if is_known(request, etag):
             return unchanged(etag)

@@ -10,9 +10,10 @@ import pytest
 from asking import client
 from sqlalchemy.orm import Session, sessionmaker
 
-from service import blobs, queries
+from service import blobs
 from service.database import Analysis, Building, CycleResult, DirectionResult, Event, Job, ModeResult, Revision
 from service.pages.rendering import with_std
+from service.queries import trends
 
 START = datetime(2011, 3, 11, 5, 46, 24, tzinfo=UTC)
 TIME = np.arange(2000) / 100
@@ -215,7 +216,7 @@ def test_of_too_many_cycles_the_latest_are_drawn(stored: Session) -> None:
     for day, cycles in ((1, 3), (3, 2), (2, 4)):
         analysed(stored, event(stored, tower, day, "analysed"), result(cycles=cycles))
     stored.flush()
-    days = [(row.event_start - START).days for row in queries.latest_cycles(stored, tower.id, "x", 5)]
+    days = [(row.event_start - START).days for row in trends.latest_cycles(stored, tower.id, "x", 5)]
     assert days == [2, 2, 2, 3, 3]
 
 

@@ -5,7 +5,7 @@ from sqlalchemy.orm import Session, aliased
 
 from service.database import Analysis, Building, DirectionResult, Event, LayerResult
 from service.errors import NotFoundError
-from service.queries import Line, Question
+from service.queries.question import Line, Question
 
 
 def layer_result(session: Session, analysis_id: int) -> LayerResult | None:

@@ -1,0 +1,38 @@
+"""What is asked about jobs and leases."""
+
+from collections.abc import Sequence
+from datetime import datetime
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from service.database import Job, Lease
+from service.errors import NotFoundError
+
+
+def jobs(session: Session, state: str | None, event_id: int | None, before: int | None, limit: int) -> Sequence[Job]:
+    """Jobs, the latest first; `before` is the id at which the page before ended."""
+    question = select(Job)
+    for column, wanted in ((Job.state, state), (Job.event_id, event_id)):
+        if wanted is not None:
+            question = question.where(column == wanted)
+    if before is not None:
+        question = question.where(Job.id < before)
+    return session.scalars(question.order_by(Job.id.desc()).limit(limit)).all()
+
+
+def job(session: Session, identity: int) -> Job:
+    """A job.
+
+    Raises:
+        NotFoundError: there is none by that number.
+    """
+    found = session.get(Job, identity)
+    if found is None:
+        raise NotFoundError("job", identity)
+    return found
+
+
+def lease_until(session: Session, name: str) -> datetime | None:
+    """Until when a right is held, or was; None if nobody ever held it."""
+    return session.scalar(select(Lease.until).where(Lease.name == name))

@@ -1,0 +1,1 @@
+"""What the API takes and answers: names, units and meaning of every value."""
