@@ -1,7 +1,7 @@
 """A model of the isolation layer: effects and their values, and the force it answers a motion with."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cache
 from types import MappingProxyType
 from typing import Any
@@ -51,17 +51,29 @@ class Conditions:
     """(n,) vertical force / weight, 1 at rest."""
     temperature: Vector
     """(n,) °C."""
+    time: Vector
+    """(n,) s since the model's reference instant."""
+
+    def __post_init__(self) -> None:
+        shapes = {field.name: getattr(self, field.name).shape for field in fields(self)}
+        if len(set(shapes.values())) > 1 or self.time.ndim != 1:
+            raise ModelError(f"conditions must be alike vectors, got {shapes}")
 
     @classmethod
-    def usual(cls, count: int) -> "Conditions":
-        """Motion in one direction only, under dead load, at 20 °C."""
-        zero = np.zeros(count)
-        return cls(u_cross=zero, v_cross=zero, axial_load=np.ones(count), temperature=np.full(count, 20.0))
+    def usual(cls, count: int, rate: float) -> "Conditions":
+        """Motion in one direction only, under dead load, at 20 °C, from the reference instant on.
+
+        Args:
+            count: of samples.
+            rate: Hz.
+        """
+        zero, one = np.zeros(count), np.ones(count)
+        return cls(u_cross=zero, v_cross=zero, axial_load=one, temperature=20 * one, time=np.arange(count) / rate)
 
     @property
     def rows(self) -> Matrix:
-        """(n, 4) in the order of the fields, as the kernels read them."""
-        return np.column_stack([self.u_cross, self.v_cross, self.axial_load, self.temperature])
+        """(n, 5) in the order of the fields, as the force program reads them."""
+        return np.column_stack([getattr(self, field.name) for field in fields(self)])
 
 
 def packed(isolator: Isolator) -> Packed:
@@ -100,7 +112,7 @@ def force_history(
     """
     if displacement.shape != velocity.shape or displacement.ndim != 1:
         raise ModelError(f"displacement {displacement.shape} and velocity {velocity.shape} must be alike vectors")
-    given = conditions or Conditions.usual(displacement.size)
+    given = conditions or Conditions.usual(displacement.size, rate)
     motion = np.column_stack([displacement, velocity, given.rows])
     model = packed(isolator)
     force: Vector = _driven()(
@@ -119,8 +131,8 @@ def _driven() -> Any:  # noqa: ANN401  numba's functions have no type
     force = force_program()
 
     @jitted
-    def at(m, t, opcode, at_p, at_x, p, x, dx):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-        return force(m[0], m[1], m[2], m[3], m[4], m[5], t, opcode, at_p, at_x, p, x, dx)
+    def at(m, opcode, at_p, at_x, p, x, dx):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+        return force(m[0], m[1], m[2], m[3], m[4], m[5], m[6], opcode, at_p, at_x, p, x, dx)
 
     @jitted
     def accelerations(velocity, dt):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
@@ -134,18 +146,18 @@ def _driven() -> Any:  # noqa: ANN401  numba's functions have no type
         out, acceleration = np.empty(n), accelerations(motion[:, 1], dt)
         k1, k2, k3, k4 = np.zeros(x.size), np.zeros(x.size), np.zeros(x.size), np.zeros(x.size)
         for i in range(n):
-            layer, inertance = at(motion[i], i * dt, opcode, at_p, at_x, p, x, k1)
+            layer, inertance = at(motion[i], opcode, at_p, at_x, p, x, k1)
             out[i] = layer + inertance * acceleration[i]
             if i + 1 == n or x.size == 0:
                 continue
             slope = (motion[i + 1] - motion[i]) / dt
             for s in range(substeps):
                 t = s * h
-                at(motion[i] + slope * t, i * dt + t, opcode, at_p, at_x, p, x, k1)
+                at(motion[i] + slope * t, opcode, at_p, at_x, p, x, k1)
                 middle = motion[i] + slope * (t + h / 2)
-                at(middle, i * dt + t + h / 2, opcode, at_p, at_x, p, x + h / 2 * k1, k2)
-                at(middle, i * dt + t + h / 2, opcode, at_p, at_x, p, x + h / 2 * k2, k3)
-                at(motion[i] + slope * (t + h), i * dt + t + h, opcode, at_p, at_x, p, x + h * k3, k4)
+                at(middle, opcode, at_p, at_x, p, x + h / 2 * k1, k2)
+                at(middle, opcode, at_p, at_x, p, x + h / 2 * k2, k3)
+                at(motion[i] + slope * (t + h), opcode, at_p, at_x, p, x + h * k3, k4)
                 x = x + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
         return out
 

@@ -66,7 +66,7 @@ def simulate(
     if ground_acceleration.ndim != 1 or not np.isfinite(ground_acceleration).all():
         raise RecordError("the ground acceleration must be one series without gaps; fill or cut them first")
     count = ground_acceleration.size
-    given = (conditions or Conditions.usual(count)).rows
+    given = (conditions or Conditions.usual(count, rate)).rows
     if given.shape[0] != count:
         raise RecordError(f"conditions are given for {given.shape[0]} samples, the ground acceleration has {count}")
     model = packed(isolator)
@@ -111,14 +111,15 @@ def _kernel() -> Any:  # noqa: ANN401  numba's functions have no type
     layer_force = force_program()
 
     @inlined
-    def rates(y, dy, given, t, n, mobility, stiffness, damping, opcode, at_p, at_x, p):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    def rates(y, dy, given, n, mobility, stiffness, damping, opcode, at_p, at_x, p):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
         """Fill dy with the rates of y: displacements and velocities from the base slab up, states of the layer.
 
         Everything is relative to the ground; returns the layer's force.
         """
-        ground, u_cross, v_cross, axial_load, temperature = given[0], given[1], given[2], given[3], given[4]
+        ground, u_cross, v_cross, axial_load = given[0], given[1], given[2], given[3]
+        temperature, time = given[4], given[5]
         force, inertance = layer_force(
-            y[0], y[n], u_cross, v_cross, axial_load, temperature, t, opcode, at_p, at_x, p, y, dy
+            y[0], y[n], u_cross, v_cross, axial_load, temperature, time, opcode, at_p, at_x, p, y, dy
         )
         below = force
         for i in range(n - 1):
@@ -154,7 +155,7 @@ def _kernel() -> Any:  # noqa: ANN401  numba's functions have no type
                         now[j] = given[i, j] + t * slope[j]
                     for j in range(y.size):
                         stage[j] = y[j] + ahead[k] * dy[j]
-                    f = rates(stage, dy, now, i * dt + t, n, mobility, stiffness, damping, opcode, at_p, at_x, p)
+                    f = rates(stage, dy, now, n, mobility, stiffness, damping, opcode, at_p, at_x, p)
                     if s == 0 and k == 0:
                         force[i], velocity[i] = f, y[n]
                         for j in range(n):
