@@ -1,0 +1,30 @@
+"""Yield in both directions draws on one strength: Park, Wen & Ang (1986).
+
+The other direction's hysteretic variable is a state here, driven by the motion there; both follow Wen (1976) with n = 1
+and β = γ = 1/2, and each takes from the other the terms of their equations' second halves, λ times.
+"""
+
+from core.effect import Effect, LogNormal, Parameter
+
+
+def law(v, v_cross, yielded, z_cross, joined, D_cross):
+    plastic = 0.5 * (abs(v_cross) * z_cross + v_cross * abs(z_cross)) + joined * max(v * yielded, 0.0) * z_cross
+    return joined * max(v_cross * z_cross, 0.0), (v_cross - plastic) / D_cross
+
+
+EFFECT = Effect(
+    title="Coupling of the two directions",
+    law=law,
+    states=("z_cross",),
+    acts_on="cross_flow",
+    parameters=(
+        Parameter("joined", "1", (0.0, 2.0), LogNormal(0.8, 0.7), "coupling: 0 for none, 1 for one strength in all"),
+        Parameter("D_cross", "m", (1e-4, 0.5), LogNormal(3e-3, 1.0), "yield displacement in the other direction"),
+    ),
+    absent={"joined": 0.0},
+    family="shape of the yield",
+    explanation="Motion in the other direction (yielding at {D_cross:.3g} m) uses up strength of this one, "
+    "with a coupling of {joined:.2f}.",
+    suspect_when="The yield force is low just while the layer moves fast in the other direction.",
+    source="Park, Wen & Ang (1986): coupled equations of the two hysteretic variables",
+)

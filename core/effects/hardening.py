@@ -1,0 +1,24 @@
+"""Rubber that hardens at large strain, as a polynomial: the next odd powers after the linear force."""
+
+from core.effect import Effect, LogNormal, Parameter
+
+
+def law(u, k3, k5):
+    squared = u * u
+    return (k3 + k5 * squared) * squared * u
+
+
+EFFECT = Effect(
+    title="Hardening of the rubber",
+    law=law,
+    linear=("k3", "k5"),
+    parameters=(
+        Parameter("k3", "N/m^3", (0.0, 1e16), LogNormal(5e9, 2.5), "force by the cube of the displacement"),
+        Parameter("k5", "N/m^5", (0.0, 1e20), LogNormal(2e11, 3.0), "force by its fifth power"),
+    ),
+    absent={"k3": 0.0, "k5": 0.0},
+    family="hardening",
+    explanation="The rubber stiffens as it is strained: {k3:.3g} N/m³ u³ + {k5:.3g} N/m⁵ u⁵ beside its linear force.",
+    suspect_when="The ends of the largest loops turn up, on loading and unloading alike, and small loops do not.",
+    source="Nayfeh & Mook (1979): cubic and quintic springs; Kikuchi & Aiken (1997): rubber bearings at large strain",
+)

@@ -1,0 +1,26 @@
+"""The base meets the wall of its moat: linear contact, each side with its own gap. Anagnostopoulos (1988)."""
+
+from core.effect import Effect, LogNormal, Parameter
+
+
+def law(u, gap, gap_back, wall, wall_back):
+    return wall * max(u - gap, 0.0) + wall_back * min(u + gap_back, 0.0)
+
+
+EFFECT = Effect(
+    title="Contact with the moat wall",
+    law=law,
+    linear=("wall", "wall_back"),
+    parameters=(
+        Parameter("gap", "m", (1e-3, 3.0), LogNormal(0.1, 1.0), "clearance in the positive direction"),
+        Parameter("gap_back", "m", (1e-3, 3.0), LogNormal(0.1, 1.0), "clearance in the negative direction"),
+        Parameter("wall", "N/m", (0.0, 1e13), LogNormal(1e9, 2.0), "stiffness of the contact there"),
+        Parameter("wall_back", "N/m", (0.0, 1e13), LogNormal(1e9, 2.0), "stiffness of the contact there"),
+    ),
+    absent={"wall": 0.0, "wall_back": 0.0},
+    family="hardening",
+    explanation="The base meets something of {wall:.3g} N/m beyond {gap:.3g} m, and of {wall_back:.3g} N/m beyond "
+    "{gap_back:.3g} m the other way.",
+    suspect_when="The force leaps up at one and the same displacement, and floors show spikes of acceleration then.",
+    source="Anagnostopoulos (1988): pounding by linear springs across a gap",
+)

@@ -1,0 +1,36 @@
+"""Scragging: rubber is stiffer until it has been strained once. Mullins (1969); Ogden & Roxburgh (1999).
+
+The largest past displacement is a state of the layer, zero before the first record. It grows with the motion while that
+leads, and what a step has missed is caught up within CATCHING_UP.
+"""
+
+from math import exp
+
+from core.effect import Effect, LogNormal, Parameter
+
+CATCHING_UP = 5e-3
+"""s: short against any motion, long enough for a step of a few milliseconds."""
+
+
+def law(u, v, largest, k_M, u_M):
+    behind = abs(u) - largest
+    rate = (max(u * v, 0.0) / abs(u) + behind / CATCHING_UP) if behind > 0.0 else 0.0
+    return k_M * exp(-largest / u_M) * u, rate
+
+
+EFFECT = Effect(
+    title="Mullins effect (scragging)",
+    law=law,
+    states=("largest",),
+    carried=("largest",),
+    linear=("k_M",),
+    parameters=(
+        Parameter("k_M", "N/m", (0.0, 1e12), LogNormal(1e8, 1.5), "stiffness of virgin rubber that strain takes away"),
+        Parameter("u_M", "m", (1e-3, 1.0), LogNormal(2.5e-2, 1.0), "displacement that takes away all but 1/e of it"),
+    ),
+    absent={"k_M": 0.0},
+    family="softening with use",
+    explanation="Virgin rubber is stiffer by {k_M:.3g} N/m, and loses that for good once moved some {u_M:.3g} m.",
+    suspect_when="The same small motion is stiffer before the largest one than after it, and does not recover.",
+    source="Mullins (1969); Ogden & Roxburgh (1999): softening by the largest past deformation",
+)

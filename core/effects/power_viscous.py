@@ -1,0 +1,29 @@
+"""Damper whose force is a power of its speed: Soong & Constantinou (1994)."""
+
+from core.effect import Effect, LogNormal, Parameter
+
+LINEAR_BELOW = 1e-6
+"""Of the reference speed: no damper's force has an infinite slope, and no solver could follow it."""
+
+
+def law(v, force, exponent, speed):
+    ratio = v / speed
+    return force * ratio * max(abs(ratio), LINEAR_BELOW) ** (exponent - 1.0)
+
+
+EFFECT = Effect(
+    title="Power-law viscous damper",
+    law=law,
+    linear=("force",),
+    held=("speed",),  # a reference: force and exponent say all
+    parameters=(
+        Parameter("force", "N", (0.0, 1e11), LogNormal(1e6, 1.5), "force at the reference speed"),
+        Parameter("exponent", "1", (0.05, 4.0), LogNormal(0.5, 0.7), "power of the speed"),
+        Parameter("speed", "m/s", (1e-3, 10.0), LogNormal(0.1, 1.0), "reference speed"),
+    ),
+    absent={"force": 0.0},
+    family="nonlinear viscosity",
+    explanation="A damper resists with {force:.3g} N at {speed:.3g} m/s, as the speed to the power {exponent:.2f}.",
+    suspect_when="The damping ratio that a linear dashpot would need changes with the amplitude of the velocity.",
+    source="Soong & Constantinou (1994): fluid viscous dampers, force C |v|^α sgn v",
+)

@@ -1,0 +1,33 @@
+"""Something on a spring of its own is carried along by the layer's motion: a tuned mass, den Hartog (1956).
+
+It sees the slab's motion against the ground, as whatever spans the layer does; its force is that of its mass.
+"""
+
+from core.effect import Effect, LogNormal, Parameter
+
+TURN = 6.283185307179586
+"""rad."""
+
+
+def law(u, v, place, speed, mass, frequency, damping):
+    omega = TURN * frequency
+    acceleration = omega * (omega * (u - place) + 2.0 * damping * (v - speed))
+    return mass * acceleration, speed, acceleration
+
+
+EFFECT = Effect(
+    title="Hidden resonator",
+    law=law,
+    states=("place", "speed"),
+    linear=("mass",),
+    parameters=(
+        Parameter("mass", "kg", (0.0, 1e10), LogNormal(5e5, 1.5), "mass that swings"),
+        Parameter("frequency", "Hz", (0.05, 30.0), LogNormal(1.5, 1.0), "its own frequency"),
+        Parameter("damping", "1", (1e-3, 1.0), LogNormal(0.05, 1.0), "its own damping ratio"),
+    ),
+    absent={"mass": 0.0},
+    family="inertia",
+    explanation="Something of {mass:.3g} kg swings along at {frequency:.3g} Hz, with a damping ratio of {damping:.3f}.",
+    suspect_when="The residual rings on at one frequency, also after the strong motion.",
+    source="den Hartog (1956): dynamic vibration absorber",
+)

@@ -1,0 +1,24 @@
+"""Hysteresis of the rubber itself, in parallel with the damper's: Wen (1976) with n = 1 and β = γ = 1/2, |z| ≤ 1."""
+
+from core.effect import Effect, LogNormal, Parameter
+
+
+def law(v, z_2, F_2, D_2):
+    return F_2 * z_2, (v - 0.5 * (abs(v) * z_2 + v * abs(z_2))) / D_2
+
+
+EFFECT = Effect(
+    title="Second hysteresis",
+    law=law,
+    states=("z_2",),
+    linear=("F_2",),
+    parameters=(
+        Parameter("F_2", "N", (0.0, 1e10), LogNormal(1.5e6, 1.5), "force at which it is fully developed"),
+        Parameter("D_2", "m", (1e-3, 0.5), LogNormal(2e-2, 1.0), "displacement over which it develops"),
+    ),
+    absent={"F_2": 0.0},
+    family="rubber hysteresis",
+    explanation="A second hysteresis, as of damping rubber, carries {F_2:.3g} N and develops over {D_2:.3g} m.",
+    suspect_when="Loops of middle size are wider than the damper's yield explains, and round at their ends.",
+    source="Wen (1976), eqs 2-3; in parallel as Iwan (1966) builds distributed yield",
+)
