@@ -18,7 +18,7 @@ EFFECT = Effect(
         Parameter("curve", "N/m^2", (-1e15, 1e15), Normal(3e8, 1e9), "the same, growing with the displacement"),
     ),
     absent={"tilt": 0.0, "curve": 0.0},
-    family="asymmetry",
+    family="difference of the sides",
     explanation="The two sides differ: {tilt:.3g} N/m |u| + {curve:.3g} N/m² u² on top of what is alike on both.",
     suspect_when="The loop turned by half a turn does not fall on itself.",
     source="Nayfeh & Mook (1979): springs with even terms",

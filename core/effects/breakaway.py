@@ -28,7 +28,7 @@ EFFECT = Effect(
         Parameter("slip", "m", (5e-5, 1e-2), LogNormal(5e-4, 0.8), "displacement over which it builds up"),
     ),
     absent={"excess": 0.0},
-    family="friction",
+    family="dry friction",
     explanation="Sliding begins only at {excess:.3g} N more than it goes on with; beyond {v_s:.3g} m/s that is gone "
     "(it builds up over {slip:.2g} m).",
     suspect_when="The force has a spike just after every reversal, and the layer moves in jerks when slow.",

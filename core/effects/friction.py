@@ -32,7 +32,7 @@ EFFECT = Effect(
         Parameter("slip", "m", (5e-5, 1e-2), LogNormal(5e-4, 0.8), "displacement over which sliding begins"),
     ),
     absent={"sliding": 0.0},
-    family="friction",
+    family="dry friction",
     explanation="Something slides: {sliding:.3g} N against the motion when fast, a share of {share:.2f} less when slow "
     "(it grows with exp(-{a:.3g} s/m times the speed)), reached within {slip:.2g} m of every reversal.",
     suspect_when="The loop has steep sides at every reversal, however small the motion, and the same height at any "

@@ -18,7 +18,7 @@ EFFECT = Effect(
         Parameter("wall_back", "N/m", (0.0, 1e13), LogNormal(1e9, 2.0), "stiffness of the contact there"),
     ),
     absent={"wall": 0.0, "wall_back": 0.0},
-    family="hardening",
+    family="stiffening at large displacement",
     explanation="The base meets something of {wall:.3g} N/m beyond {gap:.3g} m, and of {wall_back:.3g} N/m beyond "
     "{gap_back:.3g} m the other way.",
     suspect_when="The force leaps up at one and the same displacement, and floors show spikes of acceleration then.",

@@ -26,7 +26,7 @@ HALVING = Effect(
 
 
 def test_an_effect_that_scales_acts_on_those_that_read_the_scale() -> None:
-    effects = {**EFFECTS, "zz_halving": HALVING}
+    effects = {"bouc_wen": EFFECTS["bouc_wen"], "zz_halving": HALVING}
     order = in_order(effects)
     assert order[0] == "zz_halving"
     force = compiled(effects)
