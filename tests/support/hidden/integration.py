@@ -1,0 +1,177 @@
+"""How the building answers the ground: the isolation layer step by step, implicitly, the superstructure exactly.
+
+The slab's acceleration is taken to run straight over a step. The superstructure's oscillators then follow exactly
+(Nigam and Jennings, 1969), the layer's laws are asked for their increments, and the slab's equation of motion at the
+end of the step is met by turns. Second order.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from core.arrays import Matrix, Vector
+from hidden.catalogue import answered, code
+from hidden.law import Law, Step
+from hidden.superstructure import Superstructure, oscillators
+
+TURNS = 40
+CLOSE = 1e-11
+"""m/s² per m/s²: turns end when the slab's acceleration moves by less."""
+KINDS = ("strength", "yielding", "force")
+"""In the order in which laws are asked."""
+
+Hidden = tuple[Law, Mapping[str, float]]
+"""A law and its values."""
+Cube = np.ndarray[tuple[int, int, int], np.dtype[np.float64]]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Shaking:
+    """What drives the building, at the steps of the integration."""
+
+    h: float
+    """s, between samples."""
+    ground: Matrix
+    """(axes, n) m/s², one or two horizontal axes."""
+    vertical: Vector
+    """(n,) of gravity, upwards."""
+    temperature: float
+    """°C."""
+    time: float
+    """s, of the first sample, since the first earthquake began."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Answer:
+    """What the building does, without error; at the shaking's samples."""
+
+    displacement: Matrix
+    """(axes, n) m, of the slab relative to the ground."""
+    velocity: Matrix
+    """(axes, n) m/s."""
+    force: Matrix
+    """(axes, n) N, of the isolation layer."""
+    acceleration: Cube
+    """(axes, 1 + floors, n) m/s², absolute, the base slab first."""
+    states: Matrix
+    """(axes, states) at the end."""
+
+
+def shaken(
+    superstructure: Superstructure, laws: Sequence[Hidden], shaking: Shaking, states: Matrix | None = None
+) -> Answer:
+    """The answer from rest, or from rest with states that the layer kept."""
+    ordered = sorted(laws, key=lambda hidden: KINDS.index(hidden[0].kind))
+    modes = oscillators(superstructure, shaking.h)
+    counts = [law.states for law, _ in ordered]
+    axes = shaking.ground.shape[0]
+    u, v, force, slab, second, end = _kernel()(
+        np.array([code(law) for law, _ in ordered]),
+        np.array([KINDS.index(law.kind) for law, _ in ordered]),
+        np.cumsum([0, *(len(values) for _, values in ordered)]),
+        np.array([value for _, values in ordered for value in values.values()]),
+        np.cumsum([0, *counts]),
+        np.zeros((axes, sum(counts))) if states is None else np.array(states),
+        superstructure.total_mass,
+        modes.participation,
+        modes.advance,
+        modes.pushed,
+        modes.answer,
+        np.ascontiguousarray(shaking.ground),
+        shaking.vertical,
+        np.array([shaking.h, shaking.time, shaking.temperature]),
+    )
+    floors = slab[:, None] + modes.shape @ second
+    return Answer(u, v, force, np.concatenate([slab[:, None], floors], axis=1), end)
+
+
+def kept(laws: Sequence[Hidden], states: Matrix, seconds: float) -> Matrix:
+    """(axes, states) what of the states at the end of an earthquake is left at the beginning of the next."""
+    ordered = sorted(laws, key=lambda hidden: KINDS.index(hidden[0].kind))
+    left, place = np.zeros_like(states), 0
+    for law, values in ordered:
+        for index in law.carried:
+            fading = (law.fading or {}).get(index)
+            share = 1.0 if fading is None else float(np.exp(-seconds / values[fading]))
+            left[:, place + index] = share * states[:, place + index]
+        place += law.states
+    return left
+
+
+@cache
+def _kernel() -> Any:  # noqa: ANN401  numba's functions have no type
+    answer = answered()
+
+    @njit
+    def layer(codes, kinds, at_p, p, at_s, s, s1, step, past):  # noqa: ANN001, ANN202
+        """Force of all laws, and z at the end of the step."""
+        force, strength, z = 0.0, 1.0, 0.0
+        for slot in range(codes.size):
+            own, new = s[at_s[slot] : at_s[slot + 1]], s1[at_s[slot] : at_s[slot + 1]]
+            value = answer(codes[slot], p[at_p[slot] : at_p[slot + 1]], own, new, step, past)
+            if kinds[slot] == 0:
+                strength *= value
+            elif kinds[slot] == 1:
+                force += strength * value
+                z = new[0]
+            else:
+                force += value
+        return force, z
+
+    @njit
+    def integrate(codes, kinds, at_p, p, at_s, states, mass, L, advance, pushed, own, ground, vertical, constants):  # noqa: ANN001, ANN202
+        axes, n, modes = ground.shape[0], ground.shape[1], L.size
+        h, begun, temperature = constants[0], constants[1], constants[2]
+        u, v, f, slab = np.zeros((axes, n)), np.zeros((axes, n)), np.zeros((axes, n)), np.zeros((axes, n))
+        second = np.zeros((axes, modes, n))
+        q, ahead = np.zeros((axes, modes, 2)), np.zeros((axes, modes, 2))
+        z0, z, lent = np.zeros(axes), np.zeros(axes), np.zeros(axes)
+        s, s1 = states, states.copy()
+        slab_share = mass
+        for j in range(modes):
+            slab_share += L[j] * (own[j, 0] * pushed[j, 0, 1] + own[j, 1] * pushed[j, 1, 1] - L[j])
+        for i in range(1, n):
+            for x in range(axes):
+                lent[x] = 0.0
+                for j in range(modes):
+                    for r in range(2):
+                        ahead[x, j, r] = (
+                            advance[j, r, 0] * q[x, j, 0] + advance[j, r, 1] * q[x, j, 1] + pushed[j, r, 0] * slab[x, i - 1]
+                        )
+                    lent[x] += L[j] * (own[j, 0] * ahead[x, j, 0] + own[j, 1] * ahead[x, j, 1])
+                slab[x, i] = slab[x, i - 1]
+                z0[x] = z[x]
+            for _ in range(TURNS):
+                moved = 0.0
+                for x in range(axes):
+                    a0, a = slab[x, i - 1] - ground[x, i - 1], slab[x, i] - ground[x, i]
+                    u[x, i] = u[x, i - 1] + h * v[x, i - 1] + h * h * (a0 / 3 + a / 6)
+                    v[x, i] = v[x, i - 1] + h * (a0 + a) / 2
+                for x in range(axes):
+                    c = axes - 1 - x
+                    cross = 1.0 if axes == 2 else 0.0
+                    step = Step(
+                        u[x, i - 1], v[x, i - 1], u[x, i], v[x, i], slab[x, i] - ground[x, i],
+                        cross * u[c, i - 1], cross * u[c, i], cross * v[c, i],
+                        z0[x], z[x], slab[x, i], vertical[i], temperature, begun + i * h, i, h,
+                    )  # fmt: skip
+                    f[x, i], z[x] = layer(codes, kinds, at_p, p, at_s, s[x], s1[x], step, u[x])
+                    a = -(f[x, i] + lent[x]) / slab_share
+                    moved = max(moved, abs(a - slab[x, i]) / (1.0 + abs(a)))
+                    slab[x, i] = a
+                if moved < CLOSE:
+                    break
+            for x in range(axes):
+                for j in range(modes):
+                    for r in range(2):
+                        q[x, j, r] = ahead[x, j, r] + pushed[j, r, 1] * slab[x, i]
+                    second[x, j, i] = own[j, 0] * q[x, j, 0] + own[j, 1] * q[x, j, 1] - L[j] * slab[x, i]
+                for k in range(s.shape[1]):
+                    s[x, k] = s1[x, k]
+        return u, v, f, slab, second, s
+
+    return integrate

@@ -1,0 +1,50 @@
+"""What the sensors make of what happened: sampled, noisy, in the building's channels."""
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+from scipy.signal import resample_poly
+
+from core.arrays import Vector
+
+RATE = 100.0
+"""Hz, of the records."""
+RESOLUTION = 1e-5
+"""m, of the displacement sensor: its step, and the standard deviation of its noise."""
+
+
+@dataclass(frozen=True, slots=True)
+class Noise:
+    """Of the accelerometers."""
+
+    level: float
+    """Standard deviation over the channel's root mean square in the event."""
+    pink: float = 0.0
+    """Share of its power that falls with frequency as 1/f; the rest is white."""
+
+
+def sampled(exact: Vector, rate: float) -> Vector:
+    """The series at RATE, low-passed without delay as a digitiser does."""
+    ratio = Fraction(RATE / rate).limit_denominator(10000)
+    return np.asarray(resample_poly(exact, ratio.numerator, ratio.denominator, axis=-1))
+
+
+def noise(noise: Noise, rms: float, count: int, rng: np.random.Generator) -> Vector:
+    """(count,) of an accelerometer on a channel of that root mean square."""
+    white, pink = rng.standard_normal(count), _pink(rng.standard_normal(count))
+    return np.asarray(noise.level * rms * (np.sqrt(1 - noise.pink) * white + np.sqrt(noise.pink) * pink))
+
+
+def displacement_reading(exact: Vector, rng: np.random.Generator) -> Vector:
+    """m, with noise, in whole steps of the sensor."""
+    return np.asarray(np.round((exact + RESOLUTION * rng.standard_normal(exact.size)) / RESOLUTION) * RESOLUTION)
+
+
+def _pink(white: Vector) -> Vector:
+    """The noise with its power made proportional to 1/f, of variance 1."""
+    lines = np.fft.rfft(white)
+    lines[1:] /= np.sqrt(np.arange(1, lines.size))
+    lines[0] = 0.0
+    pink = np.fft.irfft(lines, white.size)
+    return np.asarray(pink / pink.std())
