@@ -8,7 +8,7 @@ from typing import Any
 from sqlalchemy import and_, or_, select, update
 from sqlalchemy.orm import Session
 
-from service.database import Event, Job
+from service.database import Event, Job, ModelVersion
 
 ANALYSE = "analyse"
 
@@ -18,7 +18,9 @@ class Claim:
     """A worker's right to a job, until its lease lapses or another worker takes over."""
 
     job_id: int
-    event_id: int
+    kind: str
+    event_id: int | None
+    model_id: int | None
     arguments: Mapping[str, Any]
     token: int
     """How often the job had been claimed when this claim was made."""
@@ -36,22 +38,25 @@ def enqueue(session: Session, event: Event, arguments: Mapping[str, Any], now: d
         now: aware time.
     """
     event.state, event.reason, event.updated_at = "queued", None, now
-    waiting = select(Job).where(Job.event_id == event.id, Job.kind == ANALYSE, Job.state == "waiting")
-    for job in session.scalars(waiting):
-        if job.arguments == dict(arguments):
-            return job
-    job = Job(
-        kind=ANALYSE,
-        event_id=event.id,
-        arguments=dict(arguments),
-        state="waiting",
-        claims=0,
-        failures=0,
-        created_at=now,
+    return _queued(session, Job(kind=ANALYSE, event_id=event.id, arguments=dict(arguments), created_at=now))
+
+
+def enqueue_work(
+    session: Session, model: ModelVersion, kind: str, arguments: Mapping[str, Any], asked_by: str | None, now: datetime
+) -> Job:
+    """Queue work on a model; a like job that still waits will do.
+
+    Args:
+        session: of the transaction.
+        model: a stored version.
+        kind: one of service.kinds.
+        arguments: the kind's own, by name.
+        asked_by: name of the key that asked for it; None where nobody had to.
+        now: aware time.
+    """
+    return _queued(
+        session, Job(kind=kind, model_id=model.id, arguments=dict(arguments), asked_by=asked_by, created_at=now)
     )
-    session.add(job)
-    session.flush()
-    return job
 
 
 def claim(session: Session, now: datetime, lease: timedelta) -> Claim | None:
@@ -70,7 +75,7 @@ def claim(session: Session, now: datetime, lease: timedelta) -> Claim | None:
     if job is None:
         return None
     job.state, job.claimed_until, job.claims = "running", now + lease, job.claims + 1
-    return Claim(job.id, job.event_id, job.arguments, job.claims, job.failures)
+    return Claim(job.id, job.kind, job.event_id, job.model_id, job.arguments, job.claims, job.failures)
 
 
 def extend(session: Session, held: Claim, now: datetime, lease: timedelta) -> bool:
@@ -78,9 +83,22 @@ def extend(session: Session, held: Claim, now: datetime, lease: timedelta) -> bo
     return _change(session, held, claimed_until=now + lease)
 
 
+def tell(session: Session, held: Claim, done: int, stages: int, doing: str) -> bool:
+    """Let those who wait know how far the job is; False if the claim is no longer valid."""
+    return _change(session, held, progress={"done": done, "stages": stages, "doing": doing})
+
+
 def finish(session: Session, held: Claim, now: datetime) -> bool:
     """The job is done; False if the claim is no longer valid: then nothing may be written for it."""
     return _change(session, held, state="done", claimed_until=None, error=None, finished_at=now)
+
+
+def refuse(session: Session, held: Claim, refusal: str, now: datetime) -> bool:
+    """What was asked cannot be done, and trying again would not help; False if the claim is no longer valid."""
+    if not _change(session, held, state="done", claimed_until=None, error=None, refusal=refusal, finished_at=now):
+        return False
+    _end_event(session, held, "refused", refusal, now)
+    return True
 
 
 def release(session: Session, held: Claim) -> bool:
@@ -99,9 +117,26 @@ def fail(session: Session, held: Claim, error: str, now: datetime, attempts: int
         return _change(session, held, state="waiting", claimed_until=None, error=error, failures=failures)
     if not _change(session, held, state="failed", claimed_until=None, error=error, failures=failures, finished_at=now):
         return False
-    event = session.get_one(Event, held.event_id)
-    event.state, event.reason, event.updated_at = "failed", error.strip().splitlines()[-1], now
+    _end_event(session, held, "failed", error.strip().splitlines()[-1], now)
     return True
+
+
+def _end_event(session: Session, held: Claim, state: str, reason: str, now: datetime) -> None:
+    if held.event_id is not None:
+        event = session.get_one(Event, held.event_id)
+        event.state, event.reason, event.updated_at = state, reason, now
+
+
+def _queued(session: Session, job: Job) -> Job:
+    """The job, or one that asks for the same and still waits."""
+    alike = (Job.kind == job.kind, Job.event_id == job.event_id, Job.model_id == job.model_id, Job.state == "waiting")
+    for waiting in session.scalars(select(Job).where(*alike)):
+        if waiting.arguments == job.arguments:
+            return waiting
+    job.state, job.claims, job.failures = "waiting", 0, 0
+    session.add(job)
+    session.flush()
+    return job
 
 
 def _change(session: Session, held: Claim, **values: object) -> bool:

@@ -1,23 +1,25 @@
-"""Analyses waiting events: claims a job, has it computed elsewhere, writes the result under its claim."""
+"""Does the work that waits: claims a job, has it computed elsewhere, writes the result under its claim."""
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime, timedelta
 from threading import Event as Signal
 from traceback import format_exception
+from typing import Any
 
 from sqlalchemy.exc import OperationalError
 from sqlalchemy.orm import Session, sessionmaker
 
-from core.analysis import EventAnalysis, analyse
-from service import jobs, results
+from core.errors import CoreError
+from service import jobs
 from service.executors import Executors
 from service.jobs import Claim
-from service.results import Inputs
+from service.kinds import KINDS
 from service.sessions import reading
 from service.settings import Settings
+from service.stages import Stage
 
 log = logging.getLogger(__name__)
 
@@ -29,10 +31,13 @@ LONGEST_PAUSE = 30.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Running:
-    """A job that is being computed, and what it is computed from."""
+    """A job of which a stage is being computed, and what it is computed from."""
 
     claim: Claim
-    inputs: Inputs
+    inputs: Any
+    stages: Sequence[Stage]
+    results: tuple[Any, ...] = ()
+    """Of the stages that are done."""
 
 
 @dataclass(slots=True)
@@ -47,7 +52,7 @@ class Worker:
     executors: Executors
     settings: Settings
     clock: Callable[[], datetime] = lambda: datetime.now(UTC)
-    running: dict[Future[EventAnalysis], Running] = field(default_factory=dict)
+    running: dict[Future[Any], Running] = field(default_factory=dict)
     extended_at: datetime | None = None
 
     def run(self, stop: Signal) -> None:
@@ -95,12 +100,13 @@ class Worker:
         return started
 
     def collect(self, timeout: float) -> int:
-        """Write what was computed within `timeout` seconds; the number of jobs that are off our hands."""
+        """Write or go on with what was computed within `timeout` seconds; the number of jobs that are off our hands."""
         done = wait(self.running, timeout, FIRST_COMPLETED).done if self.running else ()
+        finished = 0
         for future in done:
-            self._write(future, self.running[future])
+            finished += self._take(future, self.running[future])
             del self.running[future]  # only now: while the database is away the result is kept and written later
-        return len(done)
+        return finished
 
     def hold(self) -> None:
         """Extend the leases in time; a claim that was lost is left to who has it now."""
@@ -135,28 +141,51 @@ class Worker:
             return jobs.claim(session, self.clock(), self._lease)
 
     def _start(self, claim: Claim) -> bool:
+        """Read what the job needs and start its first stage; False if it went wrong."""
+        kind = KINDS[claim.kind]
         try:
             with reading(self.sessions)() as session:
-                inputs = results.inputs(session, claim, self.settings)
-            future = self.executors().submit(analyse, inputs.segments, inputs.description, inputs.settings)
+                inputs = kind.inputs(session, claim, self.settings)
+            self._submit(Running(claim, inputs, kind.stages(inputs)))
         except OperationalError:
             raise
-        except Exception as error:  # the one place that outlives a bug
+        except Exception as error:  # like the one below, this outlives a bug
             self._went_wrong(claim, error)
             return False
-        self.running[future] = Running(claim, inputs)
         return True
 
-    def _write(self, future: Future[EventAnalysis], job: Running) -> None:
-        if error := future.exception():
+    def _take(self, future: Future[Any], job: Running) -> bool:
+        """Go on with the next stage, or write the result; whether the job is off our hands."""
+        try:
+            after = replace(job, results=(*job.results, future.result()))
+            if len(after.results) < len(after.stages):
+                self._submit(after)
+                return False
+            self._write(after)
+        except OperationalError:
+            raise
+        except Exception as error:
             self._went_wrong(job.claim, error)
-            return
+        return True
+
+    def _submit(self, job: Running) -> None:
+        """Start the next stage, and say so first."""
+        stage = job.stages[len(job.results)]
+        with self.sessions.begin() as session:
+            jobs.tell(session, job.claim, len(job.results), len(job.stages), stage.doing)
+        self.running[self.executors().submit(stage.function, *stage.arguments(job.results))] = job
+
+    def _write(self, job: Running) -> None:
         with self.sessions.begin() as session:
             if jobs.finish(session, job.claim, self.clock()):
-                results.store(session, job.claim, job.inputs, future.result(), self.clock())
+                KINDS[job.claim.kind].store(session, job.claim, job.inputs, job.results, self.clock())
 
-    def _went_wrong(self, claim: Claim, error: BaseException) -> None:
-        """A bug or a killed process: try again, or give up and show it."""
+    def _went_wrong(self, claim: Claim, error: Exception) -> None:
+        """A refusal is shown at once; a bug or a killed process is tried again, and shown when given up."""
+        if isinstance(error, CoreError):
+            with self.sessions.begin() as session:
+                jobs.refuse(session, claim, str(error), self.clock())
+            return
         log.error("attempt %d at job %d went wrong", claim.failures + 1, claim.job_id, exc_info=error)
         text = "".join(format_exception(error))
         with self.sessions.begin() as session:

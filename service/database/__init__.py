@@ -9,6 +9,7 @@ from service.database.buildings import Building, Revision
 from service.database.events import Event, EventRecording, Waveform
 from service.database.jobs import Job, Lease
 from service.database.keys import ApiKey
+from service.database.models import ModelComparison, ModelVersion
 from service.database.received import Content, FetchedFile, Recording, SourceState
 
 __all__ = [
@@ -26,6 +27,8 @@ __all__ = [
     "LayerResult",
     "Lease",
     "ModeResult",
+    "ModelComparison",
+    "ModelVersion",
     "Recording",
     "Revision",
     "SourceState",

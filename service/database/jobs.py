@@ -8,16 +8,21 @@ from sqlalchemy.orm import Mapped, mapped_column, relationship
 
 from service.database.base import Base
 from service.database.events import Event
+from service.database.models import ModelVersion
 
 
 class Job(Base):
-    """Work to be done on an event; claimed under a lease, its claims count is the fencing token."""
+    """Work to be done on an event or a model; claimed under a lease, its claims count is the fencing token."""
 
     __tablename__ = "job"
     __table_args__ = (Index(None, "state", "id"),)
     id: Mapped[int] = mapped_column(primary_key=True)
     kind: Mapped[str]
-    event_id: Mapped[int] = mapped_column(ForeignKey("event.id"), index=True)
+    """One of service.kinds."""
+    event_id: Mapped[int | None] = mapped_column(ForeignKey("event.id"), index=True)
+    model_id: Mapped[int | None] = mapped_column(ForeignKey("model_version.id"), index=True)
+    asked_by: Mapped[str | None]
+    """Name of the key that asked for it; None where nobody had to."""
     arguments: Mapped[dict[str, Any]]
     state: Mapped[str]
     """`waiting`, `running`, `done` or `failed`."""
@@ -26,9 +31,16 @@ class Job(Base):
     """Attempts that went wrong; a worker that was stopped is none."""
     claimed_until: Mapped[datetime | None]
     error: Mapped[str | None] = mapped_column(Text)
+    refusal: Mapped[str | None] = mapped_column(Text)
+    """Why what was asked cannot be done, however often one tries."""
+    progress: Mapped[dict[str, Any] | None]
+    """`done` of `stages`, and what it is `doing`; None before the first stage."""
+    result: Mapped[dict[str, Any] | None]
+    """What came of it, where no table of its own has that."""
     created_at: Mapped[datetime]
     finished_at: Mapped[datetime | None]
-    event: Mapped[Event] = relationship()
+    event: Mapped[Event | None] = relationship()
+    model: Mapped[ModelVersion | None] = relationship()
 
 
 class Lease(Base):

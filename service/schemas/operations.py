@@ -8,17 +8,30 @@ from pydantic import Field
 from service.schemas.answer import Answer
 
 
+class Progress(Answer):
+    """How far a job is."""
+
+    done: int = Field(description="Stages that are done.")
+    stages: int = Field(description="Stages there are.")
+    doing: str = Field(description="What is being done, in words.")
+
+
 class JobOut(Answer):
-    """An analysis that waits, runs, is done or has failed."""
+    """Work that waits, runs, is done or has failed."""
 
     id: int = Field(description="Its number.")
     kind: str = Field(description="Of which kind it is.")
-    event_id: int = Field(description="Number of the event.")
+    event_id: int | None = Field(description="Number of the event; null where it works on a model.")
+    model_id: int | None = Field(description="Number of the model; null where it works on an event.")
+    asked_by: str | None = Field(description="Name of the key that asked for it; null where nobody had to.")
     state: str = Field(description="`waiting`, `running`, `done` or `failed`.")
-    arguments: dict[str, Any] = Field(description="What differs from the service's settings.")
+    arguments: dict[str, Any] = Field(description="What was asked for: of an analysis, what differs from the settings.")
     claims: int = Field(description="How often a worker took it.")
     claimed_until: datetime | None = Field(description="End of the worker's lease; null while nobody works on it.")
     error: str | None = Field(description="What went wrong last; null where nothing did.")
+    refusal: str | None = Field(description="Why what was asked cannot be done; null where it can.")
+    progress: Progress | None = Field(description="How far it is; null before a worker took it.")
+    result: dict[str, Any] | None = Field(description="What came of it; null where other addresses answer that.")
     created_at: datetime = Field(description="When it was made.")
     finished_at: datetime | None = Field(description="When it was done or given up; null before.")
 
