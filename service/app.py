@@ -15,6 +15,7 @@ from service.metrics import Measured
 from service.pages.rendering import FOLDER
 from service.routers import (
     buildings,
+    effects,
     events,
     fdsnws,
     health,
@@ -41,6 +42,7 @@ TAGS = [
     {"name": "buildings", "description": "Buildings, and what is followed over the years."},
     {"name": "events", "description": "One earthquake at one building."},
     {"name": "series", "description": "Long series of an event."},
+    {"name": "models", "description": "Models of the isolation layer, held against what was measured."},
     {"name": "operations", "description": "Sources, jobs and the service's health."},
 ]
 SECURITY = {
@@ -70,8 +72,8 @@ def create(settings: Settings) -> FastAPI:
     app.add_middleware(Measured, registry=app.state.metrics)
     errors.install(app)
     api = APIRouter(prefix="/api/v1", dependencies=[Depends(auth.viewer)])
-    for router in (buildings.router, events.router, series.router, layer_motion.router, operations.router):
-        api.include_router(router)
+    for module in (buildings, events, series, layer_motion, effects, operations):
+        api.include_router(module.router)
     app.include_router(api)
     app.include_router(fdsnws.router, dependencies=[Depends(auth.viewer)])
     for router in (pages.router, pictures.router, login.router, health.router):  # who may ask is theirs to say
