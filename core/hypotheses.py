@@ -6,7 +6,8 @@ import numpy as np
 
 from core.arrays import Vector
 from core.calibration import ENOUGH, Calibration, best_start, calibrated, log_evidence
-from core.evaluation import Hypothesis
+from core.evaluation import Question
+from core.prior import Hypothesis
 from core.spectral_lines import Lines
 from core.superstructure_model import Design
 
@@ -92,52 +93,44 @@ def chosen(lines: Lines, design: Design, transient: float) -> Choice:
 
     Unmodelled motion is considered only where some band of frequencies is not explained by noise.
     """
-    told = calibrated(lines, design, *_started(lines, design, as_told(design, transient)))
-    doubt = corrected(design, transient)
-    found = [told, calibrated(lines, design, doubt, _annealed(lines, design, doubt))]
+    told = Question(lines, design, as_told(design, transient))
+    doubt = replace(told, hypothesis=corrected(design, transient))
+    found = [calibrated(told, best_start(told)), calibrated(doubt, _annealed(doubt))]
     chi_square = min(calibration.chi_square for calibration in found)
     noisier = replace(lines, noise=lines.noise * float(np.clip(chi_square, 1.0, NOISE_TOLERANCE)))
-    best = _most_evident(found, noisier, design)
+    best = _most_evident(found, replace(told, lines=noisier))
     if unexplained(best, noisier) > UNEXPLAINED:
-        wider = calibrated(noisier, design, *_started(noisier, design, with_unmodelled_motion(design, transient)))
-        best = _most_evident([best, wider], noisier, design)
+        wider = Question(noisier, design, with_unmodelled_motion(design, transient))
+        best = _most_evident([best, calibrated(wider, best_start(wider))], wider)
     return Choice(best, noisier, chi_square)
 
 
-def _annealed(lines: Lines, design: Design, doubt: Hypothesis) -> Vector:
+def _annealed(doubt: Question) -> Vector:
     """Parameters near the best, found with noise that is first far too large and then less so.
 
     Not from what was told: uneven storeys explain a record nearly as uneven masses do, and no path leads from one to
     the other. With little noise the misfit has many valleys; with much it has one.
     """
-    coarse = lines.every(max(1, lines.angular.size // ENOUGH))
-    found = best_start(lines, design, doubt)
+    coarse = doubt.lines.every(max(1, doubt.lines.angular.size // ENOUGH))
+    found = best_start(doubt)
     for power in ANNEALING:
-        found = calibrated(replace(coarse, noise=power * lines.noise), design, doubt, found).parameters
+        noisy = replace(doubt, lines=replace(coarse, noise=power * coarse.noise))
+        found = calibrated(noisy, found).parameters
     return found
 
 
 def unexplained(calibration: Calibration, lines: Lines) -> float:
     """Largest excess of a band's misfit over its expectation, in standard deviations."""
-    count = np.bincount(lines.band, minlength=calibration.misfit_by_band.size) * (lines.spectra.shape[0] - 1)
+    count = np.bincount(lines.band, lines.weight, calibration.misfit_by_band.size) * (lines.spectra.shape[0] - 1)
     scale = lines.noise[0] / calibration.noise[0]
     held = count > 0
     excess = (calibration.misfit_by_band[held] / scale - count[held]) / np.sqrt(count[held])
     return float(excess.max())
 
 
-def _started(lines: Lines, design: Design, hypothesis: Hypothesis) -> tuple[Hypothesis, Vector]:
-    return hypothesis, best_start(lines, design, hypothesis)
-
-
-def _most_evident(found: list[Calibration], lines: Lines, design: Design) -> Calibration:
+def _most_evident(found: list[Calibration], question: Question) -> Calibration:
     """Of nearly equal ones the one that claims least knowledge, with the widest uncertainty."""
-    evidence = [log_evidence(calibration, lines, design) for calibration in found]
-    near = [each for each, its in zip(found, evidence, strict=True) if its > max(evidence) - UNDECIDED]
-    freest = max(calibration.hypothesis.free.size for calibration in near)
-    of_those = [
-        (its, each)
-        for each, its in zip(found, evidence, strict=True)
-        if its > max(evidence) - UNDECIDED and each.hypothesis.free.size == freest
-    ]
-    return max(of_those, key=lambda pair: pair[0])[1]
+    judged = [(log_evidence(calibration, question), calibration) for calibration in found]
+    best = max(evidence for evidence, _ in judged)
+    near = [pair for pair in judged if pair[0] > best - UNDECIDED]
+    return max(near, key=lambda pair: (pair[1].hypothesis.free.size, pair[0]))[1]

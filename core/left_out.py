@@ -4,10 +4,10 @@ import numpy as np
 
 from core.arrays import Vector
 from core.calibration import Calibration
-from core.evaluation import static_flexibility
-from core.smoothing import channel_covariance, without_transients
+from core.smoothing import channel_covariance, without_free_vibration
 from core.spectral_lines import Lines
 from core.superstructure_model import Design
+from core.unmodelled_motion import static_flexibility
 
 
 def left_out_errors(lines: Lines, design: Design, calibration: Calibration) -> tuple[float, float]:
@@ -25,7 +25,7 @@ def left_out_errors(lines: Lines, design: Design, calibration: Calibration) -> t
     inner = np.arange(1, design.measured.size)
     if inner.size == 0 or not calibration.hypothesis.is_random:
         return 0.0, 0.0
-    spectra = without_transients(lines, design, calibration.structure, calibration.parameters)
+    spectra = without_free_vibration(lines, design, calibration.structure, calibration.parameters)
     covariance = channel_covariance(lines, design, calibration)
     model, static, power = 0.0, 0.0, 0.0
     for left in inner:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.arrays import ComplexMatrix, ComplexTensor, ComplexVector, Indices, Matrix, Tensor, Vector
-from core.superstructure_model import Superstructure
+from core.superstructure_model import Superstructure, loads, rigid_motion
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -23,13 +23,15 @@ class Responses:
     sensors: ComplexMatrix
     """(channels, lines) gains and delays, over the noise's root mean square."""
     compliance: ComplexMatrix
-    """(modes, lines) s²: modal coordinate's acceleration by unit modal load, over ω²."""
-    base: ComplexMatrix
-    """(channels, lines) h, of the base slab's acceleration."""
-    rocking: ComplexMatrix
-    """(channels, lines) R, of its rocking."""
-    floors: ComplexTensor
-    """(floors, channels, lines) B, of an acceleration of one floor alone."""
+    """(modes, lines) s²: modal coordinate by unit modal load."""
+    acting: ComplexTensor
+    """(inputs, channels, lines) of the base slab's acceleration h; then, where they are allowed for, of its rocking R
+    and of an acceleration of every floor alone B."""
+
+    @property
+    def base(self) -> ComplexMatrix:
+        """(channels, lines) h."""
+        return np.asarray(self.acting[0])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,8 +44,8 @@ class Whitened:
     """(channels, lines) W h, of unit length."""
     length: Vector
     """(lines,) of W h."""
-    log_determinant: float
-    """Of all V."""
+    log_determinant: Vector
+    """(lines,) of V."""
 
     def of(self, series: ComplexTensor) -> ComplexTensor:
         """(k, channels, lines) whitened, without its part along h."""
@@ -60,29 +62,27 @@ class Whitened:
 
 
 def responses(
-    structure: Superstructure, angular: Vector, measured: Indices, height: Vector, sensors: ComplexMatrix
+    structure: Superstructure, angular: Vector, measured: Indices, sensors: ComplexMatrix, inputs: int
 ) -> Responses:
-    """Of every input at the channels.
+    """Of the inputs at the channels.
 
     Args:
         structure: of the building.
         angular: (lines,) rad/s.
         measured: (channels - 1,) floors with a sensor.
-        height: (floors,) over the roof's.
         sensors: (channels, lines) as in the result.
+        inputs: how many of the base slab's acceleration, its rocking, every floor's own.
     """
     α, η, β = structure.damping
     dynamic = structure.squared[:, None] * (1 + 1j * (angular * α + η)) - angular**2 + 1j * angular * β
     compliance = np.asarray(1 / dynamic, dtype=complex)
-    moved = structure.shapes[measured][:, :, None] * structure.inputs
-    seen = np.einsum("fmi,ml->ifl", moved, angular**2 * compliance, optimize=True)
-    seen[0] += 1.0
-    seen[1] += height[measured][:, None]
-    at_channels = np.zeros((seen.shape[0], sensors.shape[0], angular.size), dtype=complex)
-    at_channels[0, 0] = 1.0
-    at_channels[:, 1:] = seen
-    at_channels *= sensors
-    return Responses(sensors, compliance, at_channels[0], at_channels[1], at_channels[2:])
+    moved = structure.shapes[measured] * structure.inputs.T[:inputs, None]
+    seen = _real_times(moved, angular**2 * compliance) + rigid_motion(structure.mass.size)[:inputs, measured, None]
+    acting = np.zeros((inputs, *sensors.shape), dtype=complex)
+    acting[0, 0] = 1.0
+    acting[:, 1:] = seen
+    acting *= sensors
+    return Responses(sensors, compliance, acting)
 
 
 def variance_at(
@@ -97,8 +97,9 @@ def variance_at(
         local: (channels, channels) covariance of a motion seen at sensors alone, over the noise.
         dynamic_share: of the floors' own motion that acts through the structure; the rest is local.
     """
-    through = np.einsum("icl,idl->lcd", given.floors, given.floors.conj(), optimize=True)
-    rocked = np.einsum("cl,dl->lcd", given.rocking, given.rocking.conj())
+    _, rocked_by, moved_by = np.split(given.acting, [1, 2])
+    through = np.einsum("icl,idl->lcd", moved_by, moved_by.conj(), optimize=True)
+    rocked = np.einsum("icl,idl->lcd", rocked_by, rocked_by.conj())
     own = dynamic_share * through + (1 - dynamic_share) * local
     return np.asarray(rocking[:, None, None] * rocked + floors[:, None, None] * own + np.eye(len(local)))
 
@@ -114,22 +115,17 @@ def whitened_by(variance: ComplexTensor, base: ComplexMatrix) -> Whitened:
     direction = np.einsum("lcd,dl->cl", whitening, base)
     length = np.linalg.norm(direction, axis=0)
     diagonal = np.einsum("lcc->lc", whitening).real
-    return Whitened(whitening, direction / length, length, -2 * float(np.log(diagonal).sum()))
+    return Whitened(whitening, direction / length, length, -2 * np.log(diagonal).sum(axis=1))
 
 
 def by_noise_alone(base: ComplexMatrix) -> Whitened:
     """The same where V is the channels' noise: its determinant, a constant, is left out."""
     length = np.linalg.norm(base, axis=0)
-    return Whitened(None, base / length, length, 0.0)
+    return Whitened(None, base / length, length, np.zeros_like(length))
 
 
 def structural_derivatives(
-    structure: Superstructure,
-    given: Responses,
-    angular: Vector,
-    measured: Indices,
-    height: Vector,
-    inputs: ComplexMatrix,
+    structure: Superstructure, given: Responses, angular: Vector, measured: Indices, amplitudes: ComplexMatrix
 ) -> ComplexTensor:
     """Derivatives of the channels by the structure's parameters, in the order of core.superstructure_model.Layout.
 
@@ -138,50 +134,40 @@ def structural_derivatives(
         given: its responses.
         angular: (lines,) rad/s.
         measured: (channels - 1,) floors with a sensor.
-        height: (floors,) over the roof's.
-        inputs: (2 + floors, lines) amplitudes of the base slab's acceleration, its rocking, the floors' own.
+        amplitudes: (inputs, lines) of the inputs.
 
     Returns:
         (structural, channels, lines), 0 for the masses: those are `mass_derivatives`.
     """
     α, η, β = structure.damping
-    w, compliance, shapes = angular, given.compliance, structure.shapes
-    coordinate = w**2 * compliance * (structure.inputs @ inputs)
-    stiffening = (1 + 1j * (w * α + η)) * compliance
-    by_stiffness = -stiffening * _real_times(structure.stiffness_derivatives, coordinate)
-    damped = -coordinate * compliance
-    by_damping = np.array(
-        [
-            damped * structure.squared[:, None] * 1j * w * α,
-            damped * structure.squared[:, None] * 1j * η,
-            damped * 1j * w * β,
-        ]
-    )
-    at_floors = _real_times(shapes[measured][None], np.concatenate([by_stiffness, by_damping]))
-    storeys = 1 + structure.mass.size
-    at_channels = np.zeros((len(at_floors) + structure.mass.size, measured.size + 1, w.size), dtype=complex)
-    at_channels[:storeys, 1:] = at_floors[:storeys] * given.sensors[1:]
-    at_channels[storeys + structure.mass.size :, 1:] = at_floors[storeys:] * given.sensors[1:]
+    w, compliance = angular, given.compliance
+    coordinate = w**2 * compliance * _real_times(structure.inputs[:, : len(amplitudes)], amplitudes)
+    stiffening = -(1 + 1j * (w * α + η)) * compliance
+    by_stiffness = stiffening * _real_times(structure.stiffness_derivatives, coordinate)
+    damped = -1j * coordinate * compliance
+    stiff = structure.squared[:, None] * damped
+    by_damping = np.array([α * w * stiff, η * stiff, β * w * damped])
+    seen = structure.shapes[measured]
+    storeys, floors = 1 + structure.mass.size, structure.mass.size
+    at_channels = np.zeros((7 + 2 * floors, measured.size + 1, w.size), dtype=complex)
+    at_channels[:storeys, 1:] = _real_times(seen, by_stiffness[:storeys]) * given.sensors[1:]
+    at_channels[storeys + floors : -3, 1:] = _real_times(seen, by_stiffness[storeys:]) * given.sensors[1:]
+    at_channels[-3:, 1:] = _real_times(seen, by_damping) * given.sensors[1:]
     return at_channels
 
 
 def mass_derivatives(
-    structure: Superstructure,
-    given: Responses,
-    angular: Vector,
-    measured: Indices,
-    height: Vector,
-    inputs: ComplexMatrix,
+    structure: Superstructure, given: Responses, angular: Vector, measured: Indices, amplitudes: ComplexMatrix
 ) -> ComplexTensor:
     """(floors, channels, lines) derivatives of the channels by the masses' logarithms, their total held.
 
     Args: as of `structural_derivatives`.
     """
     w, compliance, shapes, β = angular, given.compliance, structure.shapes, structure.damping[2]
-    coordinate = w**2 * compliance * (structure.inputs @ inputs)
-    moved = _real_times(shapes[None], coordinate)[0]
-    load = w**2 * (inputs[0] + height[:, None] * inputs[1] + inputs[2:] + moved) - 1j * w * β * moved
-    receptance = np.einsum("fm,im,ml->ifl", shapes[measured], shapes, compliance, optimize=True)
+    inputs = len(amplitudes)
+    moved = _real_times(shapes, w**2 * compliance * _real_times(structure.inputs[:, :inputs], amplitudes))
+    load = w**2 * (_real_times(loads(structure.mass.size)[:inputs].T, amplitudes) + moved) - 1j * w * β * moved
+    receptance = _real_times(shapes[measured] * shapes[:, None], compliance)
     by_mass = (structure.mass[:, None] * load)[:, None] * receptance
     by_mass -= (structure.mass / structure.mass.sum())[:, None, None] * by_mass.sum(axis=0)
     at_channels = np.zeros((len(by_mass), measured.size + 1, w.size), dtype=complex)
@@ -205,18 +191,19 @@ def determinant_descent(
         angular: (lines,) rad/s.
         measured: (channels - 1,) floors with a sensor.
         inverse: (1 + floors, channels, lines) P R, and P B for every floor.
-        weights: (1 + floors, lines) the variances S.
+        weights: (1 + floors, lines) the variances S, times how many lines each stands for.
 
     Returns:
         (structural,) 0 for the masses, which are held wherever variances are not zero.
     """
     α, η, β = structure.damping
     w, compliance, floors = angular, given.compliance, structure.mass.size
-    back = np.einsum("icl,cm->iml", inverse[:, 1:].conj() * given.sensors[1:], structure.shapes[measured]) * compliance
+    back = _real_times(structure.shapes[measured].T, inverse[:, 1:].conj() * given.sensors[1:]) * compliance
     forth = w**2 * compliance * structure.inputs.T[1:, :, None] * weights[:, None]
     stiffening = 1 + 1j * (w * α + η)
-    through = np.einsum("isl,irl->sr", forth, back * stiffening, optimize=True)
-    by_stiffness = 2 * np.einsum("krs,sr->k", structure.stiffness_derivatives, through).real
+    flat_forth, flat_back = (each.swapaxes(0, 1).reshape(floors, -1) for each in (forth, back * stiffening))
+    through = (flat_forth @ flat_back.T).real
+    by_stiffness = 2 * np.einsum("krs,sr->k", structure.stiffness_derivatives, through)
     own = np.einsum("irl,irl->rl", forth, back)
     by_damping = [
         2 * float(np.sum(1j * structure.squared[:, None] * w * α * own).real),
@@ -234,7 +221,7 @@ def sensor_derivatives(series: ComplexMatrix, angular: Vector) -> ComplexTensor:
     return np.concatenate([by_gain, -1j * angular * by_gain])
 
 
-def _real_times(matrices: Tensor, series: ComplexTensor | ComplexMatrix) -> ComplexTensor:
+def _real_times(matrices: Tensor | Matrix, series: ComplexTensor | ComplexMatrix) -> ComplexTensor:
     """Real matrices times complex series along their second last axis."""
     parts = np.ascontiguousarray(series).view(float)
     product: ComplexTensor = np.ascontiguousarray(matrices @ parts).view(complex)

@@ -13,7 +13,7 @@ from core.left_out import left_out_errors
 from core.reliance import Reliance
 from core.smoothing import smoothed
 from core.spectral_lines import Lines, spectral_lines, within
-from core.superstructure_model import Design
+from core.superstructure_model import Design, Layout
 
 NAME = "smoother"
 CALIBRATED = (0.2, 20.0)
@@ -40,10 +40,10 @@ def estimate(superstructure: InstrumentedSuperstructure) -> RestoringForce:
     design = Design.of(superstructure.floor_mass, superstructure.storey_stiffness, superstructure.measured)
     lines = spectral_lines(superstructure)
     try:
-        choice = chosen(within(lines, CALIBRATED), design, _transient(superstructure, lines))
+        choice = chosen(within(lines, CALIBRATED), design, ringing(superstructure, lines))
     except (linalg.LinAlgError, FloatingPointError) as error:
         return _fallen_back(superstructure, lines, f"the calibration broke down ({error})")
-    reliance = _reliance(choice)
+    reliance = _reliance(choice, design.layout)
     if choice.calibration.hypothesis.is_random and superstructure.measured.size == superstructure.floor_mass.size:
         return replace(
             cms.estimate(superstructure), reliance=replace(reliance, assumption=ALL_MEASURED, chi_square=None)
@@ -52,16 +52,18 @@ def estimate(superstructure: InstrumentedSuperstructure) -> RestoringForce:
     if model > static:
         reason = f"left-out floors are told with an error of {model:.2g} by the model, of {static:.2g} by interpolation"
         return _fallen_back(superstructure, lines, reason, reliance)
-    return _force(superstructure, lines, design, choice)
+    return _force(superstructure, lines, design, choice, reliance)
 
 
-def _force(superstructure: InstrumentedSuperstructure, lines: Lines, design: Design, choice: Choice) -> RestoringForce:
+def _force(
+    superstructure: InstrumentedSuperstructure, lines: Lines, design: Design, choice: Choice, reliance: Reliance
+) -> RestoringForce:
     bands = choice.lines.band
     whole = replace(lines, noise=choice.lines.noise, band=np.clip(lines.band, bands.min(), bands.max()))
     found = smoothed(whole, design, choice.calibration, superstructure.base_mass)
     modes = cms.fixed_base_modes(superstructure, Identification())
     modal = found.force - found.rigid
-    return RestoringForce(NAME, found.force, found.rigid, modal, found.std, modes, _reliance(choice))
+    return RestoringForce(NAME, found.force, found.rigid, modal, found.std, modes, reliance)
 
 
 def _fallen_back(
@@ -71,12 +73,11 @@ def _fallen_back(
     return replace(cms.estimate(superstructure), reliance=replace(judged, fallback=reason))
 
 
-def _reliance(choice: Choice) -> Reliance:
+def _reliance(choice: Choice, layout: Layout) -> Reliance:
     calibration = choice.calibration
-    storeys = calibration.hypothesis.std > 0
-    storeys[calibration.structure.mass.size + 1 :] = False
-    storeys[0] = False
-    left = np.diag(calibration.covariance)[storeys] / calibration.hypothesis.std[storeys] ** 2
+    prior = calibration.hypothesis.std[layout.storeys]
+    variance = np.diag(calibration.covariance)[layout.storeys]
+    left = variance[prior > 0] / prior[prior > 0] ** 2
     return Reliance(
         assumption=calibration.hypothesis.name,
         chi_square=choice.chi_square,
@@ -85,7 +86,8 @@ def _reliance(choice: Choice) -> Reliance:
     )
 
 
-def _transient(superstructure: InstrumentedSuperstructure, lines: Lines) -> float:
+def ringing(superstructure: InstrumentedSuperstructure, lines: Lines) -> float:
+    """m/s² kg^½, how large the modes' free vibration at the record's ends may be; 0 if it begins and ends at rest."""
     if lines.at_rest:
         return 0.0
     return RINGING * float(np.std(superstructure.floor_acceleration) * np.sqrt(superstructure.floor_mass.sum()))

@@ -7,10 +7,12 @@ from scipy import ndimage, signal
 
 from core.arrays import ComplexMatrix, ComplexTensor, ComplexVector, Matrix, Vector
 from core.calibration import Calibration
-from core.evaluation import DYNAMIC_SHARE, static_flexibility, transient_columns
-from core.frame import heights
+from core.evaluation import sensor_errors
+from core.free_vibration import floors_free_vibration
+from core.line_misfit import Responses, responses
 from core.spectral_lines import Lines
-from core.superstructure_model import Design, Superstructure, superstructure
+from core.superstructure_model import Design, Superstructure, rigid_motion, superstructure
+from core.unmodelled_motion import DYNAMIC_SHARE, static_flexibility
 
 NEIGHBOURS = 21
 """Lines over which the spectrum of the base slab's motion is averaged."""
@@ -32,6 +34,18 @@ class Smoothed:
     """(n,) N, of that: the whole building moving as the base slab."""
     std: Vector
     """(n,) N, standard deviation of the force."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Model:
+    """What the estimate is linear by: lines, building, and one choice of parameters."""
+
+    lines: Lines
+    design: Design
+    calibration: Calibration
+    parameters: Vector
+    structure: Superstructure
+    base_mass: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -60,152 +74,138 @@ def smoothed(lines: Lines, design: Design, calibration: Calibration, base_mass: 
         calibration: of the superstructure.
         base_mass: kg.
     """
-    parameters = calibration.parameters
-    weights = _weights(lines, design, calibration, calibration.structure, parameters, base_mass)
-    force = _force(lines, design, weights, calibration.structure, parameters)
-    base = np.einsum("lc,cl->l", weights.base, without_transients(lines, design, calibration.structure, parameters))
+    model = _Model(lines, design, calibration, calibration.parameters, calibration.structure, base_mass)
+    weights, spectra = _weights(model), without_free_vibration(lines, design, calibration.structure, model.parameters)
+    base = np.einsum("lc,cl->l", weights.base, spectra)
     total = base_mass + design.floor_mass.sum()
-    history = _history(force, lines.samples)
     variance = _stationary(weights.noise, lines.samples) + _stationary(weights.motion, lines.samples) * _envelope(lines)
-    variance += max(1.0, calibration.chi_square) * _parameter_variance(lines, design, calibration, base_mass)
-    return Smoothed(history, -total * _history(base, lines.samples), np.sqrt(variance))
-
-
-def _weights(
-    lines: Lines,
-    design: Design,
-    calibration: Calibration,
-    structure: Superstructure,
-    parameters: Vector,
-    base_mass: float,
-) -> _Weights:
-    response, inertia = _responses(lines, design, structure, parameters, base_mass)
-    variance = _input_variances(lines, calibration, design.layout.floors)
-    weighted = response * variance
-    covariance = _covariance(lines, design, calibration, response, weighted)
-    local, carried = _local(lines, calibration), structure.mass @ static_flexibility(design)
-    crossed = np.einsum("il,cil->lc", inertia, weighted.conj())
-    crossed[:, 1:] -= local[:, None] * carried[design.measured]
-    prior = np.einsum("il,il,il->l", inertia, variance, inertia.conj()).real + local * (carried @ structure.mass)
-    inverse = np.linalg.inv(covariance)
-    force = np.einsum("lc,lcd->ld", crossed, inverse)
-    base = np.einsum("cl,lcd->ld", weighted[:, 0].conj(), inverse)
-    noise = np.einsum("lc,c->l", np.abs(force) ** 2, lines.noise)
-    posterior = prior - np.einsum("lc,lc->l", force, crossed.conj()).real
-    return _Weights(force, base, noise, np.maximum(posterior - noise, 0.0))
-
-
-def _responses(
-    lines: Lines, design: Design, structure: Superstructure, parameters: Vector, base_mass: float
-) -> tuple[ComplexTensor, ComplexMatrix]:
-    """(channels, inputs, lines) and (inputs, lines) N s²/m: what the base slab's acceleration, its rocking and every
-    floor's own acceleration do at the channels, and in the force."""
-    layout, w = design.layout, lines.angular
-    α, η, β = structure.damping
-    compliance = w**2 / (structure.squared[:, None] * (1 + 1j * (w * α + η)) - w**2 + 1j * w * β)
-    gain = parameters[layout.gains] - np.median(parameters[layout.gains])
-    delay = parameters[layout.delays] - np.median(parameters[layout.delays])
-    sensor = np.exp(gain[:, None] - 1j * delay[:, None] * w)
-    rigid = np.vstack([np.ones(layout.floors), heights(layout.floors), np.zeros((layout.floors, layout.floors))]).T
-    response = np.zeros((layout.channels, rigid.shape[1], w.size), dtype=complex)
-    response[0, 0] = 1.0
-    seen = structure.shapes[design.measured][:, :, None] * structure.inputs
-    response[1:] = rigid[design.measured][:, :, None] + np.einsum("fmi,ml->fil", seen, compliance)
-    response *= sensor[:, None]
-    carried = (structure.mass @ structure.shapes)[:, None] * structure.inputs
-    inertia = np.asarray(-(structure.mass @ rigid)[:, None] - carried.T @ compliance, dtype=complex)
-    inertia[0] -= base_mass
-    return response, inertia
-
-
-def _covariance(
-    lines: Lines, design: Design, calibration: Calibration, response: ComplexTensor, weighted: ComplexTensor
-) -> ComplexTensor:
-    """(lines, channels, channels) of the channels' spectra."""
-    covariance = np.einsum("cil,dil->lcd", weighted, response.conj(), optimize=True)
-    flexibility = static_flexibility(design)[np.ix_(design.measured, design.measured)]
-    covariance[:, 1:, 1:] += _local(lines, calibration)[:, None, None] * flexibility
-    return np.asarray(covariance + np.diag(lines.noise))
+    variance += max(1.0, calibration.chi_square) * _parameter_variance(model)
+    force = _history(_force(model, weights, spectra), lines.samples)
+    return Smoothed(force, -total * _history(base, lines.samples), np.sqrt(variance))
 
 
 def channel_covariance(lines: Lines, design: Design, calibration: Calibration) -> ComplexTensor:
     """(lines, channels, channels) of the channels' spectra, as calibrated."""
-    response, _ = _responses(lines, design, calibration.structure, calibration.parameters, 0.0)
-    variance = _input_variances(lines, calibration, design.layout.floors)
-    return _covariance(lines, design, calibration, response, response * variance)
+    model = _Model(lines, design, calibration, calibration.parameters, calibration.structure, 0.0)
+    acting = _responses(model).acting
+    return _covariance(model, acting, acting * _input_variances(model)[:, None])
 
 
-def _local(lines: Lines, calibration: Calibration) -> Vector:
+def without_free_vibration(
+    lines: Lines, design: Design, structure: Superstructure, parameters: Vector
+) -> ComplexMatrix:
+    """(channels, lines) spectra less the modes' free vibration, as the sensors see it."""
+    layout, spectra = design.layout, lines.spectra.copy()
+    free = floors_free_vibration(structure, lines, design.measured, parameters[layout.transients])
+    spectra[1:] -= sensor_errors(parameters, layout, lines.angular)[1:] * free
+    return spectra
+
+
+def _weights(model: _Model) -> _Weights:
+    lines, design, structure = model.lines, model.design, model.structure
+    given, variance = _responses(model), _input_variances(model)
+    weighted, inertia = given.acting * variance[:, None], _inertia(model, given)
+    local, carried = _local(model), structure.mass @ static_flexibility(design)
+    crossed = np.einsum("il,icl->lc", inertia, weighted.conj())
+    crossed[:, 1:] -= local[:, None] * carried[design.measured]
+    prior = np.sum(np.abs(inertia) ** 2 * variance, axis=0) + local * (carried @ structure.mass)
+    inverse = np.linalg.inv(_covariance(model, given.acting, weighted))
+    force = np.einsum("lc,lcd->ld", crossed, inverse)
+    base = np.einsum("cl,lcd->ld", weighted[0].conj(), inverse)
+    noise = np.abs(force) ** 2 @ lines.noise
+    posterior = prior - np.einsum("lc,lc->l", force, crossed.conj()).real
+    return _Weights(force, base, noise, np.maximum(posterior - noise, 0.0))
+
+
+def _responses(model: _Model) -> Responses:
+    """Of the channels to the base slab's acceleration, its rocking and every floor's own.
+
+    What gains and delays have in common is no sensor's error: it stays in the motion.
+    """
+    layout, lines = model.design.layout, model.lines
+    sensors = sensor_errors(model.parameters, layout, lines.angular) / _common(model)
+    return responses(model.structure, lines.angular, model.design.measured, sensors, 2 + layout.floors)
+
+
+def _common(model: _Model) -> ComplexVector:
+    """(lines,) what gains and delays have in common."""
+    layout = model.design.layout
+    gain, delay = (np.median(model.parameters[which]) for which in (layout.gains, layout.delays))
+    return np.asarray(np.exp(gain - 1j * delay * model.lines.angular))
+
+
+def _inertia(model: _Model, given: Responses) -> ComplexMatrix:
+    """(inputs, lines) kg, what the inputs do in the force."""
+    structure = model.structure
+    rigid = rigid_motion(structure.mass.size) @ structure.mass
+    rigid[0] += model.base_mass
+    carried = (structure.mass @ structure.shapes)[:, None] * structure.inputs
+    return np.asarray(-rigid[:, None] - carried.T @ (model.lines.angular**2 * given.compliance))
+
+
+def _covariance(model: _Model, acting: ComplexTensor, weighted: ComplexTensor) -> ComplexTensor:
+    """(lines, channels, channels) of the channels' spectra."""
+    measured = model.design.measured
+    covariance = np.einsum("icl,idl->lcd", weighted, acting.conj(), optimize=True)
+    flexibility = static_flexibility(model.design)[np.ix_(measured, measured)]
+    covariance[:, 1:, 1:] += _local(model)[:, None, None] * flexibility
+    return np.asarray(covariance + np.diag(model.lines.noise))
+
+
+def _local(model: _Model) -> Vector:
     """(lines,) variance of the roof's unmodelled motion that does not act through the structure."""
-    return np.asarray((1 - DYNAMIC_SHARE) * calibration.variances.floors[lines.band])
+    return np.asarray((1 - DYNAMIC_SHARE) * model.calibration.variances.floors[model.lines.band])
 
 
-def _input_variances(lines: Lines, calibration: Calibration, floors: int) -> Matrix:
+def _input_variances(model: _Model) -> Matrix:
     """(2 + floors, lines) of the base slab's acceleration, its rocking, and single floors' accelerations."""
+    lines = model.lines
     power = ndimage.uniform_filter1d(np.abs(lines.spectra[0]) ** 2, NEIGHBOURS, mode="nearest")
     base = np.maximum(power - lines.noise[0], 1e-3 * power)
-    band, variances = lines.band, calibration.variances
-    single = DYNAMIC_SHARE * variances.floors[band]
-    return np.vstack([base, variances.rocking[band], np.tile(single, (floors, 1))])
+    rocking, floors = model.calibration.variances.at(lines)
+    return np.vstack([base, rocking, np.tile(floors, (model.design.layout.floors, 1))])
 
 
-def without_transients(lines: Lines, design: Design, structure: Superstructure, parameters: Vector) -> ComplexMatrix:
-    """(channels, lines) spectra less the modes' free vibration."""
-    if lines.at_rest:
-        return lines.spectra
-    layout = design.layout
-    columns = transient_columns(structure, lines, design.measured)
-    free = np.tensordot(parameters[layout.transients], columns, 1)
-    sensor = np.exp(parameters[layout.gains][1:, None] - 1j * parameters[layout.delays][1:, None] * lines.angular)
-    left = lines.spectra.copy()
-    left[1:] -= sensor * free
-    return left
-
-
-def _force(
-    lines: Lines, design: Design, weights: _Weights, structure: Superstructure, parameters: Vector
-) -> ComplexVector:
+def _force(model: _Model, weights: _Weights, spectra: ComplexMatrix) -> ComplexVector:
     """(lines,) spectrum of the force."""
-    spectra = without_transients(lines, design, structure, parameters)
-    force = np.einsum("lc,cl->l", weights.force, spectra)
-    if not lines.at_rest:
-        columns = transient_columns(structure, lines, np.arange(design.layout.floors))
-        free = np.tensordot(parameters[design.layout.transients], columns, 1)
-        force = force - structure.mass @ free
-    return np.asarray(force)
+    layout, structure = model.design.layout, model.structure
+    every, amplitudes = np.arange(layout.floors), model.parameters[layout.transients]
+    free = _common(model) * floors_free_vibration(structure, model.lines, every, amplitudes)
+    return np.asarray(np.einsum("lc,cl->l", weights.force, spectra) - structure.mass @ free)
 
 
-def _parameter_variance(lines: Lines, design: Design, calibration: Calibration, base_mass: float) -> Vector:
+def _parameter_variance(model: _Model) -> Vector:
     """(n,) N², of the force by the parameters' uncertainty, to first order.
 
     Of the covariance's principal directions only those count that move the force; which, a few lines tell.
     """
-    moving = lines.angular < 2 * np.pi * MOVING
-    slow = replace(lines, angular=lines.angular[moving], spectra=lines.spectra[:, moving], band=lines.band[moving])
+    lines, calibration = model.lines, model.calibration
+    moving = np.flatnonzero(lines.angular < 2 * np.pi * MOVING)
+    slow = replace(model, lines=lines.chosen(moving))
     free = calibration.hypothesis.free
     values, directions = np.linalg.eigh(calibration.covariance[np.ix_(free, free)])
     moves = np.zeros((free.size, calibration.parameters.size))
     moves[:, free] = (np.sqrt(np.maximum(values, 0.0)) * directions).T
-    few = slow.every(max(1, slow.angular.size // 400))
-    changes = _changes(few, design, calibration, base_mass, moves)
-    strength = np.sum(np.abs(changes) ** 2, axis=1)
+    few = replace(model, lines=slow.lines.every(max(1, moving.size // 400)))
+    strength = np.sum(np.abs(_changes(few, moves)) ** 2, axis=1)
     order = np.argsort(strength)[::-1]
     counted = order[: 1 + int(np.searchsorted(np.cumsum(strength[order]), COUNTED * strength.sum()))]
     spectra = np.zeros((counted.size, lines.angular.size), dtype=complex)
-    spectra[:, moving] = _changes(slow, design, calibration, base_mass, moves[counted])
+    spectra[:, moving] = _changes(slow, moves[counted])
     return np.asarray(np.sum(np.fft.irfft(spectra, lines.samples, axis=1) ** 2, axis=0))
 
 
-def _changes(lines: Lines, design: Design, calibration: Calibration, base_mass: float, moves: Matrix) -> ComplexMatrix:
+def _changes(model: _Model, moves: Matrix) -> ComplexMatrix:
     """(moves, lines) by how much each move of the parameters changes the force's spectrum."""
 
     def force(parameters: Vector) -> ComplexVector:
-        structure = superstructure(parameters, design)
-        weights = _weights(lines, design, calibration, structure, parameters, base_mass)
-        return _force(lines, design, weights, structure, parameters)
+        structure = superstructure(parameters, model.design)
+        moved = replace(model, parameters=parameters, structure=structure)
+        spectra = without_free_vibration(model.lines, model.design, structure, parameters)
+        return _force(moved, _weights(moved), spectra)
 
-    here = force(calibration.parameters)
-    return np.array([force(calibration.parameters + move) - here for move in moves])
+    here = force(model.parameters)
+    return np.array([force(model.parameters + move) - here for move in moves])
 
 
 def _stationary(variance: Vector, samples: int) -> float:

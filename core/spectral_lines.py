@@ -36,11 +36,33 @@ class Lines:
     rate: float
     at_rest: bool
     """Whether the record begins and ends at rest, so that no free vibration is to be allowed for."""
+    weight: Vector
+    """(lines,) how many lines each stands for."""
 
     def every(self, stride: int) -> "Lines":
         """Every so many of the lines: enough to choose where to start."""
-        chosen = slice(None, None, stride)
-        return replace(self, angular=self.angular[chosen], spectra=self.spectra[:, chosen], band=self.band[chosen])
+        return self.chosen(np.arange(0, self.angular.size, stride))
+
+    def thinned(self, apart: float) -> "Lines":
+        """Lines as far from each other as a share of their frequency, each for all that it stands for.
+
+        Modes are as wide as their frequency times their damping, so that each shows in about as many lines.
+        """
+        spacing = 2 * np.pi * self.rate / self.samples
+        group = np.floor(np.cumsum(1 / np.maximum(1.0, apart * self.angular / spacing)) - 1e-9)
+        first = np.flatnonzero(np.diff(group, prepend=-1.0))
+        size = np.diff(first, append=self.angular.size)
+        return replace(self.chosen(first + (size - 1) // 2), weight=np.add.reduceat(self.weight, first))
+
+    def chosen(self, places: Indices) -> "Lines":
+        """Only the lines at these places."""
+        return replace(
+            self,
+            angular=self.angular[places],
+            spectra=self.spectra[:, places],
+            band=self.band[places],
+            weight=self.weight[places],
+        )
 
 
 def spectral_lines(superstructure: InstrumentedSuperstructure) -> Lines:
@@ -60,13 +82,14 @@ def spectral_lines(superstructure: InstrumentedSuperstructure) -> Lines:
         samples=samples,
         rate=rate,
         at_rest=_is_at_rest(series, rate),
+        weight=np.ones(angular.size),
     )
 
 
 def within(lines: Lines, band: tuple[float, float]) -> Lines:
     """The lines of a band of frequencies in Hz."""
     inside = (lines.angular > 2 * np.pi * band[0]) & (lines.angular < 2 * np.pi * band[1])
-    return replace(lines, angular=lines.angular[inside], spectra=lines.spectra[:, inside], band=lines.band[inside])
+    return lines.chosen(np.flatnonzero(inside))
 
 
 def _is_at_rest(series: Matrix, rate: float) -> bool:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import linalg
 
-from core.arrays import ComplexMatrix, ComplexTensor, ComplexVector, Indices, Matrix, Tensor, Vector
+from core.arrays import Indices, Matrix, Tensor, Vector
 from core.building import storey_stiffness_matrix
 from core.frame import heights, lateral_stiffness
 
@@ -125,6 +125,17 @@ class Superstructure:
         return np.asarray(α * ω / 2 + η / 2 + β / (2 * ω))
 
 
+def loads(floors: int) -> Matrix:
+    """(2 + floors, floors) acceleration that each input is for the floors' mass: the base slab's, that of its rocking,
+    and a unit at each floor alone."""
+    return np.vstack([np.ones(floors), heights(floors), np.eye(floors)])
+
+
+def rigid_motion(floors: int) -> Matrix:
+    """(2 + floors, floors) what each input moves of a superstructure that does not deform."""
+    return np.vstack([np.ones(floors), heights(floors), np.zeros((floors, floors))])
+
+
 def superstructure(parameters: Vector, design: Design) -> Superstructure:
     """Modes of the frame with the given parameters, damped in proportion to stiffness and mass (classical modes)."""
     layout = design.layout
@@ -135,7 +146,6 @@ def superstructure(parameters: Vector, design: Design) -> Superstructure:
     lateral = lateral_stiffness(stiffness, joints, rocking, bending)
     squared, shapes = linalg.eigh(lateral.stiffness, np.diag(mass))
     shapes = shapes * np.sign(shapes[-1])
-    loads = np.vstack([np.ones(mass.size), heights(mass.size), np.eye(mass.size)])
     by_step = np.cumsum(lateral.by_storey[::-1], axis=0)[::-1]
     by = np.concatenate([[lateral.stiffness], by_step, [lateral.by_rocking, lateral.by_joints, lateral.by_bending]])
     return Superstructure(
@@ -143,35 +153,34 @@ def superstructure(parameters: Vector, design: Design) -> Superstructure:
         storey_stiffness=stiffness,
         squared=squared,
         shapes=shapes,
-        inputs=shapes.T @ (mass[:, None] * loads.T),
+        inputs=shapes.T @ (mass[:, None] * loads(mass.size).T),
         stiffness_derivatives=shapes.T @ by @ shapes,
         damping=np.exp(parameters[layout.damping]),
     )
 
 
-def free_vibration(structure: Superstructure, angular: Vector, samples: int, rate: float) -> ComplexTensor:
-    """Spectra of the modes' free vibration from the record's first sample on.
-
-    A record that does not begin and end at rest is not its own periodic continuation: to the response that the
-    discrete Fourier transform takes for granted comes a free vibration (Pintelon and Schoukens 2012, section 6.3.2).
-
-    Args:
-        structure: whose modes.
-        angular: (lines,) rad/s.
-        samples: n, of the record.
-        rate: Hz.
+def modal_changes(structure: Superstructure) -> tuple[Matrix, Tensor, Matrix]:
+    """Derivatives of the modes by the structure's parameters, in the order of Layout (Fox and Kapoor 1968).
 
     Returns:
-        (modes, 2, lines) of the real and the imaginary part of exp(s t).
+        (structural, modes) rad²/s² of the squared frequencies, (structural, floors, modes) of the shapes, and
+        (structural, modes) of the damping ratios.
     """
-    ω, ζ = np.sqrt(structure.squared), np.minimum(structure.damping_ratios, 0.9)
-    pole = (-ζ + 1j * np.sqrt(1 - ζ**2)) * ω
-    instant = np.exp(-1j * angular / rate)
-    forward = _decay_spectrum(pole, instant, samples, rate)
-    backward = _decay_spectrum(pole.conj(), instant, samples, rate)
-    return np.stack([(forward + backward) / 2, (forward - backward) / 2j], axis=1)
-
-
-def _decay_spectrum(poles: ComplexVector, instant: ComplexVector, samples: int, rate: float) -> ComplexMatrix:
-    whole = 1 - np.exp(poles[:, None] * samples / rate)
-    return np.asarray(whole / (1 - np.exp(poles[:, None] / rate) * instant))
+    floors, ω, (α, η, β) = structure.mass.size, np.sqrt(structure.squared), structure.damping
+    total = 4 + 2 * floors
+    masses = slice(1 + floors, 1 + 2 * floors)
+    stiffness, inertia = np.zeros((total, ω.size, ω.size)), np.zeros((total, ω.size, ω.size))
+    stiffness[np.r_[: 1 + floors, 1 + 2 * floors : total]] = structure.stiffness_derivatives
+    moved = np.diag(structure.mass) - np.outer(structure.mass, structure.mass) / structure.mass.sum()
+    inertia[masses] = np.einsum("im,ki,in->kmn", structure.shapes, moved, structure.shapes)
+    of_squared = np.einsum("kmm->km", stiffness) - structure.squared * np.einsum("kmm->km", inertia)
+    apart = structure.squared - structure.squared[:, None] + np.diag(np.full(ω.size, np.inf))
+    mixed = (stiffness - structure.squared * inertia) / apart
+    mixed[:, np.arange(ω.size), np.arange(ω.size)] = -np.einsum("kmm->km", inertia) / 2
+    of_ratios = of_squared / (2 * ω) * (α / 2 - β / (2 * structure.squared))
+    by_damping = np.array([α * ω / 2, np.full(ω.size, η / 2), β / (2 * ω)])
+    return (
+        np.vstack([of_squared, np.zeros((3, ω.size))]),
+        np.concatenate([structure.shapes @ mixed, np.zeros((3, floors, ω.size))]),
+        np.vstack([of_ratios, by_damping]),
+    )

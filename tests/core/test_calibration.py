@@ -10,9 +10,10 @@ from hypothesis import strategies as st
 from core.arrays import Vector
 from core.building import fixed_base_modes
 from core.calibration import best_start, calibrated
-from core.evaluation import Hypothesis
+from core.evaluation import Question
 from core.hypotheses import as_told, corrected, with_unmodelled_motion
 from core.paper import BUILDING
+from core.prior import Hypothesis
 from core.superstructure_model import Design, superstructure
 
 LAYOUT = DESIGN.layout
@@ -35,11 +36,12 @@ def test_the_papers_building_is_recovered(noise: float) -> None:
     """
     rng = np.random.default_rng(2)
     lines = noisy(exact(PAPER, rng), noise, rng)
-    hypothesis = as_told(DESIGN, 0.0)
-    start = best_start(lines, DESIGN, hypothesis)
+    question = Question(lines, DESIGN, as_told(DESIGN, 0.0))
+    start = best_start(question)
     for more in (level / noise for level in (1e-2, 1e-3, 1e-4, 1e-5) if level > noise):
-        start = calibrated(replace(lines, noise=more**2 * lines.noise), DESIGN, hypothesis, start).parameters
-    found = calibrated(lines, DESIGN, hypothesis, start)
+        noisier = replace(lines, noise=more**2 * lines.noise)
+        start = calibrated(replace(question, lines=noisier), start).parameters
+    found = calibrated(question, start)
     true = fixed_base_modes(BUILDING)
     rounding = 1e-6
     assert found.structure.frequencies[:4] == pytest.approx(true.frequency[:4], rel=0.05 * noise + rounding)
@@ -65,7 +67,7 @@ def test_covariance_is_that_of_the_error() -> None:
         true = hypothesis.mean + hypothesis.std * rng.standard_normal(LAYOUT.size)
         true[LAYOUT.scale] = 2 * np.log(rng.uniform(0.8, 2.0))  # its prior says nothing
         lines = noisy(exact(of_parameters(true, DESIGN), rng), 0.05, rng).every(2)
-        found = calibrated(lines, DESIGN, hypothesis, true)
+        found = calibrated(Question(lines, DESIGN, hypothesis), true)
         moves = STEP * np.eye(LAYOUT.size)
         here = first_modes(found.parameters)
         slope = np.array([(first_modes(found.parameters + move) - here) / STEP for move in moves]).T
@@ -78,7 +80,8 @@ def test_chi_square_is_one_where_noise_explains_the_rest() -> None:
     """Within four of its standard deviations, √(1 / degrees of freedom)."""
     rng = np.random.default_rng(4)
     lines, hypothesis = noisy(exact(PAPER, rng), 0.05, rng), as_told(DESIGN, 0.0)
-    found = calibrated(lines, DESIGN, hypothesis, best_start(lines, DESIGN, hypothesis))
+    question = Question(lines, DESIGN, hypothesis)
+    found = calibrated(question, best_start(question))
     assert found.degrees_of_freedom == 2 * lines.angular.size
     assert found.chi_square == pytest.approx(1.0, abs=4 / np.sqrt(found.degrees_of_freedom))
     assert np.diag(found.covariance)[hypothesis.std == 0] == pytest.approx(0.0)
@@ -92,7 +95,8 @@ def test_rocking_of_its_own_is_told_by_band() -> None:
     known = of_parameters(true, DESIGN)
     lines = noisy(rocked(exact(known, rng), known, share, rng), 1e-3, rng)
     hypothesis = with_unmodelled_motion(DESIGN, 0.0)
-    found = calibrated(lines, DESIGN, hypothesis, best_start(lines, DESIGN, hypothesis))
+    question = Question(lines, DESIGN, hypothesis)
+    found = calibrated(question, best_start(question))
     count = np.bincount(lines.band)
     assert found.variances.rocking == pytest.approx(share**2, rel=4 / np.sqrt(count.min()))
     assert found.variances.floors.max() < 0.1 * share**2
@@ -105,7 +109,7 @@ def test_the_start_is_near_the_first_frequency(frequency: float) -> None:
     true = hypothesis.mean.copy()
     true[LAYOUT.scale] = 2 * np.log(frequency)
     lines = noisy(exact(of_parameters(true, DESIGN), rng), 0.05, rng)
-    start = best_start(lines, DESIGN, hypothesis)
+    start = best_start(Question(lines, DESIGN, hypothesis))
     assert np.exp(start[LAYOUT.scale] / 2) == pytest.approx(frequency, rel=0.14)
 
 
@@ -116,7 +120,8 @@ def test_a_record_of_no_superstructure_raises_nothing(making: Making, seed: int,
     """Not settling is a value."""
     lines = foreign(np.random.default_rng(seed), at_rest=at_rest).every(3)
     hypothesis = making(DESIGN, 0.0 if at_rest else AMPLITUDE)
-    found = calibrated(lines, DESIGN, hypothesis, best_start(lines, DESIGN, hypothesis))
+    question = Question(lines, DESIGN, hypothesis)
+    found = calibrated(question, best_start(question))
     assert found.has_settled in (True, False)
     assert np.isfinite(found.parameters).all()
     assert (np.diag(found.covariance)[hypothesis.free] > 0).all()

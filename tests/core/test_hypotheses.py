@@ -6,6 +6,7 @@ from exact_lines import DESIGN, PAPER, exact, faulty, noisy, of_parameters, rock
 from scipy.linalg import eigh
 
 from core.calibration import Calibration, best_start, calibrated
+from core.evaluation import Question
 from core.hypotheses import NOISE_TOLERANCE, as_told, chosen, corrected, unexplained, with_unmodelled_motion
 from core.superstructure_model import Design
 
@@ -97,7 +98,8 @@ def test_misfit_of_a_band_is_unexplained() -> None:
     """One band of eight with three times the noise, by its excess over what noise would leave."""
     rng, hypothesis = np.random.default_rng(7), as_told(DESIGN, 0.0)
     lines = noisy(exact(PAPER, rng), NOISE, rng)
-    found = calibrated(lines, DESIGN, hypothesis, best_start(lines, DESIGN, hypothesis))
+    question = Question(lines, DESIGN, hypothesis)
+    found = calibrated(question, best_start(question))
     assert unexplained(found, lines) < 4
     band = 5
     misfit = found.misfit_by_band.copy()

@@ -11,7 +11,7 @@ from core.building import fixed_base_modes
 from core.fitting_rate import fitting_rate
 from core.hypotheses import chosen
 from core.paper import BUILDING
-from core.smoother import CALIBRATED, _transient, estimate
+from core.smoother import CALIBRATED, estimate, ringing
 from core.spectral_lines import spectral_lines, within
 from core.superstructure_model import Design, Superstructure
 
@@ -32,7 +32,7 @@ def calibrated_structure(motion: str, noise: float) -> Superstructure:
     """That by which the product's smoother smooths."""
     s = instrumented(recorded(CUT, motion, noise, seed=0))
     design, lines = Design.of(s.floor_mass, s.storey_stiffness, s.measured), spectral_lines(s)
-    return chosen(within(lines, CALIBRATED), design, _transient(s, lines)).calibration.structure
+    return chosen(within(lines, CALIBRATED), design, ringing(s, lines)).calibration.structure
 
 
 @pytest.mark.slow
