@@ -19,7 +19,7 @@ EFFECT = Effect(
     acts_on="cross_flow",
     parameters=(
         Parameter("joined", "1", (0.0, 2.0), LogNormal(0.8, 0.7), "coupling: 0 for none, 1 for one strength in all"),
-        Parameter("D_cross", "m", (1e-4, 0.5), LogNormal(3e-3, 1.0), "yield displacement in the other direction"),
+        Parameter("D_cross", "m", (1e-3, 0.5), LogNormal(3e-3, 1.0), "yield displacement in the other direction"),
     ),
     absent={"joined": 0.0},
     family="shape of the yield",

@@ -5,12 +5,18 @@ The paper's γ and β stand the other way round in Wen's own papers and in OpenS
 
 from core.effect import Effect, LogNormal, Parameter
 
+SHORTEST = 1.5e-3
+"""s: a yield faster than that is slowed down to it, since no step of a few milliseconds follows it."""
+TINY = 1e-9
+"""Below, z counts as this under a power, which is infinite at zero for n < 1."""
+
 
 def law(v, z, strength, sharpness, slope, flow, cross_flow, F_y, D_y, A, beta, gamma, n):
     exponent = n * sharpness
-    bend = 1.0 if exponent == 1.0 else abs(z) ** (exponent - 1.0)  # a power in a compiled loop is ten times as slow
+    # a power in a compiled loop is ten times as slow
+    bend = 1.0 if exponent == 1.0 else max(abs(z), TINY) ** (exponent - 1.0)
     plastic = bend * (z * (gamma * abs(v)) + abs(z) * (beta * v)) + z * cross_flow
-    return strength * F_y * z, flow * (slope * A * v - plastic) / D_y
+    return strength * F_y * z, flow * (slope * A * v - plastic) / max(D_y, SHORTEST * exponent * abs(v))
 
 
 EFFECT = Effect(

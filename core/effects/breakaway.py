@@ -1,19 +1,19 @@
 """Friction that is higher before it slides: Stribeck's curve, as Armstrong-Hélouvry et al. (1994) write it.
 
-An elastic slip comes first, stretched as in the sliding friction so that a step of milliseconds stays stable.
+An elastic slip comes first, as in sliding friction.
 """
 
 from math import exp
 
 from core.effect import Effect, LogNormal, Parameter
 
-SETTLING = 3e-3
-"""s."""
+SHORTEST = 3e-3
+"""s: a slip faster than that is slowed down to it, since no step of a few milliseconds follows it."""
 
 
 def law(v, z_b, excess, v_s, slip):
     speed = abs(v)
-    rate = (v - 0.5 * z_b * (speed * abs(z_b) + v * z_b)) / (slip + SETTLING * speed)
+    rate = (v - 0.5 * z_b * (speed * abs(z_b) + v * z_b)) / max(slip, SHORTEST * speed)
     return excess * exp(-((v / v_s) * (v / v_s))) * z_b, rate
 
 

@@ -1,20 +1,19 @@
 """Sliding friction whose coefficient grows with speed: Constantinou et al. (1990), after an elastic slip.
 
-The slip's variable is theirs, with η = 2. In fast motion the slip is stretched to last SETTLING: the force slides then
-anyway, and a step of a few milliseconds stays stable at any slip length.
+The slip's variable is theirs, with η = 2.
 """
 
 from math import exp
 
 from core.effect import Effect, LogNormal, Parameter
 
-SETTLING = 3e-3
-"""s."""
+SHORTEST = 3e-3
+"""s: a slip faster than that is slowed down to it, since no step of a few milliseconds follows it."""
 
 
 def law(v, z_f, sliding, share, a, slip):
     speed = abs(v)
-    rate = (v - 0.5 * z_f * (speed * abs(z_f) + v * z_f)) / (slip + SETTLING * speed)
+    rate = (v - 0.5 * z_f * (speed * abs(z_f) + v * z_f)) / max(slip, SHORTEST * speed)
     return sliding * (1.0 - share * exp(-a * speed)) * z_f, rate
 
 

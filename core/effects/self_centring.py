@@ -5,10 +5,13 @@ Friction in proportion to the clamping force that is overcome, so that no force 
 
 from core.effect import Effect, LogNormal, Parameter
 
+SHORTEST = 1.5e-3
+"""s: a slip faster than that is slowed down to it, since no step of a few milliseconds follows it."""
+
 
 def law(u, v, z_s, activation, lost, opening):
     open_ = max(-1.0, min(1.0, u / opening))
-    rate = (v - 0.5 * (abs(v) * z_s + v * abs(z_s))) / opening
+    rate = (v - 0.5 * (abs(v) * z_s + v * abs(z_s))) / max(opening, SHORTEST * abs(v))
     return activation * ((1.0 - 0.5 * lost) * open_ + 0.5 * lost * abs(open_) * z_s), rate
 
 
