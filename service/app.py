@@ -21,6 +21,7 @@ from service.routers import (
     health,
     layer_motion,
     login,
+    models,
     operations,
     pages,
     pictures,
@@ -72,7 +73,7 @@ def create(settings: Settings) -> FastAPI:
     app.add_middleware(Measured, registry=app.state.metrics)
     errors.install(app)
     api = APIRouter(prefix="/api/v1", dependencies=[Depends(auth.viewer)])
-    for module in (buildings, events, series, layer_motion, effects, operations):
+    for module in (buildings, events, series, layer_motion, effects, models, operations):
         api.include_router(module.router)
     app.include_router(api)
     app.include_router(fdsnws.router, dependencies=[Depends(auth.viewer)])

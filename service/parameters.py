@@ -36,6 +36,7 @@ Time = Annotated[
 ]
 Code = Annotated[str, Path(description="Code of the building.", pattern=r"^[A-Za-z0-9_-]{1,32}$", examples=["BNCS"])]
 Id = Annotated[int, Path(description="Number of the event.", ge=1, le=LARGEST, examples=[1])]
+ModelId = Annotated[int, Path(description="Number of the model.", ge=1, le=LARGEST, examples=[1])]
 JobId = Annotated[int, Path(description="Number of the job.", ge=1, le=LARGEST, examples=[1])]
 ChannelId = Annotated[
     str,
@@ -47,6 +48,7 @@ Cursor = Annotated[
         description="`next` of the page before.", pattern=r"^-?[0-9]{1,16}_[0-9]{1,9}$", examples=["1267252451000000_1"]
     ),
 ]
+Before = Annotated[int | None, Query(description="`next` of the page before.", ge=1, le=LARGEST)]
 Limit = Annotated[int, Query(description="Rows of a page.", ge=1, le=500)]
 RowLimit = Annotated[int, Query(description="Rows of a page.", ge=1, le=20_000)]
 MinimumPga = Annotated[
@@ -55,6 +57,10 @@ MinimumPga = Annotated[
 ]
 HorizontalDirection = Annotated[
     Literal["x", "y"], Query(description="Horizontal direction, as the building file names it.")
+]
+AnyModelDirection = Annotated[Literal["x", "y", "xy"] | None, Query(description="Only models of this direction.")]
+AnyModelState = Annotated[
+    Literal["draft", "current", "retired"] | None, Query(description="Only models in this state.")
 ]
 AnyDirection = Annotated[Literal["x", "y"] | None, Query(description="Only this horizontal direction.")]
 AnalysisId = Annotated[

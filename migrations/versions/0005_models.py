@@ -25,6 +25,8 @@ def upgrade() -> None:
         sa.Column("change", sa.Text(), nullable=False),
         sa.Column("author", sa.String(), nullable=False),
         sa.Column("created_at", sa.DateTime(timezone=True), nullable=False),
+        sa.Column("accepted_by", sa.String(), nullable=True),
+        sa.Column("accepted_at", sa.DateTime(timezone=True), nullable=True),
         sa.Column("version", sa.String(), nullable=False),
         sa.Column("revision_id", sa.Integer(), nullable=False),
         sa.Column("reference", sa.DateTime(timezone=True), nullable=True),

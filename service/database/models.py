@@ -44,6 +44,9 @@ class ModelVersion(Base):
     author: Mapped[str]
     """Name of the key that asked for it."""
     created_at: Mapped[datetime]
+    accepted_by: Mapped[str | None]
+    """Name of the key that put it in force last; None of a draft."""
+    accepted_at: Mapped[datetime | None]
     version: Mapped[str]
     """Of the code."""
     revision_id: Mapped[int] = mapped_column(ForeignKey("revision.id"))

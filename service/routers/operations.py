@@ -8,7 +8,7 @@ from sqlalchemy.exc import ArgumentError
 
 from service.answers import Format, document, responses, table
 from service.buildings import described
-from service.parameters import LARGEST, JobId, Limit, Reading
+from service.parameters import LARGEST, Before, JobId, Limit, Reading
 from service.queries import watched, work
 from service.schemas.buildings import SourceOut, Sources
 from service.schemas.operations import JobOut, Jobs
@@ -17,7 +17,6 @@ router = APIRouter(tags=["operations"])
 
 State = Annotated[Literal["waiting", "running", "done", "failed"] | None, Query(description="Only jobs in this state.")]
 OfEvent = Annotated[int | None, Query(description="Only jobs of this event.", ge=1, le=LARGEST)]
-Before = Annotated[int | None, Query(description="`next` of the page before.", ge=1, le=LARGEST)]
 
 
 def without_password(location: str) -> str:

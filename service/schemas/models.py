@@ -1,0 +1,127 @@
+"""Models of the isolation layer, as the API takes and answers them."""
+
+from datetime import datetime
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from service.schemas.answer import Answer, Number
+
+Values = dict[str, dict[str, Number]]
+Wanted = Annotated[dict[str, dict[str, Number]], Field(max_length=50)]
+
+
+class ErrorOut(Answer):
+    """How far a model's force is from the estimated one, over some events taken together."""
+
+    events: int = Field(description="Number of events.")
+    nrmse: Number | None = Field(description="RMS of the error over RMS of the force; null where there was no force.")
+    noise_floor: Number | None = Field(description="NRMSE that a right model would have: the estimate's own error.")
+    floors: Number | None = Field(description="RMS of the error in multiples of the floor; null where that is 0.")
+    fitting_rate: Number | None = Field(description="%, as the paper has it; null where the force is constant.")
+
+
+class Errors(Answer):
+    """The same by what the events were to the model; null where there was none."""
+
+    fitted: ErrorOut | None = Field(description="Events that its values were fitted to.")
+    left_out: ErrorOut | None = Field(description="Events that were known, but left out of the fit.")
+    later: ErrorOut | None = Field(description="Events that it was only held against.")
+
+
+class ModelRow(Answer):
+    """A version of a model in a list."""
+
+    id: int = Field(description="Its number among all models.")
+    building: str = Field(description="Code of the building.")
+    direction: str = Field(description="`x`, `y`, or `xy`: one set of values that holds in both.")
+    number: int = Field(description="Of the version, from 1 for each building and direction.")
+    parent: int | None = Field(description="Number of the model that it was made from; null of a first one.")
+    state: str = Field(description="`draft`, `current` or `retired`.")
+    change: str = Field(description="What is new against the parent, and why.")
+    author: str = Field(description="Name of the key that asked for it.")
+    created_at: datetime = Field(description="When it was made.")
+    effects: list[str] = Field(description="Names of its effects.")
+    errors: Errors = Field(description="Of its force, driven by the measured motion.")
+
+
+class Models(Answer):
+    """A page of models, the latest first."""
+
+    items: list[ModelRow] = Field(description="The rows of this page.")
+    next: str | None = Field(description="Cursor of the next page; null after the last.")
+
+
+class Lineage(Answer):
+    """A model and all that it came from."""
+
+    items: list[ModelRow] = Field(description="The first one first.")
+
+
+class ValueOut(Answer):
+    """A parameter's value in a model."""
+
+    effect: str = Field(description="Name of the effect.")
+    parameter: str = Field(description="Name of the parameter.")
+    value: Number = Field(description="In its unit.")
+    std: Number | None = Field(description="Standard deviation; null where it was not fitted, or not determined.")
+    unit: str | None = Field(description="SI; null of an effect that there is no longer.")
+    meaning: str | None = Field(description="What it is; null of an effect that there is no longer.")
+
+
+class ModelOut(ModelRow):
+    """A version of a model."""
+
+    accepted_by: str | None = Field(description="Name of the key that put it in force last; null of a draft.")
+    accepted_at: datetime | None = Field(description="When that was.")
+    version: str = Field(description="Of the code that made it.")
+    revision_id: int = Field(description="Of the building's description that it was made with.")
+    reference: datetime | None = Field(description="From which effects count time; null as long as nothing was fitted.")
+    values: list[ValueOut] = Field(description="Of every parameter of its effects.")
+    assumed: list[str] = Field(description="Parameters that nobody gave or measured: they only start a fit.")
+    outcome: str | None = Field(description="How the fit ended; null where nothing was fitted.")
+    fitted_to: list[int] = Field(description="Numbers of the events that its values were fitted to.")
+    left_out: list[int] = Field(description="Numbers of the events that were left out of the fit.")
+
+
+class ModelRequest(BaseModel):
+    """What a new model is to be."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+    direction: Literal["x", "y", "xy"] = Field(
+        description="x or y; xy for one set of values that holds in both.", examples=["x"]
+    )
+    effects: Wanted | None = Field(
+        None,
+        description="Value of every parameter, by effect; without it the first model by the building's design values.",
+        examples=[{"elastic": {"k_b": 4.75e8}, "viscous": {"c_b": 6e6}}],
+    )
+    change: str = Field("", max_length=2000, description="Why, in words.", examples=["as designed"])
+
+
+class ComparisonRow(Answer):
+    """A model held against one event in one direction."""
+
+    id: int = Field(description="Its number.")
+    event: int = Field(description="Number of the event.")
+    event_start: datetime = Field(description="Of the event's first sample.")
+    direction: str = Field(description="x or y, as the building file names it.")
+    role: str = Field(description="`fitted`, `left_out` or `later`: what the event was to the model.")
+    analysis: int = Field(description="Number of the analysis that it was held against.")
+    nrmse: Number | None = Field(description="Of the force, driven by the measured motion; null without a force.")
+    noise_floor: Number | None = Field(description="NRMSE that a right model would have.")
+    floors: Number | None = Field(description="RMS of the error in multiples of the floor.")
+    fitting_rate: Number | None = Field(description="%, as the paper has it.")
+    displacement_nrmse: Number | None = Field(
+        description="Of the layer's displacement, driven by the ground alone; null where nothing measured the ground."
+    )
+    created_at: datetime = Field(description="When it was made.")
+    version: str = Field(description="Of the code.")
+
+
+class Comparisons(Answer):
+    """A page of comparisons, the earliest event first."""
+
+    items: list[ComparisonRow] = Field(description="The rows of this page.")
+    next: str | None = Field(description="Cursor of the next page; null after the last.")
