@@ -5,7 +5,7 @@ The paper's γ and β stand the other way round in Wen's own papers and in OpenS
 
 from core.effect import Effect, LogNormal, Parameter
 
-SHORTEST = 1.5e-3
+SHORTEST = 2e-3
 """s: a yield faster than that is slowed down to it, since no step of a few milliseconds follows it."""
 TINY = 1e-9
 """Below, z counts as this under a power, which is infinite at zero for n < 1."""

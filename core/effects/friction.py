@@ -7,7 +7,7 @@ from math import exp
 
 from core.effect import Effect, LogNormal, Parameter
 
-SHORTEST = 3e-3
+SHORTEST = 4e-3
 """s: a slip faster than that is slowed down to it, since no step of a few milliseconds follows it."""
 
 

@@ -1,21 +1,20 @@
 """Scragging: rubber is stiffer until it has been strained once. Mullins (1969); Ogden & Roxburgh (1999).
 
-The largest past displacement is a state of the layer, zero before the first record. It grows with the motion while that
-leads, and what a step has missed is caught up within CATCHING_UP.
+The largest past displacement is a state of the layer, zero before the first record. It grows with the motion that
+passes it; what a step has missed is caught up within CATCHING_UP.
 """
 
-from math import exp
+from math import copysign, exp
 
 from core.effect import Effect, LogNormal, Parameter
 
-CATCHING_UP = 5e-3
+CATCHING_UP = 2.5e-3
 """s: short against any motion, long enough for a step of a few milliseconds."""
 
 
 def law(u, v, largest, k_M, u_M):
-    behind = abs(u) - largest
-    rate = (max(u * v, 0.0) / abs(u) + behind / CATCHING_UP) if behind > 0.0 else 0.0
-    return k_M * exp(-largest / u_M) * u, rate
+    outwards = v * copysign(1.0, u)
+    return k_M * exp(-largest / u_M) * u, max(outwards + (abs(u) - largest) / CATCHING_UP, 0.0)
 
 
 EFFECT = Effect(

@@ -5,7 +5,7 @@ Friction in proportion to the clamping force that is overcome, so that no force 
 
 from core.effect import Effect, LogNormal, Parameter
 
-SHORTEST = 1.5e-3
+SHORTEST = 2e-3
 """s: a slip faster than that is slowed down to it, since no step of a few milliseconds follows it."""
 
 
