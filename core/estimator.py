@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.arrays import Indices, Matrix, Vector
+from core.building import FixedBaseModes
 from core.errors import ModelError, RecordError
 from core.reliance import Reliance
 
@@ -65,6 +66,9 @@ class RestoringForce:
     modes: tuple[Mode, ...]
     reliance: Reliance | None = None
     """None of an estimator that does not judge itself."""
+    superstructure: FixedBaseModes | None = None
+    """All modes of the superstructure that was calibrated from the record; None where none was, or it tells less than
+    interpolation does."""
 
 
 def check(superstructure: InstrumentedSuperstructure) -> None:

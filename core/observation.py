@@ -30,6 +30,8 @@ class LayerHistory:
     """(n,) N, restoring force."""
     force_std: Vector
     """(n,) N, its standard deviation."""
+    displacement_std: Vector | None = None
+    """(n,) m, standard deviation of the displacement; None where nobody told: then it is taken for exact."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -68,7 +70,9 @@ def observations(
         reference: instant from which the conditions count time, aware.
     """
     histories: dict[Direction, LayerHistory] = {
-        direction: LayerHistory(found.motion.displacement, found.motion.velocity, force.force, force.std)
+        direction: LayerHistory(
+            found.motion.displacement, found.motion.velocity, force.force, force.std, found.motion.displacement_std
+        )
         for direction, found in analysis.directions.items()
         if found.motion is not None and (force := found.restoring_force)
     }

@@ -6,6 +6,7 @@ import numpy as np
 from scipy import linalg
 
 from core import cms
+from core.building import FixedBaseModes
 from core.estimator import InstrumentedSuperstructure, RestoringForce, check
 from core.hypotheses import Choice, chosen
 from core.identification import Identification
@@ -46,7 +47,9 @@ def estimate(superstructure: InstrumentedSuperstructure) -> RestoringForce:
     reliance = _reliance(choice, design.layout)
     if choice.calibration.hypothesis.is_random and superstructure.measured.size == superstructure.floor_mass.size:
         return replace(
-            cms.estimate(superstructure), reliance=replace(reliance, assumption=ALL_MEASURED, chi_square=None)
+            cms.estimate(superstructure),
+            reliance=replace(reliance, assumption=ALL_MEASURED, chi_square=None),
+            superstructure=_modes(choice),
         )
     model, static = left_out_errors(choice.lines, design, choice.calibration)
     if model > static:
@@ -63,7 +66,12 @@ def _force(
     found = smoothed(whole, design, choice.calibration, superstructure.base_mass)
     modes = cms.fixed_base_modes(superstructure, Identification())
     modal = found.force - found.rigid
-    return RestoringForce(NAME, found.force, found.rigid, modal, found.std, modes, reliance)
+    return RestoringForce(NAME, found.force, found.rigid, modal, found.std, modes, reliance, _modes(choice))
+
+
+def _modes(choice: Choice) -> FixedBaseModes:
+    structure = choice.calibration.structure
+    return FixedBaseModes(np.sqrt(structure.squared), structure.damping_ratios, structure.shapes)
 
 
 def _fallen_back(

@@ -1,0 +1,126 @@
+"""How does a model of the isolation layer compare with what was measured, driven by the ground alone?"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+
+from core.arrays import Vector
+from core.building import FixedBaseModes
+from core.comparison import Band
+from core.conditioning import band_passed, without_baseline
+from core.description import BuildingDescription
+from core.errors import RecordError
+from core.isolator import Isolator
+from core.misfit import Misfit, misfit, together
+from core.modal_response import respond
+from core.noise import noise_std
+from core.observation import Observation
+from core.simulation import Response
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Predicted:
+    """One quantity, predicted from the ground motion alone, and as it was measured."""
+
+    model: Vector
+    """(n,)."""
+    measured: Vector
+    """(n,), of the same unit, with the same baseline and in the same band."""
+    misfit: Misfit
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Prediction:
+    """One earthquake in one direction: what the model says when it knows the ground motion only."""
+
+    observation: Observation
+    displacement: Predicted
+    """m, of the isolation layer."""
+    accelerations: Mapping[str, Predicted]
+    """m/s², absolute, by level, the base slab's first."""
+
+
+def predict(
+    superstructure: FixedBaseModes,
+    isolator: Isolator,
+    observation: Observation,
+    description: BuildingDescription,
+    band: Band,
+) -> Prediction:
+    """The response of building and layer to the ground motion, beside what was measured.
+
+    Displacements are about their position before the earthquake; one that was integrated, and every acceleration, is
+    compared within the pass band. The floor of each error is its sensor's noise.
+
+    Args:
+        superstructure: all its modes.
+        isolator: the model.
+        observation: what was measured.
+        description: names the levels and gives the base slab's mass.
+        band: Hz.
+
+    Raises:
+        RecordError: the ground's acceleration was not measured.
+        ModelError: the response grew beyond all bounds.
+    """
+    rate, ground = observation.rate, observation.ground_acceleration
+    if ground is None:
+        raise RecordError(f"{observation.name}: the ground's acceleration was not measured; nothing drives the model")
+    at_rest = without_baseline(ground, rate)
+    response = respond(superstructure, description.base_mass, isolator, at_rest, rate, observation.conditions)
+    return Prediction(
+        observation,
+        _displacement(response, observation, band),
+        MappingProxyType(
+            {
+                level: _acceleration(model, measured, rate, band)
+                for level, measured, model in _accelerations(response, observation, description)
+            }
+        ),
+    )
+
+
+def predicted_displacement(predictions: Sequence[Prediction]) -> Misfit:
+    """m, over all earthquakes."""
+    return together([one.displacement.misfit for one in predictions])
+
+
+def predicted_accelerations(predictions: Sequence[Prediction]) -> dict[str, Misfit]:
+    """m/s² by level, over all earthquakes in which it was measured."""
+    levels = dict.fromkeys(level for one in predictions for level in one.accelerations)
+    return {
+        level: together([one.accelerations[level].misfit for one in predictions if level in one.accelerations])
+        for level in levels
+    }
+
+
+def _displacement(response: Response, observation: Observation, band: Band) -> Predicted:
+    layer, rate = observation.layer, observation.rate
+    model, measured = response.isolator_displacement, layer.displacement
+    std = np.zeros(measured.size) if layer.displacement_std is None else layer.displacement_std
+    if observation.transducer:
+        return _predicted(model, without_baseline(measured, rate), std)
+    return _predicted(band_passed(model, rate, band), band_passed(measured, rate, band), std)
+
+
+def _acceleration(model: Vector, measured: Vector, rate: float, band: Band) -> Predicted:
+    within = band_passed(measured, rate, band)
+    noise = noise_std(within[None, :], rate)[0]
+    return _predicted(band_passed(model, rate, band), within, np.full(within.size, noise))
+
+
+def _predicted(model: Vector, measured: Vector, std: Vector) -> Predicted:
+    return Predicted(model, measured, misfit(measured, model, std))
+
+
+def _accelerations(
+    response: Response, observation: Observation, description: BuildingDescription
+) -> list[tuple[str, Vector, Vector]]:
+    """Level, measured and predicted."""
+    levels = [description.base.name, *(level.name for level in description.floors)]
+    model = dict(zip(levels, [response.base_acceleration, *response.floor_acceleration], strict=True))
+    return [
+        (level, row, model[level]) for level, row in zip(observation.levels, observation.accelerations, strict=True)
+    ]
