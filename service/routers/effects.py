@@ -14,7 +14,7 @@ from service.schemas.effects import EffectOut, EffectRow, Effects, ParameterOut
 router = APIRouter(prefix="/effects", tags=["models"])
 
 EffectName = Annotated[
-    str, Path(description="Name of the effect.", pattern=r"^[A-Za-z0-9_-]{1,64}$", examples=["bouc_wen"])
+    str, Path(description="Name of the effect.", pattern=r"^[A-Za-z0-9_-]{1,64}$", examples=[next(iter(EFFECTS))])
 ]
 
 
