@@ -15,12 +15,16 @@ from service.metrics import Measured
 from service.pages.rendering import FOLDER
 from service.routers import (
     buildings,
+    comparisons,
     effects,
     events,
     fdsnws,
     health,
     layer_motion,
     login,
+    model_pages,
+    model_pictures,
+    model_work,
     models,
     operations,
     pages,
@@ -73,12 +77,12 @@ def create(settings: Settings) -> FastAPI:
     app.add_middleware(Measured, registry=app.state.metrics)
     errors.install(app)
     api = APIRouter(prefix="/api/v1", dependencies=[Depends(auth.viewer)])
-    for module in (buildings, events, series, layer_motion, effects, models, operations):
+    for module in (buildings, events, series, layer_motion, effects, models, model_work, comparisons, operations):
         api.include_router(module.router)
     app.include_router(api)
     app.include_router(fdsnws.router, dependencies=[Depends(auth.viewer)])
-    for router in (pages.router, pictures.router, login.router, health.router):  # who may ask is theirs to say
-        app.include_router(router)
+    for module in (pages, model_pages, pictures, model_pictures, login, health):  # who may ask is theirs to say
+        app.include_router(module.router)
     app.mount("/static", StaticFiles(directory=FOLDER / "static"))
     app.add_api_route("/openapi.json", described, include_in_schema=False)
     app.openapi = lambda: openapi(app)  # type: ignore[method-assign]  # FastAPI's documented way to extend it

@@ -7,8 +7,11 @@ from types import MappingProxyType
 from sqlalchemy.orm import Session
 
 from core.analysis import EventAnalysis, analyse
-from service import results
+from service import model_results, model_work, results
 from service.jobs import ANALYSE, Claim
+from service.model_inputs import WorkInputs, work_inputs
+from service.model_results import COMPARE
+from service.model_work import Compared
 from service.results import Inputs
 from service.stages import Kind, Stage
 
@@ -21,8 +24,22 @@ def _analysis_stages(inputs: Inputs) -> Sequence[Stage]:
 def _store_analysis(
     session: Session, claim: Claim, inputs: Inputs, found: Sequence[EventAnalysis], now: datetime
 ) -> None:
-    results.store(session, claim, inputs, found[-1], now)
+    analysis = results.store(session, claim, inputs, found[-1], now)
+    session.flush()
+    if analysis.current and analysis.refusal is None:
+        model_results.follow(session, analysis.event, now)
 
 
-KINDS: Mapping[str, Kind] = MappingProxyType({ANALYSE: Kind(results.inputs, _analysis_stages, _store_analysis)})
+def _store_comparison(
+    session: Session, claim: Claim, inputs: WorkInputs, found: Sequence[tuple[Compared, ...]], now: datetime
+) -> None:
+    model_results.store_comparisons(session, inputs.model_id, found[-1], now)
+
+
+KINDS: Mapping[str, Kind] = MappingProxyType(
+    {
+        ANALYSE: Kind(results.inputs, _analysis_stages, _store_analysis),
+        COMPARE: Kind(work_inputs, model_work.stages, _store_comparison),
+    }
+)
 """By the name that a job has."""

@@ -1,6 +1,7 @@
 """What the API says of a version of a model: its values, and its errors over the events it was held against."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from math import inf, isfinite, sqrt
 from typing import Any
 
@@ -9,9 +10,22 @@ from sqlalchemy.orm import Session
 from core.effect import Parameter
 from core.effects import EFFECTS
 from core.misfit import Misfit, together
+from service import model_trend
 from service.database import Event, ModelComparison, ModelVersion
+from service.model_trend import Held, Judged
 from service.queries import versions
-from service.schemas.models import ComparisonRow, ErrorOut, Errors, ModelOut, ModelRow, ValueOut
+from service.schemas.analyses import FindingOut
+from service.schemas.models import (
+    ComparisonOut,
+    ComparisonRow,
+    ErrorOut,
+    Errors,
+    ModelOut,
+    ModelRow,
+    Trend,
+    TrendRow,
+    ValueOut,
+)
 
 Compared = Sequence[tuple[ModelComparison, Event]]
 ROLES = ("fitted", "left_out", "later")
@@ -84,6 +98,37 @@ def comparison_row(comparison: ModelComparison, event: Event) -> ComparisonRow:
     )
 
 
+def comparison(found: ModelComparison, event: Event) -> ComparisonOut:
+    """A comparison and all that it found."""
+    levels = found.accelerations
+    return ComparisonOut(
+        **comparison_row(found, event).model_dump(),
+        model=found.model_id,
+        acceleration_nrmse=None if levels is None else {n: finite(Misfit(**m).nrmse) for n, m in levels.items()},
+    )
+
+
+def judged(compared: Compared) -> tuple[Judged, ...]:
+    """How a version did in every event that it was held against, the earliest first."""
+    return model_trend.judged(
+        [
+            Held(event.id, event.start, one.direction, one.role == "fitted", Misfit(**one.misfit))
+            for one, event in compared
+        ]
+    )
+
+
+def trend(model_id: int, compared: Compared) -> Trend:
+    """The same, and what is to be said of it."""
+    found = judged(compared)
+    said = model_trend.finding(found)
+    return Trend(
+        model=model_id,
+        items=[_trend_row(one) for one in found],
+        finding=None if said is None else FindingOut.model_validate(asdict(said)),
+    )
+
+
 def noise_floor(found: Misfit) -> float:
     """NRMSE that a right model would have."""
     return sqrt(found.noise / found.signal) if found.signal > 0 else inf
@@ -114,6 +159,21 @@ def _error(comparisons: Sequence[ModelComparison]) -> ErrorOut | None:
         noise_floor=finite(noise_floor(found)),
         floors=finite(found.floors),
         fitting_rate=finite(found.fitting_rate),
+    )
+
+
+def _trend_row(judged: Judged) -> TrendRow:
+    held = judged.held
+    return TrendRow(
+        event=held.event,
+        event_start=held.start,
+        direction=held.direction,
+        fitted=held.is_fitted,
+        nrmse=finite(held.misfit.nrmse),
+        floors=finite(held.misfit.floors),
+        excess=judged.excess,
+        allowed=judged.allowed,
+        missed=judged.is_missed,
     )
 
 

@@ -52,6 +52,11 @@ def inputs(session: Session, claim: Claim, settings: Settings) -> Inputs:
     revision = session.scalars(
         select(Revision).where(Revision.building_id == event.building_id).order_by(Revision.number.desc()).limit(1)
     ).one()
+    return event_inputs(session, event, revision, analysis_settings(settings, claim.arguments))
+
+
+def event_inputs(session: Session, event: Event, revision: Revision, settings: AnalysisSettings) -> Inputs:
+    """What an analysis of an event with these settings is made from."""
     waveforms = session.scalars(
         select(Waveform)
         .where(Waveform.event_id == event.id)
@@ -67,17 +72,26 @@ def inputs(session: Session, claim: Claim, settings: Settings) -> Inputs:
     return Inputs(
         segments=tuple(_segment(waveform) for waveform in waveforms),
         description=building_file.read(revision.toml, Path(revision.folder)).description,
-        settings=analysis_settings(settings, claim.arguments),
+        settings=settings,
         revision_id=revision.id,
         sha256=tuple(sha256 for sha256 in hashes if sha256 is not None),
     )
 
 
+def settings_of(analysis: Analysis) -> AnalysisSettings:
+    """The settings that an analysis was made with."""
+    return AnalysisSettings(**_without_lists(analysis.settings))
+
+
 def analysis_settings(settings: Settings, arguments: Mapping[str, Any]) -> AnalysisSettings:
     """The service's analysis settings, with what a job asks for in their place."""
     own = AnalysisSettings(estimator=settings.estimator, rate=settings.rate, band=settings.band)
-    asked: dict[str, Any] = {name: tuple(v) if isinstance(v, list) else v for name, v in arguments.items()}
-    return replace(own, **asked)
+    return replace(own, **_without_lists(arguments))
+
+
+def _without_lists(values: Mapping[str, Any]) -> dict[str, Any]:
+    """JSON has no tuples."""
+    return {name: tuple(value) if isinstance(value, list) else value for name, value in values.items()}
 
 
 def store(session: Session, claim: Claim, inputs: Inputs, result: EventAnalysis, now: datetime) -> Analysis:

@@ -68,6 +68,9 @@ class Settings(BaseSettings):
     max_dataselect_samples: Count = Field(
         default=30_000_000, description="samples of the largest answer of /fdsnws/dataselect"
     )
+    progress_patience: Seconds = Field(
+        default=30.0, description="s without news after which a stream of a job's progress ends; browsers ask again"
+    )
 
     poll_interval: Seconds = Field(default=60.0, description="s between two looks at every source")
     source_concurrency: Count = Field(default=4, description="requests that run at the same time at one source")

@@ -65,7 +65,6 @@ def upgrade() -> None:
         sa.Column("misfit", sa.JSON(none_as_null=True), nullable=False),
         sa.Column("displacement", sa.JSON(none_as_null=True), nullable=True),
         sa.Column("accelerations", sa.JSON(none_as_null=True), nullable=True),
-        sa.Column("failure", sa.JSON(none_as_null=True), nullable=False),
         sa.Column("force", sa.LargeBinary(), nullable=False),
         sa.ForeignKeyConstraint(
             ["analysis_id"], ["analysis.id"], name=op.f("fk_model_comparison_analysis_id_analysis")

@@ -85,8 +85,6 @@ class ModelComparison(Base):
     """The same of the layer's displacement, m, driven by the ground alone; None where nothing measured the ground."""
     accelerations: Mapped[dict[str, Any] | None]
     """The same of the accelerations, m/s², by level."""
-    failure: Mapped[dict[str, Any]]
-    """Where the force fails."""
     force: Mapped[bytes] = mapped_column(LargeBinary, deferred=True)
     """N, the model's for the measured motion, at the analysis' samples (service.blobs)."""
     model: Mapped[ModelVersion] = relationship(back_populates="comparisons")

@@ -8,6 +8,7 @@ from fastapi import Request, Response
 from fastapi.templating import Jinja2Templates
 
 from service.auth import COOKIE
+from service.pages.units import shown, unit
 
 FOLDER = Path(__file__).parent
 TEMPLATES = Jinja2Templates(FOLDER / "templates")
@@ -43,4 +44,4 @@ def _rounded(value: float, decimals: int) -> str:
     return f"{round(value, decimals) + 0.0:.{max(decimals, 0)}f}"  # what rounds to -0 is 0
 
 
-TEMPLATES.env.filters |= {"time": time, "with_std": with_std}
+TEMPLATES.env.filters |= {"time": time, "with_std": with_std, "unit": unit, "shown": shown}

@@ -94,8 +94,13 @@ def measured(session: Session, analysis_id: int, direction: str) -> Line:
     return session.execute(question.where(*of_analysis)).one()
 
 
-def comparable(session: Session, building_id: int, directions: Collection[str]) -> Sequence[Event]:
-    """Events whose latest analysis has the layer's motion in one of these directions, the earliest first."""
+def comparable(
+    session: Session, building_id: int, directions: Collection[str], among: Collection[int] | None
+) -> Sequence[Event]:
+    """Events whose latest analysis has the layer's motion in one of these directions, the earliest first.
+
+    Of those of the numbers in `among`, or of all where that is None.
+    """
     question = (
         select(Event)
         .join(Analysis, (Analysis.event_id == Event.id) & Analysis.current)
@@ -103,4 +108,6 @@ def comparable(session: Session, building_id: int, directions: Collection[str]) 
         .where(Event.building_id == building_id, DirectionResult.direction.in_(directions))
         .where(DirectionResult.displacement.is_not(None))
     )
+    if among is not None:
+        question = question.where(Event.id.in_(among))
     return session.scalars(question.distinct().order_by(Event.start, Event.id)).all()

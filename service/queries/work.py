@@ -10,10 +10,12 @@ from service.database import Job, Lease
 from service.errors import NotFoundError
 
 
-def jobs(session: Session, state: str | None, event_id: int | None, before: int | None, limit: int) -> Sequence[Job]:
+def jobs(
+    session: Session, state: str | None, event_id: int | None, model_id: int | None, before: int | None, limit: int
+) -> Sequence[Job]:
     """Jobs, the latest first; `before` is the id at which the page before ended."""
     question = select(Job)
-    for column, wanted in ((Job.state, state), (Job.event_id, event_id)):
+    for column, wanted in ((Job.state, state), (Job.event_id, event_id), (Job.model_id, model_id)):
         if wanted is not None:
             question = question.where(column == wanted)
     if before is not None:

@@ -13,7 +13,7 @@ from service.auth import COOKIE, Caller, digest, is_cross_site, viewer
 from service.errors import ForbiddenError, LoginWantedError, UnauthorizedError
 from service.pages.rendering import page
 
-OURS = re.compile(r"/([a-z]+)?(\?[\w=&%.-]*)?", re.ASCII)
+OURS = re.compile(r"/([a-z]+(/[\w-]+)*)?(\?[\w=&%.-]*)?", re.ASCII)
 MOST = 4096
 """Bytes of a posted form."""
 LASTS = timedelta(days=30)

@@ -5,16 +5,10 @@ from typing import Annotated, Any
 
 from fastapi import APIRouter, Body, Depends, Request, Response
 
-from core.description import BuildingDescription
-from core.errors import ModelError
-from core.first_model import first_model
-from core.isolator import Isolator
-from service import model_answers, models
+from service import model_answers, model_requests, models
 from service.answers import Format, document, responses, table
 from service.auth import Caller, engineer
-from service.buildings import described
-from service.errors import ConflictError, documented
-from service.models import Draft
+from service.errors import documented
 from service.parameters import (
     AnyModelDirection,
     AnyModelState,
@@ -30,7 +24,7 @@ from service.parameters import (
 )
 from service.queries import versions, watched
 from service.routers.buildings import following
-from service.schemas.models import ComparisonRow, Comparisons, Lineage, ModelOut, ModelRequest, Models
+from service.schemas.models import ComparisonRow, Comparisons, Lineage, ModelOut, ModelRequest, Models, Trend
 
 router = APIRouter(tags=["models"])
 
@@ -82,33 +76,12 @@ def make(
     What is asked must fit the building and the effects there are; else 409 says what would.
     """
     with sessions.begin() as session:
-        found, revision = watched.building(session, code)
-        isolator, assumed = begun(wanted, described(session, found).description)
-        change = wanted.change or ("by the design values" if wanted.effects is None else "by values that were given")
-        draft = Draft(wanted.direction, isolator, change, by.name, revision.id, assumed=assumed)
-        answer = model_answers.whole(session, models.add(session, found.id, draft, datetime.now(UTC)))
+        made = model_requests.make(
+            session, code, wanted.direction, wanted.effects, wanted.change, by.name, datetime.now(UTC)
+        )
+        answer = model_answers.whole(session, made)
     response.headers["Location"] = f"/api/v1/models/{answer.id}"
     return answer
-
-
-def begun(wanted: ModelRequest, description: BuildingDescription) -> tuple[Isolator, tuple[str, ...]]:
-    """The model that is asked for, and which of its parameters nobody gave or measured.
-
-    Raises:
-        ConflictError: the building does not measure that direction, or the values do not fit the effects there are.
-    """
-    measured = description.horizontal_directions
-    if missing := [one for one in models.DIRECTIONS[wanted.direction] if one not in measured]:
-        raise ConflictError(
-            f"{description.code} does not measure direction {' and '.join(missing)}; it measures {', '.join(measured)}."
-        )
-    if wanted.effects is None:
-        first = first_model(description)
-        return first.isolator, first.assumed
-    try:
-        return Isolator(wanted.effects), ()
-    except ModelError as error:
-        raise ConflictError(f"The values make no model: {error}.") from None
 
 
 @router.get("/models/{model_id}", operation_id="get_model", **responses(ModelOut, 404))
@@ -145,6 +118,20 @@ def comparisons(
     columns = tuple(ComparisonRow.model_fields)
     last = following([(row.event_start, row.id) for row in rows], limit)
     return table(request, format, columns, [tuple(row.model_dump().values()) for row in rows], last)
+
+
+@router.get("/models/{model_id}/trend", operation_id="get_model_trend", **responses(Trend, 404))
+def trend(request: Request, model_id: ModelId, sessions: Reading) -> Response:
+    """How the model did in every event that it was held against, and whether it is still good.
+
+    The model in force is held against every new event by itself. An event is missed where more of the force is neither
+    the model's nor noise than 1.5 times the most in the events it was fitted to, 2 % at least, and the error is above
+    1.25 noise floors. Two missed in a row, and the model has stopped being good.
+    """
+    with sessions() as session:
+        versions.version(session, model_id)
+        compared = versions.latest_comparisons(session, [model_id])[model_id]
+    return document(request, model_answers.trend(model_id, compared))
 
 
 @router.post("/models/{model_id}/accept", operation_id="accept_model", response_model=ModelOut, responses=making())

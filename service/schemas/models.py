@@ -5,9 +5,10 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from service.schemas.answer import Answer, Number
+from service.schemas.analyses import FindingOut
+from service.schemas.answer import Answer, Number, Series
 
-Values = dict[str, dict[str, Number]]
+Numbers = Annotated[list[Annotated[int, Field(ge=1, le=2**31 - 1)]], Field(min_length=1, max_length=1000)]
 Wanted = Annotated[dict[str, dict[str, Number]], Field(max_length=50)]
 
 
@@ -125,3 +126,61 @@ class Comparisons(Answer):
 
     items: list[ComparisonRow] = Field(description="The rows of this page.")
     next: str | None = Field(description="Cursor of the next page; null after the last.")
+
+
+class ComparisonOut(ComparisonRow):
+    """A model held against one event in one direction, in full."""
+
+    model: int = Field(description="Number of the model.")
+    acceleration_nrmse: dict[str, Number | None] | None = Field(
+        description="By level, driven by the ground alone; null where nothing measured the ground."
+    )
+
+
+class ComparisonSeries(Answer):
+    """Force of a model, driven by the measured motion, beside the estimated one."""
+
+    comparison: int = Field(description="Number of the comparison.")
+    model: int = Field(description="Number of the model.")
+    event: int = Field(description="Number of the event.")
+    direction: str = Field(description="x or y, as the building file names it.")
+    start: datetime = Field(description="Of the first sample.")
+    rate: Number = Field(description="Hz.")
+    step: Number = Field(description="s between samples.")
+    count: int = Field(description="Number of samples before thinning.")
+    time: Series | None = Field(description="s after `start`, where thinned; else null: sample i is at i · step.")
+    displacement: Series | None = Field(None, description="m, of the isolation layer.")
+    measured: Series | None = Field(None, description="N, the force as estimated from the records.")
+    modelled: Series | None = Field(None, description="N, the model's.")
+
+
+class TrendRow(Answer):
+    """How a model did in one event."""
+
+    event: int = Field(description="Number of the event.")
+    event_start: datetime = Field(description="Of the event's first sample.")
+    direction: str = Field(description="x or y, as the building file names it.")
+    fitted: bool = Field(description="Whether the model's values were fitted to it.")
+    nrmse: Number | None = Field(description="Of the force, driven by the measured motion; null without a force.")
+    floors: Number | None = Field(description="RMS of the error in multiples of the noise floor.")
+    excess: Number = Field(description="Of the force's RMS, what the noise does not explain of the error.")
+    allowed: Number | None = Field(description="The most excess that is as usual; null as long as nothing was fitted.")
+    missed: bool = Field(description="Whether the model does worse here than in the events it was fitted to.")
+
+
+class Trend(Answer):
+    """How a model did in every event, and whether it is still good."""
+
+    model: int = Field(description="Number of the model.")
+    items: list[TrendRow] = Field(description="The earliest event first.")
+    finding: FindingOut | None = Field(description="What the latest events say; null where the model is good.")
+
+
+class WorkRequest(BaseModel):
+    """Which events to work with."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+    events: Numbers | None = Field(
+        None, description="Numbers of the events; without them all that can be compared.", examples=[[1, 2]]
+    )

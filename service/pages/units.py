@@ -1,0 +1,27 @@
+"""In which unit does a page show a parameter?"""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+SHOWN: Mapping[str, tuple[str, float]] = MappingProxyType(
+    {
+        "m": ("mm", 1e3),
+        "m/s": ("mm/s", 1e3),
+        "N": ("kN", 1e-3),
+        "N/m": ("kN/mm", 1e-6),
+        "N s/m": ("kN s/mm", 1e-6),
+        "kg": ("t", 1e-3),
+        "1": ("", 1.0),
+    }
+)
+"""Name and size of an SI unit's counterpart that engineers read; others are shown as they are."""
+
+
+def unit(si: str | None) -> str:
+    """The unit that a page shows."""
+    return SHOWN.get(si or "1", (si or "", 1.0))[0]
+
+
+def shown(value: float, si: str | None) -> float:
+    """A value in the unit that a page shows."""
+    return value * SHOWN.get(si or "1", ("", 1.0))[1]

@@ -1,0 +1,132 @@
+"""The pages of the models and of the physical effects, and their forms; no JavaScript."""
+
+from datetime import UTC, datetime
+from typing import Annotated
+from urllib.parse import parse_qs
+
+from fastapi import APIRouter, Depends, Query, Request, Response
+from starlette.responses import RedirectResponse
+
+from core.effects import EFFECTS
+from service import bodies, model_answers, model_requests, models
+from service.auth import Caller, Role, engineer
+from service.buildings import described
+from service.database import ModelComparison
+from service.effect_sheets import families
+from service.errors import ConflictError, NotFoundError
+from service.pages.rendering import page
+from service.parameters import LARGEST, Code, ModelId, Reading, Writing
+from service.queries import versions, watched, work
+from service.routers.effects import EffectName, answered
+from service.routers.login import reader
+
+router = APIRouter(include_in_schema=False)
+
+Reader = Annotated[Caller, Depends(reader)]
+By = Annotated[Caller, Depends(engineer)]
+VERSIONS = 200
+"""Of a building's models that its page lists."""
+JOBS = 5
+"""Of a model that its page lists."""
+MOST = 64 * 1024
+"""Bytes of a posted form."""
+
+
+@router.get("/buildings/{code}/models")
+def of_building(request: Request, code: Code, sessions: Reading, by: Reader) -> Response:
+    """The building's models, the latest first."""
+    with sessions() as session:
+        found, _ = watched.building(session, code)
+        rows = model_answers.rows(session, versions.versions(session, found.id, None, None, None, VERSIONS))
+        directions = described(session, found).description.horizontal_directions
+        return page(
+            request, "models", building=found, models=rows, directions=directions, may_work=by.role >= Role.engineer
+        )
+
+
+@router.get("/models/{model_id}")
+def of_model(
+    request: Request,
+    model_id: ModelId,
+    sessions: Reading,
+    by: Reader,
+    comparison: Annotated[int | None, Query(ge=1, le=LARGEST)] = None,
+) -> Response:
+    """A model: values, errors, lineage, its loop in one event, and what can be asked of it."""
+    with sessions() as session:
+        found = versions.version(session, model_id)
+        compared = versions.latest_comparisons(session, [model_id])[model_id]
+        jobs = work.jobs(session, None, None, model_id, None, JOBS)
+        return page(
+            request,
+            "model",
+            building=found.building,
+            model=model_answers.whole(session, found),
+            lineage=model_answers.rows(session, versions.lineage(session, model_id)),
+            comparisons=[model_answers.comparison_row(*pair) for pair in compared],
+            trend=model_answers.trend(model_id, compared),
+            shown=_shown([one for one, _ in compared], comparison),
+            jobs=jobs,
+            is_working=any(job.state in ("waiting", "running") for job in jobs),
+            addable=[name for name in EFFECTS if name not in found.effects],
+            may_work=by.role >= Role.engineer,
+        )
+
+
+def _shown(compared: list[ModelComparison], number: int | None) -> int | None:
+    """The comparison of that number, or that of the strongest force; None without any."""
+    if number is None:
+        strongest = max(compared, key=lambda one: float(one.misfit["signal"]), default=None)
+        return None if strongest is None else strongest.id
+    if number not in {one.id for one in compared}:
+        raise NotFoundError("comparison of this model", number)
+    return number
+
+
+@router.get("/effects")
+def effects(request: Request, _: Reader) -> Response:
+    """The physical effects that a model may have."""
+    return page(request, "effects", families=families(EFFECTS), effects=EFFECTS)
+
+
+@router.get("/effects/{name}")
+def effect(request: Request, name: EffectName, _: Reader) -> Response:
+    """One of them, explained."""
+    if name not in EFFECTS:
+        raise NotFoundError("effect", name)
+    return page(request, "effect", effect=answered(name, EFFECTS[name]))
+
+
+async def posted(request: Request) -> dict[str, str]:
+    """The fields of a form, each once."""
+    return {name: values[-1].strip() for name, values in parse_qs(await bodies.text(request, MOST)).items()}
+
+
+Form = Annotated[dict[str, str], Depends(posted)]
+
+
+@router.post("/buildings/{code}/models")
+def make(code: Code, sessions: Writing, by: By, form: Form) -> Response:
+    """Make the first model of a direction by the design, and show it."""
+    direction = form.get("direction", "")
+    if direction not in models.DIRECTIONS:
+        raise ConflictError(f"There is no direction {direction!r}; x, y or xy would do.")
+    with sessions.begin() as session:
+        made = model_requests.make(session, code, direction, None, "", by.name, datetime.now(UTC))
+    return RedirectResponse(f"/models/{made.id}", 303)
+
+
+@router.post("/models/{model_id}/accept")
+def accept(model_id: ModelId, sessions: Writing, by: By) -> Response:
+    """Put the model in force, and show it."""
+    with sessions.begin() as session:
+        models.accept(session, versions.version(session, model_id), by.name, datetime.now(UTC))
+    return RedirectResponse(f"/models/{model_id}", 303)
+
+
+@router.post("/models/{model_id}/compare")
+def compare(model_id: ModelId, sessions: Writing, by: By) -> Response:
+    """Hold the model against every event, and show how far that is."""
+    with sessions.begin() as session:
+        model_requests.compare(session, versions.version(session, model_id), None, by.name, datetime.now(UTC))
+    return RedirectResponse(f"/models/{model_id}", 303)

@@ -1,0 +1,46 @@
+"""The pictures of the models' pages, drawn on the server."""
+
+from typing import Annotated
+
+from fastapi import APIRouter, Depends, Query, Request, Response
+
+from service import model_answers, model_charts
+from service.answers import is_known, tag, unchanged
+from service.auth import viewer
+from service.blobs import decode
+from service.parameters import LARGEST, Reading
+from service.queries import versions
+from service.routers.pictures import drawn
+from service.version import VERSION
+
+router = APIRouter(prefix="/charts", include_in_schema=False, dependencies=[Depends(viewer)])
+
+
+@router.get("/model-loop.svg")
+def loop(request: Request, sessions: Reading, comparison: Annotated[int, Query(ge=1, le=LARGEST)]) -> Response:
+    """The model's force beside the estimated one, over displacement."""
+    with sessions() as session:
+        found = versions.comparison(session, comparison)
+        etag = tag(VERSION, "model-loop", found.id, found.created_at)
+        if is_known(request, etag):
+            return unchanged(etag)
+        measured = versions.measured(session, found.analysis_id, found.direction)
+    title = f"{found.event.start:%Y-%m-%d %H:%M:%S} UTC, direction {found.direction}"
+    chart = model_charts.loops(
+        displacement=decode(measured.displacement),
+        measured=decode(measured.force),
+        modelled=decode(found.force),
+        title=title,
+    )
+    return drawn(request, chart, etag)
+
+
+@router.get("/model-trend.svg")
+def trend(request: Request, sessions: Reading, model: Annotated[int, Query(ge=1, le=LARGEST)]) -> Response:
+    """The model's error beyond noise, event by event."""
+    with sessions() as session:
+        compared = versions.latest_comparisons(session, [model])[model]
+    etag = tag(VERSION, "model-trend", model, [(one.id, one.created_at) for one, _ in compared])
+    if is_known(request, etag):
+        return unchanged(etag)
+    return drawn(request, model_charts.trend(model_answers.judged(compared)), etag)

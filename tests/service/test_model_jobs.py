@@ -1,0 +1,107 @@
+"""From an engineer's wish to a comparison, and what a new event asks for by itself."""
+
+import json
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import pytest
+import watched
+from asking import client
+from fastapi.testclient import TestClient
+from sqlalchemy.orm import Session, sessionmaker
+
+from core.paper import ISOLATOR
+from service.looking import Look
+from service.worker import Worker
+
+pytestmark = pytest.mark.slow
+
+MODELS = "/api/v1/buildings/PAPER/models"
+TRUTH = {name: dict(values) for name, values in ISOLATOR.effects.items()}
+LINEAR = {"elastic": {"k_b": 4.75e8}, "viscous": {"c_b": 6e6}}
+
+
+@pytest.fixture
+def asking(database_url: str, sessions: sessionmaker[Session], tmp_path: Path) -> Iterator[TestClient]:
+    """An engineer's client; the paper's building has had two earthquakes."""
+    (tmp_path / "records").mkdir()
+    watched.watch(sessions, tmp_path / "records", watched.earthquakes()[:2])
+    with client(database_url, progress_patience=1) as made:
+        yield made
+
+
+def work(sessions: sessionmaker[Session]) -> None:
+    with ThreadPoolExecutor(1) as pool:
+        Worker(sessions, lambda: pool, watched.SETTINGS, clock=lambda: watched.NOW).run_until_idle()
+
+
+def made(asking: TestClient, effects: dict[str, dict[str, float]]) -> int:
+    number: int = asking.post(MODELS, json={"direction": "x", "effects": effects}).json()["id"]
+    return number
+
+
+def compared(asking: TestClient, sessions: sessionmaker[Session], model: int) -> list[dict[str, Any]]:
+    asked = asking.post(f"/api/v1/models/{model}/comparisons", json={})
+    assert asked.status_code == 202, asked.text
+    work(sessions)
+    done = asking.get(asked.headers["Location"]).json()
+    assert (done["state"], done["error"], done["refusal"]) == ("done", None, None)
+    rows: list[dict[str, Any]] = asking.get(f"/api/v1/models/{model}/comparisons").json()["items"]
+    return rows
+
+
+def test_the_right_model_leaves_noise_and_a_wrong_one_more(asking: TestClient, sessions: sessionmaker[Session]) -> None:
+    right, wrong = (compared(asking, sessions, made(asking, effects)) for effects in (TRUTH, LINEAR))
+    assert [row["event"] for row in right] == [row["event"] for row in wrong] == [1, 2]
+    for good, bad in zip(right, wrong, strict=True):
+        assert good["floors"] < 2 < bad["floors"]
+        assert good["nrmse"] < 0.05 < bad["nrmse"]
+        assert good["displacement_nrmse"] < 0.05 < bad["displacement_nrmse"]
+        assert (good["direction"], good["role"]) == ("x", "later")
+    one = asking.get(f"/api/v1/comparisons/{right[0]['id']}").json()
+    assert set(one["acceleration_nrmse"]) == {"1F", "4F", "RF"}
+    series = asking.get(f"/api/v1/comparisons/{right[0]['id']}/force", params={"points": 100}).json()
+    assert len(series["time"]) == len(series["modelled"]) == len(series["measured"]) <= 100
+    lines = asking.get(f"/api/v1/comparisons/{right[0]['id']}/force", params={"format": "csv"}).text.splitlines()
+    assert (lines[0], len(lines)) == ("time,displacement,measured,modelled", series["count"] + 1)
+
+
+def test_who_waits_is_told_how_far_it_is(asking: TestClient, sessions: sessionmaker[Session]) -> None:
+    asked = asking.post(f"/api/v1/models/{made(asking, LINEAR)}/comparisons", json={}).headers["Location"]
+    assert [one["state"] for one in followed(asking, asked)] == ["waiting"]
+    work(sessions)
+    (done,) = followed(asking, asked)
+    assert (done["state"], done["progress"]["stages"], done["asked_by"]) == ("done", 3, "loopback")
+    assert asking.get("/api/v1/jobs/999/progress").status_code == 404
+
+
+def followed(asking: TestClient, job: str) -> list[dict[str, Any]]:
+    answer = asking.get(f"{job}/progress")
+    assert answer.headers["content-type"].startswith("text/event-stream")
+    return [json.loads(line.removeprefix("data: ")) for line in answer.text.splitlines() if line.startswith("data: ")]
+
+
+def test_the_model_in_force_is_held_against_every_new_event(
+    asking: TestClient, sessions: sessionmaker[Session], tmp_path: Path
+) -> None:
+    model = made(asking, LINEAR)
+    assert asking.get(f"/api/v1/models/{model}/trend").json()["items"] == []
+    asking.post(f"/api/v1/models/{model}/accept")
+    (tmp_path / "records" / "new.mseed").write_bytes(watched.earthquakes()[2])
+    look = Look(sessions, watched.SETTINGS, lambda: watched.NOW, lambda _: None, lambda: False)
+    look.at("PAPER")
+    look.queue_ready()
+    work(sessions)
+    trend = asking.get(f"/api/v1/models/{model}/trend").json()
+    assert [(one["event"], one["fitted"], one["missed"]) for one in trend["items"]] == [(3, False, False)]
+    assert trend["finding"] is None  # nothing was fitted, so there is nothing it was used to
+
+
+def test_what_cannot_be_compared_is_refused(asking: TestClient) -> None:
+    model = made(asking, LINEAR)
+    refused = asking.post(f"/api/v1/models/{model}/comparisons", json={"events": [1, 77]})
+    assert refused.status_code == 409
+    assert "events 77" in refused.json()["detail"]
+    assert asking.post(f"/api/v1/models/{model}/comparisons", json={"events": []}).status_code == 422
