@@ -6,10 +6,15 @@ and β = γ = 1/2, and each takes from the other the terms of their equations' s
 
 from core.effect import Effect, LogNormal, Parameter
 
+SHORTEST = 2e-3
+"""s: a yield faster than that is slowed down to it, since no step of a few milliseconds follows it."""
+
 
 def law(v, v_cross, yielded, z_cross, joined, D_cross):
-    plastic = 0.5 * (abs(v_cross) * z_cross + v_cross * abs(z_cross)) + joined * max(v * yielded, 0.0) * z_cross
-    return joined * max(v_cross * z_cross, 0.0), (v_cross - plastic) / D_cross
+    taken = joined * max(v * yielded, 0.0)
+    plastic = 0.5 * (abs(v_cross) * z_cross + v_cross * abs(z_cross)) + taken * z_cross
+    reach = max(D_cross, SHORTEST * (abs(v_cross) + taken))
+    return joined * max(v_cross * z_cross, 0.0), (v_cross - plastic) / reach
 
 
 EFFECT = Effect(

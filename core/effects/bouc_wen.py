@@ -16,7 +16,8 @@ def law(v, z, strength, sharpness, slope, flow, cross_flow, F_y, D_y, A, beta, g
     # a power in a compiled loop is ten times as slow
     bend = 1.0 if exponent == 1.0 else max(abs(z), TINY) ** (exponent - 1.0)
     plastic = bend * (z * (gamma * abs(v)) + abs(z) * (beta * v)) + z * cross_flow
-    return strength * F_y * z, flow * (slope * A * v - plastic) / max(D_y, SHORTEST * exponent * abs(v))
+    reach = max(D_y, SHORTEST * (exponent * abs(v) + cross_flow))
+    return strength * F_y * z, flow * (slope * A * v - plastic) / reach
 
 
 EFFECT = Effect(

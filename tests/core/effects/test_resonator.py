@@ -1,0 +1,18 @@
+"""The resonator's dynamic stiffness."""
+
+import numpy as np
+import pytest
+from exciting import TURN, answer, cycles
+
+
+@pytest.mark.parametrize("frequency", [0.5, 0.7, 1.4])
+def test_harmonic_force_is_by_the_dynamic_stiffness(frequency: float) -> None:
+    """-m ω² (1 + 2iζr) / (1 - r² + 2iζr), r = ω over the resonator's own; 2e-3: straight lines between samples."""
+    given, mass, damping = cycles(200.0, count=40, amplitude=0.1), 5e5, 0.1
+    force = answer({"resonator": {"mass": mass, "frequency": frequency, "damping": damping}}, given)
+    last = slice(-given.velocity.size // 40, None)
+    wave = np.column_stack([given.displacement, given.velocity / TURN])[last]
+    found = np.linalg.lstsq(wave, force[last], rcond=None)[0] @ [1, 1j]
+    r = TURN / (2 * np.pi * frequency)
+    exact = -mass * TURN**2 * (1 + 2j * damping * r) / (1 - r**2 + 2j * damping * r)
+    assert abs(found - exact) < 2e-3 * abs(exact)
