@@ -21,7 +21,7 @@ def test_it_is_what_the_locked_damper_forgets() -> None:
 
 
 def test_it_gives_no_more_energy_than_was_held() -> None:
-    """Over whole cycles the work is at most the held force over its travel, and over half a sample that the sum adds."""
+    """Over whole cycles the work is at most the held force over its travel, and half a sample that the sum adds."""
     for sign in (-1, 1):
         given = cycles(700.0, count=5, amplitude=0.1)
         force = answer({"residual_offset": {"held_force": sign * 1e6, "travel": 5e-3}}, given)
