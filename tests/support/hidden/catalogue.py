@@ -8,9 +8,9 @@ from typing import Any
 from numba import njit
 
 from hidden.law import Law
-from hidden.laws import dissipating, elastic, layer, remembering, yielding
+from hidden.laws import elastic, layer, outside, remembering, rubbing, viscous, yielding
 
-MODULES = (layer, yielding, dissipating, elastic, remembering)
+MODULES = (layer, elastic, viscous, rubbing, yielding, remembering, outside)
 LAWS: Mapping[str, Law] = MappingProxyType({law.name: law for module in MODULES for law in module.LAWS})
 ORDER = tuple(LAWS)
 """The index is the law's code."""
@@ -18,23 +18,24 @@ ORDER = tuple(LAWS)
 
 @cache
 def answered() -> Any:  # noqa: ANN401  numba's functions have no type
-    """(code, p, s, s1, step, past) → what that law answers. Laws that share a function are compiled once."""
-    return _chained(tuple(dict.fromkeys(law.advance for law in LAWS.values())))
+    """(code, p, s, s1, step, past) → what that law answers.
+
+    Written as one flat chain: numba optimises what is nested anew at every level.
+    """
+    laws = {f"law_{number}": njit(advance) for number, advance in enumerate(_advances())}
+    lines = ["def chosen(code, p, s, s1, step, past):"]
+    for number, name in enumerate(laws):
+        lines += [f"    if code == {number}:", f"        return {name}(p, s, s1, step, past)"]
+    namespace: dict[str, Any] = dict(laws)
+    exec("\n".join([*lines, "    return 0.0"]), namespace)  # the source is ours, as above
+    return njit(namespace["chosen"])
 
 
 def code(law: Law) -> int:
     """By which the compiled function knows the law."""
-    return list(dict.fromkeys(other.advance for other in LAWS.values())).index(law.advance)
+    return _advances().index(law.advance)
 
 
-def _chained(advances: tuple[Callable[..., float], ...]) -> Any:  # noqa: ANN401
-    first, rest = njit(advances[0]), advances[1:]
-    if not rest:
-        return njit(lambda code, p, s, s1, step, past: first(p, s, s1, step, past))
-    others = _chained(rest)
-
-    @njit
-    def either(code, p, s, s1, step, past):  # noqa: ANN001, ANN202
-        return first(p, s, s1, step, past) if code == 0 else others(code - 1, p, s, s1, step, past)
-
-    return either
+def _advances() -> list[Callable[..., float]]:
+    """Every function once: some laws share one."""
+    return list(dict.fromkeys(law.advance for law in LAWS.values()))

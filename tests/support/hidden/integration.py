@@ -14,12 +14,14 @@ import numpy as np
 from numba import njit
 
 from core.arrays import Matrix, Vector
+from hidden.building import Building
 from hidden.catalogue import answered, code
 from hidden.law import Law, Step
-from hidden.superstructure import Superstructure, oscillators
+from hidden.superstructure import oscillators
 
 TURNS = 40
-CLOSE = 1e-11
+"""At most, of the secant method in each step."""
+CLOSE = 1e-10
 """m/s² per m/s²: turns end when the slab's acceleration moves by less."""
 KINDS = ("strength", "yielding", "force")
 """In the order in which laws are asked."""
@@ -61,12 +63,10 @@ class Answer:
     """(axes, states) at the end."""
 
 
-def shaken(
-    superstructure: Superstructure, laws: Sequence[Hidden], shaking: Shaking, states: Matrix | None = None
-) -> Answer:
+def shaken(building: Building, laws: Sequence[Hidden], shaking: Shaking, states: Matrix | None = None) -> Answer:
     """The answer from rest, or from rest with states that the layer kept."""
     ordered = sorted(laws, key=lambda hidden: KINDS.index(hidden[0].kind))
-    modes = oscillators(superstructure, shaking.h)
+    modes = oscillators(building.superstructure, shaking.h)
     counts = [law.states for law, _ in ordered]
     axes = shaking.ground.shape[0]
     u, v, force, slab, second, end = _kernel()(
@@ -76,14 +76,14 @@ def shaken(
         np.array([value for _, values in ordered for value in values.values()]),
         np.cumsum([0, *counts]),
         np.zeros((axes, sum(counts))) if states is None else np.array(states),
-        superstructure.total_mass,
+        building.superstructure.total_mass,
         modes.participation,
         modes.advance,
         modes.pushed,
         modes.answer,
         np.ascontiguousarray(shaking.ground),
         shaking.vertical,
-        np.array([shaking.h, shaking.time, shaking.temperature]),
+        np.array([shaking.h, shaking.time, shaking.temperature, building.layer.k, building.layer.c]),
     )
     floors = slab[:, None] + modes.shape @ second
     return Answer(u, v, force, np.concatenate([slab[:, None], floors], axis=1), end)
@@ -108,7 +108,7 @@ def _kernel() -> Any:  # noqa: ANN401  numba's functions have no type
 
     @njit
     def layer(codes, kinds, at_p, p, at_s, s, s1, step, past):  # noqa: ANN001, ANN202
-        """Force of all laws, and z at the end of the step."""
+        """Force of all laws besides rubber and dashpot, and z at the end of the step."""
         force, strength, z = 0.0, 1.0, 0.0
         for slot in range(codes.size):
             own, new = s[at_s[slot] : at_s[slot + 1]], s1[at_s[slot] : at_s[slot + 1]]
@@ -125,44 +125,48 @@ def _kernel() -> Any:  # noqa: ANN401  numba's functions have no type
     @njit
     def integrate(codes, kinds, at_p, p, at_s, states, mass, L, advance, pushed, own, ground, vertical, constants):  # noqa: ANN001, ANN202
         axes, n, modes = ground.shape[0], ground.shape[1], L.size
-        h, begun, temperature = constants[0], constants[1], constants[2]
+        h, begun, temperature, rubber, dashpot = constants[0], constants[1], constants[2], constants[3], constants[4]
         u, v, f, slab = np.zeros((axes, n)), np.zeros((axes, n)), np.zeros((axes, n)), np.zeros((axes, n))
         second = np.zeros((axes, modes, n))
         q, ahead = np.zeros((axes, modes, 2)), np.zeros((axes, modes, 2))
-        z0, z, lent = np.zeros(axes), np.zeros(axes), np.zeros(axes)
-        s, s1 = states, states.copy()
-        slab_share = mass
+        z0, z, lent, tried, missed = np.zeros(axes), np.zeros(axes), np.zeros(axes), np.zeros(axes), np.zeros(axes)
+        s, s1, cross = states, states.copy(), axes - 1.0
+        carried = mass  # what of the mass the slab must move at once: the rest hangs on the oscillators
         for j in range(modes):
-            slab_share += L[j] * (own[j, 0] * pushed[j, 0, 1] + own[j, 1] * pushed[j, 1, 1] - L[j])
+            carried += L[j] * (own[j, 0] * pushed[j, 0, 1] + own[j, 1] * pushed[j, 1, 1] - L[j])
         for i in range(1, n):
             for x in range(axes):
+                before = slab[x, i - 1]
                 lent[x] = 0.0
                 for j in range(modes):
                     for r in range(2):
                         ahead[x, j, r] = (
-                            advance[j, r, 0] * q[x, j, 0] + advance[j, r, 1] * q[x, j, 1] + pushed[j, r, 0] * slab[x, i - 1]
+                            advance[j, r, 0] * q[x, j, 0] + advance[j, r, 1] * q[x, j, 1] + pushed[j, r, 0] * before
                         )
                     lent[x] += L[j] * (own[j, 0] * ahead[x, j, 0] + own[j, 1] * ahead[x, j, 1])
-                slab[x, i] = slab[x, i - 1]
+                slab[x, i] = 2 * before - slab[x, i - 2] if i > 1 else 0.0
                 z0[x] = z[x]
-            for _ in range(TURNS):
+            for turn in range(TURNS):
                 moved = 0.0
                 for x in range(axes):
                     a0, a = slab[x, i - 1] - ground[x, i - 1], slab[x, i] - ground[x, i]
                     u[x, i] = u[x, i - 1] + h * v[x, i - 1] + h * h * (a0 / 3 + a / 6)
                     v[x, i] = v[x, i - 1] + h * (a0 + a) / 2
                 for x in range(axes):
-                    c = axes - 1 - x
-                    cross = 1.0 if axes == 2 else 0.0
+                    o = axes - 1 - x
                     step = Step(
                         u[x, i - 1], v[x, i - 1], u[x, i], v[x, i], slab[x, i] - ground[x, i],
-                        cross * u[c, i - 1], cross * u[c, i], cross * v[c, i],
+                        cross * u[o, i - 1], cross * u[o, i], cross * v[o, i],
                         z0[x], z[x], slab[x, i], vertical[i], temperature, begun + i * h, i, h,
                     )  # fmt: skip
-                    f[x, i], z[x] = layer(codes, kinds, at_p, p, at_s, s[x], s1[x], step, u[x])
-                    a = -(f[x, i] + lent[x]) / slab_share
-                    moved = max(moved, abs(a - slab[x, i]) / (1.0 + abs(a)))
-                    slab[x, i] = a
+                    hidden, z[x] = layer(codes, kinds, at_p, p, at_s, s[x], s1[x], step, u[x])
+                    f[x, i] = rubber * u[x, i] + dashpot * v[x, i] + hidden
+                    miss, slope = slab[x, i] + (f[x, i] + lent[x]) / carried, 1.0
+                    if turn > 0 and slab[x, i] != tried[x]:
+                        slope = max((miss - missed[x]) / (slab[x, i] - tried[x]), 0.5)
+                    tried[x], missed[x] = slab[x, i], miss
+                    slab[x, i] -= miss / slope
+                    moved = max(moved, abs(miss / slope) / (1.0 + abs(miss)))
                 if moved < CLOSE:
                     break
             for x in range(axes):

@@ -7,6 +7,10 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 
+Need = Literal["cross", "vertical", "temperature"]
+"""Motion along the other horizontal axis, vertical motion, temperatures that differ."""
+
+
 class Step(NamedTuple):
     """What a law may know of one step in one direction; a trailing 0 marks its beginning. SI units."""
 
@@ -86,3 +90,5 @@ class Law:
     """Largest values of strengths that have any."""
     kind: Literal["force", "strength", "yielding"] = "force"
     """Is force added, the yield force multiplied, or does it take the place of the layer's yielding?"""
+    needs: tuple[Need, ...] = ()
+    """What must happen, and be recorded, for the law to show."""

@@ -32,7 +32,9 @@ def misfit(displacement: Sequence[Vector], velocity: Sequence[Vector], force: Se
     """
     weight = [1 / np.linalg.norm(f) for f in force]
     F = np.concatenate([w * f for w, f in zip(weight, force, strict=True)])
-    fixed = np.concatenate([w * np.column_stack([u, v]) for w, u, v in zip(weight, displacement, velocity, strict=True)])
+    fixed = np.concatenate(
+        [w * np.column_stack([u, v]) for w, u, v in zip(weight, displacement, velocity, strict=True)]
+    )
 
     def left(log_yield: float) -> float:
         z = np.concatenate([w * _z(u, np.exp(log_yield), beta) for w, u in zip(weight, displacement, strict=True)])

@@ -1,225 +1,203 @@
 """One trial: a building in which something is hidden, and the records of its earthquakes, from a case and a seed."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from datetime import UTC, datetime, timedelta
+from datetime import datetime, timedelta
 
 import numpy as np
 
 from core.arrays import Matrix, Vector
-from core.description import BuildingDescription, IsolationDesign, IsolationLayer, Level
+from core.description import BuildingDescription
 from core.record import Channel, Record
-from hidden.building import Building, building
-from hidden.catalogue import LAWS
-from hidden.ground import DURATION, MOTIONS, motion
-from hidden.integration import Answer, Hidden, Shaking, kept, shaken
-from hidden.law import Law, Layer
-from hidden.misfit import misfit
+from hidden.building import GRAVITY, Building, building
+from hidden.case import Case, case
+from hidden.described import LEVELS, described
+from hidden.faults import KINDS, Fault, faulty
+from hidden.integration import Answer, Cube, Hidden
+from hidden.law import Need
+from hidden.plan import FITTED, PEAKS, Plan, plans, shaking
 from hidden.sensors import RATE, Noise, displacement_reading, noise, sampled
+from hidden.strength import complete, course, misfit_of, scaled, strong_enough
 
-START = datetime(2019, 3, 5, 6, 7, 8, tzinfo=UTC)
-"""Of the first earthquake."""
-PEAKS = (0.004, 0.020, 0.080, 0.030, 0.050)
-"""m, that the isolation layer about reaches in the earthquakes, by date; the last is kept out of every fit."""
-FITTED = 4
-"""How many of them are for fitting."""
-FINE, COARSE = 1000.0, 250.0
-"""Hz, steps of the integration: for the records, and for finding how strong ground motions and effects must be."""
-FLOORS = ("2F", "3F", "4F", "5F", "6F", "7F", "RF")
-INSTRUMENTED = ("1F", "4F", "RF")
-"""Levels with an accelerometer besides the ground, as the paper has them."""
+FINE = 1000.0
+"""Hz, steps of the integration."""
 MISFIT = (0.01, 0.15)
-"""Range of `misfit` that effects are made strong enough for."""
+"""Range of `misfit` that hidden laws are made strong enough for, each alone; some cannot be."""
+USUAL = 0.25
+"""Chance that motion along y, vertical motion, or temperature is there and recorded though no law needs it."""
+NEEDS: tuple[Need, ...] = ("cross", "vertical", "temperature")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Event:
-    """One earthquake: what happened and what was recorded of it."""
+    """One earthquake: what was recorded of it, and what happened at the record's samples, without error."""
 
-    start: datetime
     record: Record
     displacement: Matrix
-    """(axes, n) m, exact, at the record's samples; so are all below."""
+    """(axes, n) m, of the slab relative to the ground; x first, and y where it moves."""
     velocity: Matrix
     """(axes, n) m/s."""
     force: Matrix
-    """(axes, n) N."""
-    acceleration: np.ndarray[tuple[int, int, int], np.dtype[np.float64]]
+    """(axes, n) N, of the isolation layer."""
+    acceleration: Cube
     """(axes, 1 + floors, n) m/s², absolute, the base slab first."""
     ground: Matrix
     """(axes, n) m/s²."""
+    vertical: Vector
+    """(n,) m/s², of the base slab, upwards."""
     temperature: float
     """°C."""
+
+    @property
+    def start(self) -> datetime:
+        """Of the record."""
+        return self.record.start
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Trial:
-    """Everything known of a trial."""
+    """Everything that is known of a trial."""
 
     case: str
     seed: int
     hidden: tuple[Hidden, ...]
     """The hidden laws with their values; none if nothing is hidden."""
+    faults: tuple[Fault, ...]
+    softened: str
+    """Floor above the storey that is softer than described; empty if none is."""
     building: Building
     described: BuildingDescription
     noise: Noise
     events: tuple[Event, ...]
-    """By date; the first FITTED are for fitting."""
+    """By date; the first FITTED are for fitting, the last for predicting."""
     misfit: float
-    """What hidden.misfit makes of the fitted events' x axis."""
+    """How far the hidden laws move the force, over the force: see hidden.misfit."""
 
     @property
     def effects(self) -> tuple[str, ...]:
-        """Names in the workbench's library of what is hidden."""
+        """Names, in the workbench's library, of what is hidden; empty for a law that it has not."""
         return tuple(law.effect for law, _ in self.hidden)
 
-
-@dataclass(frozen=True, slots=True)
-class Plan:
-    """The earthquakes as planned: which motion, when, how warm."""
-
-    motion: int
-    start: datetime
-    temperature: float
+    @property
+    def fitted(self) -> tuple[Event, ...]:
+        """The earthquakes for fitting."""
+        return self.events[:FITTED]
 
 
-def trial(case: str, seed: int) -> Trial:
-    """The trial of that case and seed: the same each time."""
-    rng = np.random.default_rng([seed, *case.encode()])
-    stands = building(rng, max(PEAKS))
-    plans = _plans(rng)
-    hidden = tuple((LAWS[name], LAWS[name].values(stands.layer, rng)) for name in _names(case))
-    accelerometers = Noise(level=float(rng.choice([0.01, 0.03, 0.1])))
-    if hidden:
-        hidden = _strong_enough(stands, hidden, plans, float(np.exp(rng.uniform(*np.log(MISFIT)))))
-    laws = _laws(stands.layer, hidden)
-    scales = _scales(stands, laws, plans)
-    answers = _answers(stands, laws, plans, scales, FINE)
-    described = _described(stands, rng)
-    events = tuple(_event(plan, *answer, described, accelerometers, rng) for plan, answer in zip(plans, answers, strict=True))
-    return Trial(case, seed, hidden, stands, described, accelerometers, events, _misfit(events, stands.layer))
+def trial(text: str, seed: int) -> Trial:
+    """The trial of that case (see hidden.case) and seed: the same each time."""
+    wanted, rng = case(text), np.random.default_rng([seed, *text.encode()])
+    true = building(rng, max(PEAKS))
+    earthquakes = plans(rng)
+    happens = _happens(wanted, rng)
+    begin = scaled(true, complete(true, ()), earthquakes, [60.0 * plan.peak for plan in earthquakes], happens).scales
+    hidden = tuple(
+        strong_enough(true, (law, law.values(true.layer, rng)), earthquakes, begin, happens, _wanted(rng))
+        for law in wanted.laws
+    )
+    laws = complete(true, hidden)
+    scales = scaled(true, laws, earthquakes, begin, happens).scales
+    found = course(true, laws, earthquakes, scales, FINE, happens)
+    told, softened = _softened(described(true, wanted, happens, rng), wanted, rng)
+    faults = _faults(wanted, told, rng)
+    noisy = Noise(float(rng.choice([0.01, 0.03, 0.1])), wanted.pink)
+    gains = 1 + wanted.gain_error * rng.standard_normal(len(told.channels))
+    events = tuple(
+        _recorded(_exact(plan, scale, answer, happens), told, noisy, gains, faults, wanted, rng)
+        for plan, scale, answer in zip(earthquakes, scales, found.answers, strict=True)
+    )
+    return Trial(text, seed, hidden, faults, softened, true, told, noisy, events, misfit_of(found, true))
 
 
-def _names(case: str) -> tuple[str, ...]:
-    return () if case == "nothing" else tuple(case.split("+"))
+def _wanted(rng: np.random.Generator) -> float:
+    return float(np.exp(rng.uniform(*np.log(MISFIT))))
 
 
-def _plans(rng: np.random.Generator) -> tuple[Plan, ...]:
-    days = np.cumsum(rng.uniform(3, 200, len(PEAKS)))
-    motions = rng.choice(len(MOTIONS), len(PEAKS), replace=False)
+def _happens(wanted: Case, rng: np.random.Generator) -> frozenset[Need]:
+    needed = {need for law in wanted.laws for need in law.needs}
+    needed |= {"cross" for kind, _ in wanted.faults if kind == "rotation"}
+    return frozenset(need for need in NEEDS if rng.random() < USUAL or need in needed)
+
+
+def _softened(told: BuildingDescription, wanted: Case, rng: np.random.Generator) -> tuple[BuildingDescription, str]:
+    """The description with one storey stiffer than the true one, by what that has lost."""
+    lost, storey = rng.uniform(*wanted.softened), int(rng.integers(len(told.floors)))
+    if not lost:
+        return told, ""
+    floor = told.floors[storey]
+    stiffer = replace(floor, stiffness=(floor.stiffness or 0.0) / (1 - lost))
+    levels = tuple(stiffer if level is floor else level for level in told.levels)
+    return replace(told, levels=levels), floor.name
+
+
+def _faults(wanted: Case, told: BuildingDescription, rng: np.random.Generator) -> tuple[Fault, ...]:
+    def channel(level: str, direction: str) -> str:
+        """Id of the accelerometer, or of the displacement sensor."""
+        quantity = "displacement" if level == "displacement" else "acceleration"
+        place = "1F" if level == "displacement" else level
+        return next(c.id for c in told.channels if (c.level, c.quantity, c.direction) == (place, quantity, direction))
+
+    others = {"swap": lambda level: channel("RF", "x"), "rotation": lambda level: channel(level, "y")}
     return tuple(
-        Plan(int(chosen), START + timedelta(seconds=round(day * 86400)), float(rng.uniform(5, 30)))
-        for chosen, day in zip(motions, days - days[0], strict=True)
+        Fault(kind, channel(level, "x"), KINDS[kind].drawn(rng), others[kind](level) if kind in others else "")
+        for kind, level in wanted.faults
     )
 
 
-def _laws(layer: Layer, hidden: Sequence[Hidden]) -> tuple[Hidden, ...]:
-    rng = np.random.default_rng(0)  # the layer's own laws draw nothing
-    replaced = any(law.kind == "yielding" for law, _ in hidden)
-    usual = ("rubber", "dashpot") if replaced else ("rubber", "dashpot", "yielding")
-    return (*((LAWS[name], LAWS[name].values(layer, rng)) for name in usual), *hidden)
-
-
-def _shaking(plan: Plan, scale: float, rate: float) -> Shaking:
-    ground = scale * motion(plan.motion, rate)[None]
-    time = (plan.start - START).total_seconds()
-    return Shaking(1 / rate, ground, np.zeros(ground.shape[1]), plan.temperature, time)
-
-
-def _scales(stands: Building, laws: Sequence[Hidden], plans: Sequence[Plan]) -> tuple[float, ...]:
-    """m/s², peak ground accelerations that move the layer as far as PEAKS, within 5 %."""
-    scales: list[float] = []
-    states = None
-    for peak, plan in zip(PEAKS, plans, strict=True):
-        scale = peak * stands.layer.k / stands.superstructure.total_mass * 2
-        for _ in range(8):
-            answer = shaken(stands.superstructure, laws, _shaking(plan, scale, COARSE), states)
-            reached = np.abs(answer.displacement[0]).max()
-            if abs(reached / peak - 1) < 0.05:
-                break
-            scale *= (peak / reached) ** 0.8
-        scales.append(scale)
-        states = kept(laws, answer.states, 86400.0)
-    return tuple(scales)
-
-
-def _answers(
-    stands: Building, laws: Sequence[Hidden], plans: Sequence[Plan], scales: Sequence[float], rate: float
-) -> tuple[tuple[Shaking, Answer], ...]:
-    """What happened in all earthquakes, the layer keeping its states from one to the next."""
-    answers: list[tuple[Shaking, Answer]] = []
-    states, before = None, plans[0].start
-    for plan, scale in zip(plans, scales, strict=True):
-        if answers:
-            states = kept(laws, answers[-1][1].states, (plan.start - before).total_seconds() - DURATION)
-        shaking = _shaking(plan, scale, rate)
-        answers.append((shaking, shaken(stands.superstructure, laws, shaking, states)))
-        before = plan.start
-    return tuple(answers)
-
-
-def _strong_enough(stands: Building, hidden: tuple[Hidden, ...], plans: Sequence[Plan], wanted: float) -> tuple[Hidden, ...]:
-    """The laws made stronger or weaker together until their misfit is about the wanted one, or limits are met."""
-    for _ in range(3):
-        laws = _laws(stands.layer, hidden)
-        answers = _answers(stands, laws, plans, _scales(stands, laws, plans), COARSE)[:FITTED]
-        series = [[getattr(a, name)[0] for _, a in answers] for name in ("displacement", "velocity", "force")]
-        reached = misfit(*series, stands.layer.beta)
-        if 0.8 < reached / wanted < 1.25:
-            break
-        hidden = tuple((law, _scaled(law, values, float(np.clip(wanted / reached, 0.2, 3)))) for law, values in hidden)
-    return hidden
-
-
-def _scaled(law: Law, values: Mapping[str, float], factor: float) -> Mapping[str, float]:
-    limits = law.limits or {}
-    return {
-        name: min(value * factor, limits.get(name, np.inf)) if name in law.strength and name != "F_y" else value
-        for name, value in values.items()
-    }
-
-
-def _misfit(events: Sequence[Event], layer: Layer) -> float:
-    fitted = events[:FITTED]
-    return misfit([e.displacement[0] for e in fitted], [e.velocity[0] for e in fitted], [e.force[0] for e in fitted], layer.beta)
-
-
-def _described(stands: Building, rng: np.random.Generator) -> BuildingDescription:
-    """The building as its engineer would describe it: masses right, stiffnesses and isolation about right."""
-    structure, layer = stands.superstructure, stands.layer
-    stiffness = structure.storey_stiffness * (1 + 0.04 * rng.standard_normal())
-    levels = [Level("ground", "ground"), Level("1F", "base", structure.base_mass)]
-    levels += [
-        Level(name, "floor", float(m), float(k)) for name, m, k in zip(FLOORS, structure.floor_mass, stiffness, strict=True)
-    ]
-    off = 1 + 0.03 * rng.standard_normal(4)
-    design = IsolationDesign(layer.k * off[0], layer.c * off[1], layer.F_y * off[2], layer.D_y * off[3])
-    places = [(0, "ground"), *((i, name) for i, name in enumerate(("1F", *FLOORS), start=1) if name in INSTRUMENTED)]
-    channels = [Channel(f"XX.TRIAL.{i:02d}.HNX", name, "acceleration", "x") for i, name in places]
-    channels.append(Channel("XX.TRIAL.01.HYX", "1F", "displacement", "x"))
-    return BuildingDescription("TRIAL", "a building under trial", tuple(levels), IsolationLayer(0.2, design), tuple(channels))
-
-
-def _event(
-    plan: Plan, shaking: Shaking, answer: Answer, described: BuildingDescription, noisy: Noise, rng: np.random.Generator
-) -> Event:
-    rate = 1 / shaking.h
-    event = Event(
-        plan.start,
+def _exact(plan: Plan, scale: float, answer: Answer, happens: frozenset[Need]) -> Event:
+    """What happened, at the record's samples; nothing is recorded yet."""
+    driven = shaking(plan, scale, FINE, happens)
+    return Event(
         Record(plan.start, RATE, (), np.zeros((0, 0))),
-        sampled(answer.displacement, rate),
-        sampled(answer.velocity, rate),
-        sampled(answer.force, rate),
-        sampled(answer.acceleration, rate),
-        sampled(shaking.ground, rate),
-        plan.temperature,
+        *(
+            sampled(series, FINE)
+            for series in (answer.displacement, answer.velocity, answer.force, answer.acceleration)
+        ),
+        ground=sampled(driven.ground, FINE),
+        vertical=GRAVITY * sampled(driven.vertical, FINE),
+        temperature=driven.temperature,
     )
-    samples = np.array([_reading(channel, event, noisy, rng) for channel in described.channels])
-    return replace(event, record=Record(plan.start, RATE, described.channels, samples))
+
+
+def _recorded(
+    event: Event,
+    told: BuildingDescription,
+    noisy: Noise,
+    gains: Vector,
+    faults: tuple[Fault, ...],
+    wanted: Case,
+    rng: np.random.Generator,
+) -> Event:
+    samples = np.array([_reading(channel, event, noisy, rng) for channel in told.channels])
+    is_acceleration = np.array([channel.quantity == "acceleration" for channel in told.channels])
+    samples[is_acceleration] *= gains[is_acceleration, None]
+    for fault in faults:
+        samples = faulty(samples, told.channels, fault, rng)
+    whole = replace(event, record=replace(event.record, channels=told.channels, samples=samples))
+    return _cut(whole) if wanted.moving else whole
 
 
 def _reading(channel: Channel, event: Event, noisy: Noise, rng: np.random.Generator) -> Vector:
+    if channel.quantity == "temperature":
+        return event.temperature + 0.1 * rng.standard_normal(event.vertical.size)
     if channel.quantity == "displacement":
-        return displacement_reading(event.displacement[0], rng)
-    exact = event.ground[0] if channel.level == "ground" else event.acceleration[0, ("1F", *FLOORS).index(channel.level)]
+        return displacement_reading(event.displacement["xy".index(str(channel.direction))], rng)
+    exact = _acceleration(channel, event)
     return exact + noise(noisy, float(np.sqrt(np.mean(exact**2))), exact.size, rng)
+
+
+def _acceleration(channel: Channel, event: Event) -> Vector:
+    if channel.direction == "z":
+        return event.vertical
+    axis = "xy".index(str(channel.direction))
+    return event.ground[axis] if channel.level == "ground" else event.acceleration[axis, LEVELS.index(channel.level)]
+
+
+def _cut(event: Event) -> Event:
+    """From where a twentieth of the slab's motion has passed."""
+    passed = np.cumsum(event.acceleration[0, 0] ** 2)
+    first = int(np.searchsorted(passed, 0.05 * passed[-1]))
+    start = event.record.start + timedelta(seconds=first / RATE)
+    names = ("displacement", "velocity", "force", "acceleration", "ground", "vertical")
+    series: Mapping[str, np.ndarray] = {name: getattr(event, name)[..., first:] for name in names}
+    return replace(event, record=replace(event.record, start=start, samples=event.record.samples[:, first:]), **series)

@@ -1,4 +1,4 @@
-"""What every isolation layer has: rubber, dashpot and a yielding damper; a hidden form of yielding replaces the last."""
+"""The yielding damper that every layer has, besides rubber and dashpot, where no hidden form of it takes its place."""
 
 import math
 
@@ -26,26 +26,12 @@ def travelled(z, travel, beta):
     return sign * (w - (1.0 - w) * math.expm1(-left))
 
 
-def rubber(p, s, s1, step, past):
-    return p[0] * step.u
-
-
-def dashpot(p, s, s1, step, past):
-    return p[0] * step.v
-
-
 def yielding(p, s, s1, step, past):
     F_y, D_y, beta = p[0], p[1], p[2]
     s1[0] = travelled(s[0], (step.u - step.u0) / D_y, beta)
     return F_y * s1[0]
 
 
-RUBBER = Law(
-    "rubber", "elastic", "same", rubber, values=lambda layer, rng: {"stiffness": layer.k}, strength=("stiffness",)
-)
-DASHPOT = Law(
-    "dashpot", "viscous", "same", dashpot, values=lambda layer, rng: {"damping": layer.c}, strength=("damping",)
-)
 YIELDING = Law(
     "yielding",
     "bouc_wen",
@@ -56,4 +42,4 @@ YIELDING = Law(
     states=1,
     kind="yielding",
 )
-LAWS = (RUBBER, DASHPOT, YIELDING)
+LAWS = (YIELDING,)

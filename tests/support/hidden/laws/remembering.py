@@ -1,4 +1,4 @@
-"""Hidden laws of what the layer went through before: the largest displacement, the work, its heat."""
+"""Hidden laws of what the layer went through, and of what changes the damper's strength."""
 
 import math
 
@@ -11,33 +11,144 @@ def mullins(p, s, s1, step, past):
     return p[0] * math.exp(-s1[0] / p[1]) * step.u
 
 
+def power_mullins(p, s, s1, step, past):
+    """Softening as a power of the largest past displacement, in the manner of Ogden and Roxburgh (1999)."""
+    s1[0] = max(s[0], abs(step.u))
+    return p[0] * (1.0 + s1[0] / p[1]) ** -p[2] * step.u
+
+
+def wear(p, s, s1, step, past):
+    """Strength lost exponentially with work (Sivaselvan and Reinhorn, 2000). State: work per yield force, m."""
+    s1[0] = s[0] + max(0.5 * (step.z0 + step.z) * (step.u - step.u0), 0.0)
+    return math.exp(-p[0] * s1[0])
+
+
 def heating(p, s, s1, step, past):
     """State: warming, in units of that which weakens the core by e. Work per yield force: z du."""
     s1[0] = s[0] * math.exp(-step.h / p[1]) + 0.5 * (step.z0 + step.z) * (step.u - step.u0) * p[0]
     return math.exp(-s1[0])
 
 
-MULLINS = Law(
-    "mullins",
-    "mullins",
-    "same",
-    mullins,
-    lambda layer, rng: {"stiffness": layer.k * 0.5, "length": layer.peak * 10 ** rng.uniform(-1.1, -0.1)},
-    ("stiffness",),
-    states=1,
-    carried=(0,),
+def reciprocal_heating(p, s, s1, step, past):
+    """Strength 1 / (1 + T), the heat that of the core as weak as it is."""
+    weak = 1.0 / (1.0 + max(s[0], 0.0))
+    s1[0] = s[0] * math.exp(-step.h / p[1]) + 0.5 * (step.z0 + step.z) * (step.u - step.u0) * p[0] * weak
+    return 1.0 / (1.0 + max(s1[0], 0.0))
+
+
+def vertical(p, s, s1, step, past):
+    return 1.0 + p[0] * step.vertical
+
+
+def vertical_friction(p, s, s1, step, past):
+    """Sliding friction under a load that changes; what it has under dead load is the damper's. State: elastic slip."""
+    travel = (step.u - step.u0) / p[1]
+    sign = 1.0 if travel >= 0 else -1.0
+    s1[0] = sign + (s[0] - sign) * math.exp(-abs(travel))
+    return p[0] * step.vertical * s1[0]
+
+
+def temperature_strength(p, s, s1, step, past):
+    return math.exp(p[0] * (20.0 - step.temperature))
+
+
+def temperature_strength_straight(p, s, s1, step, past):
+    return max(1.0 + p[0] * (20.0 - step.temperature), 0.05)
+
+
+def _heated(layer, rng):
+    return {"warmed": 10 ** rng.uniform(-1.0, 0.0), "lasting": 10 ** rng.uniform(0.7, 2.5)}
+
+
+LAWS = (
+    Law(
+        "mullins",
+        "mullins",
+        "same",
+        mullins,
+        lambda layer, rng: {"stiffness": layer.k * 0.5, "length": layer.peak * 10 ** rng.uniform(-1.1, 0.0)},
+        ("stiffness",),
+        states=1,
+        carried=(0,),
+    ),
+    Law(
+        "mullins_power",
+        "mullins",
+        "another",
+        power_mullins,
+        lambda layer, rng: {
+            "stiffness": layer.k * 0.5,
+            "length": layer.peak * 10 ** rng.uniform(-1.1, -0.3),
+            "power": rng.uniform(0.7, 2.0),
+        },
+        ("stiffness",),
+        states=1,
+        carried=(0,),
+    ),
+    Law(
+        "degradation_exponential",
+        "degradation",
+        "another",
+        wear,
+        lambda layer, rng: {"wear": rng.uniform(0.05, 0.5)},
+        ("wear",),
+        states=1,
+        carried=(0,),
+        limits={"wear": 5.0},
+        kind="strength",
+    ),
+    *(
+        Law(
+            name,
+            "heating",
+            "same" if advance is heating else "another",
+            advance,
+            _heated,
+            ("warmed",),
+            states=1,
+            carried=(0,),
+            fading={0: "lasting"},
+            limits={"warmed": 30.0},
+            kind="strength",
+        )
+        for name, advance in (("heating", heating), ("heating_reciprocal", reciprocal_heating))
+    ),
+    Law(
+        "vertical_load",
+        "vertical_load",
+        "same",
+        vertical,
+        lambda layer, rng: {"share": 1.0},
+        ("share",),
+        limits={"share": 4.0},
+        kind="strength",
+        needs=("vertical",),
+    ),
+    Law(
+        "vertical_load_friction",
+        "vertical_load",
+        "another",
+        vertical_friction,
+        lambda layer, rng: {"sliding": layer.peak_force * 0.1, "length": 10 ** rng.uniform(-4.0, -2.7)},
+        ("sliding",),
+        states=1,
+        needs=("vertical",),
+    ),
+    *(
+        Law(
+            name,
+            "temperature_strength",
+            "same" if advance is temperature_strength else "another",
+            advance,
+            lambda layer, rng: {"share": 0.01},
+            ("share",),
+            limits={"share": 0.04},
+            kind="strength",
+            needs=("temperature",),
+        )
+        for name, advance in (
+            ("temperature_strength", temperature_strength),
+            ("temperature_strength_straight", temperature_strength_straight),
+        )
+    ),
 )
-HEATING = Law(
-    "heating",
-    "heating",
-    "same",
-    heating,
-    lambda layer, rng: {"warmed": 10 ** rng.uniform(-1.0, 0.0), "lasting": 10 ** rng.uniform(0.7, 2.5)},
-    ("warmed",),
-    states=1,
-    carried=(0,),
-    fading={0: "lasting"},
-    limits={"warmed": 30.0},
-    kind="strength",
-)
-LAWS = (MULLINS, HEATING)

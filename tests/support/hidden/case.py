@@ -1,0 +1,95 @@
+"""What a trial is to have: hidden laws, sensors that err, a building that is not as described. Written in words.
+
+A case is words joined by `+`: names of laws, `FAULT@LEVEL` for a sensor that errs, and those of WORDS. `nothing` alone
+hides nothing.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from itertools import combinations
+from types import MappingProxyType
+
+from hidden.catalogue import LAWS
+from hidden.faults import KINDS
+from hidden.law import Law
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """What a trial is to have."""
+
+    laws: tuple[Law, ...] = ()
+    faults: tuple[tuple[str, str], ...] = ()
+    """Kinds of hidden.faults, each with the level whose accelerometer errs, or `displacement`."""
+    design_error: float = 0.03
+    """Of the described design values of the isolation layer: its standard deviation."""
+    design_off: float = 0.0
+    """The same, by which every one of them is off to either side."""
+    total_off: float = 0.0
+    """Share by which the described masses are all off to one side."""
+    masses_error: float = 0.0
+    """Standard deviation of the described floors' shares, their total right."""
+    softened: tuple[float, float] = (0.0, 0.0)
+    """Range of the share that one storey has lost of its described stiffness."""
+    pink: float = 0.0
+    """Share of the noise's power."""
+    gain_error: float = 0.0
+    """Of every accelerometer: its standard deviation."""
+    moving: bool = False
+    """Do the records begin while the building moves?"""
+
+
+WORDS: Mapping[str, Mapping[str, object]] = MappingProxyType(
+    {
+        "nothing": {},
+        "refit": {"design_off": 0.2},
+        "mass": {"total_off": 0.1},
+        "floor_masses": {"masses_error": 0.2},
+        "storey": {"softened": (0.2, 0.4)},
+        "pink": {"pink": 0.5},
+        "gains": {"gain_error": 0.01},
+        "moving": {"moving": True},
+    }
+)
+"""Besides laws and faults; what each changes."""
+
+
+def case(text: str) -> Case:
+    """The case in words."""
+    made = Case()
+    for word in text.split("+"):
+        kind, _, level = word.partition("@")
+        if word in LAWS:
+            made = replace(made, laws=(*made.laws, LAWS[word]))
+        elif kind in KINDS and level:
+            made = replace(made, faults=(*made.faults, (kind, level)))
+        elif word in WORDS:
+            made = replace(made, **WORDS[word])
+        else:
+            raise ValueError(f"{word!r} is no law, no FAULT@LEVEL and none of {', '.join(WORDS)}")
+    return made
+
+
+def _of(form: str) -> tuple[str, ...]:
+    return tuple(name for name, law in LAWS.items() if law.form == form and name != "yielding")
+
+
+SAME, ANOTHER, OUTSIDE = _of("same"), _of("another"), _of("outside")
+"""Cases with one hidden law."""
+PAIRED = ("friction", "hardening", "mullins", "heating", "asymmetry", "relief", "maxwell", "stiffness_step")
+PAIRS = tuple("+".join(pair) for pair in combinations(PAIRED, 2) if pair != ("mullins", "stiffness_step"))[:25]
+"""Cases with two; loss of stiffness with the largest past displacement and at a date between is one and the same."""
+ERRING = {
+    "gain": ("1F", "RF", "displacement"),
+    "delay": ("1F", "RF", "displacement"),
+    "polarity": ("ground", "1F", "4F", "RF", "displacement"),
+    "swap": ("4F",),
+    "rotation": ("1F", "RF"),
+    "drift": ("1F", "RF", "displacement"),
+    "clipping": ("1F", "RF", "displacement"),
+    "spikes": ("1F", "RF", "displacement"),
+    "dropped": ("1F", "RF", "displacement"),
+    "clock": ("1F", "RF", "displacement"),
+}
+FAULTS = tuple(f"{kind}@{level}" for kind, levels in ERRING.items() for level in levels)
+"""Cases with one sensor that errs and nothing else."""

@@ -1,0 +1,212 @@
+"""Hidden friction and hysteresis beside the damper's."""
+
+import math
+
+from numba import njit
+
+from hidden.law import Law
+
+SHARE = 0.04
+"""Of the layer's peak force: what such a law has to begin with."""
+
+
+@njit
+def slid(z, travel):
+    """Elastic slip (Wen, 1976, n = 2, β = γ) after a travel in slip lengths: unloading straight, loading 1 − z²."""
+    sign = 1.0 if travel >= 0 else -1.0
+    left, w = abs(travel), z * sign
+    if w < 0:
+        w, left = min(w + left, 0.0), max(left + w, 0.0)
+    grown = math.tanh(left)
+    return sign * (w if left == 0 else (w + grown) / (1.0 + w * grown))
+
+
+@njit
+def dahl(z, travel):
+    """Elastic slip (Dahl, 1968) after a travel in slip lengths: 1 − z in the direction of the travel."""
+    sign = 1.0 if travel >= 0 else -1.0
+    return sign + (z - sign) * math.exp(-abs(travel))
+
+
+def friction(p, s, s1, step, past):
+    """Constantinou, Mokha and Reinhorn (1990): slow sliding has less of it, and it bites over an elastic length."""
+    fast, lost, sharp, length = p[0], p[1], p[2], p[3]
+    s1[0] = slid(s[0], (step.u - step.u0) / length)
+    return fast * (1.0 - lost * math.exp(-sharp * abs(step.v))) * s1[0]
+
+
+def tanh_friction(p, s, s1, step, past):
+    return p[0] * math.tanh(step.v / p[1])
+
+
+def lugre_friction(p, s, s1, step, past):
+    """Canudas de Wit et al. (1995), its bristles exact over a step of constant velocity."""
+    sliding, sticking, slow, length = p[0], p[1], p[2], p[3]
+    level = 1.0 + (sticking - 1.0) * math.exp(-((step.v / slow) ** 2))
+    travel = step.u - step.u0
+    sign = 1.0 if travel >= 0 else -1.0
+    s1[0] = sign * level + (s[0] - sign * level) * math.exp(-abs(travel) / (length * level))
+    return sliding * s1[0]
+
+
+def breakaway(p, s, s1, step, past):
+    """Stribeck's excess by Bo and Pavelescu (1982), Gaussian in the velocity."""
+    s1[0] = slid(s[0], (step.u - step.u0) / p[2])
+    return p[0] * math.exp(-((step.v / p[1]) ** 2)) * s1[0]
+
+
+def slow_breakaway(p, s, s1, step, past):
+    """The excess falls as 1 / (1 + (v/v_s)²) (Hess and Soom, 1990)."""
+    s1[0] = dahl(s[0], (step.u - step.u0) / p[2])
+    return p[0] / (1.0 + (step.v / p[1]) ** 2) * s1[0]
+
+
+def second_hysteresis(p, s, s1, step, past):
+    travel = (step.u - step.u0) / p[1]
+    sign = 1.0 if travel >= 0 else -1.0
+    left, w = abs(travel), s[0] * sign
+    if w < 0:  # β = γ: unloading is straight
+        w, left = min(w + left, 0.0), max(left + w, 0.0)
+    s1[0] = sign * (1.0 - (1.0 - w) * math.exp(-left) if left > 0 else w)
+    return p[0] * s1[0]
+
+
+def bilinear_hysteresis(p, s, s1, step, past):
+    s1[0] = max(-1.0, min(1.0, s[0] + (step.u - step.u0) / p[1]))
+    return p[0] * s1[0]
+
+
+def ozdemir_hysteresis(p, s, s1, step, past):
+    """Özdemir (1976), exponent 3: z' = v − |v| z³, the midpoint rule in pieces."""
+    travel = (step.u - step.u0) / p[1]
+    pieces = 1 + int(abs(travel) / 0.05)
+    d, z = travel / pieces, s[0]
+    for _ in range(pieces):
+        middle = z + 0.5 * (d - abs(d) * z**3)
+        z += d - abs(d) * middle**3
+    s1[0] = z
+    return p[0] * z
+
+
+def flag(p, s, s1, step, past):
+    """Christopoulos, Filiatrault and Folz (2002): opens at a force, closes at a lower one."""
+    travel = (step.u - step.u0) / p[2]
+    sign = 1.0 if travel >= 0 else -1.0
+    left, w = abs(travel), s[0] * sign
+    if w < 0:
+        w, left = min(w + left, 0.0), max(left + w, 0.0)
+    s1[0] = sign * (1.0 - (1.0 - w) * math.exp(-left) if left > 0 else w)
+    opened = max(-1.0, min(1.0, step.u / p[2]))
+    return p[0] * ((1.0 - 0.5 * p[1]) * opened + 0.5 * p[1] * abs(opened) * s1[0])
+
+
+def sharp_flag(p, s, s1, step, past):
+    """The same with corners: between its two lines the force moves along the elastic slope. State: its share."""
+    opened = max(-1.0, min(1.0, step.u / p[2]))
+    closing = (1.0 - p[1]) * opened
+    tried = s[0] + (step.u - step.u0) / p[2]
+    s1[0] = max(min(opened, closing), min(max(opened, closing), tried))
+    return p[0] * s1[0]
+
+
+def _length(low, high):
+    return lambda rng: 10 ** rng.uniform(math.log10(low), math.log10(high))
+
+
+SLIP = _length(1e-4, 3e-3)
+LAWS = (
+    Law(
+        "friction",
+        "friction",
+        "same",
+        friction,
+        lambda layer, rng: {
+            "fast": layer.peak_force * SHARE,
+            "lost": rng.uniform(0.1, 0.8),
+            "sharp": 10 ** rng.uniform(0.7, 2.0),
+            "length": SLIP(rng),
+        },
+        ("fast",),
+        states=1,
+    ),
+    Law(
+        "friction_tanh",
+        "friction",
+        "another",
+        tanh_friction,
+        lambda layer, rng: {"sliding": layer.peak_force * SHARE, "slow": 10 ** rng.uniform(-2.7, -1.5)},
+        ("sliding",),
+    ),
+    Law(
+        "friction_lugre",
+        "friction",
+        "another",
+        lugre_friction,
+        lambda layer, rng: {
+            "sliding": layer.peak_force * SHARE,
+            "sticking": rng.uniform(1.1, 1.6),
+            "slow": 10 ** rng.uniform(-2.3, -1.0),
+            "length": SLIP(rng),
+        },
+        ("sliding",),
+        states=1,
+    ),
+    Law(
+        "breakaway",
+        "breakaway",
+        "same",
+        breakaway,
+        lambda layer, rng: {
+            "excess": layer.peak_force * SHARE,
+            "slow": 10 ** rng.uniform(-2.0, -1.0),
+            "length": SLIP(rng),
+        },
+        ("excess",),
+        states=1,
+    ),
+    Law(
+        "breakaway_slow",
+        "breakaway",
+        "another",
+        slow_breakaway,
+        lambda layer, rng: {
+            "excess": layer.peak_force * SHARE,
+            "slow": 10 ** rng.uniform(-2.0, -1.0),
+            "length": SLIP(rng),
+        },
+        ("excess",),
+        states=1,
+    ),
+    *(
+        Law(
+            name,
+            "second_hysteresis",
+            "same" if name == "second_hysteresis" else "another",
+            advance,
+            lambda layer, rng: {"force": layer.peak_force * 0.1, "length": _length(8e-3, 8e-2)(rng)},
+            ("force",),
+            states=1,
+        )
+        for name, advance in (
+            ("second_hysteresis", second_hysteresis),
+            ("second_hysteresis_bilinear", bilinear_hysteresis),
+            ("second_hysteresis_ozdemir", ozdemir_hysteresis),
+        )
+    ),
+    *(
+        Law(
+            name,
+            "self_centring",
+            "same" if advance is flag else "another",
+            advance,
+            lambda layer, rng: {
+                "activation": layer.peak_force * 0.1,
+                "lost": rng.uniform(0.3, 0.9),
+                "opening": _length(2e-3, 2e-2)(rng),
+            },
+            ("activation",),
+            states=1,
+        )
+        for name, advance in (("self_centring", flag), ("self_centring_sharp", sharp_flag))
+    ),
+)

@@ -1,0 +1,123 @@
+"""How strong must ground motions and hidden laws be for the layer to go as far, and the misfit to be as large, as wanted?"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hidden.building import Building
+from hidden.ground import DURATION
+from hidden.integration import Answer, Hidden, kept, shaken
+from hidden.law import Law, Need
+from hidden.laws.layer import YIELDING
+from hidden.misfit import misfit
+from hidden.plan import FITTED, Plan, shaking
+
+COARSE = 125.0
+"""Hz, steps of the integrations in this search."""
+CLOSE = 0.07
+"""Share by which peaks may be off."""
+STRONGEST = 8.0
+"""Times what a law is drawn with."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Course:
+    """What comes to pass in earthquakes one after the other, the layer keeping some of its states."""
+
+    scales: tuple[float, ...]
+    """m/s², peak ground accelerations along x."""
+    answers: tuple[Answer, ...]
+
+
+def complete(building: Building, hidden: Sequence[Hidden]) -> tuple[Hidden, ...]:
+    """The hidden laws, and the layer's usual yielding unless one of them takes its place."""
+    if any(law.kind == "yielding" for law, _ in hidden):
+        return tuple(hidden)
+    values = YIELDING.values(building.layer, np.random.default_rng(0))  # it draws nothing
+    return ((YIELDING, values), *hidden)
+
+
+def course(
+    building: Building,
+    laws: Sequence[Hidden],
+    plans: Sequence[Plan],
+    scales: Sequence[float],
+    rate: float,
+    happens: frozenset[Need],
+) -> Course:
+    """What comes to pass at given scales, integrated at the given rate in Hz."""
+    answers: list[Answer] = []
+    for number, (plan, scale) in enumerate(zip(plans, scales, strict=True)):
+        states = _kept(laws, answers, plans, number)
+        answers.append(shaken(building, laws, shaking(plan, scale, rate, happens), states))
+    return Course(tuple(scales), tuple(answers))
+
+
+def scaled(
+    building: Building, laws: Sequence[Hidden], plans: Sequence[Plan], begin: Sequence[float], happens: frozenset[Need]
+) -> Course:
+    """The course in which the peaks are about those planned, from scales to begin the search with."""
+    scales: list[float] = []
+    answers: list[Answer] = []
+    for number, (plan, scale) in enumerate(zip(plans, begin, strict=True)):
+        states = _kept(laws, answers, plans, number)
+        for _ in range(10):
+            answer = shaken(building, laws, shaking(plan, scale, COARSE, happens), states)
+            reached = float(np.abs(answer.displacement[0]).max())
+            if abs(reached / plan.peak - 1) < CLOSE:
+                break
+            scale *= float(np.clip(plan.peak / reached, 0.1, 10)) ** 0.85  # yielding makes the peak rise faster
+        scales.append(scale)
+        answers.append(answer)
+    return Course(tuple(scales), tuple(answers))
+
+
+def strong_enough(
+    building: Building,
+    hidden: Hidden,
+    plans: Sequence[Plan],
+    begin: Sequence[float],
+    happens: frozenset[Need],
+    wanted: float,
+) -> Hidden:
+    """The law made stronger or weaker until its misfit is about the wanted one, or its limits are met."""
+    law, drawn = hidden
+    values, scales = drawn, begin
+    for _ in range(5):
+        laws = complete(building, ((law, values),))
+        found = scaled(building, laws, plans[:FITTED], scales[:FITTED], happens)
+        scales, reached = found.scales, misfit_of(found, building)
+        factor = float(np.clip(wanted / max(reached, 1e-6), 0.2, 4))
+        stronger = _stronger(law, drawn, values, factor)
+        if 0.8 < factor < 1.25 or stronger == values:
+            break
+        values = stronger
+    return law, values
+
+
+def misfit_of(found: Course, building: Building) -> float:
+    """What hidden.misfit makes of the earthquakes for fitting, along x."""
+    answers = found.answers[:FITTED]
+    return misfit(
+        [a.displacement[0] for a in answers],
+        [a.velocity[0] for a in answers],
+        [a.force[0] for a in answers],
+        building.layer.beta,
+    )
+
+
+def _stronger(law: Law, drawn: Mapping[str, float], values: Mapping[str, float], factor: float) -> Mapping[str, float]:
+    limits = law.limits or {}
+    return {
+        name: min(value * factor, limits.get(name, np.inf), drawn[name] * STRONGEST) if name in law.strength else value
+        for name, value in values.items()
+    }
+
+
+def _kept(laws: Sequence[Hidden], answers: Sequence[Answer], plans: Sequence[Plan], number: int):  # noqa: ANN202
+    """States at the beginning of an earthquake, or None before the first."""
+    if not number:
+        return None
+    rest = (plans[number].start - plans[number - 1].start).total_seconds() - DURATION
+    return kept(laws, answers[number - 1].states, rest)
