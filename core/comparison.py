@@ -7,7 +7,8 @@ import numpy as np
 
 from core.arrays import Vector
 from core.conditioning import band_passed
-from core.isolator import Isolator, force_history
+from core.driven import force_history
+from core.isolator import Isolator
 from core.misfit import Misfit, misfit, together
 from core.observation import LayerHistory, Observation
 

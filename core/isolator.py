@@ -1,17 +1,20 @@
-"""A model of the isolation layer: effects and their values, and the force it answers a motion with."""
+"""A model of the isolation layer: effects and their values, and what acts on it besides its own motion."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
-from functools import cache
 from types import MappingProxyType
-from typing import Any
+from typing import TypeVar
 
 import numpy as np
 
 from core.arrays import Indices, Matrix, Vector
 from core.effects import EFFECTS
 from core.errors import ModelError
-from core.program import force_program, in_order, jitted
+from core.program import in_order
+
+Key = tuple[str, str]
+"""Names of an effect and of one of its parameters, or states."""
+States = TypeVar("States", Vector, Matrix)
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,8 +81,7 @@ class Conditions:
 
 def packed(isolator: Isolator) -> Packed:
     """The model as arrays, the effects that scale others first."""
-    order = in_order(EFFECTS)
-    names = sorted(isolator.effects, key=order.index)
+    order, names = in_order(EFFECTS), _packing(isolator)
     effects = [EFFECTS[name] for name in names]
     sizes = [len(effect.parameters) for effect in effects]
     states = [len(effect.states) for effect in effects]
@@ -87,81 +89,36 @@ def packed(isolator: Isolator) -> Packed:
         opcode=np.array([order.index(name) for name in names], dtype=np.intp),
         at_p=np.cumsum([0, *sizes])[: len(names)].astype(np.intp),
         at_x=np.cumsum([0, *states])[: len(names)].astype(np.intp),
-        p=np.array([isolator.effects[n][q.name] for n, e in zip(names, effects, strict=True) for q in e.parameters]),
+        p=np.array([isolator.effects[name][parameter] for name, parameter in parameter_names(isolator)], dtype=float),
         states=sum(states),
     )
 
 
-def force_history(
-    isolator: Isolator, displacement: Vector, velocity: Vector, rate: float, conditions: Conditions | None = None
-) -> Vector:
-    """Force of the model when the layer moves as was measured, its states at zero before the first sample.
+def parameter_names(isolator: Isolator) -> tuple[Key, ...]:
+    """Of every parameter of the model, in the order in which it is packed."""
+    return tuple((name, parameter.name) for name in _packing(isolator) for parameter in EFFECTS[name].parameters)
 
-    The states are integrated by the classical Runge-Kutta method, SUBSTEPS per sample, the motion taken as linear
-    between samples.
+
+def state_names(isolator: Isolator) -> tuple[Key, ...]:
+    """Of every state of the model, in the order in which it is packed."""
+    return tuple((name, state) for name in _packing(isolator) for state in EFFECTS[name].states)
+
+
+def carried(isolator: Isolator, states: States) -> States:
+    """States at the start of an earthquake, from those at the end of the one before: what is not carried is zero.
 
     Args:
         isolator: the model.
-        displacement: (n,) m.
-        velocity: (n,) m/s.
-        rate: Hz.
-        conditions: None for the usual ones.
-
-    Returns:
-        (n,) N.
+        states: (..., m) in the order of state_names: states, or their derivatives.
     """
-    if displacement.shape != velocity.shape or displacement.ndim != 1:
-        raise ModelError(f"displacement {displacement.shape} and velocity {velocity.shape} must be alike vectors")
-    given = conditions or Conditions.usual(displacement.size, rate)
-    motion = np.column_stack([displacement, velocity, given.rows])
-    model = packed(isolator)
-    force: Vector = _driven()(
-        motion, 1 / rate, SUBSTEPS, model.opcode, model.at_p, model.at_x, model.p, np.zeros(model.states)
-    )
-    return force
+    keeps = np.array([state in EFFECTS[name].carried for name, state in state_names(isolator)], dtype=bool)
+    kept: States = np.where(keeps, states, 0.0)
+    return kept
 
 
-SUBSTEPS = 4
-"""Per sample, when a model is driven by a measured motion."""
-
-
-@cache
-def _driven() -> Any:  # noqa: ANN401  numba's functions have no type
-    """The kernel of force_history, compiled when first asked for."""
-    force = force_program()
-
-    @jitted
-    def at(m, opcode, at_p, at_x, p, x, dx):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-        return force(m[0], m[1], m[2], m[3], m[4], m[5], m[6], opcode, at_p, at_x, p, x, dx)
-
-    @jitted
-    def accelerations(velocity, dt):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-        found = np.zeros(velocity.size)
-        found[1:-1] = (velocity[2:] - velocity[:-2]) / (2 * dt)
-        return found
-
-    @jitted
-    def driven(motion, dt, substeps, opcode, at_p, at_x, p, x):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-        n, h = motion.shape[0], dt / substeps
-        out, acceleration = np.empty(n), accelerations(motion[:, 1], dt)
-        k1, k2, k3, k4 = np.zeros(x.size), np.zeros(x.size), np.zeros(x.size), np.zeros(x.size)
-        for i in range(n):
-            layer, inertance = at(motion[i], opcode, at_p, at_x, p, x, k1)
-            out[i] = layer + inertance * acceleration[i]
-            if i + 1 == n or x.size == 0:
-                continue
-            slope = (motion[i + 1] - motion[i]) / dt
-            for s in range(substeps):
-                t = s * h
-                at(motion[i] + slope * t, opcode, at_p, at_x, p, x, k1)
-                middle = motion[i] + slope * (t + h / 2)
-                at(middle, opcode, at_p, at_x, p, x + h / 2 * k1, k2)
-                at(middle, opcode, at_p, at_x, p, x + h / 2 * k2, k3)
-                at(motion[i] + slope * (t + h), opcode, at_p, at_x, p, x + h * k3, k4)
-                x = x + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
-        return out
-
-    return driven
+def _packing(isolator: Isolator) -> list[str]:
+    order = in_order(EFFECTS)
+    return sorted(isolator.effects, key=order.index)
 
 
 def _check(name: str, values: Mapping[str, float]) -> None:

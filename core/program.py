@@ -31,7 +31,7 @@ def source(effects: Mapping[str, Effect]) -> str:
     """Source of the force function. Slot s of a model has opcode[s], parameters p[at_p[s]:], states x[at_x[s]:]."""
     lines = [f"def force({', '.join(GIVEN)}, opcode, at_p, at_x, p, x, dx):"]
     lines += [f"    {name} = {channel.neutral}" for name, channel in CHANNELS.items()]
-    lines += _published(effects)
+    lines += published(effects, {YIELDED: ""})
     lines += ["    for s in range(opcode.size):", "        i, j = at_p[s], at_x[s]"]
     for code, name in enumerate(in_order(effects)):
         lines += [f"        {'elif' if code else 'if'} opcode[s] == {code}:", *_branch(name, effects[name])]
@@ -52,23 +52,33 @@ def force_program() -> Callable[..., tuple[float, float]]:
     return compiled(EFFECTS)
 
 
+def place(effect: Effect) -> dict[str, str]:
+    """Where the program finds what the effect's law may ask for."""
+    found = {known: known for known in (*GIVEN, *SCALES, YIELDED)}
+    found |= {state: f"x[j + {n}]" for n, state in enumerate(effect.states)}
+    return found | {parameter.name: f"p[i + {n}]" for n, parameter in enumerate(effect.parameters)}
+
+
+def published(effects: Mapping[str, Effect], offsets: Mapping[str, str]) -> list[str]:
+    """Lines that look up the hysteretic variable before any law asks for it.
+
+    Args:
+        effects: of which at most one in a model publishes a state.
+        offsets: names that the lines set, and what is added to the state's place to find their value.
+    """
+    lines = [f"    {name} = 0.0" for name in offsets]
+    for code, name in enumerate(in_order(effects)):
+        if state := effects[name].publishes:
+            lines += ["    for s in range(opcode.size):", f"        if opcode[s] == {code}:"]
+            at = f"at_x[s] + {effects[name].states.index(state)}"
+            lines += [f"            {known} = x[{at}{offset}]" for known, offset in offsets.items()]
+    return lines
+
+
 def _branch(name: str, effect: Effect) -> list[str]:
-    place = {known: known for known in (*GIVEN, *SCALES, YIELDED)}
-    place |= {state: f"x[j + {n}]" for n, state in enumerate(effect.states)}
-    place |= {parameter.name: f"p[i + {n}]" for n, parameter in enumerate(effect.parameters)}
     results = ", ".join(["y", *(f"dx[j + {n}]" for n in range(len(effect.states)))])
-    arguments = ", ".join(place[need] for need in effect.needs)
+    arguments = ", ".join(place(effect)[need] for need in effect.needs)
     return [
         f"            {results} = law_{name}({arguments})",
         f"            {effect.acts_on} {'*=' if CHANNELS[effect.acts_on].neutral else '+='} y",
     ]
-
-
-def _published(effects: Mapping[str, Effect]) -> list[str]:
-    """Lines that find the hysteretic variable before any law asks for it."""
-    lines = [f"    {YIELDED} = 0.0", "    for s in range(opcode.size):"]
-    for code, name in enumerate(in_order(effects)):
-        if state := effects[name].publishes:
-            at = f"x[at_x[s] + {effects[name].states.index(state)}]"
-            lines += [f"        if opcode[s] == {code}:", f"            {YIELDED} = {at}"]
-    return lines if len(lines) > 2 else lines[:1]

@@ -2,8 +2,9 @@ import numpy as np
 import pytest
 
 from core import paper
+from core.driven import force_history
 from core.errors import ModelError
-from core.isolator import Conditions, Isolator, force_history
+from core.isolator import Conditions, Isolator
 
 
 def test_a_linear_layer_is_its_spring_and_dashpot() -> None:
