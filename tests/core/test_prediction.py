@@ -20,7 +20,7 @@ def predicted(isolator: Isolator, seed: int = 1, scale: float = 1.0) -> Predicti
 
 
 def test_the_true_model_predicts_the_motion_to_the_sensors_noise() -> None:
-    """0.1 %: the motion is given without noise here; floors by their noise, judged from the quietest fifth of the record to 20 %."""
+    """0.1 %: the motion is given without noise here. 20 %: a floor's noise is judged from a fifth of the record."""
     found = predicted(ISOLATOR)
     assert found.displacement.misfit.nrmse < 1e-3
     assert list(found.accelerations) == ["1F", "2F", "3F", "4F", "5F", "6F", "7F", "RF"]
