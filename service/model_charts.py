@@ -23,7 +23,7 @@ def loops(*, displacement: Vector, measured: Vector, modelled: Vector, title: st
 def trend(judged: Sequence[Judged]) -> alt.LayerChart:
     """What noise does not explain of a model's error, event by event, beside the most that is as usual."""
     rows = alt.InlineData(values=[_event(one) for one in judged])
-    across = alt.X("time:T", title="event (UTC)").scale(type="utc")
+    across = alt.X("time:T", title="event (UTC)").scale(type="utc", padding=16)
     kinds = alt.Scale(domain=["fitted", "as usual", "missed"], range=[GREY, BLUE, ORANGE])
     points = (
         alt.Chart(rows)

@@ -1,6 +1,7 @@
 """From an engineer's wish to a comparison, and what a new event asks for by itself."""
 
 import json
+import re
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -66,6 +67,10 @@ def test_the_right_model_leaves_noise_and_a_wrong_one_more(asking: TestClient, s
     assert len(series["time"]) == len(series["modelled"]) == len(series["measured"]) <= 100
     lines = asking.get(f"/api/v1/comparisons/{right[0]['id']}/force", params={"format": "csv"}).text.splitlines()
     assert (lines[0], len(lines)) == ("time,displacement,measured,modelled", series["count"] + 1)
+    page = asking.get("/models/1").text
+    for picture in re.findall(r'src="(/charts/[^"]+)"', page):
+        assert "<svg" in asking.get(picture).text
+    assert page.count("/charts/") == 2
 
 
 def test_who_waits_is_told_how_far_it_is(asking: TestClient, sessions: sessionmaker[Session]) -> None:

@@ -42,7 +42,7 @@ def key(sessions: sessionmaker[Session], tmp_path: Path) -> str:
 
 @pytest.fixture
 def address(database_url: str, key: str) -> Iterator[str]:
-    with served(database_url) as found:
+    with served(database_url, progress_patience=0.1) as found:  # nobody works: streams of progress would wait
         yield found
 
 

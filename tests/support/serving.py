@@ -12,9 +12,10 @@ from service.settings import Settings
 
 
 @contextmanager
-def served(url: str) -> Iterator[str]:
+def served(url: str, **settings: float) -> Iterator[str]:
     """Address of a service at this database."""
-    server = uvicorn.Server(uvicorn.Config(create(Settings(database_url=url)), port=0, log_level="error"))
+    app = create(Settings(database_url=url, **settings))
+    server = uvicorn.Server(uvicorn.Config(app, port=0, log_level="error"))
     thread = Thread(target=server.run)
     thread.start()
     while not server.started:
