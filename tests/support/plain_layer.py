@@ -28,8 +28,8 @@ def plain_force(model: Model, times: Vector, seconds: float, amplitude: float, l
             np.zeros(len(keys)),
             "RK45",
             t_eval=times,
-            rtol=1e-7,
-            atol=1e-9,
+            rtol=1e-6,
+            atol=1e-8,
             max_step=longest_step,
         )
         states = solved.y.T

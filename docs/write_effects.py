@@ -1,0 +1,140 @@
+"""Writes docs/effects.md and .svg, the reference of the isolator effects: `python docs/write_effects.py`."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import altair as alt
+import numpy as np
+
+from core.arrays import Vector
+from core.driven import force_history
+from core.effect import CHANNELS, RESULTS, Effect, LogNormal, Parameter
+from core.effects import EFFECTS
+from core.isolator import Conditions, Isolator
+from service.effect_sheets import explained, families, law
+
+PAGE = Path(__file__).with_name("effects.md")
+PICTURE = Path(__file__).with_name("effects.svg")
+OPENING = """\
+# The isolator effects
+
+Written by `python docs/write_effects.py` from the effects themselves. A model of the isolation layer is a choice of
+them, each with values for its parameters. SI units throughout; an effect's law is its formula: a function of the
+motion (`u` m, `v` m/s, `u_cross` and `v_cross` in the other horizontal direction), of conditions (`axial_load` as a
+multiple of the dead load, `temperature` °C, `time` s), of its states, of its parameters and of what other effects set.
+It gives what it does to the channel it acts on, and after that the rate of each of its states. Effects of one family
+leave alike traces in records.
+
+{channels}
+
+A value is *held* if a fit leaves it alone, since the other values can do the same. States begin each earthquake at
+zero, unless they are said to be carried on: those begin at zero with the first record, as if the layer were new then.
+
+Force in MN against displacement in mm, at the usual values: what an effect adds by itself, or, of one that changes
+what others do, a yielding layer without it (grey) and with it (blue). The motion swells to 150 mm and fades; it goes on
+in the other direction too, the vertical load changes by 20 %, and it is freezing.
+
+![A loop for each effect](effects.svg)
+"""
+LAYER = {
+    "elastic": {"k_b": 2e7},
+    "bouc_wen": {"F_y": 4e6, "D_y": 8e-3, "A": 1.0, "beta": 0.5, "gamma": 0.5, "n": 1.0},
+}
+"""Hardly more than its yield, so that what acts on that shows."""
+RATE, SECONDS, AMPLITUDE, TURN = 200.0, 7.0, 0.15, 2 * np.pi * 0.5
+COLUMNS, SIDE = 5, 130
+Row = dict[str, float | str]
+
+
+def document() -> str:
+    """The whole page."""
+    channels = "\n".join(f"| `{name}` | {channel.meaning} |" for name, channel in CHANNELS.items())
+    opening = OPENING.format(channels=f"| channel | meaning |\n|---|---|\n{channels}")
+    sections = (section for family, names in families(EFFECTS).items() for section in _family(family, names))
+    return "\n".join([opening, *sections])
+
+
+def _family(family: str, names: tuple[str, ...]) -> Iterator[str]:
+    yield f"## {family[0].upper()}{family[1:]}\n"
+    for name in names:
+        yield from _section(name, EFFECTS[name])
+
+
+def _section(name: str, effect: Effect) -> Iterator[str]:
+    yield f"### `{name}`: {effect.title}\n"
+    yield f"{explained(effect, None)}\n\nSuspect it when: {effect.suspect_when}\n\nSource: {effect.source}.\n"
+    yield f"```python\n{law(effect).rstrip()}\n```\n"
+    yield "| parameter | unit | bounds | usual | meaning |\n|---|---|---|---|---|"
+    yield from (_parameter(parameter, effect) for parameter in effect.parameters)
+    absent = " and ".join(f"`{key} = {value:g}`" for key, value in effect.absent.items())
+    kept = f" It carries {', '.join(f'`{state}`' for state in effect.carried)} on." if effect.carried else ""
+    yield f"\nIt acts on `{effect.acts_on}`, and does nothing at {absent}.{kept}\n"
+
+
+def _parameter(parameter: Parameter, effect: Effect) -> str:
+    low, high = parameter.bounds
+    spread = parameter.prior.spread
+    around = f"×÷ {np.exp(spread):.2g}" if isinstance(parameter.prior, LogNormal) else f"± {spread:.3g}"
+    held = ", held" if parameter.name in effect.held else ""
+    usual = f"{parameter.prior.median:.3g} {around}"
+    return f"| `{parameter.name}` | {parameter.unit} | {low:.3g} ... {high:.3g} | {usual} | {parameter.meaning}{held} |"
+
+
+def loops() -> Iterator[Row]:
+    """Points of every panel, in the order in which they are drawn."""
+    t = np.arange(0.0, SECONDS, 1 / RATE)
+    u, u_cross = _swelling(t, AMPLITUDE, 0.0), _swelling(t, 0.6 * AMPLITUDE, 1.0)
+    v, v_cross = np.gradient(u, 1 / RATE), np.gradient(u_cross, 1 / RATE)
+    conditions = Conditions(u_cross, v_cross, 1 + 0.2 * np.sin(4 * TURN * t), np.zeros(t.size), t)
+    for name in (name for names in families(EFFECTS).values() for name in names):
+        usual = {name: {parameter.name: parameter.prior.median for parameter in EFFECTS[name].parameters}}
+        adds = EFFECTS[name].acts_on in RESULTS
+        for way, effects in ({"with": usual} if adds else {"without": LAYER, "with": LAYER | usual}).items():
+            force = force_history(Isolator(effects), u, v, RATE, conditions)
+            for i in range(0, t.size, 4):
+                yield {"effect": name, "way": way, "i": i, "mm": round(1e3 * u[i], 1), "MN": round(force[i] / 1e6, 3)}
+
+
+def _swelling(t: Vector, amplitude: float, phase: float) -> Vector:
+    return np.asarray(amplitude * np.sin(np.pi * t / SECONDS) ** 2 * np.sin(TURN * t + phase))
+
+
+def picture() -> alt.FacetChart:
+    """Small multiples, one for each effect."""
+    rows = list(loops())
+    lines = (
+        alt.Chart(alt.Data(values=rows))
+        .mark_line(strokeWidth=1)
+        .encode(
+            alt.X("mm:Q", title="displacement, mm", axis=alt.Axis(values=[-100, 0, 100], grid=False)),
+            alt.Y("MN:Q", title="force, MN", axis=alt.Axis(tickCount=4, gridColor="#e6e8eb")),
+            alt.Color(
+                "way:N",
+                title=None,
+                scale=alt.Scale(domain=["without", "with"], range=["#b5bac0", "#1f5fa8"]),
+                sort=None,
+            ),
+            alt.Order("i:Q"),
+        )
+        .properties(width=SIDE, height=SIDE)
+    )
+    header = alt.Header(title=None, labelFontSize=11, labelFontWeight="bold")
+    facet = alt.Facet("effect:N", sort=list(dict.fromkeys(str(row["effect"]) for row in rows)), header=header)
+    return (
+        lines.facet(facet, columns=COLUMNS)
+        .resolve_scale(y="independent")
+        .configure(font="sans-serif")
+        .configure_view(stroke=None)
+        .configure_axis(titleFontWeight="normal")
+        .configure_legend(orient="top")
+    )
+
+
+def write() -> None:
+    """Page and picture."""
+    PAGE.write_text(document(), encoding="utf-8")
+    picture().save(str(PICTURE))
+
+
+if __name__ == "__main__":
+    write()
