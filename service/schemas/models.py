@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from core import paper
 from service.schemas.analyses import FindingOut
 from service.schemas.answer import Answer, Number, Series
 
@@ -96,7 +97,7 @@ class ModelRequest(BaseModel):
     effects: Wanted | None = Field(
         None,
         description="Value of every parameter, by effect; without it the first model by the building's design values.",
-        examples=[{"elastic": {"k_b": 4.75e8}, "viscous": {"c_b": 6e6}}],
+        examples=[{name: dict(values) for name, values in paper.ISOLATOR.effects.items()}],
     )
     change: str = Field("", max_length=2000, description="Why, in words.", examples=["as designed"])
 
