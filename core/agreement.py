@@ -1,21 +1,23 @@
 """Does a channel move as it should where the building moves as one body?"""
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from core.arrays import ComplexMatrix, ComplexVector, Matrix, Vector
 from core.clock import BAND
 from core.noise import noise_std
-from core.record import Channel
+from core.record import Channel, Quantity
 
 CLEAR = 100.0
 """Power of a channel over that of its noise in the band, below which nothing is concluded from it."""
 COHERENT = 0.8
 """Squared coherence of two levels of one rigid body; healthy buildings have 0.98 and more."""
 GAIN = 2.0
-"""Factor between two levels; quasi-static deflection makes 1.2 of it on a real five-storey building."""
+"""Factor between two levels, beyond their quasi-static deflection."""
+TOLD = 3.0
+"""Power of the motion expected over that of its noise, below which nothing is concluded from it."""
 
 
 Booleans = np.ndarray[tuple[int], np.dtype[np.bool_]]
@@ -31,29 +33,52 @@ class Fault:
     message: str
 
 
-def low_spectra(samples: Matrix, rate: float) -> tuple[Vector, ComplexMatrix, Booleans]:
+@dataclass(frozen=True, slots=True, eq=False)
+class LowSpectra:
+    """Channels where the building moves as one body."""
+
+    frequency: Vector
+    """(frequencies,) Hz."""
+    values: ComplexMatrix
+    """(channels, frequencies)."""
+    noise: Matrix
+    """(channels, frequencies) power that noise alone is expected to have."""
+    clear: Booleans
+    """(channels,) whether each is clear above its noise."""
+
+    def accelerations(self, quantities: Sequence[Quantity]) -> "LowSpectra":
+        """The same with displacements differentiated twice.
+
+        Args:
+            quantities: (channels,) what each measures.
+        """
+        twice = -((2 * np.pi * self.frequency) ** 2)
+        factor = np.array([twice if quantity == "displacement" else np.ones_like(twice) for quantity in quantities])
+        return replace(self, values=self.values * factor, noise=self.noise * factor**2)
+
+
+def low_spectra(samples: Matrix, rate: float) -> LowSpectra:
     """Spectra of channels where the building moves as one body.
 
     Args:
         samples: (channels, n).
         rate: Hz.
 
-    Returns:
-        (frequencies,) Hz, (channels, frequencies), and (channels,) whether each is clear above its noise.
-
     Raises:
         RecordError: the record is too short to know its noise.
     """
-    noise = noise_std(samples, rate)
     window = np.hanning(samples.shape[1])
     frequency: Vector = np.asarray(np.fft.rfftfreq(window.size, 1 / rate), dtype=float)
     within = (frequency >= BAND[0]) & (frequency <= BAND[1])
     values = np.fft.rfft(samples * window, axis=1)[:, within]
-    clear = np.sum(np.abs(values) ** 2, axis=1) > CLEAR * within.sum() * np.sum(window**2) * noise**2
-    return np.asarray(frequency[within]), values, clear
+    noise = np.outer(noise_std(samples, rate) ** 2, np.full(within.sum(), np.sum(window**2)))
+    clear = np.sum(np.abs(values) ** 2, axis=1) > CLEAR * noise.sum(axis=1)
+    return LowSpectra(np.asarray(frequency[within]), values, noise, clear)
 
 
-def against(channel: Channel, motion: ComplexVector, expected: ComplexVector, name: str) -> Iterator[Fault]:
+def against(
+    channel: Channel, motion: ComplexVector, expected: ComplexVector, name: str, noise: float = 0.0
+) -> Iterator[Fault]:
     """What is wrong with a channel that should move nearly as expected.
 
     Args:
@@ -61,9 +86,12 @@ def against(channel: Channel, motion: ComplexVector, expected: ComplexVector, na
         motion: (frequencies,) its spectrum.
         expected: (frequencies,) that of the motion it should have.
         name: whose motion that is, for messages.
+        noise: of the power of what is expected, what is only its noise; if that is too much nothing is concluded.
     """
     cross = np.vdot(expected, motion)
-    power, own = np.vdot(expected, expected).real, np.vdot(motion, motion).real
+    power, own = np.vdot(expected, expected).real - noise, np.vdot(motion, motion).real
+    if power < TOLD * noise:
+        return
     coherence, gain = abs(cross) ** 2 / (power * own), float(cross.real / power)
     if coherence < COHERENT:
         message = f"does not move with {name} below {BAND[1]} Hz (squared coherence {coherence:.2f}): check the sensor"

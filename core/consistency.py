@@ -22,6 +22,10 @@ from core.screening import loss
 
 CERTAIN = 5.0
 """Standard deviations by which a lower level must move more than a higher one to be called out of order."""
+MOST_DEFLECTION = 1.5
+"""Of the base slab's motion, at the highest frequency: that of a roof whose first fixed-base frequency is 1 Hz."""
+UNLIKE = 0.05
+"""Of the motion of either side of the layer: what gains and low-frequency noise may leave between two sensors."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -32,6 +36,8 @@ class _Spectra:
     """Those that are clear above their noise: ground, base slab and floors upward, then the displacement."""
     values: ComplexMatrix
     """(channels, frequencies)."""
+    noise: Vector
+    """(channels,) power that noise alone is expected to have."""
     frequency: Vector
     """(frequencies,) Hz."""
     levels: Mapping[str, int]
@@ -90,14 +96,12 @@ def _spectra(record: Record, description: BuildingDescription, direction: Direct
     if not rows:
         return None
     try:
-        frequency, values, clear = low_spectra(record.samples[rows], record.rate)
+        low = low_spectra(record.samples[rows], record.rate)
     except RecordError:  # too short to know its noise: nothing is concluded
         return None
-    for place, i in enumerate(rows):
-        if record.channels[i].quantity == "displacement":
-            values[place] *= -((2 * np.pi * frequency) ** 2)
-    kept = [record.channels[i] for i, usable in zip(rows, clear, strict=True) if usable]
-    return _Spectra(tuple(kept), values[clear], frequency, levels)
+    low = low.accelerations([record.channels[i].quantity for i in rows])
+    kept = [record.channels[i] for i, usable in zip(rows, low.clear, strict=True) if usable]
+    return _Spectra(tuple(kept), low.values[low.clear], low.noise[low.clear].sum(axis=1), low.frequency, levels)
 
 
 def _explained(spectra: _Spectra) -> list[Fault]:
@@ -134,12 +138,27 @@ def _disagreeing(spectra: _Spectra) -> Iterator[Fault]:
     if base is None:
         return
     floors = [c for c in spectra.channels if c.quantity == "acceleration" and spectra.levels[c.level] > 1]
+    right = []
     for channel in floors:
         floor = spectra.acceleration(spectra.levels[channel.level])
         if floor is not None:
-            yield from against(channel, floor, base, "the base slab")
-    yield from _out_of_order(spectra, base, floors)
+            faults = [*against(channel, floor, _deflected(spectra.frequency, base, floor), "the base slab")]
+            yield from faults
+            right += [] if faults else [channel]
+    yield from _out_of_order(spectra, base, right)
     yield from _layer(spectra, base)
+
+
+def _deflected(frequency: Vector, base: ComplexVector, floor: ComplexVector) -> ComplexVector:
+    """(frequencies,) the motion of the base slab with the quasi-static deflection that brings it nearest to a floor's.
+
+    Below resonance a floor moves 1 + κ (f / f_top)² times as much, κ positive and limited.
+    """
+    shape = (frequency / frequency[-1]) ** 2
+    motions = [(1 + κ * shape) * base for κ in np.linspace(0, MOST_DEFLECTION, 13)]
+    gains = [abs(np.vdot(motion, floor).real) / np.vdot(motion, motion).real for motion in motions]
+    nearest: ComplexVector = motions[int(np.argmin(np.abs(np.log(np.maximum(gains, np.finfo(float).tiny)))))]
+    return nearest
 
 
 def _out_of_order(spectra: _Spectra, base: ComplexVector, floors: list[Channel]) -> Iterator[Fault]:
@@ -169,10 +188,21 @@ def _layer(spectra: _Spectra, base: ComplexVector) -> Iterator[Fault]:
     below = next(c for c in spectra.channels if c.quantity == "acceleration" and spectra.levels[c.level] == 0)
     channel, motion = across[0]
     sides = np.column_stack([base, -ground])
+    noise = _noise_between(spectra, base, ground)
     (p, q), *_ = np.linalg.lstsq(sides, motion, rcond=None)
-    if abs(p) > 0 and 1 / GAIN < (q / p).real < GAIN:
-        yield from against(channel, motion, base - ground, "base slab against ground")
-    elif abs(p - 1) < 1 - 1 / GAIN:
+    if abs(p) > 0 and not 1 / GAIN < (q / p).real < GAIN and abs(p - 1) < 1 - 1 / GAIN:
         yield from against(below, ground, base - motion, "base slab less the layer's displacement")
     else:
-        yield from against(channel, motion, base - ground, "base slab against ground")
+        yield from against(channel, motion, base - ground, "base slab against ground", noise)
+
+
+def _noise_between(spectra: _Spectra, base: ComplexVector, ground: ComplexVector) -> float:
+    """Power of the noise in the difference of the layer's sides, and of what unlike sensors make of a small one."""
+    sides = {0, 1}
+    noise = sum(
+        power
+        for channel, power in zip(spectra.channels, spectra.noise, strict=True)
+        if channel.quantity == "acceleration" and spectra.levels[channel.level] in sides
+    )
+    motion = np.vdot(base, base).real + np.vdot(ground, ground).real
+    return float(noise + UNLIKE**2 * motion)

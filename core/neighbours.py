@@ -50,13 +50,12 @@ def _accelerations(record: Record) -> tuple[list[Channel], ComplexMatrix]:
     rows = [row for row, channel in enumerate(record.channels) if channel.direction in ("x", "y")]
     channels = [record.channels[row] for row in rows]
     try:
-        frequency, values, clear = low_spectra(record.samples[rows], record.rate)
+        low = low_spectra(record.samples[rows], record.rate)
     except RecordError:  # too short to know its noise: nothing is concluded
         return [], np.empty((0, 0), dtype=complex)
-    for row, channel in enumerate(channels):
-        if channel.quantity == "displacement":
-            values[row] *= -((2 * np.pi * frequency) ** 2)
-    return [channel for channel, usable in zip(channels, clear, strict=True) if usable], values[clear]
+    accelerations = low.accelerations([channel.quantity for channel in channels])
+    kept = [channel for channel, usable in zip(channels, low.clear, strict=True) if usable]
+    return kept, accelerations.values[low.clear]
 
 
 def _groups(channels: Sequence[Channel]) -> Iterator[list[int]]:

@@ -7,6 +7,7 @@ from scipy.ndimage import maximum_filter1d, median_filter
 
 from core.arrays import Vector
 from core.assembly import Trace
+from core.clipping import clipped_samples
 from core.description import BuildingDescription
 from core.offset import without_jump
 from core.quality import Finding, Severity
@@ -20,10 +21,6 @@ SPIKE = 20.0
 """Of the 97th percentile of the distance from the running median nearby: a larger one is no motion."""
 MOST_SPIKES = 10
 """In a channel: with more of them it is not mended."""
-CLIPPED_RUN = 3
-"""Samples in a row at the channel's largest value, of which no analogue signal is capable."""
-RESOLVED = 50
-"""Steps of the digitiser within the largest value, below which a run of equal samples is only coarse."""
 LARGEST = {"acceleration": 30.0, "velocity": 10.0, "displacement": 2.0, "temperature": 80.0}
 """SI (°C for a temperature): beyond, the unit is wrong."""
 
@@ -104,16 +101,8 @@ def _unit(trace: Trace, channel: Channel, lost: Severity) -> Finding | None:
 
 
 def _clipping(trace: Trace, channel: Channel, lost: Severity) -> Finding | None:
-    if channel.quantity == "temperature":
-        return None
     centred = trace.samples - np.median(trace.samples)
-    steps = np.abs(np.diff(trace.samples))
-    step = steps[steps > 0].min(initial=np.inf)
-    clipped = 0
-    for rail in (centred.max(), centred.min()):
-        at_rail = np.abs(centred - rail) <= 1e-9 * abs(rail)
-        if abs(rail) > RESOLVED * step and abs(rail) > 0.2 * np.ptp(centred):
-            clipped += _in_runs(at_rail)
+    clipped = 0 if channel.quantity == "temperature" else clipped_samples(centred)
     if not clipped:
         return None
     level = float(np.abs(centred).max())
@@ -122,13 +111,6 @@ def _clipping(trace: Trace, channel: Channel, lost: Severity) -> Finding | None:
         "It is left out; a sensor of larger range would do"
     )
     return Finding("clipping", lost, message, channel.id, level)
-
-
-def _in_runs(true: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> int:
-    """How many samples lie in runs of at least CLIPPED_RUN."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], true.astype(int), [0]])))
-    lengths = np.diff(edges)[::2]
-    return int(lengths[lengths >= CLIPPED_RUN].sum())
 
 
 def _without_spikes(trace: Trace, channel: Channel, lost: Severity) -> tuple[Trace | None, tuple[Finding, ...]]:
