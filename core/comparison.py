@@ -7,10 +7,12 @@ import numpy as np
 
 from core.arrays import Vector
 from core.conditioning import band_passed
-from core.driven import force_history
-from core.isolator import Isolator
+from core.driven import driven
+from core.errors import ModelError
+from core.isolator import Isolator, carried, state_names
 from core.misfit import Misfit, misfit, together
 from core.observation import LayerHistory, Observation
+from core.record import Direction
 
 Band = tuple[float, float]
 """Hz, pass band of the estimated force: the model's is held against it within the same."""
@@ -22,6 +24,8 @@ class ForceComparison:
     """One earthquake in one direction: the model's force for the measured motion, against the estimated one."""
 
     observation: Observation
+    states: Vector
+    """(m,) of the model before the earthquake, in the order of core.isolator.state_names."""
     model: Vector
     """(n,) N, within the pass band."""
     std: Vector
@@ -36,22 +40,36 @@ class ForceComparison:
 
 
 def compare_forces(isolator: Isolator, observations: Sequence[Observation], band: Band) -> tuple[ForceComparison, ...]:
-    """In order of time.
+    """In order of time; what the layer keeps passes from each earthquake to the next in the same direction.
+
+    Before the first it is taken to be new: whatever the effects carry is at zero.
 
     Args:
         isolator: the model.
         observations: what was measured.
         band: Hz.
+
+    Raises:
+        ModelError: the model's force grew beyond all bounds.
     """
-    return tuple(_compared(isolator, one, band) for one in sorted(observations, key=lambda one: one.start))
+    kept: dict[Direction, Vector] = {}
+    compared = []
+    for one in sorted(observations, key=lambda one: one.start):
+        start = kept.get(one.direction, np.zeros(len(state_names(isolator))))
+        layer = one.layer
+        answer = driven(isolator, layer.displacement, layer.velocity, one.rate, conditions=one.conditions, states=start)
+        kept[one.direction] = carried(isolator, answer.states)
+        compared.append(_compared(one, start, answer.force, band))
+    return tuple(compared)
 
 
-def _compared(isolator: Isolator, observation: Observation, band: Band) -> ForceComparison:
-    layer, rate = observation.layer, observation.rate
-    force = force_history(isolator, layer.displacement, layer.velocity, rate, observation.conditions)
-    model = band_passed(force, rate, band)
+def _compared(observation: Observation, states: Vector, force: Vector, band: Band) -> ForceComparison:
+    layer = observation.layer
+    if not np.isfinite(force).all():
+        raise ModelError(f"{observation.name}: the model's force grew beyond all bounds; a softer law would do")
+    model = band_passed(force, observation.rate, band)
     std = np.hypot(layer.force_std, _std_from_motion(layer, model))
-    return ForceComparison(observation, model, std, misfit(layer.force, model, std))
+    return ForceComparison(observation, states, model, std, misfit(layer.force, model, std))
 
 
 def _std_from_motion(layer: LayerHistory, model: Vector) -> Vector:

@@ -22,6 +22,7 @@ def respond(
     ground_acceleration: Vector,
     rate: float,
     conditions: Conditions,
+    states: Vector | None = None,
 ) -> Response:
     """Response from rest in the paper's hybrid coordinates (eq 7), by the classical Runge-Kutta method.
 
@@ -35,6 +36,7 @@ def respond(
         ground_acceleration: (n,) m/s², linear between samples.
         rate: Hz.
         conditions: what else acts on the layer.
+        states: (m,) of the layer at the first sample, in the order of core.isolator.state_names; None for zero.
 
     Raises:
         RecordError: the ground acceleration has gaps.
@@ -57,7 +59,7 @@ def respond(
         model.at_p,
         model.at_x,
         model.p,
-        model.states,
+        np.zeros(model.states) if states is None else states,
     )
     if not np.isfinite(force).all():
         raise ModelError("the response grew beyond all bounds; a softer layer would do")
@@ -110,7 +112,8 @@ def _kernel() -> Any:  # noqa: ANN401  numba's functions have no type
         n, count, h = 1 + load.size, given.shape[0], dt / substeps
         ahead, weight = (0.0, h / 2, h / 2, h), (h / 6, h / 3, h / 3, h / 6)
         at_x = at_x + 2 * n
-        y, dy = np.zeros(2 * n + states), np.zeros(2 * n + states)
+        y, dy = np.zeros(2 * n + states.size), np.zeros(2 * n + states.size)
+        y[2 * n :] = states
         coordinates, velocity = np.empty((n, count)), np.empty(count)
         accelerations, force = np.empty((n, count)), np.empty(count)
         for i in range(count):

@@ -48,6 +48,7 @@ def predict(
     observation: Observation,
     description: BuildingDescription,
     band: Band,
+    states: Vector | None = None,
 ) -> Prediction:
     """The response of building and layer to the ground motion, beside what was measured.
 
@@ -60,6 +61,7 @@ def predict(
         observation: what was measured.
         description: names the levels and gives the base slab's mass.
         band: Hz.
+        states: (m,) of the model before the earthquake, as of core.comparison.ForceComparison; None for zero.
 
     Raises:
         RecordError: the ground's acceleration was not measured.
@@ -69,7 +71,7 @@ def predict(
     if ground is None:
         raise RecordError(f"{observation.name}: the ground's acceleration was not measured; nothing drives the model")
     at_rest = without_baseline(ground, rate)
-    response = respond(superstructure, description.base_mass, isolator, at_rest, rate, observation.conditions)
+    response = respond(superstructure, description.base_mass, isolator, at_rest, rate, observation.conditions, states)
     return Prediction(
         observation,
         _displacement(response, observation, band),

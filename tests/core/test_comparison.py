@@ -38,3 +38,14 @@ def test_earthquakes_are_compared_in_order_of_time() -> None:
     compared = compare_forces(ISOLATOR, [late, early], BAND)
     assert [one.observation.start for one in compared] == [early.start, late.start]
     assert force_misfit(compared) == together([one.misfit for one in compared])
+
+
+def test_what_the_layer_keeps_passes_to_the_next_earthquake() -> None:
+    """Scragged rubber: the weak earthquake is stiffer before the strong one than after it."""
+    scragged = Isolator({**ISOLATOR.effects, "mullins": {"k_M": 2e8, "u_M": 0.01}})
+    weak = [observed_layer(1, scale=0.1, start=START + days * LATER) for days in (0, 2)]
+    strong = observed_layer(1, scale=3.0, start=START + LATER)
+    before, _, after = compare_forces(scragged, [*weak, strong], BAND)
+    assert np.linalg.norm(before.model) > 1.1 * np.linalg.norm(after.model)
+    assert not before.states.any()
+    assert after.states.any()

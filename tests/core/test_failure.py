@@ -137,7 +137,9 @@ def test_units_of_force_change_nothing_that_is_found(seed: int, scale: float) ->
             one.misfit,
             **{name: scale**2 * getattr(one.misfit, name) for name in ("error", "signal", "spread", "noise")},
         )
-        return ForceComparison(replace(one.observation, layer=forces), scale * one.model, scale * one.std, misfit)
+        return ForceComparison(
+            replace(one.observation, layer=forces), one.states, scale * one.model, scale * one.std, misfit
+        )
 
     compared = planted(hardening(0.1), seed)
     one, other = failed(compared), failed([scaled(each) for each in compared])

@@ -66,7 +66,7 @@ def planted(
         model = np.asarray(moved.layer.force)
         estimated = replace(moved, layer=replace(moved.layer, force=model + error(moved) + noise))
         off = misfit(estimated.layer.force, model, moved.layer.force_std)
-        compared.append(ForceComparison(estimated, model, moved.layer.force_std, off))
+        compared.append(ForceComparison(estimated, np.zeros(0), model, moved.layer.force_std, off))
     return compared
 
 
