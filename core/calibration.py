@@ -17,7 +17,7 @@ STEPS = 60
 ENOUGH = 700
 """Lines that are enough to come near."""
 SETTLED = 0.2
-"""Fall of the cost, in units of a log likelihood, below which a calibration has settled."""
+"""Fall of the cost, in units of a log likelihood times the chi-square, below which a calibration has settled."""
 STARTS = np.geomspace(0.4, 8.0, 24)
 """Hz, first fixed-base frequencies that a calibration may start from."""
 VARIANCE_STEPS = 2
@@ -71,7 +71,7 @@ def calibrated(question: Question, start: Vector) -> Calibration:
             here = evaluated(question, here.parameters, improved(here), here.given.base)
         way = slope(here)
         there, damping = _step(here, way, damping)
-        has_settled = there is None or before - there.cost < SETTLED
+        has_settled = there is None or before - there.cost < SETTLED * max(1.0, here.chi_square)
         here = there or here
         if has_settled:
             break
@@ -133,7 +133,7 @@ def _result(here: Evaluation, has_settled: bool) -> Calibration:
         variances=here.variances,
         covariance=covariance,
         misfit_by_band=here.misfit_by_band,
-        degrees_of_freedom=float(lines.weight.sum() * (lines.spectra.shape[0] - 1)),
+        degrees_of_freedom=here.degrees_of_freedom,
         noise=lines.noise,
         has_settled=has_settled,
     )
@@ -157,6 +157,6 @@ def log_evidence(calibration: Calibration, question: Question) -> float:
     occam = float(np.sum(np.log(hypothesis.std[free])))
     occam -= 0.5 * float(np.linalg.slogdet(calibration.covariance[np.ix_(free, free)])[1])
     if hypothesis.is_random:
-        count = np.bincount(question.lines.band, question.lines.weight)
+        count = np.bincount(question.lines.band)
         occam += float(np.sum(np.log(count[count > 0])))
     return -cost - occam

@@ -57,6 +57,16 @@ class Evaluation:
     unmodelled: ComplexTensor
     """(1 + floors, channels, lines) what rocking and single floors do, white; (0, channels, lines) if nothing is."""
 
+    @property
+    def degrees_of_freedom(self) -> float:
+        """Of the misfit."""
+        return float(self.residual.shape[1] * (len(self.residual) - 1))
+
+    @property
+    def chi_square(self) -> float:
+        """Misfit per degree of freedom."""
+        return float(self.misfit_by_band.sum()) / self.degrees_of_freedom
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Slope:
@@ -89,11 +99,11 @@ def evaluated(
     ringing[1:] = sensors[1:] * floors_free_vibration(structure, lines, design.measured, amplitudes)
     whitened = _whitened(question, given, variances, scale)
     residual, amplitude = projected(whitened, scale * lines.spectra - ringing)
-    misfit = lines.weight * np.sum(np.abs(residual) ** 2, axis=0)
+    misfit = np.sum(np.abs(residual) ** 2, axis=0)
     cost = float(misfit.sum()) + hypothesis.penalty(parameters)
     if hypothesis.is_random:
         log_determinant = whitened.log_determinant + _log_power(whitened, given.base if along is None else along)
-        cost += float(lines.weight @ log_determinant)
+        cost += float(log_determinant.sum())
     return Evaluation(
         question=question,
         parameters=parameters,
@@ -118,18 +128,17 @@ def sensor_errors(parameters: Vector, layout: Layout, angular: Vector) -> Comple
 
 def slope(here: Evaluation) -> Slope:
     """Descent of the cost, and how fast that changes."""
-    lines, hypothesis = here.question.lines, here.question.hypothesis
+    hypothesis = here.question.hypothesis
     size = here.parameters.size
     descent, normal = np.zeros(size), np.zeros((size, size))
     if hypothesis.is_random:
         descent[: here.question.design.layout.structural] = _by_determinant(here)
     derivatives = _derivatives(here)
     moving = np.flatnonzero(hypothesis.std[: len(derivatives)] > 0)
-    weight = np.sqrt(lines.weight)
-    white = weight * here.whitened.without_projection(derivatives[moving])
+    white = here.whitened.without_projection(derivatives[moving])
     along = np.sum(here.whitened.direction.conj() * white, axis=1)
     flat, flat_along = _real(white), _real(along)
-    descent[moving] += 2 * flat @ _real((weight * here.residual)[None])[0]
+    descent[moving] += 2 * flat @ _real(here.residual[None])[0]
     normal[np.ix_(moving, moving)] = 2 * (flat @ flat.T - flat_along @ flat_along.T)
     free = hypothesis.free
     descent[free] -= (here.parameters - hypothesis.mean)[free] / hypothesis.std[free] ** 2
@@ -155,7 +164,7 @@ def _whitened(question: Question, given: Responses, variances: Variances, scale:
 def _by_determinant(here: Evaluation) -> Vector:
     """(structural,) by how much a parameter lowers the determinant."""
     lines, design = here.question.lines, here.question.design
-    weights = lines.weight * here.variances.at(lines)[[0] + [1] * design.layout.floors]
+    weights = here.variances.at(lines)[[0] + [1] * design.layout.floors]
     inverse = here.whitened.back(here.unmodelled)
     return determinant_descent(here.structure, here.given, lines.angular, design.measured, inverse, weights)
 

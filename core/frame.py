@@ -1,6 +1,7 @@
 """Lateral stiffness of a frame whose joints rotate, on a base slab that rocks."""
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from scipy import linalg
@@ -71,20 +72,27 @@ def lateral_stiffness(storey_stiffness: Vector, joints: float, rocking: float, b
 
 def _frame(storey_stiffness: Vector, joints: float) -> tuple[Matrix, Tensor, Matrix]:
     """Stiffness on a base that does not rotate, its derivatives by each storey's logarithm and by the joints'."""
-    floors = storey_stiffness.size
-    shares = np.zeros((floors, 2 * floors + 2, 2 * floors + 2))
-    girders = np.zeros_like(shares)
-    for storey, stiffness in enumerate(storey_stiffness):
+    columns, girders = _parts(storey_stiffness.size)
+    columns, girders = (storey_stiffness[:, None, None] * parts for parts in (columns, girders / joints))
+    moving, rotating = np.split(np.arange(2 * storey_stiffness.size), 2)
+    whole = (columns + girders).sum(axis=0)
+    kept = np.eye(whole.shape[0], moving.size)
+    kept[rotating] = -linalg.solve(whole[rotating][:, rotating], whole[rotating][:, moving], assume_a="pos")
+    by_storey = kept.T @ (columns + girders) @ kept
+    return by_storey.sum(axis=0), by_storey, -kept.T @ girders.sum(axis=0) @ kept
+
+
+@cache
+def _parts(floors: int) -> tuple[Tensor, Tensor]:
+    """(floors, 2 floors, 2 floors) what the columns of each storey, and the girders they size, add to the stiffness of
+    translations and rotations, for columns and joints of unit stiffness."""
+    columns = np.zeros((floors, 2 * floors + 2, 2 * floors + 2))
+    girders = np.zeros_like(columns)
+    for storey in range(floors):
         ends = np.array([storey, floors + 1 + storey, storey + 1, floors + 2 + storey])
-        shares[storey][np.ix_(ends, ends)] = stiffness * COLUMN
+        columns[storey][np.ix_(ends, ends)] = COLUMN
         # a girder is as stiff as the mean of the columns above and below it; the roof's as its one column
-        girders[storey, ends[3], ends[3]] += stiffness * (1.0 if storey == floors - 1 else 0.5) / joints
-        if storey:
-            girders[storey, ends[1], ends[1]] += 0.5 * stiffness / joints
-    moving, rotating = np.arange(1, floors + 1), np.arange(floors + 2, 2 * floors + 2)
-    whole = (shares + girders).sum(axis=0)
-    rotation = -linalg.solve(whole[np.ix_(rotating, rotating)], whole[np.ix_(rotating, moving)], assume_a="pos")
-    kept = np.vstack([np.eye(floors), rotation])
-    chosen = np.ix_(np.concatenate([moving, rotating]), np.concatenate([moving, rotating]))
-    by_storey = np.array([kept.T @ part[chosen] @ kept for part in shares + girders])
-    return by_storey.sum(axis=0), by_storey, -kept.T @ girders.sum(axis=0)[chosen] @ kept
+        girders[storey, ends[3], ends[3]] = 1.0 if storey == floors - 1 else 0.5
+        girders[storey, ends[1], ends[1]] = 0.5 if storey else 0.0
+    free = np.delete(np.arange(2 * floors + 2), [0, floors + 1])
+    return columns[:, free][:, :, free], girders[:, free][:, :, free]

@@ -121,7 +121,7 @@ def _annealed(doubt: Question) -> Vector:
 
 def unexplained(calibration: Calibration, lines: Lines) -> float:
     """Largest excess of a band's misfit over its expectation, in standard deviations."""
-    count = np.bincount(lines.band, lines.weight, calibration.misfit_by_band.size) * (lines.spectra.shape[0] - 1)
+    count = np.bincount(lines.band, minlength=calibration.misfit_by_band.size) * (lines.spectra.shape[0] - 1)
     scale = lines.noise[0] / calibration.noise[0]
     held = count > 0
     excess = (calibration.misfit_by_band[held] / scale - count[held]) / np.sqrt(count[held])

@@ -191,7 +191,7 @@ def determinant_descent(
         angular: (lines,) rad/s.
         measured: (channels - 1,) floors with a sensor.
         inverse: (1 + floors, channels, lines) P R, and P B for every floor.
-        weights: (1 + floors, lines) the variances S, times how many lines each stands for.
+        weights: (1 + floors, lines) the variances S.
 
     Returns:
         (structural,) 0 for the masses, which are held wherever variances are not zero.

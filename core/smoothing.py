@@ -47,6 +47,11 @@ class _Model:
     structure: Superstructure
     base_mass: float
 
+    @property
+    def inputs(self) -> int:
+        """How many move: the base slab; beyond what the parameters explain also its rocking and every floor."""
+        return 2 + self.design.layout.floors if self.calibration.hypothesis.is_random else 1
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Weights:
@@ -118,13 +123,13 @@ def _weights(model: _Model) -> _Weights:
 
 
 def _responses(model: _Model) -> Responses:
-    """Of the channels to the base slab's acceleration, its rocking and every floor's own.
+    """Of the channels to all that moves.
 
     What gains and delays have in common is no sensor's error: it stays in the motion.
     """
     layout, lines = model.design.layout, model.lines
     sensors = sensor_errors(model.parameters, layout, lines.angular) / _common(model)
-    return responses(model.structure, lines.angular, model.design.measured, sensors, 2 + layout.floors)
+    return responses(model.structure, lines.angular, model.design.measured, sensors, model.inputs)
 
 
 def _common(model: _Model) -> ComplexVector:
@@ -137,9 +142,9 @@ def _common(model: _Model) -> ComplexVector:
 def _inertia(model: _Model, given: Responses) -> ComplexMatrix:
     """(inputs, lines) kg, what the inputs do in the force."""
     structure = model.structure
-    rigid = rigid_motion(structure.mass.size) @ structure.mass
+    rigid = rigid_motion(structure.mass.size)[: model.inputs] @ structure.mass
     rigid[0] += model.base_mass
-    carried = (structure.mass @ structure.shapes)[:, None] * structure.inputs
+    carried = (structure.mass @ structure.shapes)[:, None] * structure.inputs[:, : model.inputs]
     return np.asarray(-rigid[:, None] - carried.T @ (model.lines.angular**2 * given.compliance))
 
 
@@ -158,12 +163,12 @@ def _local(model: _Model) -> Vector:
 
 
 def _input_variances(model: _Model) -> Matrix:
-    """(2 + floors, lines) of the base slab's acceleration, its rocking, and single floors' accelerations."""
+    """(inputs, lines) of the base slab's acceleration, its rocking, and single floors' accelerations."""
     lines = model.lines
     power = ndimage.uniform_filter1d(np.abs(lines.spectra[0]) ** 2, NEIGHBOURS, mode="nearest")
     base = np.maximum(power - lines.noise[0], 1e-3 * power)
     rocking, floors = model.calibration.variances.at(lines)
-    return np.vstack([base, rocking, np.tile(floors, (model.design.layout.floors, 1))])
+    return np.vstack([base, rocking, np.tile(floors, (model.design.layout.floors, 1))])[: model.inputs]
 
 
 def _force(model: _Model, weights: _Weights, spectra: ComplexMatrix) -> ComplexVector:

@@ -36,33 +36,14 @@ class Lines:
     rate: float
     at_rest: bool
     """Whether the record begins and ends at rest, so that no free vibration is to be allowed for."""
-    weight: Vector
-    """(lines,) how many lines each stands for."""
 
     def every(self, stride: int) -> "Lines":
-        """Every so many of the lines: enough to choose where to start."""
+        """Every so many of the lines."""
         return self.chosen(np.arange(0, self.angular.size, stride))
-
-    def thinned(self, apart: float) -> "Lines":
-        """Lines as far from each other as a share of their frequency, each for all that it stands for.
-
-        Modes are as wide as their frequency times their damping, so that each shows in about as many lines.
-        """
-        spacing = 2 * np.pi * self.rate / self.samples
-        group = np.floor(np.cumsum(1 / np.maximum(1.0, apart * self.angular / spacing)) - 1e-9)
-        first = np.flatnonzero(np.diff(group, prepend=-1.0))
-        size = np.diff(first, append=self.angular.size)
-        return replace(self.chosen(first + (size - 1) // 2), weight=np.add.reduceat(self.weight, first))
 
     def chosen(self, places: Indices) -> "Lines":
         """Only the lines at these places."""
-        return replace(
-            self,
-            angular=self.angular[places],
-            spectra=self.spectra[:, places],
-            band=self.band[places],
-            weight=self.weight[places],
-        )
+        return replace(self, angular=self.angular[places], spectra=self.spectra[:, places], band=self.band[places])
 
 
 def spectral_lines(superstructure: InstrumentedSuperstructure) -> Lines:
@@ -82,7 +63,6 @@ def spectral_lines(superstructure: InstrumentedSuperstructure) -> Lines:
         samples=samples,
         rate=rate,
         at_rest=_is_at_rest(series, rate),
-        weight=np.ones(angular.size),
     )
 
 

@@ -31,9 +31,9 @@ class Variances:
     @classmethod
     def first(cls, lines: Lines) -> "Variances":
         """A share of the record's power in each band."""
-        count = np.bincount(lines.band, lines.weight)
-        power = np.bincount(lines.band, lines.weight * np.mean(np.abs(lines.spectra) ** 2, axis=0))
-        share = FIRST_SHARE * power / np.where(count > 0, count, 1.0)
+        count = np.bincount(lines.band)
+        power = np.bincount(lines.band, np.mean(np.abs(lines.spectra) ** 2, axis=0))
+        share = FIRST_SHARE * power / np.maximum(count, 1)
         return cls(share, share)
 
     def at(self, lines: Lines) -> Matrix:

@@ -8,14 +8,14 @@ from core.unmodelled_motion import DYNAMIC_SHARE, Variances, local_covariance
 
 
 def improved(here: Evaluation) -> Variances:
-    """The next variances by restricted maximum likelihood, a step of Zhou, Hu, Qiao, Cho and Zhou's (2019) that multiplies.
+    """The next variances by restricted maximum likelihood: the factors of Zhou, Hu, Qiao, Cho and Zhou (2019).
 
     Args:
         here: the evaluation by a hypothesis that allows for unmodelled motion.
     """
     met, size = _strengths(here)
     lines, count = here.question.lines, here.variances.rocking.size
-    met, size = (np.array([np.bincount(lines.band, lines.weight * row, count) for row in each]) for each in (met, size))
+    met, size = (np.array([np.bincount(lines.band, row, count) for row in each]) for each in (met, size))
     rocking, floors = np.sqrt(met / np.maximum(size, 1e-300))
     return Variances(here.variances.rocking * rocking, here.variances.floors * floors)
 

@@ -1,3 +1,4 @@
+from collections.abc import Callable
 from functools import cache
 
 import numpy as np
@@ -5,6 +6,7 @@ import pytest
 from motions import RATE, akt013, chi_chi, kobe
 from sampled import Sampled, sampled
 
+from core.arrays import Vector
 from core.displacement import differentiate, fuse, residual_displacement
 from core.errors import RecordError
 from core.noise import noise_std
@@ -27,7 +29,7 @@ def covered(estimate: np.ndarray, std: np.ndarray, truth: np.ndarray) -> float:
 
 
 @pytest.mark.parametrize("motion", MOTIONS)
-def test_velocity_of_the_papers_building_at_one_percent_noise(motion) -> None:  # noqa: ANN001
+def test_velocity_of_the_papers_building_at_one_percent_noise(motion: Callable[[], Vector]) -> None:
     """The reference prototype reached an rms error of 0.2-0.4 %."""
     rng = np.random.default_rng(1)
     ground = motion()
@@ -71,7 +73,9 @@ def test_the_fusions_standard_deviation_covers_the_truth(noise: float) -> None:
 
 @pytest.mark.parametrize("noise", [0.01, 0.1])
 @pytest.mark.parametrize("motion", MOTIONS)
-def test_a_transducer_alone_gives_a_displacement_and_a_velocity_that_cover_the_truth(motion, noise: float) -> None:  # noqa: ANN001
+def test_a_transducer_alone_gives_a_displacement_and_a_velocity_that_cover_the_truth(
+    motion: Callable[[], Vector], noise: float
+) -> None:
     truth, found = sampled(motion), []
     for seed in SEEDS:
         displacement = noisy(truth.displacement, noise, np.random.default_rng(seed))

@@ -1,8 +1,11 @@
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from motions import RATE, akt013, chi_chi, kobe
 from sampled import sampled
 
+from core.arrays import Vector
 from core.errors import RecordError
 from core.integration import integrate
 from core.noise import noise_std
@@ -20,7 +23,9 @@ def drift(size: int, step: float, rng: np.random.Generator) -> np.ndarray:
 @pytest.mark.parametrize("noise", [1e-4, 1e-3])
 @pytest.mark.parametrize("scale", [0.2, 4.0])
 @pytest.mark.parametrize("motion", [akt013, kobe, chi_chi])
-def test_the_integrals_standard_deviation_covers_the_truth(motion, scale: float, noise: float, wander: float) -> None:  # noqa: ANN001
+def test_the_integrals_standard_deviation_covers_the_truth(
+    motion: Callable[[], Vector], scale: float, noise: float, wander: float
+) -> None:
     """Accelerometers of 0.01 and 0.1 gal, without and with drift; measured: 92-100 % of the samples.
 
     What was lost below the corner can only be bounded: the bands may be wider than they need to be.

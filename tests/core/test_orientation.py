@@ -1,3 +1,4 @@
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -7,6 +8,7 @@ from described import segments
 from motions import akt013, chi_chi, kobe
 
 from core.analysis import AnalysisSettings, analyse
+from core.arrays import Vector
 from core.orientation import along_described_axes, oriented
 
 GROUND, BASE, FOURTH, ROOF = (f"XX.PAPER.{level}.HN" for level in ("00", "01", "04", "08"))
@@ -74,7 +76,9 @@ def test_axes_that_are_only_exchanged_reversed_or_slightly_turned_are_no_rotatio
 @pytest.mark.parametrize("noise", [0.01, 0.1])
 @pytest.mark.parametrize("scale", [0.2, 1.0, 4.0])
 @pytest.mark.parametrize(("along", "across"), [(akt013, kobe), (chi_chi, kobe), (chi_chi, akt013)])
-def test_healthy_sensors_are_left_alone(along, across, scale: float, noise: float) -> None:  # noqa: ANN001
+def test_healthy_sensors_are_left_alone(
+    along: Callable[[], Vector], across: Callable[[], Vector], scale: float, noise: float
+) -> None:
     description, samples = biaxial(along, across, noise, scale)
     record = record_of(description.channels, samples)
     assert oriented(record, description)[1] == ()

@@ -17,6 +17,8 @@ from core.estimators import ESTIMATORS
 LIKE = "in class"
 STATIC = "cms"
 LITTLE, MUCH = NOISES[0], NOISES[-1]
+# Every floor's mass and every stiffness times one number: all channels stay what they were, so that no acceleration
+# tells the base slab's share of a known total.
 UNKNOWABLE = pytest.mark.xfail(strict=True, reason="no acceleration tells the base slab's mass from the floors'")
 OUTSIDE = [pytest.param(kind, marks=UNKNOWABLE if kind == "all masses ±20 %" else ()) for kind in KINDS if kind != LIKE]
 judged = pytest.mark.parametrize("estimator", [name for name in ESTIMATORS if name in GOALS])

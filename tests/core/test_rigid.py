@@ -11,6 +11,7 @@ from core.rigid import rigid_levels
 START = datetime(2024, 1, 1, tzinfo=UTC)
 U, V, TURN = np.random.default_rng(1).standard_normal((3, 50)) * [[1.0], [1.0], [0.01]]
 METRES = st.floats(-30, 30)
+Place = tuple[float, float]
 
 
 def sensor(name: str, direction: Direction, position: tuple[float, float] | None) -> Channel:
@@ -27,7 +28,7 @@ def record(*channels: Channel) -> Record:
 
 
 @given(xs=st.tuples(METRES, METRES), ys=st.tuples(METRES, METRES), third=st.tuples(METRES, METRES))
-def test_any_three_or_four_sensors_give_translation_and_torsion(xs, ys, third) -> None:  # noqa: ANN001
+def test_any_three_or_four_sensors_give_translation_and_torsion(xs: Place, ys: Place, third: Place) -> None:
     """Wherever two in one direction lie apart across it."""
     if abs(xs[1] - ys[1]) < 1.0:
         return

@@ -1,5 +1,3 @@
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from exact_lines import DESIGN, PAPER, exact, noisy, rocked
@@ -40,14 +38,3 @@ def test_every_step_lowers_the_cost() -> None:
         there = evaluated(question, here.parameters, improved(here), along)
         assert there.cost < here.cost + 1e-9 * abs(here.cost)
         here = there
-
-
-def test_a_line_that_stands_for_two_counts_twice() -> None:
-    rng = np.random.default_rng(3)
-    lines = noisy(rocked(exact(PAPER, rng), PAPER, 0.3, rng), 0.01, rng)
-    once = Question(lines, DESIGN, with_unmodelled_motion(DESIGN, 0.0))
-    twice = replace(once, lines=replace(lines, weight=2 * lines.weight))
-    first = Variances.first(lines)
-    one, two = (evaluated(question, once.hypothesis.mean, first) for question in (once, twice))
-    assert two.cost == pytest.approx(2 * one.cost)  # at its mean a prior costs nothing
-    assert improved(two).rocking == pytest.approx(improved(one).rocking)

@@ -74,7 +74,6 @@ def exact(known: Known, rng: np.random.Generator, band: tuple[float, float] = (0
         samples=SAMPLES,
         rate=RATE,
         at_rest=True,
-        weight=np.ones(angular.size),
     )
 
 
