@@ -35,20 +35,23 @@ def excitation(rate: float, seconds: float = 8.0, amplitude: float = 0.25) -> Ex
     """Swells and fades within the seconds, in both directions, while load and temperature change and time goes on."""
     t = np.arange(0.0, seconds, 1 / rate)
     u, v = swelling(t, seconds, amplitude)
-    return Excitation(rate, u, v, conditions(t, seconds, amplitude))
+    return Excitation(rate, u, v, Conditions(**circumstances(t, seconds, amplitude)))
 
 
-def swelling(t: Vector, seconds: float, amplitude: float, phase: float = 0.0) -> tuple[Vector, Vector]:
+def swelling(
+    t: Vector | float, seconds: float, amplitude: float, phase: float = 0.0
+) -> tuple[Vector | float, Vector | float]:
     """m, m/s at times of s: a sine that begins and ends at rest."""
     envelope, growth = np.sin(np.pi * t / seconds) ** 2, np.pi / seconds * np.sin(2 * np.pi * t / seconds)
     wave, slope = np.sin(TURN * t + phase), TURN * np.cos(TURN * t + phase)
     return amplitude * envelope * wave, amplitude * (growth * wave + envelope * slope)
 
 
-def conditions(t: Vector, seconds: float, amplitude: float) -> Conditions:
+def circumstances(t: Vector | float, seconds: float, amplitude: float) -> dict[str, Vector | float]:
     """The other direction in another phase, the vertical load by ± 20 %, and a thaw from 5 to 35 °C."""
     u_cross, v_cross = swelling(t, seconds, 0.6 * amplitude, phase=1.0)
-    return Conditions(u_cross, v_cross, 1 + 0.2 * np.sin(4 * TURN * t), 20.0 - 15.0 * np.cos(np.pi * t / seconds), t)
+    load, temperature = 1 + 0.2 * np.sin(4 * TURN * t), 20.0 - 15.0 * np.cos(np.pi * t / seconds)
+    return {"u_cross": u_cross, "v_cross": v_cross, "axial_load": load, "temperature": temperature, "time": t}
 
 
 def cycles(rate: float, count: int, amplitude: float = 0.25) -> Excitation:

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 
 import numpy as np
-from exciting import conditions, swelling
+from exciting import circumstances, swelling
 from scipy.integrate import solve_ivp
 
 from core.arrays import Vector
@@ -28,8 +28,8 @@ def plain_force(model: Model, times: Vector, seconds: float, amplitude: float, l
             np.zeros(len(keys)),
             "RK45",
             t_eval=times,
-            rtol=1e-6,
-            atol=1e-8,
+            rtol=1e-7,
+            atol=1e-9,
             max_step=longest_step,
         )
         states = solved.y.T
@@ -63,8 +63,6 @@ def _acceleration(t: float, seconds: float, amplitude: float) -> float:
 
 
 def _motion(t: float, seconds: float, amplitude: float) -> Iterator[tuple[str, float]]:
-    now = np.array([t])
-    u, v = swelling(now, seconds, amplitude)
-    given = conditions(now, seconds, amplitude)
-    yield from (("u", u[0]), ("v", v[0]))
-    yield from ((name, getattr(given, name)[0]) for name in given.__dataclass_fields__)
+    u, v = swelling(t, seconds, amplitude)
+    yield from (("u", float(u)), ("v", float(v)))
+    yield from ((name, float(value)) for name, value in circumstances(t, seconds, amplitude).items())
