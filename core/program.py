@@ -12,7 +12,7 @@ from typing import Any
 from numba import njit
 
 from core.effect import CHANNELS, CONDITIONS, MOTION, RESULTS, SCALES, YIELDED, Effect
-from core.effects import EFFECTS
+from core.effects import settled
 
 GIVEN = (*MOTION, *CONDITIONS)
 
@@ -49,7 +49,7 @@ def compiled(effects: Mapping[str, Effect]) -> Callable[..., tuple[float, float]
 @cache
 def force_program() -> Callable[..., tuple[float, float]]:
     """The force function of all effects there are, compiled when first asked for."""
-    return compiled(EFFECTS)
+    return compiled(settled())
 
 
 def place(effect: Effect) -> dict[str, str]:

@@ -10,7 +10,7 @@ from functools import cache
 from typing import Any
 
 from core.effect import CHANNELS, RESULTS, SCALES, YIELDED, Effect
-from core.effects import EFFECTS
+from core.effects import settled
 from core.program import GIVEN, in_order, inlined, jitted, place, published
 from core.tangent import change_of, tangent_source
 
@@ -47,7 +47,7 @@ def tangent_law(effect: Effect) -> Callable[..., tuple[float, ...]]:
 @cache
 def tangent_program() -> Callable[..., tuple[float, float, float, float]]:
     """The tangent program of all effects there are, compiled when first asked for."""
-    return compiled(EFFECTS)
+    return compiled(settled())
 
 
 def _changes(effect: Effect) -> dict[str, str]:

@@ -12,6 +12,7 @@ from service import auth, errors, metrics
 from service.answers import Answers
 from service.auth import Keys
 from service.metrics import Measured
+from service.own_effects import add_own_effects
 from service.pages.rendering import FOLDER
 from service.routers import (
     buildings,
@@ -58,6 +59,7 @@ SECURITY = {
 
 def create(settings: Settings) -> FastAPI:
     """The application on the database that the settings name, which must have its tables."""
+    add_own_effects(settings.effects_folder)
     app = FastAPI(
         title="Menshin",
         version=VERSION,

@@ -3,10 +3,13 @@
 import os
 from collections.abc import Callable
 from concurrent.futures import Executor
+from functools import partial
+from pathlib import Path
 from threading import Thread
 from time import sleep
 from typing import Any
 
+from service.own_effects import add_own_effects
 from service.settings import Settings
 
 ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
@@ -18,16 +21,23 @@ Executors = Callable[[], Executor]
 
 def executors(settings: Settings) -> Executors:
     """The executors that the settings ask for."""
-    return dask_cluster(settings.dask_address) if settings.executor == "dask" else local_processes(settings.workers)
+    if settings.executor == "dask":
+        return dask_cluster(settings.dask_address, settings.effects_folder)
+    return local_processes(settings.workers, settings.effects_folder)
 
 
-def local_processes(count: int) -> Executors:
-    """Processes of this machine, started when first needed and again after one was killed."""
+def local_processes(count: int, effects_folder: Path | None = None) -> Executors:
+    """Processes of this machine that know own effects, started when first needed and again after one was killed."""
     from loky import get_reusable_executor  # starts machinery of its own: only where work is done
 
     return lambda: get_reusable_executor(
-        max_workers=count, timeout=600, env=ONE_THREAD, initializer=end_with, initargs=(os.getpid(),)
+        max_workers=count, timeout=600, env=ONE_THREAD, initializer=_begin, initargs=(os.getpid(), effects_folder)
     )
+
+
+def _begin(parent: int, effects_folder: Path | None) -> None:
+    end_with(parent)
+    add_own_effects(effects_folder)
 
 
 def end_with(parent: int) -> None:
@@ -41,11 +51,15 @@ def end_with(parent: int) -> None:
     Thread(target=watch, daemon=True, name="end with the parent").start()
 
 
-def dask_cluster(address: str | None) -> Executors:
-    """Workers of a Dask cluster; every call is computed, however like an earlier one it looks."""
+def dask_cluster(address: str | None, effects_folder: Path | None = None) -> Executors:
+    """Workers of a Dask cluster; every call is computed, however like an earlier one it looks.
+
+    They look for own effects in a folder of the same name, on their machine.
+    """
     try:
         from distributed import Client
     except ModuleNotFoundError:
         raise RuntimeError("executor = dask needs the package distributed: pip install 'menshin[dask]'") from None
     client: Any = Client(address)
+    client.register_worker_callbacks(partial(add_own_effects, effects_folder))
     return lambda: client.get_executor(pure=False)

@@ -4,6 +4,8 @@ from typing import Annotated
 
 import typer
 
+from service.commands.in_force import own_effects_in_force
+
 app = typer.Typer()
 
 
@@ -17,6 +19,7 @@ def effects(
     from core.effects import EFFECTS
     from service.effect_sheets import overview, sheet
 
+    own_effects_in_force()
     if name is not None and name not in EFFECTS:
         message = f"there is no effect {name!r}; there are {', '.join(sorted(EFFECTS))}"
         raise typer.BadParameter(message, param_hint="NAME")

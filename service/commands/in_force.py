@@ -24,3 +24,15 @@ def settings_in_force(**given: object) -> "Settings":
     except (FileNotFoundError, ValueError) as error:
         typer.echo(str(error), err=True)
     raise typer.Exit(2)
+
+
+def own_effects_in_force() -> None:
+    """From now on own effects are known, see service.own_effects; exit code 2 if one is wrong."""
+    from core.errors import ModelError
+    from service.own_effects import add_own_effects
+
+    try:
+        add_own_effects(settings_in_force().effects_folder)
+    except ModelError as error:
+        typer.echo(str(error), err=True)
+        raise typer.Exit(2) from None

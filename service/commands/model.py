@@ -7,8 +7,13 @@ from typing import Annotated
 import typer
 
 from service.commands.described import described_by
+from service.commands.in_force import own_effects_in_force
 
-app = typer.Typer(no_args_is_help=True, help="Models of the isolation layer, held against records.")
+app = typer.Typer(
+    no_args_is_help=True,
+    help="Models of the isolation layer, held against records.",
+    callback=own_effects_in_force,
+)
 
 Building = Annotated[Path, typer.Option(exists=True, dir_okay=False, help="Building file (TOML).")]
 Output = Annotated[Path, typer.Option("--output", "-o", dir_okay=False, help="Model file (TOML) to write.")]

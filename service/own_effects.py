@@ -1,0 +1,64 @@
+"""Which effects does this installation know besides those that come with menshin?
+
+Files of a folder, each named by its file and holding EFFECT; and what installed packages offer as entry points of the
+group `menshin.effects`, each named by its entry point.
+"""
+
+import sys
+from collections.abc import Iterator
+from importlib.metadata import entry_points
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
+from types import ModuleType
+
+from core.effect import Effect
+from core.effects import add
+from core.errors import ModelError
+
+GROUP = "menshin.effects"
+
+
+def add_own_effects(folder: Path | None) -> None:
+    """Make them known to this process; it must not have run a model yet.
+
+    Args:
+        folder: of the setting effects_folder; None for entry points only.
+
+    Raises:
+        ModelError: an effect cannot be read or added; the message names its file or entry point.
+    """
+    for name, effect in (*_installed(), *([] if folder is None else _written(folder))):
+        if not isinstance(effect, Effect):
+            raise ModelError(f"the effect {name} must be a core.effect.Effect, got {effect!r}")
+        add(name, effect)
+
+
+def _installed() -> Iterator[tuple[str, object]]:
+    for point in entry_points(group=GROUP):
+        yield point.name, point.load()
+
+
+def _written(folder: Path) -> Iterator[tuple[str, object]]:
+    if not folder.is_dir():
+        raise ModelError(f"effects_folder = {folder} is no folder; make it, or leave the setting out")
+    for path in sorted(folder.glob("[!_]*.py")):
+        effect = getattr(_module(path), "EFFECT", None)
+        if effect is None:
+            raise ModelError(f"{path} has no EFFECT; each file of effects_folder defines one")
+        yield path.stem, effect
+
+
+def _module(path: Path) -> ModuleType:
+    """Executed once in a process."""
+    name = f"menshin_own_effects.{path.stem}"
+    if name not in sys.modules:
+        spec = spec_from_file_location(name, path)
+        if spec is None or spec.loader is None:
+            raise ModelError(f"{path} is no Python file")
+        module = module_from_spec(spec)
+        try:
+            spec.loader.exec_module(module)
+        except Exception as error:  # whatever a file of the user's may do
+            raise ModelError(f"{path} cannot be run: {type(error).__name__}: {error}") from error
+        sys.modules[name] = module
+    return sys.modules[name]
