@@ -23,7 +23,7 @@ def described(
     structure, layer = building.superstructure, building.layer
     floor_mass = structure.floor_mass * (1 + case.masses_error * rng.standard_normal(7))
     base_mass = structure.total_mass - float(floor_mass.sum())
-    off = 1 + case.total_off * rng.choice([-1, 1])
+    off = 1 + case.total_off * float(rng.choice([-1, 1]))
     stiffness = structure.storey_stiffness * (1 + 0.04 * rng.standard_normal())
     levels = [Level("ground", "ground"), Level("1F", "base", base_mass * off)]
     levels += [

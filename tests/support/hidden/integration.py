@@ -157,7 +157,7 @@ def _kernel() -> Any:  # noqa: ANN401  numba's functions have no type
                     step = Step(
                         u[x, i - 1], v[x, i - 1], u[x, i], v[x, i], slab[x, i] - ground[x, i],
                         cross * u[o, i - 1], cross * u[o, i], cross * v[o, i],
-                        z0[x], z[x], slab[x, i], vertical[i], temperature, begun + i * h, i, h,
+                        z0[x], z[x], slab[x, i - 1], slab[x, i], vertical[i], temperature, begun + i * h, i, h,
                     )  # fmt: skip
                     hidden, z[x] = layer(codes, kinds, at_p, p, at_s, s[x], s1[x], step, u[x])
                     f[x, i] = rubber * u[x, i] + dashpot * v[x, i] + hidden

@@ -6,7 +6,6 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-
 Need = Literal["cross", "vertical", "temperature"]
 """Motion along the other horizontal axis, vertical motion, temperatures that differ."""
 
@@ -26,6 +25,7 @@ class Step(NamedTuple):
     z0: float
     """Hysteretic variable of the layer's yielding, which lies within ± 1."""
     z: float
+    slab0: float
     slab: float
     """m/s², absolute acceleration of the base slab."""
     vertical: float

@@ -11,6 +11,10 @@ from hidden.laws.layer import travelled
 
 YIELDS = np.geomspace(3e-4, 5e-2, 12)
 """m, yield displacements that are tried before the best is refined."""
+BETAS = (0.1, 0.9)
+"""Range of the hysteresis' β."""
+ROUNDS = 2
+"""In which β and the yield displacement take turns."""
 
 
 @njit
@@ -21,14 +25,13 @@ def _z(displacement, D_y, beta):  # noqa: ANN001, ANN202
     return z
 
 
-def misfit(displacement: Sequence[Vector], velocity: Sequence[Vector], force: Sequence[Vector], beta: float) -> float:
+def misfit(displacement: Sequence[Vector], velocity: Sequence[Vector], force: Sequence[Vector]) -> float:
     """Error that the best elastic, viscous and hysteretic layer leaves, over the force; root mean square over events.
 
     Args:
         displacement: m, exact, of each event.
         velocity: m/s.
         force: N.
-        beta: of the hysteresis.
     """
     weight = [1 / np.linalg.norm(f) for f in force]
     F = np.concatenate([w * f for w, f in zip(weight, force, strict=True)])
@@ -36,15 +39,19 @@ def misfit(displacement: Sequence[Vector], velocity: Sequence[Vector], force: Se
         [w * np.column_stack([u, v]) for w, u, v in zip(weight, displacement, velocity, strict=True)]
     )
 
-    def left(log_yield: float) -> float:
+    def left(log_yield: float, beta: float) -> float:
         z = np.concatenate([w * _z(u, np.exp(log_yield), beta) for w, u in zip(weight, displacement, strict=True)])
         return _left(np.column_stack([fixed, z]), F)
 
-    tried = [left(x) for x in np.log(YIELDS)]
-    best = int(np.argmin(tried))
-    around = np.log(YIELDS)[[max(best - 1, 0), min(best + 1, len(tried) - 1)]]
-    found = minimize_scalar(left, bounds=tuple(around), method="bounded", options={"xatol": 1e-3})
-    return float(np.sqrt(min(found.fun, *tried) / len(force)))
+    yields = np.log(YIELDS)
+    best = int(np.argmin([left(x, 0.5) for x in yields]))
+    around = tuple(yields[[max(best - 1, 0), min(best + 1, yields.size - 1)]])
+    log_yield, beta = yields[best], 0.5
+    for _ in range(ROUNDS):
+        beta = minimize_scalar(lambda x: left(log_yield, x), bounds=BETAS, method="bounded").x  # noqa: B023
+        found = minimize_scalar(lambda x: left(x, beta), bounds=around, method="bounded")  # noqa: B023
+        log_yield = found.x
+    return float(np.sqrt(found.fun / len(force)))
 
 
 def _left(columns: Matrix, F: Vector) -> float:

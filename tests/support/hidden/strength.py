@@ -1,4 +1,4 @@
-"""How strong must ground motions and hidden laws be for the layer to go as far, and the misfit to be as large, as wanted?"""
+"""How strong must ground motions and hidden laws be for peaks and misfits to be as wanted?"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -87,7 +87,7 @@ def strong_enough(
     for _ in range(5):
         laws = complete(building, ((law, values),))
         found = scaled(building, laws, plans[:FITTED], scales[:FITTED], happens)
-        scales, reached = found.scales, misfit_of(found, building)
+        scales, reached = found.scales, misfit_of(found)
         factor = float(np.clip(wanted / max(reached, 1e-6), 0.2, 4))
         stronger = _stronger(law, drawn, values, factor)
         if 0.8 < factor < 1.25 or stronger == values:
@@ -96,15 +96,13 @@ def strong_enough(
     return law, values
 
 
-def misfit_of(found: Course, building: Building) -> float:
-    """What hidden.misfit makes of the earthquakes for fitting, along x."""
+def misfit_of(found: Course, every: int = 1) -> float:
+    """What hidden.misfit makes of the earthquakes for fitting, along x, of one step in so many."""
     answers = found.answers[:FITTED]
-    return misfit(
-        [a.displacement[0] for a in answers],
-        [a.velocity[0] for a in answers],
-        [a.force[0] for a in answers],
-        building.layer.beta,
+    displacement, velocity, force = (
+        [getattr(answer, name)[0, ::every] for answer in answers] for name in ("displacement", "velocity", "force")
     )
+    return misfit(displacement, velocity, force)
 
 
 def _stronger(law: Law, drawn: Mapping[str, float], values: Mapping[str, float], factor: float) -> Mapping[str, float]:

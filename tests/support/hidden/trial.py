@@ -106,7 +106,18 @@ def trial(text: str, seed: int) -> Trial:
         _recorded(_exact(plan, scale, answer, happens), told, noisy, gains, faults, wanted, rng)
         for plan, scale, answer in zip(earthquakes, scales, found.answers, strict=True)
     )
-    return Trial(text, seed, hidden, faults, softened, true, told, noisy, events, misfit_of(found, true))
+    return Trial(
+        text,
+        seed,
+        hidden,
+        faults,
+        softened,
+        true,
+        told,
+        noisy,
+        events,
+        misfit_of(found, every=round(FINE / RATE)),
+    )
 
 
 def _wanted(rng: np.random.Generator) -> float:

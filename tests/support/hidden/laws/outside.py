@@ -47,13 +47,13 @@ def two_masses(p, s, s1, step, past):
     first, second, omega, other, zeta, h = p[0], p[1], p[2], p[3], 0.03, step.h
     k1, k2 = first * omega * omega, second * other * other
     c1, c2 = 2 * zeta * first * omega, 2 * zeta * second * other
-    x0, w0, y0, g0 = s[0], s[1], s[2], s[3]
+    x0, w0, y0, g0, slab = s[0], s[1], s[2], s[3], (step.slab0 + step.slab) / 2
     # velocities at the end: (M + h C / 2 + h² K / 4) w = (M − h C / 2 − h² K / 4) w0 − h K x0 − h M slab
     a11 = first + h / 2 * (c1 + c2) + h * h / 4 * (k1 + k2)
     a12 = -h / 2 * c2 - h * h / 4 * k2
     a22 = second + h / 2 * c2 + h * h / 4 * k2
-    b1 = (2 * first - a11) * w0 - a12 * g0 - h * ((k1 + k2) * x0 - k2 * y0) - h * first * step.slab
-    b2 = (2 * second - a22) * g0 - a12 * w0 - h * (k2 * (y0 - x0)) - h * second * step.slab
+    b1 = (2 * first - a11) * w0 - a12 * g0 - h * ((k1 + k2) * x0 - k2 * y0) - h * first * slab
+    b2 = (2 * second - a22) * g0 - a12 * w0 - h * (k2 * (y0 - x0)) - h * second * slab
     determinant = a11 * a22 - a12 * a12
     w, g = (a22 * b1 - a12 * b2) / determinant, (a11 * b2 - a12 * b1) / determinant
     s1[0], s1[1], s1[2], s1[3] = x0 + h / 2 * (w0 + w), w, y0 + h / 2 * (g0 + g), g

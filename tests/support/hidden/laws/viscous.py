@@ -93,7 +93,7 @@ LAWS = (
         power,
         lambda layer, rng: {
             "force": layer.peak_force * 0.05,
-            "exponent": float(rng.choice([rng.uniform(0.15, 0.7), rng.uniform(1.5, 2.6)])),
+            "exponent": float(rng.choice([rng.uniform(0.25, 0.7), rng.uniform(1.5, 2.6)])),
         },
         ("force",),
     ),
