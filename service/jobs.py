@@ -10,7 +10,8 @@ from sqlalchemy.orm import Session
 
 from service.database import Event, Job, ModelVersion
 
-ANALYSE = "analyse"
+ANALYSE, COMPARE, FIT, EXTEND, DIAGNOSE = "analyse", "compare", "fit", "extend", "diagnose"
+"""Kinds of work: the first on an event, the others on a model."""
 
 
 @dataclass(frozen=True, slots=True)

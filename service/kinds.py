@@ -8,10 +8,10 @@ from sqlalchemy.orm import Session
 
 from core.analysis import EventAnalysis, analyse
 from service import model_results, model_work, results
-from service.jobs import ANALYSE, Claim
+from service.database import Job
+from service.jobs import ANALYSE, COMPARE, Claim
 from service.model_inputs import WorkInputs, work_inputs
-from service.model_results import COMPARE
-from service.model_work import Compared
+from service.model_work import Comparison
 from service.results import Inputs
 from service.stages import Kind, Stage
 
@@ -31,9 +31,10 @@ def _store_analysis(
 
 
 def _store_comparison(
-    session: Session, claim: Claim, inputs: WorkInputs, found: Sequence[tuple[Compared, ...]], now: datetime
+    session: Session, claim: Claim, inputs: WorkInputs, found: Sequence[Comparison], now: datetime
 ) -> None:
-    model_results.store_comparisons(session, inputs.model_id, found[-1], now)
+    model_results.store_comparisons(session, inputs.model_id, found[-1].each, inputs.roles, now)
+    session.get_one(Job, claim.job_id).result = {"fails": list(found[-1].fails)}
 
 
 KINDS: Mapping[str, Kind] = MappingProxyType(

@@ -1,14 +1,16 @@
 """What work on a model is made from, as it is stored now."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
+from typing import Any
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from core.description import BuildingDescription
+from core.effects import EFFECTS
 from core.errors import RecordError
 from core.isolator import Isolator
 from service import building_file, results
@@ -23,9 +25,9 @@ FITTED, LEFT_OUT, LATER = "fitted", "left_out", "later"
 """What an event is to a model."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class EventInputs:
-    """An event, and how it was analysed."""
+@dataclass(frozen=True, slots=True)
+class HeldEvent:
+    """An event that a model is held against."""
 
     event_id: int
     analysis_id: int
@@ -33,7 +35,18 @@ class EventInputs:
     """Of the earthquake: its start."""
     start: datetime
     role: str
-    """FITTED, LEFT_OUT or LATER."""
+    """To the model as it is: FITTED, LEFT_OUT or LATER."""
+    is_held_out: bool
+    """Of a fit."""
+    is_wanted: bool
+    """Or it is there only for what the layer kept of it."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EventInputs:
+    """An event, and all that its analysis was made from."""
+
+    held: HeldEvent
     made_from: Inputs
 
 
@@ -42,6 +55,8 @@ class WorkInputs:
     """A model, and the events that it is held against."""
 
     model_id: int
+    arguments: Mapping[str, Any]
+    """The job's."""
     direction: str
     isolator: Isolator
     reference: datetime
@@ -55,6 +70,11 @@ class WorkInputs:
     """In order of time, one at least."""
 
     @property
+    def roles(self) -> Mapping[int, str]:
+        """What each event is to the model as it is, by its number."""
+        return {event.held.event_id: event.held.role for event in self.events}
+
+    @property
     def directions(self) -> tuple[str, ...]:
         """Horizontal directions that the model holds in."""
         return DIRECTIONS[self.direction]
@@ -64,29 +84,37 @@ def work_inputs(session: Session, claim: Claim, settings: Settings) -> WorkInput
     """What the work of a claimed job on a model is made from.
 
     The job's `events` are the ones to work with, all comparable ones where it names none; its `hold_out` are left out
-    of a fit.
+    of a fit. For a layer that remembers, every earlier event is there too.
 
     Raises:
         RecordError: none of the events can be compared.
     """
     model = session.get_one(ModelVersion, claim.model_id)
-    wanted, hold_out = claim.arguments.get("events"), claim.arguments.get("hold_out", ())
-    among = None if wanted is None else {*wanted, *hold_out}
-    events = versions.comparable(session, model.building_id, DIRECTIONS[model.direction], among)
-    if not events:
+    isolator = Isolator(model.effects)
+    asked, hold_out = claim.arguments.get("events"), claim.arguments.get("hold_out") or ()
+    there = versions.comparable(session, model.building_id, DIRECTIONS[model.direction], None)
+    wanted = {event.id for event in there if asked is None or event.id in {*asked, *hold_out}}
+    last = max((event.start for event in there if event.id in wanted), default=None)
+    if last is None:
         raise RecordError(
             "none of these events has the isolation layer's motion and force in the model's direction; events that "
             "were analysed, at a building with a transducer or accelerometers on both sides of the layer, would do"
         )
+    before = [event for event in there if event.start <= last] if remembers(isolator) else ()
+    events = [event for event in there if event.id in wanted or event in before]
     revision = session.scalars(
         select(Revision).where(Revision.building_id == model.building_id).order_by(Revision.number.desc()).limit(1)
     ).one()
-    found = tuple(_event_inputs(session, event, _role(session, model, event, hold_out)) for event in events)
+    found = tuple(
+        _event_inputs(session, event, _role(session, model, event), event.id in hold_out, event.id in wanted)
+        for event in events
+    )
     return WorkInputs(
         model_id=model.id,
+        arguments=claim.arguments,
         direction=model.direction,
-        isolator=Isolator(model.effects),
-        reference=model.reference or found[0].start,
+        isolator=isolator,
+        reference=model.reference or found[0].held.start,
         description=building_file.read(revision.toml, Path(revision.folder)).description,
         revision_id=revision.id,
         band=settings.band,
@@ -94,21 +122,23 @@ def work_inputs(session: Session, claim: Claim, settings: Settings) -> WorkInput
     )
 
 
-def _event_inputs(session: Session, event: Event, role: str) -> EventInputs:
+def remembers(isolator: Isolator) -> bool:
+    """Whether the layer keeps anything from one earthquake to the next."""
+    return any(EFFECTS[name].carried for name in isolator.effects)
+
+
+def _event_inputs(session: Session, event: Event, role: str, is_held_out: bool, is_wanted: bool) -> EventInputs:
     analysis = session.scalars(select(Analysis).where(Analysis.event_id == event.id, Analysis.current)).one()
     revision = session.get_one(Revision, analysis.revision_id)
+    name = f"{event.start:%Y-%m-%dT%H:%M:%SZ}"
     return EventInputs(
-        event_id=event.id,
-        analysis_id=analysis.id,
-        name=f"{event.start:%Y-%m-%dT%H:%M:%SZ}",
-        start=event.start,
-        role=role,
-        made_from=results.event_inputs(session, event, revision, results.settings_of(analysis)),
+        HeldEvent(event.id, analysis.id, name, event.start, role, is_held_out, is_wanted),
+        results.event_inputs(session, event, revision, results.settings_of(analysis)),
     )
 
 
-def _role(session: Session, model: ModelVersion, event: Event, hold_out: Collection[int]) -> str:
-    """What the event is to the model by itself: the fit that made the model has said so, or it came later."""
+def _role(session: Session, model: ModelVersion, event: Event) -> str:
+    """The fit that made the model has said so, or the event came later."""
     of_event = (ModelComparison.model_id == model.id, ModelComparison.event_id == event.id)
-    known: Sequence[str] = session.scalars(select(ModelComparison.role).where(*of_event).limit(1)).all()
-    return LEFT_OUT if event.id in hold_out else known[0] if known else LATER
+    known: str | None = session.scalar(select(ModelComparison.role).where(*of_event).limit(1))
+    return known or LATER

@@ -13,7 +13,7 @@ from service import jobs, models
 from service.buildings import described
 from service.database import Job, ModelVersion
 from service.errors import ConflictError
-from service.model_results import COMPARE
+from service.jobs import COMPARE
 from service.models import DIRECTIONS, Draft
 from service.queries import versions, watched
 

@@ -11,16 +11,25 @@ from core.misfit import Misfit
 from service import jobs
 from service.blobs import encode
 from service.database import Event, Job, ModelComparison
+from service.jobs import COMPARE
 from service.model_work import Compared
 from service.models import DIRECTIONS
 from service.queries import versions
 from service.version import VERSION
 
-COMPARE = "compare"
 
+def store_comparisons(
+    session: Session, model_id: int, found: Sequence[Compared], roles: Mapping[int, str], now: datetime
+) -> None:
+    """Keep what a version's comparisons found; each takes the place of an earlier one with the same analysis.
 
-def store_comparisons(session: Session, model_id: int, found: Sequence[Compared], now: datetime) -> None:
-    """Keep what a version's comparisons found; each takes the place of an earlier one with the same analysis."""
+    Args:
+        session: of the transaction.
+        model_id: of the version.
+        found: what it was held against.
+        roles: what each event is to the version, by its number.
+        now: aware time.
+    """
     for one in found:
         same = (ModelComparison.model_id == model_id, ModelComparison.analysis_id == one.analysis)
         session.execute(delete(ModelComparison).where(*same, ModelComparison.direction == one.direction))
@@ -30,7 +39,7 @@ def store_comparisons(session: Session, model_id: int, found: Sequence[Compared]
                 event_id=one.event,
                 analysis_id=one.analysis,
                 direction=one.direction,
-                role=one.role,
+                role=roles[one.event],
                 created_at=now,
                 version=VERSION,
                 misfit=asdict(one.misfit),

@@ -1,21 +1,25 @@
 """What is computed of models, elsewhere: values in, values out; the one place of the service that asks core for it."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
+
+import numpy as np
 
 from core.analysis import analyse
 from core.arrays import Vector
 from core.comparison import ForceComparison, compare_forces
 from core.description import BuildingDescription
-from core.errors import IdentificationError
+from core.errors import IdentificationError, ModelError
 from core.estimator import RestoringForce
+from core.failure import failure
+from core.failure_words import words
 from core.isolator import Isolator
 from core.known_superstructure import KnownSuperstructure, known_superstructure
 from core.misfit import Misfit
 from core.observation import Observation, observations
 from core.prediction import Prediction, predict
-from service.model_inputs import EventInputs, WorkInputs
+from service.model_inputs import EventInputs, HeldEvent, WorkInputs
 from service.stages import Stage
 
 
@@ -23,10 +27,7 @@ from service.stages import Stage
 class Observed:
     """An event as a model is held against it."""
 
-    event: int
-    """Its number."""
-    analysis: int
-    role: str
+    event: HeldEvent
     seen: tuple[tuple[Observation, RestoringForce], ...]
     """By direction."""
 
@@ -37,40 +38,64 @@ class Compared:
 
     event: int
     analysis: int
-    role: str
     direction: str
     force: Vector
     """(n,) N, the model's."""
     misfit: Misfit
     """N, of the force."""
     displacement: Misfit | None
-    """m, driven by the ground alone; None where nothing measured the ground."""
-    accelerations: dict[str, Misfit]
+    """m, driven by the ground alone; None where nothing measured the ground, or the model's response has no bounds."""
+    accelerations: Mapping[str, Misfit]
     """m/s², driven by the ground alone, by level."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Comparison:
+    """A model held against events."""
+
+    each: tuple[Compared, ...]
+    """Of the events that were wanted."""
+    fails: tuple[str, ...]
+    """Where it fails, over all of them, in words."""
 
 
 def observed(event: EventInputs, directions: Sequence[str], reference: datetime) -> Observed:
     """The event analysed as it was, and what that says of the layer."""
     made_from = event.made_from
     analysis = analyse(made_from.segments, made_from.description, made_from.settings)
-    found = observations(analysis, made_from.description, event.name, reference)
+    found = observations(analysis, made_from.description, event.held.name, reference)
     seen = tuple(
         (one, analysis.directions[one.direction].restoring_force) for one in found if one.direction in directions
     )
-    return Observed(event.event_id, event.analysis_id, event.role, seen)
+    return Observed(event.held, seen)
 
 
 def compared(
     isolator: Isolator, events: Sequence[Observed], description: BuildingDescription, band: tuple[float, float]
-) -> tuple[Compared, ...]:
-    """The model held against every event in every direction, driven by the measured motion and by the ground alone."""
-    known = {one: _superstructure(events, description, one) for one in _directions(events)}
-    return tuple(
-        _compared(event, force, _predicted(known[one.direction], isolator, one, description, band))
-        for event in events
-        for one, _ in event.seen
-        for force in compare_forces(isolator, [one], band)
+) -> Comparison:
+    """The model held against every event in every direction, driven by the measured motion and by the ground alone.
+
+    Raises:
+        ModelError: the model's force grew beyond all bounds.
+        RecordError: none of the events has force and motion.
+    """
+    forces = compare_forces(isolator, [one for event in events for one, _ in event.seen], band)
+    of = {one.event.name: one.event for one in events}
+    wanted = [force for force in forces if of[force.observation.name].is_wanted]
+    known = {direction: _superstructure(events, description, direction) for direction in _directions(events)}
+    each = tuple(
+        _compared(
+            of[force.observation.name],
+            force,
+            _predicted(known[force.observation.direction], isolator, force, description, band),
+        )
+        for force in wanted
     )
+    return Comparison(each, words(failure(wanted, band, np.random.default_rng(SEED))))
+
+
+SEED = 1
+"""Of the intervals of where a model fails: the same question has the same answer."""
 
 
 def stages(inputs: WorkInputs) -> Sequence[Stage]:
@@ -91,7 +116,7 @@ def observing(inputs: WorkInputs) -> list[Stage]:
 
 
 def _observing(event: EventInputs, inputs: WorkInputs) -> Stage:
-    return Stage(f"Reading {event.name}", observed, lambda _: (event, inputs.directions, inputs.reference))
+    return Stage(f"Reading {event.held.name}", observed, lambda _: (event, inputs.directions, inputs.reference))
 
 
 def _directions(events: Sequence[Observed]) -> set[str]:
@@ -112,20 +137,22 @@ def _superstructure(
 def _predicted(
     known: KnownSuperstructure | None,
     isolator: Isolator,
-    observation: Observation,
+    force: ForceComparison,
     description: BuildingDescription,
     band: tuple[float, float],
 ) -> Prediction | None:
-    if known is None or observation.ground_acceleration is None:
+    if known is None or force.observation.ground_acceleration is None:
         return None
-    return predict(known.modes, isolator, observation, description, band)
+    try:
+        return predict(known.modes, isolator, force.observation, description, band, force.states)
+    except ModelError:
+        return None
 
 
-def _compared(event: Observed, force: ForceComparison, prediction: Prediction | None) -> Compared:
+def _compared(event: HeldEvent, force: ForceComparison, prediction: Prediction | None) -> Compared:
     return Compared(
-        event=event.event,
-        analysis=event.analysis,
-        role=event.role,
+        event=event.event_id,
+        analysis=event.analysis_id,
         direction=force.observation.direction,
         force=force.model,
         misfit=force.misfit,
