@@ -9,9 +9,10 @@ from scipy import linalg
 
 from core.arrays import Vector
 from core.building import FixedBaseModes
+from core.compiled import bound, jitted, kept
 from core.errors import ModelError, RecordError
 from core.isolator import Conditions, Isolator, packed
-from core.program import force_program, jitted
+from core.program import force_digest, force_program
 from core.simulation import LARGEST_STEP, SUBSTEPS, Response
 
 
@@ -84,52 +85,56 @@ def _substeps(modes: FixedBaseModes, participation: Vector, base_mass: float, ra
 
 @cache
 def _kernel() -> Any:  # noqa: ANN401  numba's functions have no type
-    """The integration loop over all effects there are, compiled when first asked for."""
-    layer_force = force_program()
+    """The integration loop over all effects there are, compiled when first called."""
+    bound_rates = jitted(bound(_rates, layer_force=force_program()))
+    return kept(bound(_integrate, rates=bound_rates), force_digest())
 
-    @jitted
-    def rates(y, dy, given, n, base_mass, load, squared, damping, opcode, at_p, at_x, p):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-        """Fill dy with the rates of y: the slab's displacement, the modal ones, their velocities, the layer's states.
 
-        Returns the layer's force.
-        """
-        force, inertance = layer_force(
-            y[0], y[n], given[1], given[2], given[3], given[4], given[5], opcode, at_p, at_x, p, y, dy
-        )
-        above = 0.0
-        for i in range(n - 1):
-            dy[n + 1 + i] = -squared[i] * y[1 + i] - damping[i] * y[n + 1 + i]
-            above += load[i] * dy[n + 1 + i]
-        slab = ((-force - above) / base_mass - given[0]) / (1 + inertance / base_mass)
-        for i in range(n - 1):
-            dy[n + 1 + i] -= load[i] * (slab + given[0])
-            dy[1 + i] = y[n + 1 + i]
-        dy[0], dy[n] = y[n], slab
-        return force + inertance * slab
+layer_force: Any = None
+rates: Any = None
+"""Bound when compiled."""
 
-    @jitted
-    def integrate(base_mass, load, squared, damping, given, dt, substeps, opcode, at_p, at_x, p, states):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-        n, count, h = 1 + load.size, given.shape[0], dt / substeps
-        ahead, weight = (0.0, h / 2, h / 2, h), (h / 6, h / 3, h / 3, h / 6)
-        at_x = at_x + 2 * n
-        y, dy = np.zeros(2 * n + states.size), np.zeros(2 * n + states.size)
-        y[2 * n :] = states
-        coordinates, velocity = np.empty((n, count)), np.empty(count)
-        accelerations, force = np.empty((n, count)), np.empty(count)
-        for i in range(count):
-            slope = (given[min(i + 1, count - 1)] - given[i]) / dt
-            for s in range(substeps):
-                end = y.copy()
-                for k in range(4):
-                    t = s * h + ahead[k]
-                    now = given[i] + t * slope
-                    f = rates(y + ahead[k] * dy, dy, now, n, base_mass, load, squared, damping, opcode, at_p, at_x, p)
-                    if s == 0 and k == 0:
-                        force[i], velocity[i], coordinates[:, i] = f, y[n], y[:n]
-                        accelerations[0, i] = dy[n] + now[0]
-                        accelerations[1:, i] = dy[n + 1 : 2 * n]
-                    end += weight[k] * dy
-                y = end
-        return coordinates, velocity, accelerations, force
 
-    return integrate
+def _rates(y, dy, given, n, base_mass, load, squared, damping, opcode, at_p, at_x, p):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Fill dy with the rates of y: the slab's displacement, the modal ones, their velocities, the layer's states.
+
+    Returns the layer's force.
+    """
+    force, inertance = layer_force(
+        y[0], y[n], given[1], given[2], given[3], given[4], given[5], opcode, at_p, at_x, p, y, dy
+    )
+    above = 0.0
+    for i in range(n - 1):
+        dy[n + 1 + i] = -squared[i] * y[1 + i] - damping[i] * y[n + 1 + i]
+        above += load[i] * dy[n + 1 + i]
+    slab = ((-force - above) / base_mass - given[0]) / (1 + inertance / base_mass)
+    for i in range(n - 1):
+        dy[n + 1 + i] -= load[i] * (slab + given[0])
+        dy[1 + i] = y[n + 1 + i]
+    dy[0], dy[n] = y[n], slab
+    return force + inertance * slab
+
+
+def _integrate(base_mass, load, squared, damping, given, dt, substeps, opcode, at_p, at_x, p, states):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    n, count, h = 1 + load.size, given.shape[0], dt / substeps
+    ahead, weight = (0.0, h / 2, h / 2, h), (h / 6, h / 3, h / 3, h / 6)
+    at_x = at_x + 2 * n
+    y, dy = np.zeros(2 * n + states.size), np.zeros(2 * n + states.size)
+    y[2 * n :] = states
+    coordinates, velocity = np.empty((n, count)), np.empty(count)
+    accelerations, force = np.empty((n, count)), np.empty(count)
+    for i in range(count):
+        slope = (given[min(i + 1, count - 1)] - given[i]) / dt
+        for s in range(substeps):
+            end = y.copy()
+            for k in range(4):
+                t = s * h + ahead[k]
+                now = given[i] + t * slope
+                f = rates(y + ahead[k] * dy, dy, now, n, base_mass, load, squared, damping, opcode, at_p, at_x, p)
+                if s == 0 and k == 0:
+                    force[i], velocity[i], coordinates[:, i] = f, y[n], y[:n]
+                    accelerations[0, i] = dy[n] + now[0]
+                    accelerations[1:, i] = dy[n + 1 : 2 * n]
+                end += weight[k] * dy
+            y = end
+    return coordinates, velocity, accelerations, force

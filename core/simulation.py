@@ -9,9 +9,10 @@ import numpy as np
 
 from core.arrays import Matrix, Vector
 from core.building import ShearBuilding, mass_matrix, stiffness_matrix
+from core.compiled import bound, inlined, kept
 from core.errors import ModelError, RecordError
 from core.isolator import Conditions, Isolator, packed
-from core.program import force_program, inlined, jitted
+from core.program import force_digest, force_program
 
 SUBSTEPS = 3
 """Per sample at least: the force of the paper's building at 100 Hz is then right to 1e-5 of its norm."""
@@ -107,63 +108,67 @@ def _substeps(building: ShearBuilding, rate: float) -> int:
 
 @cache
 def _kernel() -> Any:  # noqa: ANN401  numba's functions have no type
-    """The integration loop over all effects there are, compiled when first asked for."""
-    layer_force = force_program()
+    """The integration loop over all effects there are, compiled when first called."""
+    bound_rates = inlined(bound(_rates, layer_force=force_program()))
+    return kept(bound(_integrate, rates=bound_rates), force_digest())
 
-    @inlined
-    def rates(y, dy, given, n, mobility, stiffness, damping, opcode, at_p, at_x, p):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-        """Fill dy with the rates of y: displacements and velocities from the base slab up, states of the layer.
 
-        Everything is relative to the ground; returns the layer's force.
-        """
-        ground, u_cross, v_cross, axial_load = given[0], given[1], given[2], given[3]
-        temperature, time = given[4], given[5]
-        force, inertance = layer_force(
-            y[0], y[n], u_cross, v_cross, axial_load, temperature, time, opcode, at_p, at_x, p, y, dy
-        )
-        below = force
-        for i in range(n - 1):
-            above = stiffness[i] * (y[i + 1] - y[i]) + damping[i] * (y[n + i + 1] - y[n + i])
-            dy[i] = y[n + i]
-            dy[n + i] = (above - below) * mobility[i] - ground
-            below = above
-        dy[n - 1] = y[2 * n - 1]
-        dy[2 * n - 1] = -below * mobility[n - 1] - ground
-        if inertance != 0:  # it resists the slab's motion against the ground
-            dy[n] /= 1 + inertance * mobility[0]
-            force += inertance * dy[n]
-        return force
+layer_force: Any = None
+rates: Any = None
+"""Bound when compiled."""
 
-    @jitted
-    def integrate(mass, stiffness, damping, given, dt, substeps, opcode, at_p, at_x, p, states):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-        n, count, h, mobility = mass.size, given.shape[0], dt / substeps, 1 / mass
-        ahead, weight = (0.0, h / 2, h / 2, h), (h / 6, h / 3, h / 3, h / 6)
-        at_x = at_x + 2 * n
-        y, dy, stage = np.zeros(2 * n + states), np.zeros(2 * n + states), np.zeros(2 * n + states)
-        end, now, slope = np.zeros_like(y), np.zeros(given.shape[1]), np.zeros(given.shape[1])
-        displacement, velocity = np.empty((n, count)), np.empty(count)
-        acceleration, force = np.empty((n, count)), np.empty(count)
-        for i in range(count):
-            for j in range(now.size):
-                slope[j] = (given[min(i + 1, count - 1), j] - given[i, j]) / dt
-            for s in range(substeps):
+
+def _rates(y, dy, given, n, mobility, stiffness, damping, opcode, at_p, at_x, p):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Fill dy with the rates of y: displacements and velocities from the base slab up, states of the layer.
+
+    Everything is relative to the ground; returns the layer's force.
+    """
+    ground, u_cross, v_cross, axial_load = given[0], given[1], given[2], given[3]
+    temperature, time = given[4], given[5]
+    force, inertance = layer_force(
+        y[0], y[n], u_cross, v_cross, axial_load, temperature, time, opcode, at_p, at_x, p, y, dy
+    )
+    below = force
+    for i in range(n - 1):
+        above = stiffness[i] * (y[i + 1] - y[i]) + damping[i] * (y[n + i + 1] - y[n + i])
+        dy[i] = y[n + i]
+        dy[n + i] = (above - below) * mobility[i] - ground
+        below = above
+    dy[n - 1] = y[2 * n - 1]
+    dy[2 * n - 1] = -below * mobility[n - 1] - ground
+    if inertance != 0:  # it resists the slab's motion against the ground
+        dy[n] /= 1 + inertance * mobility[0]
+        force += inertance * dy[n]
+    return force
+
+
+def _integrate(mass, stiffness, damping, given, dt, substeps, opcode, at_p, at_x, p, states):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    n, count, h, mobility = mass.size, given.shape[0], dt / substeps, 1 / mass
+    ahead, weight = (0.0, h / 2, h / 2, h), (h / 6, h / 3, h / 3, h / 6)
+    at_x = at_x + 2 * n
+    y, dy, stage = np.zeros(2 * n + states), np.zeros(2 * n + states), np.zeros(2 * n + states)
+    end, now, slope = np.zeros_like(y), np.zeros(given.shape[1]), np.zeros(given.shape[1])
+    displacement, velocity = np.empty((n, count)), np.empty(count)
+    acceleration, force = np.empty((n, count)), np.empty(count)
+    for i in range(count):
+        for j in range(now.size):
+            slope[j] = (given[min(i + 1, count - 1), j] - given[i, j]) / dt
+        for s in range(substeps):
+            for j in range(y.size):
+                end[j] = y[j]
+            for k in range(4):
+                t = s * h + ahead[k]
+                for j in range(now.size):
+                    now[j] = given[i, j] + t * slope[j]
                 for j in range(y.size):
-                    end[j] = y[j]
-                for k in range(4):
-                    t = s * h + ahead[k]
-                    for j in range(now.size):
-                        now[j] = given[i, j] + t * slope[j]
-                    for j in range(y.size):
-                        stage[j] = y[j] + ahead[k] * dy[j]
-                    f = rates(stage, dy, now, n, mobility, stiffness, damping, opcode, at_p, at_x, p)
-                    if s == 0 and k == 0:
-                        force[i], velocity[i] = f, y[n]
-                        for j in range(n):
-                            displacement[j, i], acceleration[j, i] = y[j], dy[n + j] + now[0]
-                    for j in range(y.size):
-                        end[j] += weight[k] * dy[j]
+                    stage[j] = y[j] + ahead[k] * dy[j]
+                f = rates(stage, dy, now, n, mobility, stiffness, damping, opcode, at_p, at_x, p)
+                if s == 0 and k == 0:
+                    force[i], velocity[i] = f, y[n]
+                    for j in range(n):
+                        displacement[j, i], acceleration[j, i] = y[j], dy[n + j] + now[0]
                 for j in range(y.size):
-                    y[j] = end[j]
-        return displacement, velocity, force, acceleration
-
-    return integrate
+                    end[j] += weight[k] * dy[j]
+            for j in range(y.size):
+                y[j] = end[j]
+    return displacement, velocity, force, acceleration

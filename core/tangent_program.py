@@ -9,9 +9,10 @@ from collections.abc import Callable, Mapping
 from functools import cache
 from typing import Any
 
+from core.compiled import digest, inlined, jitted
 from core.effect import CHANNELS, RESULTS, SCALES, YIELDED, Effect
 from core.effects import settled
-from core.program import GIVEN, in_order, inlined, jitted, place, published
+from core.program import GIVEN, in_order, place, published
 from core.tangent import change_of, tangent_source
 
 
@@ -39,15 +40,25 @@ def compiled(effects: Mapping[str, Effect]) -> Callable[..., tuple[float, float,
 def tangent_law(effect: Effect) -> Callable[..., tuple[float, ...]]:
     """The tangent of an effect's law along its states, parameters and what other laws tell it, jitted."""
     namespace: dict[str, Any] = {**effect.law.__globals__, "math": math}
-    exec(tangent_source(effect.law, "tangent", set(_changes(effect))), namespace)
+    exec(_law_source(effect), namespace)
     tangent: Callable[..., tuple[float, ...]] = jitted(namespace["tangent"])
     return tangent
 
 
 @cache
 def tangent_program() -> Callable[..., tuple[float, float, float, float]]:
-    """The tangent program of all effects there are, compiled when first asked for."""
+    """The tangent program of all effects there are."""
     return compiled(settled())
+
+
+@cache
+def tangent_digest() -> str:
+    """Of all that the tangent program is made of."""
+    return digest(settled(), source(settled()), *map(_law_source, settled().values()))
+
+
+def _law_source(effect: Effect) -> str:
+    return tangent_source(effect.law, "tangent", set(_changes(effect)))
 
 
 def _changes(effect: Effect) -> dict[str, str]:
