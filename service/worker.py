@@ -142,8 +142,8 @@ class Worker:
 
     def _start(self, claim: Claim) -> bool:
         """Read what the job needs and start its first stage; False if it went wrong."""
-        kind = KINDS[claim.kind]
         try:
+            kind = KINDS[claim.kind]
             with reading(self.sessions)() as session:
                 inputs = kind.inputs(session, claim, self.settings)
             self._submit(Running(claim, inputs, kind.stages(inputs)))
