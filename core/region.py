@@ -108,11 +108,17 @@ def _sides(circumstance: Circumstance, found: Blocks) -> list[Region]:
 
 
 def _thresholds(values: Vector, energy: Vector) -> Vector:
-    """Round numbers inside the range, by quantiles of the samples' energy."""
+    """Round numbers inside the range, each halfway between a quantile of the samples' energy and the value before it.
+
+    A circumstance may take few values, as an amplitude does, one a half cycle: a number rounded up from one of them
+    would leave out the very samples that it stands for.
+    """
     order = np.argsort(values)
     reached = np.cumsum(energy[order])
     quantiles = values[order][np.searchsorted(reached, reached[-1] * np.arange(1, THRESHOLDS) / THRESHOLDS)]
-    rounded = np.unique([float(f"{value:.{DIGITS}g}") for value in quantiles])
+    distinct = np.unique(values)
+    before = distinct[np.maximum(np.searchsorted(distinct, quantiles) - 1, 0)]
+    rounded = np.unique([float(f"{value:.{DIGITS}g}") for value in (quantiles + before) / 2])
     return np.asarray(rounded[(rounded > values.min()) & (rounded < values.max())])
 
 
