@@ -14,7 +14,9 @@ from core.excess import BLOCK
 from core.isolator import Isolator, Key
 
 TOLD = 0.25
-"""Of the block's own stiffness: a correction of larger standard deviation tells nothing."""
+"""Of the block's own stiffness or yield force: a correction of larger standard deviation tells nothing."""
+YIELDING = 0.7
+"""Of the hysteretic variable's ultimate value: a block that stays below tells a yield force from a stiffness hardly."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +35,7 @@ class BlockCorrection:
     """N/m, to be added to the model's."""
     stiffness_std: float
     yield_force: float | None
-    """N, to be added to the model's; None of a model without hysteresis."""
+    """N, to be added to the model's; None of a model without hysteresis, or if the block does not tell."""
     yield_std: float | None
 
 
@@ -59,7 +61,7 @@ def block_corrections(isolator: Isolator, compared: Sequence[ForceComparison]) -
 
 def _of_one(isolator: Isolator, one: ForceComparison, travelled: float) -> list[BlockCorrection]:
     layer, rate = one.observation.layer, one.observation.rate
-    motion, yielding = np.column_stack([layer.displacement, layer.velocity]), _yielding(isolator, one)
+    motion, hysteresis = np.column_stack([layer.displacement, layer.velocity]), _hysteresis(isolator, one)
     travel = travelled + np.cumsum(np.abs(layer.velocity)) / rate
     found = []
     for start, end in windows(layer.displacement.size, rate, BLOCK):
@@ -67,10 +69,7 @@ def _of_one(isolator: Isolator, one: ForceComparison, travelled: float) -> list[
         soft, soft_std = _slopes(motion[start:end], one.residual[start:end])
         if not soft_std[0] < TOLD * abs(own[0]):
             continue
-        late = None if yielding is None else np.column_stack([motion, yielding])[start:end]
-        force, force_std = (
-            (None, None) if late is None else (float(s[2]) for s in _slopes(late, one.residual[start:end]))
-        )
+        yielding = None if hysteresis is None else _yield_correction(hysteresis, motion, one, slice(start, end))
         found.append(
             BlockCorrection(
                 earthquake=one.observation.name,
@@ -80,8 +79,8 @@ def _of_one(isolator: Isolator, one: ForceComparison, travelled: float) -> list[
                 travel=float(travel[(start + end) // 2]),
                 stiffness=float(soft[0]),
                 stiffness_std=float(soft_std[0]),
-                yield_force=force,
-                yield_std=force_std,
+                yield_force=yielding and yielding[0],
+                yield_std=yielding and yielding[1],
             )
         )
     return found
@@ -95,8 +94,18 @@ def _slopes(regressors: Matrix, response: Vector) -> tuple[Vector, Vector]:
     return coefficients[:-1] / scale, np.sqrt(np.diag(covariance))[:-1] / scale
 
 
-def _yielding(isolator: Isolator, one: ForceComparison) -> Vector | None:
-    """(n,) the model's force per unit of its yield force; None of one without hysteresis."""
+@dataclass(frozen=True, slots=True, eq=False)
+class _Hysteresis:
+    """What the model has of it in one earthquake."""
+
+    yield_force: float
+    """N."""
+    variable: Vector
+    """(n,) its force per unit of the yield force."""
+
+
+def _hysteresis(isolator: Isolator, one: ForceComparison) -> _Hysteresis | None:
+    """None of a model without."""
     layer, key = one.observation.layer, _yield_force(isolator)
     if key is None:
         return None
@@ -109,7 +118,18 @@ def _yielding(isolator: Isolator, one: ForceComparison) -> Vector | None:
         states=one.states,
         wanted=[key],
     )
-    return np.asarray(answer.by_parameter[0])
+    return _Hysteresis(isolator.effects[key[0]][key[1]], np.asarray(answer.by_parameter[0]))
+
+
+def _yield_correction(
+    hysteresis: _Hysteresis, motion: Matrix, one: ForceComparison, block: slice
+) -> tuple[float, float] | None:
+    """N and its standard deviation; None where the block does not tell."""
+    variable = hysteresis.variable[block]
+    if np.abs(variable).max() < YIELDING:
+        return None
+    change, std = (float(s[2]) for s in _slopes(np.column_stack([motion[block], variable]), one.residual[block]))
+    return (change, std) if std < TOLD * abs(hysteresis.yield_force + change) else None
 
 
 def _yield_force(isolator: Isolator) -> Key | None:

@@ -44,3 +44,14 @@ def test_travel_goes_on_from_earthquake_to_earthquake() -> None:
     travel = [one.travel for one in corrections(ISOLATOR, ISOLATOR, 1.0, 1.0)]
     assert travel == sorted(travel)
     assert travel[-1] > 1.5 * travel[len(travel) // 2 - 1]
+
+
+def test_a_block_in_which_the_layer_hardly_yields_tells_no_yield_force() -> None:
+    """The yield displacement is 1.5 mm."""
+    weaker = Isolator({**ISOLATOR.effects, "bouc_wen": {**ISOLATOR.effects["bouc_wen"], "F_y": 400e3}})
+    found = corrections(weaker)
+    small = [one for one in found if one.amplitude < 0.5e-3]
+    assert small
+    assert {one.yield_force for one in small} == {None}
+    told = [one.yield_std for one in found if one.yield_force is not None and one.yield_std is not None]
+    assert max(told) < 0.25 * 700e3

@@ -1,0 +1,112 @@
+"""The errors of a model, earthquake by earthquake and over all, as an engineer reads them: mm, kN, gal, %."""
+
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.comparison import ForceComparison
+from core.misfit import Misfit
+from core.prediction import Prediction, predicted_accelerations, predicted_displacement
+from service.workbench.held import Held
+from service.workbench.values import rounded
+
+KN, MM, GAL = ("kN", 1e-3), ("mm", 1e3), ("gal", 1e2)
+"""What users read, per SI unit."""
+
+
+@dataclass(frozen=True, slots=True)
+class ErrorsTable:
+    """Text for a terminal or a page; the first column names, the others are numbers."""
+
+    caption: str
+    headings: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    note: str
+
+
+def force_errors(found: Held) -> ErrorsTable:
+    """Driven by the measured motion, against the estimated force."""
+    return ErrorsTable(
+        "Force, driven by the measured motion",
+        ("earthquake", "peak", "error", "of the force", "fitting rate", "noise floors"),
+        tuple(_force_rows(found)),
+        "Peak: of the displacement. Error: root mean square, against the force estimated from the accelerations. "
+        "Fitting rate: 100 (1 − ‖error‖ / ‖measured − its mean‖). Noise floors: error over what the measurement's "
+        "noise alone would make of it; in all, each earthquake in its own.",
+    )
+
+
+def predicted_errors(found: Held, levels: Collection[str]) -> ErrorsTable | None:
+    """Driven by the ground alone, against what was measured; None if that was possible in no earthquake.
+
+    Args:
+        found: the comparison.
+        levels: whose accelerations are told.
+    """
+    if not found.predictions:
+        return None
+    return ErrorsTable(
+        "Predicted from the ground motion alone",
+        ("earthquake", "displacement", *(f"acceleration, {level}" for level in levels)),
+        tuple(_predicted_rows(found, levels)),
+        "Error, root mean square, and in percent of what was measured.",
+    )
+
+
+def levels_of(found: Held) -> tuple[str, ...]:
+    """Whose acceleration was measured in any earthquake, from the base slab upwards."""
+    return tuple(predicted_accelerations(found.predictions))
+
+
+def _force_rows(found: Held) -> Iterator[tuple[str, ...]]:
+    for one in found.forces:
+        yield _force_row(_name(one, found), _largest([one]), one.misfit, one.misfit.floors)
+    if len(found.forces) > 1:
+        failure = found.failure
+        yield _force_row("all", _largest(found.forces), failure.misfit, failure.floors.value)
+
+
+def _force_row(name: str, largest: float, misfit: Misfit, floors: float) -> tuple[str, ...]:
+    size = (_in(largest, MM), _in(misfit.rms, KN), _percent(misfit.nrmse))
+    return (name, *size, f"{misfit.fitting_rate:.1f} %", f"{floors:.3g}")
+
+
+def _predicted_rows(found: Held, levels: Collection[str]) -> Iterator[tuple[str, ...]]:
+    for one in found.predictions:
+        errors = {level: of.misfit for level, of in one.accelerations.items()}
+        yield _predicted_row(_name(one, found), one.displacement.misfit, errors, levels)
+    if len(found.predictions) > 1:
+        over_all = predicted_accelerations(found.predictions)
+        yield _predicted_row("all", predicted_displacement(found.predictions), over_all, levels)
+
+
+def _predicted_row(
+    name: str, displacement: Misfit, accelerations: dict[str, Misfit], levels: Collection[str]
+) -> tuple[str, ...]:
+    return (
+        name,
+        _error(displacement, MM),
+        *(_error(accelerations[level], GAL) if level in accelerations else "not measured" for level in levels),
+    )
+
+
+def _name(one: ForceComparison | Prediction, found: Held) -> str:
+    of = one.observation
+    return f"{of.name} {of.direction}" if len(found.model.directions) > 1 else of.name
+
+
+def _largest(forces: Sequence[ForceComparison]) -> float:
+    return max(float(np.abs(one.observation.layer.displacement).max()) for one in forces)
+
+
+def _error(misfit: Misfit, unit: tuple[str, float]) -> str:
+    return f"{_in(misfit.rms, unit)}, {_percent(misfit.nrmse)}"
+
+
+def _in(value: float, unit: tuple[str, float]) -> str:
+    return f"{rounded(value * unit[1], 3)} {unit[0]}"
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.1f} %" if share < 1 else f"{100 * share:.0f} %"

@@ -1,0 +1,60 @@
+"""What the workbench found, as one HTML file that needs nothing else: neither a network nor a script."""
+
+from pathlib import Path
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
+from service.svg import svg
+from service.version import VERSION
+from service.workbench.errors_table import force_errors, levels_of, predicted_errors
+from service.workbench.figure import Figure
+from service.workbench.figures.corrections import stiffness_over_amplitude, yield_over_travel
+from service.workbench.figures.histories import histories, loop, strongest_of
+from service.workbench.figures.profiles import shares
+from service.workbench.figures.residual import over_motion, spectrum
+from service.workbench.held import Held
+from service.workbench.values import values_of
+
+STYLE = Path(__file__).parents[1] / "pages" / "static" / "menshin.css"
+
+
+def page(found: Held) -> str:
+    """Text, tables and pictures of a comparison."""
+    figures = comparison_figures(found)
+    return rendered(
+        "comparison.html",
+        found=found,
+        values=list(values_of(found.model)),
+        tables=[table for table in (force_errors(found), predicted_errors(found, levels_of(found))) if table],
+        figures=[(figure, svg(figure.picture, figure.key, figure.title)) for figure in figures],
+    )
+
+
+def comparison_figures(found: Held) -> list[Figure]:
+    """Those that need no candidates."""
+    strongest = strongest_of(found.forces)
+    predicted = [one for one in found.predictions if one.observation is strongest.observation]
+    drawn = (
+        stiffness_over_amplitude(found.corrections),
+        loop(strongest),
+        over_motion(found.forces),
+        yield_over_travel(found.corrections),
+        None if found.failure.is_noise else shares(found.failure.profiles),
+        spectrum(found.forces, found.records.band),
+        histories(strongest, predicted[0] if predicted else None),
+    )
+    return [figure for figure in drawn if figure is not None]
+
+
+def rendered(template: str, **values: object) -> str:
+    """A page of the workbench's, from its template."""
+    environment = Environment(
+        loader=PackageLoader("service.workbench"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    own = {"version": VERSION, "style": Markup(STYLE.read_text("utf-8"))}
+    return environment.get_template(template).render(**own, **values)

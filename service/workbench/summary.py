@@ -1,0 +1,38 @@
+"""A model held against records, for an engineer at a terminal."""
+
+from collections.abc import Iterator
+
+from rich.console import Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from service.workbench.errors_table import ErrorsTable, force_errors, levels_of, predicted_errors
+from service.workbench.held import Held
+
+
+def summary(found: Held) -> RenderableType:
+    """Errors by earthquake and over all, then where the model fails."""
+    return Group(*_parts(found))
+
+
+def shown(table: ErrorsTable) -> Table:
+    """A table of errors at a terminal."""
+    drawn = Table(title=table.caption, title_justify="left", title_style="bold")
+    for number, heading in enumerate(table.headings):
+        drawn.add_column(heading, justify="right" if number else "left", no_wrap=not number)
+    for row in table.rows:
+        drawn.add_row(*row, end_section=row is table.rows[-2] if len(table.rows) > 1 else False)
+    return drawn
+
+
+def _parts(found: Held) -> Iterator[RenderableType]:
+    effects = ", ".join(found.model.isolator.effects)
+    yield Text(f"{found.model.building}, direction {found.model.direction}: {effects}\n", style="bold")
+    levels = levels_of(found)
+    for table in (force_errors(found), predicted_errors(found, dict.fromkeys([*levels[:1], *levels[-1:]]))):
+        if table is not None:
+            yield shown(table)
+            yield Text(f"{table.note}\n", style="dim")
+    yield Text("\n".join(found.text))
+    for remark in (*found.remarks, *(f"not used: {one}" for one in found.records.unused)):
+        yield Text(f"\n{remark}", style="dim")
