@@ -17,6 +17,7 @@ import orjson
 from fastapi import FastAPI, Request, Response
 from fastapi.exceptions import RequestValidationError
 from starlette.exceptions import HTTPException
+from starlette.routing import Match
 
 PROBLEM = "application/problem+json"
 DETAIL = {
@@ -24,6 +25,8 @@ DETAIL = {
     405: "This path does not answer that method; the header Allow lists those it does.",
     500: "An error of ours; the log of the service has it.",
 }
+METHODS = ("DELETE", "GET", "HEAD", "OPTIONS", "PATCH", "POST", "PUT")
+"""That a path may answer."""
 
 
 class ServiceError(Exception):
@@ -89,21 +92,34 @@ def of_service(_: Request, error: Exception) -> Response:
     return problem(error.status, str(error), error.headers)
 
 
-def of_framework(_: Request, error: Exception) -> Response:
+def of_framework(request: Request, error: Exception) -> Response:
     """No such path, or not with that method."""
     assert isinstance(error, HTTPException)
     detail = DETAIL.get(error.status_code, str(error.detail))
-    return problem(error.status_code, detail, error.headers)
+    headers = dict(error.headers or {})
+    if "Allow" in headers:
+        headers["Allow"] = ", ".join(_allowed(request))
+    return problem(error.status_code, detail, headers)
+
+
+def _allowed(request: Request) -> list[str]:
+    """Methods that the request's path answers, by all its routes; the framework names those of the first only."""
+    return [
+        method
+        for method in METHODS
+        if any(route.matches({**request.scope, "method": method})[0] is Match.FULL for route in request.app.routes)
+    ]
 
 
 def of_request(_: Request, error: Exception) -> Response:
-    """A malformed request: which parameter, and what is wanted of it."""
+    """A malformed request: which parameter, and what is wanted of it. At a path that cannot be, nothing is: 404."""
     assert isinstance(error, RequestValidationError)
     errors = [
         {"in": str(e["loc"][0]), "name": ".".join(map(str, e["loc"][1:])), "wanted": e["msg"]} for e in error.errors()
     ]
     first = errors[0]
-    return problem(422, f"{first['in']} {first['name']}: {first['wanted']}", errors=errors)
+    status = 404 if any(one["in"] == "path" for one in errors) else 422
+    return problem(status, f"{first['in']} {first['name']}: {first['wanted']}", errors=errors)
 
 
 def of_ours(_: Request, __: Exception) -> Response:

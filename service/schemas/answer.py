@@ -21,4 +21,6 @@ class Problem(BaseModel):
     title: str = Field(description="The status in words.", examples=["Not Found"])
     status: int = Field(description="HTTP status.", examples=[404])
     detail: str = Field(description="What was found and what would do.", examples=["There is no building 'X'."])
-    errors: list[dict[str, str]] | None = Field(None, description="Per parameter: `in`, `name`, `wanted`; for 422.")
+    errors: list[dict[str, str]] | None = Field(
+        None, description="Per parameter: `in`, `name`, `wanted`; for 422, and 404 of a path."
+    )

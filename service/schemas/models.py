@@ -3,13 +3,21 @@
 from datetime import datetime
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
 from core import paper
 from service.schemas.analyses import FindingOut
 from service.schemas.answer import Answer, Number, Series
 
-Numbers = Annotated[list[Annotated[int, Field(ge=1, le=2**31 - 1)]], Field(min_length=1, max_length=1000)]
+
+def whole(written: object) -> object:
+    """A number without a fraction as an int, however it is written: to JSON, 2.0 is an integer."""
+    return int(written) if isinstance(written, float) and written.is_integer() else written
+
+
+Numbers = Annotated[
+    list[Annotated[int, Field(ge=1, le=2**31 - 1), BeforeValidator(whole)]], Field(min_length=1, max_length=1000)
+]
 Wanted = Annotated[dict[str, dict[str, Number]], Field(max_length=50)]
 
 

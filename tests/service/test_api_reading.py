@@ -184,6 +184,8 @@ def problems(asking: httpx.Client) -> None:
         f"{API}/events/4/restoring-force?direction=x": 404,
         f"{API}/events/3/waveforms/XX.NO.00.HNX": 404,
         f"{API}/nothing": 404,
+        f"{API}/events/None": 404,
+        f"{API}/events/0/restoring-force?direction=x": 404,
         f"{FORCE}?direction=up": 422,
         FORCE: 422,
         f"{PAPER}/events?after=yesterday": 422,
@@ -196,3 +198,4 @@ def problems(asking: httpx.Client) -> None:
         assert found.json()["detail"]
     refused = asking.delete(PAPER)
     assert (refused.status_code, refused.json()["status"], refused.headers["Allow"]) == (405, 405, "GET")
+    assert asking.delete(f"{PAPER}/models").headers["Allow"] == "GET, POST"

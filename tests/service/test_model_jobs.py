@@ -110,3 +110,11 @@ def test_what_cannot_be_compared_is_refused(asking: TestClient) -> None:
     assert refused.status_code == 409
     assert "events 77" in refused.json()["detail"]
     assert asking.post(f"/api/v1/models/{model}/comparisons", json={"events": []}).status_code == 422
+    assert asking.post(f"/api/v1/models/{model}/comparisons", json={"events": [1.5]}).status_code == 422
+
+
+def test_a_whole_number_may_be_written_with_a_point(asking: TestClient) -> None:
+    """JSON has one kind of number, and 2.0 is an integer in its schemas."""
+    model = made(asking, LINEAR)
+    queued = asking.post(f"/api/v1/models/{model}/comparisons", json={"events": [1, 2.0]})
+    assert (queued.status_code, queued.json()["arguments"]) == (202, {"events": [1, 2]})
