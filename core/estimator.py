@@ -9,6 +9,7 @@ from core.arrays import Indices, Matrix, Vector
 from core.building import FixedBaseModes
 from core.errors import ModelError, RecordError
 from core.reliance import Reliance
+from core.storeys import StoreyStiffness
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -69,6 +70,8 @@ class RestoringForce:
     superstructure: FixedBaseModes | None = None
     """All modes of the superstructure that was calibrated from the record; None where none was, or it tells less than
     interpolation does."""
+    storeys: StoreyStiffness | None = None
+    """Of the same superstructure against its design; None where there is none, or nobody gave a stiffness."""
 
 
 def check(superstructure: InstrumentedSuperstructure) -> None:

@@ -7,6 +7,7 @@ from scipy import linalg
 
 from core import cms
 from core.building import FixedBaseModes
+from core.calibrated_storeys import storey_stiffness
 from core.estimator import InstrumentedSuperstructure, RestoringForce, check
 from core.hypotheses import Choice, chosen
 from core.identification import Identification
@@ -14,6 +15,7 @@ from core.left_out import left_out_errors
 from core.reliance import Reliance
 from core.smoothing import smoothed
 from core.spectral_lines import Lines, spectral_lines, within
+from core.storeys import StoreyStiffness
 from core.superstructure_model import Design, Layout
 
 NAME = "smoother"
@@ -50,6 +52,7 @@ def estimate(superstructure: InstrumentedSuperstructure) -> RestoringForce:
             cms.estimate(superstructure),
             reliance=replace(reliance, assumption=ALL_MEASURED, chi_square=None),
             superstructure=_modes(choice),
+            storeys=_storeys(superstructure, design, choice),
         )
     model, static = left_out_errors(choice.lines, design, choice.calibration)
     if model > static:
@@ -66,12 +69,27 @@ def _force(
     found = smoothed(whole, design, choice.calibration, superstructure.base_mass)
     modes = cms.fixed_base_modes(superstructure, Identification())
     modal = found.force - found.rigid
-    return RestoringForce(NAME, found.force, found.rigid, modal, found.std, modes, reliance, _modes(choice))
+    return RestoringForce(
+        NAME,
+        found.force,
+        found.rigid,
+        modal,
+        found.std,
+        modes,
+        reliance,
+        _modes(choice),
+        _storeys(superstructure, design, choice),
+    )
 
 
 def _modes(choice: Choice) -> FixedBaseModes:
     structure = choice.calibration.structure
     return FixedBaseModes(np.sqrt(structure.squared), structure.damping_ratios, structure.shapes)
+
+
+def _storeys(superstructure: InstrumentedSuperstructure, design: Design, choice: Choice) -> StoreyStiffness | None:
+    told = superstructure.storey_stiffness
+    return None if told is None else storey_stiffness(choice.calibration, design, told)
 
 
 def _fallen_back(
