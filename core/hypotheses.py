@@ -71,7 +71,7 @@ def corrected(design: Design, transient: float) -> Hypothesis:
 def with_unmodelled_motion(design: Design, transient: float) -> Hypothesis:
     """The base slab rocks, and the floors move, beyond what any of the parameters explains."""
     told = as_told(design, transient)
-    return replace(told, name="with motion that the model does not explain", is_random=True)
+    return replace(told, name="motion that the model does not explain", is_random=True)
 
 
 def _lognormal(priors: tuple[tuple[float, float], ...]) -> tuple[Vector, Vector]:

@@ -38,9 +38,9 @@ def reliance_findings(reliance: Reliance | None, direction: Direction) -> tuple[
         return (Finding("estimator", "warning", message, value=reliance.chi_square),)
     if reliance.chi_square is not None and reliance.chi_square > EXPLAINED:
         message = (
-            f"direction {direction}: the superstructure explains the record with {reliance.assumption} only "
-            f"(chi-square {reliance.chi_square:.3g} of noise alone); measured floors stay as measured, the force's "
-            "standard deviation allows for it"
+            f"direction {direction}: noise alone does not explain what the superstructure leaves of the record "
+            f"(chi-square {reliance.chi_square:.3g}); assumed: {reliance.assumption}; measured floors stay as "
+            "measured, and the force's standard deviation allows for it"
         )
         return (Finding("estimator", "note", message, value=reliance.chi_square),)
     return ()
