@@ -1,5 +1,6 @@
 """A model held against records, as JSON: SI units, null for what is not known or has no bound."""
 
+from collections.abc import Collection
 from dataclasses import asdict
 from math import isfinite
 from typing import Any
@@ -11,6 +12,7 @@ from core.profile import Profile
 from core.region import Region
 from service.model_file import ModelFile
 from service.version import VERSION
+from service.workbench.answers import Answers
 from service.workbench.held import Held
 
 
@@ -21,10 +23,10 @@ def as_json(found: Held) -> dict[str, Any]:
         "version": VERSION,
         "building": found.model.building,
         "model": model_as_json(found.model),
-        "events": _events(found),
+        "events": events_as_json(found.answers),
         "all": {
             "force": misfit_as_json(failure.misfit),
-            "prediction": _prediction_of_all(found.predictions),
+            "prediction": _prediction_of_all(found.answers.predictions),
         },
         "failure": {
             "explanation": " ".join(found.text),
@@ -38,11 +40,10 @@ def as_json(found: Held) -> dict[str, Any]:
             "windows": [asdict(one) for one in failure.windows],
         },
         "corrections": [asdict(one) for one in found.corrections],
-        "remarks": list(found.remarks),
+        "remarks": list(found.answers.remarks),
         "unused": list(found.records.unused),
     }
-    finite: dict[str, Any] = _finite(document)
-    return finite
+    return finite(document)
 
 
 def model_as_json(model: ModelFile) -> dict[str, Any]:
@@ -67,17 +68,19 @@ def misfit_as_json(misfit: Misfit) -> dict[str, float]:
     }
 
 
-def _events(found: Held) -> list[dict[str, Any]]:
-    predicted = {(one.observation.name, one.observation.direction): one for one in found.predictions}
+def events_as_json(answers: Answers, left_out: Collection[str] = ()) -> list[dict[str, Any]]:
+    """The errors in every earthquake and direction."""
+    predicted = {(one.observation.name, one.observation.direction): one for one in answers.predictions}
     return [
         {
             "name": one.observation.name,
             "start": one.observation.start.isoformat(),
             "direction": one.observation.direction,
+            "left_out": one.observation.name in left_out,
             "force": misfit_as_json(one.misfit),
             "prediction": _prediction(predicted.get((one.observation.name, one.observation.direction))),
         }
-        for one in found.forces
+        for one in answers.forces
     ]
 
 
@@ -124,8 +127,13 @@ def _profile(one: Profile) -> dict[str, Any]:
     }
 
 
-def _finite(value: Any) -> Any:  # noqa: ANN401  whatever JSON may hold
+def finite(document: dict[str, Any]) -> dict[str, Any]:
     """The same with null for every number that JSON cannot hold."""
+    kept: dict[str, Any] = _finite(document)
+    return kept
+
+
+def _finite(value: Any) -> Any:  # noqa: ANN401  whatever JSON may hold
     match value:
         case float():
             return float(value) if isfinite(value) else None

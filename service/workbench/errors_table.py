@@ -9,7 +9,7 @@ from core.comparison import ForceComparison
 from core.misfit import Misfit
 from core.prediction import Prediction, predicted_accelerations, predicted_displacement
 from service.workbench.held import Held
-from service.workbench.values import rounded
+from service.workbench.values import percent, rounded
 
 KN, MM, GAL = ("kN", 1e-3), ("mm", 1e3), ("gal", 1e2)
 """What users read, per SI unit."""
@@ -23,6 +23,8 @@ class ErrorsTable:
     headings: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
     note: str
+    sums: int
+    """Rows at the end that are over several earthquakes."""
 
 
 def force_errors(found: Held) -> ErrorsTable:
@@ -34,6 +36,7 @@ def force_errors(found: Held) -> ErrorsTable:
         "Peak: of the displacement. Error: root mean square, against the force estimated from the accelerations. "
         "Fitting rate: 100 (1 − ‖error‖ / ‖measured − its mean‖). Noise floors: error over what the measurement's "
         "noise alone would make of it; in all, each earthquake in its own.",
+        sums=1 if len(found.answers.forces) > 1 else 0,
     )
 
 
@@ -44,41 +47,42 @@ def predicted_errors(found: Held, levels: Collection[str]) -> ErrorsTable | None
         found: the comparison.
         levels: whose accelerations are told.
     """
-    if not found.predictions:
+    if not found.answers.predictions:
         return None
     return ErrorsTable(
         "Predicted from the ground motion alone",
         ("earthquake", "displacement", *(f"acceleration, {level}" for level in levels)),
         tuple(_predicted_rows(found, levels)),
         "Error, root mean square, and in percent of what was measured.",
+        sums=1 if len(found.answers.predictions) > 1 else 0,
     )
 
 
 def levels_of(found: Held) -> tuple[str, ...]:
     """Whose acceleration was measured in any earthquake, from the base slab upwards."""
-    return tuple(predicted_accelerations(found.predictions))
+    return tuple(predicted_accelerations(found.answers.predictions))
 
 
 def _force_rows(found: Held) -> Iterator[tuple[str, ...]]:
-    for one in found.forces:
+    for one in found.answers.forces:
         yield _force_row(_name(one, found), _largest([one]), one.misfit, one.misfit.floors)
-    if len(found.forces) > 1:
+    if len(found.answers.forces) > 1:
         failure = found.failure
-        yield _force_row("all", _largest(found.forces), failure.misfit, failure.floors.value)
+        yield _force_row("all", _largest(found.answers.forces), failure.misfit, failure.floors.value)
 
 
 def _force_row(name: str, largest: float, misfit: Misfit, floors: float) -> tuple[str, ...]:
-    size = (_in(largest, MM), _in(misfit.rms, KN), _percent(misfit.nrmse))
+    size = (_in(largest, MM), _in(misfit.rms, KN), percent(misfit.nrmse))
     return (name, *size, f"{misfit.fitting_rate:.1f} %", f"{floors:.3g}")
 
 
 def _predicted_rows(found: Held, levels: Collection[str]) -> Iterator[tuple[str, ...]]:
-    for one in found.predictions:
+    for one in found.answers.predictions:
         errors = {level: of.misfit for level, of in one.accelerations.items()}
         yield _predicted_row(_name(one, found), one.displacement.misfit, errors, levels)
-    if len(found.predictions) > 1:
-        over_all = predicted_accelerations(found.predictions)
-        yield _predicted_row("all", predicted_displacement(found.predictions), over_all, levels)
+    if len(found.answers.predictions) > 1:
+        over_all = predicted_accelerations(found.answers.predictions)
+        yield _predicted_row("all", predicted_displacement(found.answers.predictions), over_all, levels)
 
 
 def _predicted_row(
@@ -101,12 +105,8 @@ def _largest(forces: Sequence[ForceComparison]) -> float:
 
 
 def _error(misfit: Misfit, unit: tuple[str, float]) -> str:
-    return f"{_in(misfit.rms, unit)}, {_percent(misfit.nrmse)}"
+    return f"{_in(misfit.rms, unit)}, {percent(misfit.nrmse)}"
 
 
 def _in(value: float, unit: tuple[str, float]) -> str:
     return f"{rounded(value * unit[1], 3)} {unit[0]}"
-
-
-def _percent(share: float) -> str:
-    return f"{100 * share:.1f} %" if share < 1 else f"{100 * share:.0f} %"

@@ -33,15 +33,15 @@ def page(found: Held) -> str:
 
 def comparison_figures(found: Held) -> list[Figure]:
     """Those that need no candidates."""
-    strongest = strongest_of(found.forces)
-    predicted = [one for one in found.predictions if one.observation is strongest.observation]
+    strongest = strongest_of(found.answers.forces)
+    predicted = [one for one in found.answers.predictions if one.observation is strongest.observation]
     drawn = (
         stiffness_over_amplitude(found.corrections),
         loop(strongest),
-        over_motion(found.forces),
+        over_motion(found.answers.forces),
         yield_over_travel(found.corrections),
         None if found.failure.is_noise else shares(found.failure.profiles),
-        spectrum(found.forces, found.records.band),
+        spectrum(found.answers.forces, found.records.band),
         histories(strongest, predicted[0] if predicted else None),
     )
     return [figure for figure in drawn if figure is not None]

@@ -2,12 +2,13 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from datetime import datetime
+from datetime import UTC, datetime
+from itertools import pairwise
 from pathlib import Path
 
 from core.analysis import AnalysisSettings, EventAnalysis, analyse
 from core.description import BuildingDescription
-from core.errors import CoreError, IdentificationError
+from core.errors import CoreError, IdentificationError, RecordError
 from core.estimator import RestoringForce
 from core.known_superstructure import KnownSuperstructure, known_superstructure
 from core.observation import Observation, observations
@@ -15,6 +16,10 @@ from core.record import Direction
 from service.building_file import BuildingFile
 from service.event_files import EventFiles, events
 
+NEVER = datetime(1970, 1, 1, tzinfo=UTC)
+"""Reference where there is no record to count from."""
+Seen = tuple[Observation, RestoringForce]
+"""Of one earthquake in one direction."""
 Tell = Callable[[str, int, int], None]
 """Called with what is being done, how many are done, and of how many."""
 
@@ -28,10 +33,19 @@ class Records:
     """Hz, of every estimated force."""
     observations: tuple[Observation, ...]
     """In order of time."""
+    left_out: frozenset[str]
+    """Names of the earthquakes that nothing is fitted to."""
+    reference: datetime
+    """From which effects count time."""
     forces: tuple[tuple[Direction, RestoringForce], ...]
     """Estimated in each record and direction."""
     unused: tuple[str, ...]
     """Earthquakes that cannot be used, with their reason."""
+
+    @property
+    def fitted(self) -> tuple[Observation, ...]:
+        """Those that a model may be fitted to."""
+        return tuple(one for one in self.observations if one.name not in self.left_out)
 
     def superstructure(self, direction: Direction) -> KnownSuperstructure | str:
         """What is known of it in one direction, or why nothing is."""
@@ -41,46 +55,57 @@ class Records:
             return str(error)
 
 
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """How records are to be read."""
+
+    directions: Sequence[Direction]
+    """That the model is of."""
+    reference: datetime | None
+    """From which effects count time; None for the start of the first record."""
+    settings: AnalysisSettings
+
+
 def records(
-    paths: Sequence[Path],
-    building: BuildingFile,
-    directions: Sequence[Direction],
-    reference: datetime | None,
-    settings: AnalysisSettings,
-    tell: Tell,
+    paths: Sequence[Path], left_out: Sequence[Path], building: BuildingFile, reading: Reading, tell: Tell
 ) -> Records:
     """Analyse every earthquake in the files.
 
     Args:
         paths: records, and StationXML.
+        left_out: the same, of earthquakes that nothing is to be fitted to.
         building: whose they are.
-        directions: that the model is of.
-        reference: from which effects count time; None for the start of the first record.
-        settings: of the analysis.
+        reading: what to look for in them.
         tell: for who waits.
 
     Raises:
         FormatError: a file that cannot be used, or that is not this building's.
+        RecordError: an earthquake that is left out is also among the others.
     """
-    found = events(paths, building)
-    seen: list[Observation] = []
-    forces: list[tuple[Direction, RestoringForce]] = []
+    found = [(event, False) for event in events(paths, building)]
+    found += [(event, True) for event in (events(left_out, building) if left_out else ())]
+    found.sort(key=lambda pair: pair[0].start)
+    _check_apart(found)
+    reference = reading.reference or (found[0][0].start if found else NEVER)
+    seen: list[Seen] = []
     unused: list[str] = []
-    for number, event in enumerate(found):
-        name = named(event.start)
-        tell(f"reading the earthquake of {name}", number, len(found))
-        analysis = _analysed(event, building.description, settings)
-        if isinstance(analysis, str):
-            unused.append(f"{name}: {analysis}")
-            continue
-        usable = observations(analysis, building.description, name, reference or found[0].start)
-        usable = tuple(one for one in usable if one.direction in directions)
-        seen += usable
-        forces += [(one.direction, analysis.directions[one.direction].restoring_force) for one in usable]
-        if not usable:
-            unused.append(f"{name}: {_why(analysis, directions)}")
+    for number, (event, _) in enumerate(found):
+        tell(f"reading the earthquake of {named(event.start)}", number, len(found))
+        read = _seen(event, building.description, reading, reference)
+        if isinstance(read, str):
+            unused.append(f"{named(event.start)}: {read}")
+        else:
+            seen += read
     tell("read", len(found), len(found))
-    return Records(building.description, settings.band, tuple(seen), tuple(forces), tuple(unused))
+    return Records(
+        description=building.description,
+        band=reading.settings.band,
+        observations=tuple(one for one, _ in seen),
+        left_out=frozenset(named(event.start) for event, is_left_out in found if is_left_out),
+        reference=reference,
+        forces=tuple((one.direction, force) for one, force in seen),
+        unused=tuple(unused),
+    )
 
 
 def named(start: datetime) -> str:
@@ -88,12 +113,30 @@ def named(start: datetime) -> str:
     return f"{start:%Y-%m-%d %H:%M:%S}"
 
 
-def _analysed(event: EventFiles, description: BuildingDescription, settings: AnalysisSettings) -> EventAnalysis | str:
+def _check_apart(found: Sequence[tuple[EventFiles, bool]]) -> None:
+    for (one, _), (other, _) in pairwise(found):
+        if named(one.start) == named(other.start):
+            raise RecordError(
+                f"the earthquake of {named(one.start)} is left out, and among the others too; once would do"
+            )
+
+
+def _seen(
+    event: EventFiles, description: BuildingDescription, reading: Reading, reference: datetime
+) -> list[Seen] | str:
+    """In each direction; or why nothing can be used."""
     try:
-        analysis = analyse(event.segments, description, settings)
+        analysis = analyse(event.segments, description, reading.settings)
     except CoreError as error:
         return str(error)
-    return analysis if analysis.refusal is None else analysis.refusal
+    if analysis.refusal is not None:
+        return analysis.refusal
+    found = [
+        (one, analysis.directions[one.direction].restoring_force)
+        for one in observations(analysis, description, named(event.start), reference)
+        if one.direction in reading.directions
+    ]
+    return found or _why(analysis, reading.directions)
 
 
 def _why(analysis: EventAnalysis, directions: Sequence[Direction]) -> str:

@@ -20,8 +20,8 @@ def shown(table: ErrorsTable) -> Table:
     drawn = Table(title=table.caption, title_justify="left", title_style="bold")
     for number, heading in enumerate(table.headings):
         drawn.add_column(heading, justify="right" if number else "left", no_wrap=not number)
-    for row in table.rows:
-        drawn.add_row(*row, end_section=row is table.rows[-2] if len(table.rows) > 1 else False)
+    for number, row in enumerate(table.rows, start=1):
+        drawn.add_row(*row, end_section=number == len(table.rows) - table.sums)
     return drawn
 
 
@@ -34,5 +34,5 @@ def _parts(found: Held) -> Iterator[RenderableType]:
             yield shown(table)
             yield Text(f"{table.note}\n", style="dim")
     yield Text("\n".join(found.text))
-    for remark in (*found.remarks, *(f"not used: {one}" for one in found.records.unused)):
+    for remark in (*found.answers.remarks, *(f"not used: {one}" for one in found.records.unused)):
         yield Text(f"\n{remark}", style="dim")

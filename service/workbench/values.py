@@ -37,5 +37,10 @@ def rounded(value: float, digits: int) -> str:
     return f"{float(f'{value:.{digits}g}'):,.10g}"
 
 
+def percent(share: float) -> str:
+    """To a tenth, where that says anything."""
+    return f"{100 * share:.1f} %" if share < 1 else f"{100 * share:.0f} %"
+
+
 def _std(value: float) -> str:
     return f"± {rounded(value, 2)}" if isfinite(value) else "not determined"

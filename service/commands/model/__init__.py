@@ -1,0 +1,15 @@
+"""`menshin model`: models of the isolation layer held against records, without a database."""
+
+import typer
+
+from service.commands.in_force import own_effects_in_force
+from service.commands.model.compare import compare
+from service.commands.model.new import new
+
+app = typer.Typer(
+    no_args_is_help=True,
+    help="Models of the isolation layer, held against records.",
+    callback=own_effects_in_force,
+)
+for command in (new, compare):
+    app.command()(command)

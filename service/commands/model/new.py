@@ -1,0 +1,44 @@
+"""`menshin model new`: the first model of a building."""
+
+from enum import StrEnum
+from typing import Annotated
+
+import typer
+
+from service.commands.described import described_by
+from service.commands.model.arguments import Building, Output
+from service.commands.model.reading import write
+
+
+class Direction(StrEnum):
+    """Horizontal directions that a model may be of."""
+
+    x = "x"
+    y = "y"
+    xy = "xy"
+
+
+def new(
+    building: Building,
+    output: Output,
+    direction: Annotated[
+        Direction, typer.Option(help="x or y; xy for one set of values that holds in both, each seeing the other.")
+    ] = Direction.x,
+) -> None:
+    """Write the first model of a building, from its file's design values.
+
+    Elastic, viscous and, where the yield force is given, hysteretic. Without design values it is a linear start, which
+    wants a fit to records.
+    """
+    from core.first_model import first_model
+    from service.model_file import ModelFile, written
+
+    description = described_by(building).description
+    first = first_model(description)
+    model = ModelFile(description.code, direction.value, first.isolator, assumed=first.assumed)
+    write(written(model), output)
+    typer.echo(f"{output}: {', '.join(first.isolator.effects)}")
+    if first.assumed:
+        typer.echo(
+            f"{', '.join(first.assumed)}: not given in [isolation.design], only a start; `menshin model fit` finds them"
+        )
