@@ -17,7 +17,7 @@ SMALL = 5e-2
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Lines:
+class NoisyLines:
     """Spectra of base slab and floors at the frequencies that are used."""
 
     angular_frequency: Vector
@@ -61,7 +61,7 @@ class Linearised:
     """(parameters, parameters) of half the cost, as is to be expected."""
 
 
-def linearised(transfer: ModalTransfer, lines: Lines) -> Linearised:
+def linearised(transfer: ModalTransfer, lines: NoisyLines) -> Linearised:
     """Cost, gradient and Hessian of the likelihood with the base motion profiled out.
 
     Per line z = [A_b, A_1 - T_1, ...]/σ and g = [1, H_1, ...]/σ. With d = dg a + dt the change of g a + t,
@@ -86,7 +86,9 @@ def linearised(transfer: ModalTransfer, lines: Lines) -> Linearised:
     return Linearised(float(np.sum(np.abs(r) ** 2)), gradient, information, hessian)
 
 
-def profiled(transfer: ModalTransfer, terms: Basis, lines: Lines) -> tuple[ComplexVector, ComplexMatrix, ComplexMatrix]:
+def profiled(
+    transfer: ModalTransfer, terms: Basis, lines: NoisyLines
+) -> tuple[ComplexVector, ComplexMatrix, ComplexMatrix]:
     """(lines,) the most likely base motion a, (1 + floors, lines) the residual r, and g."""
     noise = lines.noise[:, None]
     w = lines.angular_frequency
@@ -97,7 +99,7 @@ def profiled(transfer: ModalTransfer, terms: Basis, lines: Lines) -> tuple[Compl
     return a, np.asarray(z - g * a), np.asarray(g)
 
 
-def cost(transfer: ModalTransfer, lines: Lines) -> float:
+def cost(transfer: ModalTransfer, lines: NoisyLines) -> float:
     """Σ|r|² of the most likely base motion; infinite where a mode would not decay."""
     if not (np.all(transfer.damping_ratio > 0) and np.all(transfer.angular_frequency > 0)):
         return np.inf
@@ -105,7 +107,7 @@ def cost(transfer: ModalTransfer, lines: Lines) -> float:
 
 
 def changes(
-    transfer: ModalTransfer, terms: Basis, lines: Lines, a: ComplexVector
+    transfer: ModalTransfer, terms: Basis, lines: NoisyLines, a: ComplexVector
 ) -> Iterator[tuple[Indices, ComplexMatrix, ComplexMatrix]]:
     """Floor by floor: which parameters move it, and (these, lines) by how much they move its g and its g a + t."""
     w, m, row = lines.angular_frequency, transfer.angular_frequency.size, len(terms.driven) + len(terms.free) + 1
@@ -129,7 +131,7 @@ def _gram(rows: ComplexMatrix) -> Matrix:
     return parts @ parts.T
 
 
-def fit(start: ModalTransfer, lines: Lines) -> Fit:
+def fit(start: ModalTransfer, lines: NoisyLines) -> Fit:
     """The most likely transfer near a start, by Levenberg and Marquardt's damping of Newton's method."""
     transfer, here = start, linearised(start, lines)
     freedom = 2 * len(start.driven) * lines.angular_frequency.size - start.parameters.size

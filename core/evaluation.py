@@ -6,19 +6,8 @@ import numpy as np
 
 from core.arrays import ComplexMatrix, ComplexTensor, ComplexVector, Matrix, Vector
 from core.free_vibration import floors_free_vibration, free_vibration_changes, free_vibration_columns
-from core.line_misfit import (
-    Responses,
-    Whitened,
-    by_noise_alone,
-    determinant_descent,
-    mass_derivatives,
-    projected,
-    responses,
-    sensor_derivatives,
-    structural_derivatives,
-    variance_at,
-    whitened_by,
-)
+from core.line_derivatives import determinant_descent, mass_derivatives, sensor_derivatives, structural_derivatives
+from core.line_misfit import Responses, Whitened, by_noise_alone, projected, responses, variance_at, whitened_by
 from core.prior import Hypothesis
 from core.spectral_lines import Lines
 from core.superstructure_model import Design, Layout, Superstructure, superstructure

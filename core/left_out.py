@@ -4,7 +4,8 @@ import numpy as np
 
 from core.arrays import Vector
 from core.calibration import Calibration
-from core.smoothing import channel_covariance, without_free_vibration
+from core.line_weights import channel_covariance
+from core.smoothing import without_free_vibration
 from core.spectral_lines import Lines
 from core.superstructure_model import Design
 from core.unmodelled_motion import static_flexibility

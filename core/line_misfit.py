@@ -1,4 +1,4 @@
-"""Misfit of a superstructure to the spectral lines of a record, with all that calibration needs.
+"""Misfit of a superstructure to the spectral lines of a record.
 
 At every line the channels are z = h a_b + R θ + B v + t + noise: the base slab's acceleration a_b, free; its rocking θ
 and accelerations v of single floors, random, with variances by frequency band; t the free vibration left by the
@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.arrays import ComplexMatrix, ComplexTensor, ComplexVector, Indices, Matrix, Tensor, Vector
-from core.superstructure_model import Superstructure, loads, rigid_motion
+from core.superstructure_model import Superstructure, rigid_motion
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,7 +77,7 @@ def responses(
     dynamic = structure.squared[:, None] * (1 + 1j * (angular * α + η)) - angular**2 + 1j * angular * β
     compliance = np.asarray(1 / dynamic, dtype=complex)
     moved = structure.shapes[measured] * structure.inputs.T[:inputs, None]
-    seen = _real_times(moved, angular**2 * compliance) + rigid_motion(structure.mass.size)[:inputs, measured, None]
+    seen = real_times(moved, angular**2 * compliance) + rigid_motion(structure.mass.size)[:inputs, measured, None]
     acting = np.zeros((inputs, *sensors.shape), dtype=complex)
     acting[0, 0] = 1.0
     acting[:, 1:] = seen
@@ -124,112 +124,15 @@ def by_noise_alone(base: ComplexMatrix) -> Whitened:
     return Whitened(None, base / length, length, np.zeros_like(length))
 
 
-def structural_derivatives(
-    structure: Superstructure, given: Responses, angular: Vector, measured: Indices, amplitudes: ComplexMatrix
-) -> ComplexTensor:
-    """Derivatives of the channels by the structure's parameters, in the order of core.superstructure_model.Layout.
-
-    Args:
-        structure: of the building.
-        given: its responses.
-        angular: (lines,) rad/s.
-        measured: (channels - 1,) floors with a sensor.
-        amplitudes: (inputs, lines) of the inputs.
-
-    Returns:
-        (structural, channels, lines), 0 for the masses: those are `mass_derivatives`.
-    """
-    α, η, β = structure.damping
-    w, compliance = angular, given.compliance
-    coordinate = w**2 * compliance * _real_times(structure.inputs[:, : len(amplitudes)], amplitudes)
-    stiffening = -(1 + 1j * (w * α + η)) * compliance
-    by_stiffness = stiffening * _real_times(structure.stiffness_derivatives, coordinate)
-    damped = -1j * coordinate * compliance
-    stiff = structure.squared[:, None] * damped
-    by_damping = np.array([α * w * stiff, η * stiff, β * w * damped])
-    seen = structure.shapes[measured]
-    storeys, floors = 1 + structure.mass.size, structure.mass.size
-    at_channels = np.zeros((7 + 2 * floors, measured.size + 1, w.size), dtype=complex)
-    at_channels[:storeys, 1:] = _real_times(seen, by_stiffness[:storeys]) * given.sensors[1:]
-    at_channels[storeys + floors : -3, 1:] = _real_times(seen, by_stiffness[storeys:]) * given.sensors[1:]
-    at_channels[-3:, 1:] = _real_times(seen, by_damping) * given.sensors[1:]
-    return at_channels
-
-
-def mass_derivatives(
-    structure: Superstructure, given: Responses, angular: Vector, measured: Indices, amplitudes: ComplexMatrix
-) -> ComplexTensor:
-    """(floors, channels, lines) derivatives of the channels by the masses' logarithms, their total held.
-
-    Args: as of `structural_derivatives`.
-    """
-    w, compliance, shapes, β = angular, given.compliance, structure.shapes, structure.damping[2]
-    inputs = len(amplitudes)
-    moved = _real_times(shapes, w**2 * compliance * _real_times(structure.inputs[:, :inputs], amplitudes))
-    load = w**2 * (_real_times(loads(structure.mass.size)[:inputs].T, amplitudes) + moved) - 1j * w * β * moved
-    receptance = _real_times(shapes[measured] * shapes[:, None], compliance)
-    by_mass = (structure.mass[:, None] * load)[:, None] * receptance
-    by_mass -= (structure.mass / structure.mass.sum())[:, None, None] * by_mass.sum(axis=0)
-    at_channels = np.zeros((len(by_mass), measured.size + 1, w.size), dtype=complex)
-    at_channels[:, 1:] = by_mass * given.sensors[1:]
-    return at_channels
-
-
-def determinant_descent(
-    structure: Superstructure,
-    given: Responses,
-    angular: Vector,
-    measured: Indices,
-    inverse: ComplexTensor,
-    weights: Matrix,
-) -> Vector:
-    """By how much a structural parameter lowers the log determinant of V, h held: -2 Re Σ S Bᴴ P dB.
-
-    Args:
-        structure: of the building.
-        given: its responses.
-        angular: (lines,) rad/s.
-        measured: (channels - 1,) floors with a sensor.
-        inverse: (1 + floors, channels, lines) P R, and P B for every floor.
-        weights: (1 + floors, lines) the variances S.
-
-    Returns:
-        (structural,) 0 for the masses, which are held wherever variances are not zero.
-    """
-    α, η, β = structure.damping
-    w, compliance, floors = angular, given.compliance, structure.mass.size
-    back = _real_times(structure.shapes[measured].T, inverse[:, 1:].conj() * given.sensors[1:]) * compliance
-    forth = w**2 * compliance * structure.inputs.T[1:, :, None] * weights[:, None]
-    stiffening = 1 + 1j * (w * α + η)
-    flat_forth, flat_back = (each.swapaxes(0, 1).reshape(floors, -1) for each in (forth, back * stiffening))
-    through = (flat_forth @ flat_back.T).real
-    by_stiffness = 2 * np.einsum("krs,sr->k", structure.stiffness_derivatives, through)
-    own = np.einsum("irl,irl->rl", forth, back)
-    by_damping = [
-        2 * float(np.sum(1j * structure.squared[:, None] * w * α * own).real),
-        2 * float(np.sum(1j * structure.squared[:, None] * η * own).real),
-        2 * float(np.sum(1j * w * β * own).real),
-    ]
-    return np.concatenate([by_stiffness[: 1 + floors], np.zeros(floors), by_stiffness[1 + floors :], by_damping])
-
-
-def sensor_derivatives(series: ComplexMatrix, angular: Vector) -> ComplexTensor:
-    """(2 channels, channels, lines) derivatives of the channels by each one's gain, then by each one's delay."""
-    channels = len(series)
-    by_gain = np.zeros((channels, *series.shape), dtype=complex)
-    by_gain[np.arange(channels), np.arange(channels)] = series
-    return np.concatenate([by_gain, -1j * angular * by_gain])
-
-
-def _real_times(matrices: Tensor | Matrix, series: ComplexTensor | ComplexMatrix) -> ComplexTensor:
-    """Real matrices times complex series along their second last axis."""
-    parts = np.ascontiguousarray(series).view(float)
-    product: ComplexTensor = np.ascontiguousarray(matrices @ parts).view(complex)
-    return product
-
-
 def projected(whitened: Whitened, spectra: ComplexMatrix) -> tuple[ComplexMatrix, ComplexVector]:
     """(channels, lines) what h does not explain, whitened; (lines,) the amplitude a_b of what it does."""
     white = whitened.without_projection(spectra[None])[0]
     along = np.sum(whitened.direction.conj() * white, axis=0)
     return white - whitened.direction * along, along / whitened.length
+
+
+def real_times(matrices: Tensor | Matrix, series: ComplexTensor | ComplexMatrix) -> ComplexTensor:
+    """Real matrices times complex series along their second last axis."""
+    parts = np.ascontiguousarray(series).view(float)
+    product: ComplexTensor = np.ascontiguousarray(matrices @ parts).view(complex)
+    return product

@@ -8,7 +8,7 @@ import numpy as np
 from scipy import special
 
 from core.arrays import ComplexMatrix, Matrix, Vector
-from core.errors_in_variables import Fit, Lines, changes, fit, profiled
+from core.errors_in_variables import Fit, NoisyLines, changes, fit, profiled
 from core.modal_transfer import ModalTransfer, basis, lateness
 
 STEP = 1.06
@@ -42,7 +42,7 @@ class Candidates:
     """(candidates, parameters) by how much the parameters of the known modes would change."""
 
 
-def with_missing_modes(found: Fit, lines: Lines, least: float) -> Fit:
+def with_missing_modes(found: Fit, lines: NoisyLines, least: float) -> Fit:
     """The fit with every further mode that the spectra ask for.
 
     A mode that is left out bends the damping ratios of its neighbours by several of their standard deviations long
@@ -62,7 +62,7 @@ def with_missing_modes(found: Fit, lines: Lines, least: float) -> Fit:
         found = better
 
 
-def _frequencies(found: Fit, lines: Lines, least: float) -> Vector:
+def _frequencies(found: Fit, lines: NoisyLines, least: float) -> Vector:
     """(candidates,) rad/s, apart from those of the known modes."""
     largest = float(lines.angular_frequency[-1])
     frequencies = np.geomspace(least, largest, max(2, round(log(largest / least, STEP))))
@@ -70,7 +70,7 @@ def _frequencies(found: Fit, lines: Lines, least: float) -> Vector:
     return frequencies[np.all(np.abs(frequencies[:, None] / known - 1) > APART, axis=1)]
 
 
-def _better(found: Fit, lines: Lines, candidates: Candidates) -> Iterator[Fit]:
+def _better(found: Fit, lines: NoisyLines, candidates: Candidates) -> Iterator[Fit]:
     """Fits with one mode more that are worth it, by what they promised."""
     worth = WORTH * _parameters(found.transfer)
     for i in np.argsort(-candidates.promise)[:TRIED]:
@@ -121,7 +121,7 @@ def _with_mode(transfer: ModalTransfer, angular_frequency: float, driven: Vector
     )
 
 
-def _candidates(found: Fit, lines: Lines, frequencies: Vector) -> Candidates:
+def _candidates(found: Fit, lines: NoisyLines, frequencies: Vector) -> Candidates:
     """What a further mode at each of the frequencies would do."""
     w = lines.angular_frequency
     terms = basis(found.transfer, w)

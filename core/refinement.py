@@ -7,7 +7,7 @@ import numpy as np
 from scipy import ndimage, optimize
 
 from core.arrays import Matrix, Vector
-from core.errors_in_variables import Fit, Lines, cost, fit
+from core.errors_in_variables import Fit, NoisyLines, cost, fit
 from core.identification import Identification, IdentifiedMode
 from core.missing_modes import with_missing_modes
 from core.modal import modal_assurance
@@ -75,7 +75,7 @@ def refined(
     """
     highest = identification.stability.highest_frequency * min(rate, identification.rate)
     band = min(BEYOND * modes[-1].frequency, highest), highest
-    lines = spectral_lines(base_acceleration, floor_acceleration, rate, band)
+    lines = noisy_lines(base_acceleration, floor_acceleration, rate, band)
     found = _most_likely(modes, lines)
     if found is None or not found.converged or found.misfit > LARGEST_MISFIT:
         return Refinement(tuple(modes), None if found is None else found.misfit)
@@ -83,7 +83,7 @@ def refined(
     return Refinement(_replaced(modes, better), found.misfit)
 
 
-def _most_likely(modes: Sequence[IdentifiedMode], lines: Lines) -> Fit | None:
+def _most_likely(modes: Sequence[IdentifiedMode], lines: NoisyLines) -> Fit | None:
     """The fit from the modes as identified, or without the highest, which may be two in one; None of too few lines."""
     start = _start(modes, lines)
     if lines.angular_frequency.size * len(start.driven) < start.parameters.size:
@@ -96,9 +96,9 @@ def _most_likely(modes: Sequence[IdentifiedMode], lines: Lines) -> Fit | None:
     return with_missing_modes(found, lines, 2 * np.pi * LOWEST_MODE)
 
 
-def spectral_lines(
+def noisy_lines(
     base_acceleration: Vector, floor_acceleration: Matrix, rate: float, upper: tuple[float, float]
-) -> Lines:
+) -> NoisyLines:
     """Spectra from LOWEST to where the floors no longer move more than their noise, which the record itself shows.
 
     Args:
@@ -119,10 +119,10 @@ def spectral_lines(
     smooth = ndimage.uniform_filter1d(power, max(1, round(SMOOTHED / frequency[1])))
     moves = (smooth > MOVING) & (frequency <= upper[1])
     used = (frequency >= LOWEST) & (frequency <= max(upper[0], *frequency[moves], LOWEST))
-    return Lines(np.asarray(2 * np.pi * frequency[used]), spectra[:, used], noise)
+    return NoisyLines(np.asarray(2 * np.pi * frequency[used]), spectra[:, used], noise)
 
 
-def _start(modes: Sequence[IdentifiedMode], lines: Lines) -> ModalTransfer:
+def _start(modes: Sequence[IdentifiedMode], lines: NoisyLines) -> ModalTransfer:
     """The transfer with the identified poles that is nearest to the spectra, as of a record that was cut if need be."""
     floors, m = len(lines.spectra) - 1, len(modes)
     poles = ModalTransfer(
@@ -140,7 +140,7 @@ def _start(modes: Sequence[IdentifiedMode], lines: Lines) -> ModalTransfer:
     return cut if is_cut else at_rest
 
 
-def _fitted(poles: ModalTransfer, lines: Lines) -> ModalTransfer:
+def _fitted(poles: ModalTransfer, lines: NoisyLines) -> ModalTransfer:
     return fitted_coefficients(poles, lines.angular_frequency, lines.spectra[0], lines.spectra[1:], lines.noise)
 
 

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from core.errors_in_variables import Lines, cost, fit, linearised
+from core.errors_in_variables import NoisyLines, cost, fit, linearised
 from core.modal_transfer import (
     RESIDUAL_TERMS,
     SMOOTH_TERMS,
@@ -32,14 +32,14 @@ def transfer(rng: np.random.Generator, modes: int, floors: int, is_cut: bool) ->
     )
 
 
-def lines(rng: np.random.Generator, truth: ModalTransfer, noise: float) -> Lines:
+def lines(rng: np.random.Generator, truth: ModalTransfer, noise: float) -> NoisyLines:
     """What the transfer makes of a random base motion, with this noise relative to each channel's root mean square."""
     base = complex_normal(rng, W.size)
     terms = basis(truth, W)
     floors = transfer_function(truth, terms, W) * base + free_motion(truth, terms, W)
     spectra = np.vstack([base, floors])
     std = noise * np.sqrt(np.mean(np.abs(spectra) ** 2, axis=1))
-    return Lines(W, spectra + std[:, None] * complex_normal(rng, *spectra.shape), std)
+    return NoisyLines(W, spectra + std[:, None] * complex_normal(rng, *spectra.shape), std)
 
 
 def complex_normal(rng: np.random.Generator, *shape: int) -> np.ndarray:
@@ -112,7 +112,7 @@ def test_covariance_and_misfit_are_those_of_repeated_records() -> None:
     std = 0.1 * np.sqrt(np.mean(np.abs(clean) ** 2, axis=1))
     distances, misfits = [], []
     for _ in range(40):
-        seen = Lines(W, clean + std[:, None] * complex_normal(rng, *clean.shape), std)
+        seen = NoisyLines(W, clean + std[:, None] * complex_normal(rng, *clean.shape), std)
         found = fit(truth, seen)
         error = found.transfer.parameters - truth.parameters
         distances.append(error @ np.linalg.solve(found.covariance, error))
