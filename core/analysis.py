@@ -92,6 +92,8 @@ class EventAnalysis:
     segments made none."""
     temperature: float | None = None
     """°C, mean of what thermometers measured; None where nothing did."""
+    band: tuple[float, float] | None = None
+    """Hz, that the accelerations had passed from which forces were estimated; None if nothing was."""
 
     @property
     def orbit(self) -> Matrix | None:
@@ -148,6 +150,7 @@ def analyse(segments: Sequence[Segment], description: BuildingDescription, setti
         refusal=None if directions else _refusal(found),
         record=levels.record,
         temperature=_temperature(segments, description),
+        band=settings.band,
     )
 
 

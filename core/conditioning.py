@@ -3,7 +3,7 @@
 from typing import TypeVar
 
 import numpy as np
-from scipy.signal import butter, sosfiltfilt
+from scipy.signal import butter, sosfiltfilt, sosfreqz
 
 from core.arrays import Matrix, Vector
 from core.errors import RecordError
@@ -60,6 +60,15 @@ def band_passed(samples: Samples, rate: float, band: tuple[float, float]) -> Sam
     if samples.shape[-1] <= margin:
         seconds = samples.shape[-1] / rate
         raise RecordError(f"a record of {seconds:.3g} s is too short for {low:g} Hz; {margin / rate:.3g} s would do")
-    sections = butter(4, band, "bandpass", fs=rate, output="sos")
-    filtered: Samples = sosfiltfilt(sections, samples, axis=-1, padlen=margin)
+    filtered: Samples = sosfiltfilt(_sections(rate, band), samples, axis=-1, padlen=margin)
     return filtered
+
+
+def passed_share(frequency: Vector, rate: float, band: tuple[float, float]) -> Vector:
+    """(k,) by which `band_passed` multiplies what has these frequencies in Hz."""
+    _, once = sosfreqz(_sections(rate, band), frequency, fs=rate)
+    return np.asarray(np.abs(once) ** 2)
+
+
+def _sections(rate: float, band: tuple[float, float]) -> Matrix:
+    return np.asarray(butter(4, band, "bandpass", fs=rate, output="sos"))

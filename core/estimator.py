@@ -7,6 +7,7 @@ import numpy as np
 
 from core.arrays import Indices, Matrix, Vector
 from core.building import FixedBaseModes
+from core.error_spectrum import ErrorSpectrum
 from core.errors import ModelError, RecordError
 from core.reliance import Reliance
 from core.storeys import StoreyStiffness
@@ -65,6 +66,8 @@ class RestoringForce:
     std: Vector
     """(n,) N, standard deviation."""
     modes: tuple[Mode, ...]
+    error: ErrorSpectrum | None = None
+    """At which frequencies the force errs, N²/Hz; None of an estimator that does not know."""
     reliance: Reliance | None = None
     """None of an estimator that does not judge itself."""
     superstructure: FixedBaseModes | None = None

@@ -10,6 +10,7 @@ from core.analysis import EventAnalysis
 from core.arrays import Matrix, Vector
 from core.axial_load import axial_load
 from core.description import BuildingDescription
+from core.error_spectrum import ErrorSpectrum
 from core.isolator import Conditions
 from core.record import Direction, Record
 
@@ -32,6 +33,12 @@ class LayerHistory:
     """(n,) N, its standard deviation."""
     displacement_std: Vector | None = None
     """(n,) m, standard deviation of the displacement; None where nobody told: then it is taken for exact."""
+    velocity_std: Vector | None = None
+    """(n,) m/s, of the velocity; None as above."""
+    force_error: ErrorSpectrum | None = None
+    """N²/Hz, of the force; None where nobody told: then its error is taken for white within the band."""
+    band: tuple[float, float] | None = None
+    """Hz, that the accelerations had passed from which the force was estimated; None where nobody told."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -71,7 +78,14 @@ def observations(
     """
     histories: dict[Direction, LayerHistory] = {
         direction: LayerHistory(
-            found.motion.displacement, found.motion.velocity, force.force, force.std, found.motion.displacement_std
+            found.motion.displacement,
+            found.motion.velocity,
+            force.force,
+            force.std,
+            found.motion.displacement_std,
+            found.motion.velocity_std,
+            force.error,
+            analysis.band,
         )
         for direction, found in analysis.directions.items()
         if found.motion is not None and (force := found.restoring_force)

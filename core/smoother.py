@@ -76,6 +76,7 @@ def _force(
         modal,
         found.std,
         modes,
+        found.error,
         reliance,
         _modes(choice),
         _storeys(superstructure, design, choice),

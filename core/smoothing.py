@@ -3,16 +3,19 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import signal
+from scipy import ndimage, signal
 
 from core.arrays import ComplexMatrix, ComplexVector, Matrix, Vector
 from core.calibration import Calibration
+from core.error_spectrum import ErrorSpectrum
 from core.evaluation import sensor_errors
 from core.free_vibration import floors_free_vibration
 from core.line_weights import LinearModel, LineWeights, common_factor, line_weights
 from core.spectral_lines import Lines
 from core.superstructure_model import Design, Superstructure, superstructure
 
+AVERAGED = 9
+"""Lines over which the force's error is averaged."""
 MOVING = 15.0
 """Hz, above which the force moves too little for the parameters' uncertainty to matter."""
 COUNTED = 0.999
@@ -31,6 +34,8 @@ class Smoothed:
     """(n,) N, of that: the whole building moving as the base slab."""
     std: Vector
     """(n,) N, standard deviation of the force."""
+    error: ErrorSpectrum
+    """N²/Hz, the same by frequency."""
 
 
 def smoothed(lines: Lines, design: Design, calibration: Calibration, base_mass: float) -> Smoothed:
@@ -53,9 +58,11 @@ def smoothed(lines: Lines, design: Design, calibration: Calibration, base_mass: 
     base = np.einsum("lc,cl->l", weights.base, spectra)
     total = base_mass + design.floor_mass.sum()
     variance = _stationary(weights.noise, lines.samples) + _stationary(weights.motion, lines.samples) * _envelope(lines)
-    variance += max(1.0, calibration.chi_square) * _parameter_variance(model)
+    by_parameters = np.sqrt(max(1.0, calibration.chi_square)) * _by_parameters(model)
+    variance += np.sum(np.fft.irfft(by_parameters, lines.samples, axis=1) ** 2, axis=0)
+    power = weights.noise + weights.motion + np.sum(np.abs(by_parameters) ** 2, axis=0)
     force = _history(_force(model, weights, spectra), lines.samples)
-    return Smoothed(force, -total * _history(base, lines.samples), np.sqrt(variance))
+    return Smoothed(force, -total * _history(base, lines.samples), np.sqrt(variance), _spectrum(power, lines))
 
 
 def without_free_vibration(
@@ -76,8 +83,14 @@ def _force(model: LinearModel, weights: LineWeights, spectra: ComplexMatrix) -> 
     return np.asarray(np.einsum("lc,cl->l", weights.force, spectra) - structure.mass @ free)
 
 
-def _parameter_variance(model: LinearModel) -> Vector:
-    """(n,) N², of the force by the parameters' uncertainty, to first order.
+def _spectrum(power: Vector, lines: Lines) -> ErrorSpectrum:
+    """From the error's mean square at every line."""
+    smooth = ndimage.uniform_filter1d(power, AVERAGED, mode="nearest")
+    return ErrorSpectrum(lines.angular / (2 * np.pi), 2 * smooth / (lines.samples * lines.rate))
+
+
+def _by_parameters(model: LinearModel) -> ComplexMatrix:
+    """(directions, lines) N, what standard deviations of the parameters do to the force's spectrum, to first order.
 
     Of the covariance's principal directions only those count that move the force; which, a few lines tell.
     """
@@ -94,7 +107,7 @@ def _parameter_variance(model: LinearModel) -> Vector:
     counted = order[: 1 + int(np.searchsorted(np.cumsum(strength[order]), COUNTED * strength.sum()))]
     spectra = np.zeros((counted.size, lines.angular.size), dtype=complex)
     spectra[:, moving] = _changes(slow, moves[counted])
-    return np.asarray(np.sum(np.fft.irfft(spectra, lines.samples, axis=1) ** 2, axis=0))
+    return spectra
 
 
 def _changes(model: LinearModel, moves: Matrix) -> ComplexMatrix:

@@ -1,0 +1,46 @@
+"""At which frequencies does an estimate err, and by how much?"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.arrays import Vector
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ErrorSpectrum:
+    """Of an estimated history's error."""
+
+    frequency: Vector
+    """(k,) Hz, rising."""
+    density: Vector
+    """(k,) one-sided spectral density, the history's unit squared per Hz."""
+
+    def at(self, frequency: Vector) -> Vector:
+        """(m,) density at other frequencies in Hz, on straight lines between the given ones, level beyond."""
+        return np.asarray(np.interp(frequency, self.frequency, self.density))
+
+
+@dataclass(frozen=True, slots=True)
+class FusedDisplacementError:
+    """Of a displacement that a transducer tells below a frequency and accelerometers above it (core.displacement)."""
+
+    level: float
+    """m²/Hz, towards frequency 0."""
+    corner: float
+    """Hz, from which on it falls with the fourth power."""
+
+    def at(self, frequency: Vector) -> Vector:
+        """(m,) m²/Hz at frequencies in Hz."""
+        return np.asarray(self.level / (1 + (frequency / self.corner) ** 4))
+
+
+def white(std: Vector, band: tuple[float, float]) -> ErrorSpectrum:
+    """Of an error that is white within a band (Hz) and whose standard deviation is (n,) std."""
+    return ErrorSpectrum(np.array(band), np.full(2, float(np.mean(std**2)) / (band[1] - band[0])))
+
+
+def of_fused_displacement(displacement_std: float, velocity_std: float) -> FusedDisplacementError:
+    """From standard deviations in m and m/s, whose ratio is the corner's angular frequency."""
+    corner = velocity_std / displacement_std / (2 * np.pi)
+    return FusedDisplacementError(displacement_std**2 * 2 * np.sqrt(2) / (np.pi * corner), corner)
