@@ -1,0 +1,129 @@
+"""What does each parameter of a model do to the force, in every record?
+
+A model falls apart into groups of effects that know nothing of each other: one acts on a scale that another reads, or
+reads the hysteretic variable that another publishes, within a group only. Each group's force is computed by itself,
+once for each choice of its nonlinear parameters.
+"""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import numpy as np
+
+from core.arrays import Matrix, Vector
+from core.driven import Driven, driven
+from core.effect import RESULTS, YIELDED
+from core.effects import EFFECTS
+from core.error_spectrum import of_fused_displacement, white
+from core.isolator import Isolator, carried
+from core.observation import LayerHistory, Observation
+from core.record import Direction
+from core.whitening import BAND, Whitening, whitening
+
+Key = tuple[str, str]
+"""Names of an effect and of one of its parameters."""
+KEPT = 300
+"""Choices of values whose columns are remembered."""
+
+
+def groups(names: Iterable[str]) -> tuple[tuple[str, ...], ...]:
+    """The effects in groups that know nothing of each other."""
+    apart: list[set[str]] = []
+    for name in sorted(names):
+        joined = [group for group in apart if any(_coupled(name, other) for other in group)]
+        apart = [group for group in apart if group not in joined] + [{name}.union(*joined)]
+    return tuple(sorted(tuple(sorted(group)) for group in apart))
+
+
+def _coupled(one: str, other: str) -> bool:
+    return _heeds(one, other) or _heeds(other, one)
+
+
+def _heeds(reader: str, other: str) -> bool:
+    """Whether the one reads what the other says."""
+    needs, said = EFFECTS[reader].needs, EFFECTS[other]
+    return (said.acts_on not in RESULTS and said.acts_on in needs) or (said.publishes is not None and YIELDED in needs)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Evidence:
+    """The records that a model is fitted to, in the order of their times, the force whitened."""
+
+    observations: tuple[Observation, ...]
+    whitenings: tuple[Whitening, ...]
+    target: Vector
+    """(m,) the measured forces, one record's coefficients after the other's."""
+    known: dict[tuple[object, ...], Matrix] = field(default_factory=dict)
+    """N, columns that were computed before, the last KEPT of them, not yet over the noise."""
+
+    @classmethod
+    def by_noise(cls, observations: Sequence[Observation]) -> "Evidence":
+        """Weighed by what is uncertain of the measured force, and of the motion that drives a model."""
+        return cls((), (), np.zeros(0)).weighed(observations, [_whitening(one) for one in observations])
+
+    def weighed(self, observations: Sequence[Observation], whitenings: Sequence[Whitening]) -> "Evidence":
+        """The same records by other noise."""
+        white = [w.of(o.layer.force[None])[0] for o, w in zip(observations, whitenings, strict=True)]
+        return Evidence(tuple(observations), tuple(whitenings), np.concatenate(white), self.known)
+
+    @property
+    def spans(self) -> tuple[slice, ...]:
+        """Of each record's coefficients."""
+        ends = np.cumsum([0, *(w.std.size for w in self.whitenings)])
+        return tuple(slice(int(a), int(b)) for a, b in pairwise(ends))
+
+
+def _whitening(observation: Observation) -> Whitening:
+    """By the error of the measured force, and of the motion that drives a model."""
+    layer = observation.layer
+    error, motion = layer.force_error or white(layer.force_std, BAND), _by_motion(layer)
+    return whitening(layer.force.size, observation.rate, lambda f: error.at(f) + motion(f), layer.band)
+
+
+def _by_motion(layer: LayerHistory) -> Callable[[Vector], Vector]:
+    """N²/Hz at frequencies in Hz, error of a model's force by that of the motion that drives it."""
+    travel = float(np.linalg.norm(np.diff(layer.displacement)))
+    if layer.displacement_std is None or layer.velocity_std is None or travel == 0:
+        return np.zeros_like
+    stiffness = float(np.linalg.norm(np.diff(layer.force))) / travel
+    motion = of_fused_displacement(float(np.median(layer.displacement_std)), float(np.median(layer.velocity_std)))
+    return lambda frequency: np.asarray(stiffness**2 * motion.at(frequency))
+
+
+def columns(evidence: Evidence, model: Isolator, wanted: Sequence[Key]) -> Matrix:
+    """(wanted, m) exact derivatives of the whitened force by parameters of one group, at the model's values.
+
+    By a parameter that the force is proportional to, that is the force for 1 of its unit.
+
+    Args:
+        evidence: the records.
+        model: one group's effects and values.
+        wanted: which parameters.
+    """
+    key = (tuple(wanted), *((name, *values.values()) for name, values in model.effects.items()))
+    if key not in evidence.known:
+        if len(evidence.known) >= KEPT:
+            evidence.known.pop(next(iter(evidence.known)))
+        evidence.known[key] = _columns(evidence, model, wanted)
+    return np.asarray(evidence.known[key] / np.concatenate([w.std for w in evidence.whitenings]))
+
+
+def _columns(evidence: Evidence, model: Isolator, wanted: Sequence[Key]) -> Matrix:
+    found: list[Matrix] = []
+    last: dict[Direction, Driven] = {}
+    for observation, weights in zip(evidence.observations, evidence.whitenings, strict=True):
+        layer = observation.layer
+        before = last.get(observation.direction)
+        last[observation.direction] = driven(
+            model,
+            layer.displacement,
+            layer.velocity,
+            observation.rate,
+            conditions=observation.conditions,
+            wanted=wanted,
+            states=None if before is None else carried(model, before.states),
+            states_by_parameter=None if before is None else carried(model, before.states_by_parameter),
+        )
+        found.append(weights.filtered(last[observation.direction].by_parameter))
+    return np.concatenate(found, axis=1)

@@ -1,0 +1,40 @@
+"""White noise becomes independent unit numbers; what lies beyond the band is gone; back is the inverse within it."""
+
+import numpy as np
+import pytest
+
+from core.error_spectrum import white
+from core.whitening import BAND, reweighted, whitening
+
+RATE, COUNT = 100.0, 6000
+UNIT = white(np.ones(COUNT), BAND).at
+
+
+def test_noise_that_is_white_in_the_band_has_unit_coefficients() -> None:
+    """4 of their 1482 coefficients' standard errors, 1/√(2 · 1482)."""
+    band = whitening(COUNT, RATE, UNIT)
+    rng = np.random.default_rng(1)
+    noise = np.zeros(COUNT)
+    coefficients = rng.standard_normal(band.std.size)
+    noise = band.back(coefficients)
+    assert np.sqrt(np.mean(noise**2)) == pytest.approx(1.0, abs=4 / np.sqrt(2 * band.std.size))
+    assert band.of(noise[None])[0] == pytest.approx(coefficients, abs=1e-9)
+
+
+@pytest.mark.parametrize(("frequency", "remains"), [(0.05, 0.0), (1.0, 1.0), (20.0, 0.0)])
+def test_only_the_band_remains(frequency: float, remains: float) -> None:
+    """1 %: a sine that fits the record's half periods is one coefficient, but for its phase."""
+    time = (np.arange(COUNT) + 0.5) / RATE
+    wave = np.cos(2 * np.pi * frequency * time)
+    band = whitening(COUNT, RATE, UNIT)
+    kept = band.back(band.of(wave[None])[0])
+    assert np.linalg.norm(kept) / np.linalg.norm(wave) == pytest.approx(remains, abs=0.01)
+    assert BAND[0] <= band.frequency[0] <= band.frequency[-1] <= BAND[1]
+
+
+def test_weights_follow_what_is_left_over_record_by_record_but_never_fall_below_the_noise() -> None:
+    bands = (whitening(COUNT, RATE, UNIT), whitening(COUNT, RATE, UNIT))
+    left = (np.full(bands[0].std.size, 3.0), np.full(bands[1].std.size, 0.5))
+    heavier, same = reweighted(bands, left)
+    assert heavier.std == pytest.approx(3 * bands[0].std)
+    assert same.std == pytest.approx(bands[1].std)
