@@ -17,7 +17,7 @@ KN, MM, GAL = ("kN", 1e-3), ("mm", 1e3), ("gal", 1e2)
 
 @dataclass(frozen=True, slots=True)
 class ErrorsTable:
-    """Text for a terminal or a page; the first column names, the others are numbers."""
+    """Text for a terminal or a page; the first column names, the others are numbers unless told."""
 
     caption: str
     headings: tuple[str, ...]
@@ -25,6 +25,8 @@ class ErrorsTable:
     note: str
     sums: int
     """Rows at the end that are over several earthquakes."""
+    texts: tuple[str, ...] = ()
+    """Headings of columns that are no numbers, besides the first."""
 
 
 def force_errors(found: Held) -> ErrorsTable:

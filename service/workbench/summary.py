@@ -19,7 +19,8 @@ def shown(table: ErrorsTable) -> Table:
     """A table of errors at a terminal."""
     drawn = Table(title=table.caption, title_justify="left", title_style="bold")
     for number, heading in enumerate(table.headings):
-        drawn.add_column(heading, justify="right" if number else "left", no_wrap=not number)
+        is_text = not number or heading in table.texts
+        drawn.add_column(heading, justify="left" if is_text else "right", no_wrap=not number)
     for number, row in enumerate(table.rows, start=1):
         drawn.add_row(*row, end_section=number == len(table.rows) - table.sums)
     return drawn

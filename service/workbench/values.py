@@ -34,7 +34,7 @@ def values_of(model: ModelFile) -> Iterator[Value]:
 
 def rounded(value: float, digits: int) -> str:
     """A number without an exponent where that is short."""
-    return f"{float(f'{value:.{digits}g}'):,.10g}"
+    return f"{float(f'{value:.{digits}g}'):,.10g}".replace("-", "−")
 
 
 def percent(share: float) -> str:

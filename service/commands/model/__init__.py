@@ -4,6 +4,7 @@ import typer
 
 from service.commands.in_force import own_effects_in_force
 from service.commands.model.compare import compare
+from service.commands.model.fit import fit
 from service.commands.model.new import new
 
 app = typer.Typer(
@@ -11,5 +12,5 @@ app = typer.Typer(
     help="Models of the isolation layer, held against records.",
     callback=own_effects_in_force,
 )
-for command in (new, compare):
+for command in (new, fit, compare):
     app.command()(command)

@@ -15,6 +15,8 @@ CELLS = 19
 """Along each axis of displacement and velocity."""
 MAPS = 3
 """Earthquakes whose residual is mapped, those of the largest motion."""
+DECADES = [10.0**power for power in range(-6, 7)]
+"""Where a logarithmic axis is labelled."""
 SEGMENT = 20.0
 """s, of a spectrum."""
 NOISE, BEFORE, AFTER = "noise, if white", "model", "with what is proposed"
@@ -56,7 +58,7 @@ def spectrum(compared: Sequence[ForceComparison], band: Band, after: Sequence[Fo
         .mark_line(strokeWidth=1.4)
         .encode(
             x=alt.X("frequency (Hz):Q").scale(type="log", nice=False),
-            y=alt.Y("residual (noise floors/√Hz):Q").scale(type="log").axis(format="~g", tickCount=5),
+            y=alt.Y("residual (noise floors/√Hz):Q").scale(type="log").axis(format="~g", values=DECADES),
             color=curves(colours),
         )
     )

@@ -1,0 +1,117 @@
+"""How large is the error of versions of a model beside each other, on earthquakes fitted and left out?"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from math import sqrt
+
+from core.comparison import ForceComparison, force_misfit
+from core.misfit import Misfit, together
+from core.prediction import Prediction, predicted_displacement
+from service.workbench.answers import Answers
+from service.workbench.errors_table import ErrorsTable
+from service.workbench.records import Records
+from service.workbench.values import percent
+
+FITTED, LEFT_OUT = "all fitted", "all left out"
+HELPS = 0.98
+"""Of the error before: what it must fall below on earthquakes left out for a change to help there."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Version:
+    """One of them."""
+
+    name: str
+    """What was done to the model, in a few words."""
+    answers: Answers
+
+    def error(self, names: Sequence[str]) -> Misfit:
+        """N, of the force in the earthquakes of these names."""
+        return force_misfit(self.answers.of(names).forces)
+
+
+def groups(records: Records) -> dict[str, tuple[str, ...]]:
+    """Names of the earthquakes that were fitted and of those left out, where there are any."""
+    names = tuple(dict.fromkeys(one.name for one in records.observations))
+    parted = {
+        FITTED: tuple(name for name in names if name not in records.left_out),
+        LEFT_OUT: tuple(name for name in names if name in records.left_out),
+    }
+    return {group: members for group, members in parted.items() if members}
+
+
+def tables(versions: Sequence[Version], records: Records) -> tuple[ErrorsTable, ...]:
+    """Force, and displacement and floors as predicted from the ground alone."""
+    force = ErrorsTable(
+        "Error of the force, driven by the measured motion",
+        ("earthquake", *(version.name for version in versions)),
+        _rows(versions, records, _force),
+        "Root mean square, in percent of the force and, in brackets, in multiples of the noise floor.",
+        sums=_sums(records),
+    )
+    if not any(version.answers.predictions for version in versions):
+        return (force,)
+    predicted = ErrorsTable(
+        "Error of the response predicted from the ground motion alone",
+        ("earthquake", *(version.name for version in versions)),
+        _rows(versions, records, _response),
+        "Root mean square, in percent of what was measured: displacement of the layer / acceleration of the floors.",
+        sums=_sums(records),
+    )
+    return force, predicted
+
+
+def gain(before: Version, after: Version, records: Records) -> tuple[str, ...]:
+    """What became of the error, in words; that it helps only where it was fitted, if so."""
+    parted = groups(records)
+    errors = {group: (before.error(names).nrmse, after.error(names).nrmse) for group, names in parted.items()}
+    told = [_told(group, *errors[group]) for group in errors]
+    said = f"The error of the force goes {' and '.join(told)}."
+    if LEFT_OUT not in errors:
+        return said, "No earthquake was left out: whether it holds for another one is open; --hold-out FILE tells."
+    was, now = errors[LEFT_OUT]
+    if now < HELPS * was:
+        return (said,)
+    return said, "It helps only the earthquakes it was fitted to: do not trust it elsewhere."
+
+
+def _told(group: str, was: float, now: float) -> str:
+    where = "where it was fitted" if group == FITTED else "on earthquakes left out"
+    return f"from {percent(was)} to {percent(now)} {where}"
+
+
+def _rows(versions: Sequence[Version], records: Records, cell: Callable[[Answers], str]) -> tuple[tuple[str, ...], ...]:
+    parted = groups(records)
+    rows: list[tuple[str, tuple[str, ...]]] = [
+        (f"{name}{' (left out)' if group == LEFT_OUT else ''}", (name,))
+        for group, names in parted.items()
+        for name in names
+    ]
+    rows += list(parted.items()) if _sums(records) else []
+    return tuple((label, *(cell(version.answers.of(names)) for version in versions)) for label, names in rows)
+
+
+def _sums(records: Records) -> int:
+    parted = groups(records)
+    return len(parted) if sum(map(len, parted.values())) > 1 else 0
+
+
+def _force(answered: Answers) -> str:
+    return f"{percent(force_misfit(answered.forces).nrmse)} ({floors(answered.forces):.3g})"
+
+
+def floors(forces: Sequence[ForceComparison]) -> float:
+    """Error of forces in multiples of the noise floor, each earthquake in its own."""
+    samples = sum(one.misfit.samples for one in forces)
+    return sqrt(sum(one.misfit.samples * one.misfit.floors**2 for one in forces) / samples)
+
+
+def _response(answered: Answers) -> str:
+    if not answered.predictions:
+        return "not predicted"
+    return f"{percent(predicted_displacement(answered.predictions).nrmse)} / {_floors_of(answered.predictions)}"
+
+
+def _floors_of(predictions: Sequence[Prediction]) -> str:
+    each = [of.misfit for one in predictions for of in one.accelerations.values()]
+    return percent(together(each).nrmse) if each else "none"
