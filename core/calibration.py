@@ -39,6 +39,8 @@ class Calibration:
     misfit_by_band: Vector
     """(bands,) Σ zᴴ P z over their lines; its mean is the number of lines times floors if the hypothesis holds."""
     degrees_of_freedom: float
+    lines: int
+    """Number of those that it was found by."""
     noise: Vector
     """(channels,) mean square of the noise's transform that it was judged by."""
     has_settled: bool
@@ -52,18 +54,30 @@ class Calibration:
 def calibrated(question: Question, start: Vector) -> Calibration:
     """The parameters of greatest posterior probability, by Levenberg and Marquardt's method.
 
-    Variances are estimated in the same steps.
+    Variances are estimated in the same steps. Most of the way is gone on a part of the lines.
 
     Args:
         question: what is to be found.
         start: (size,) parameters.
     """
+    found = on_some_lines(question, start)
+    return found if found.lines == question.lines.angular.size else on_all_lines(question, found)
+
+
+def on_some_lines(question: Question, start: Vector) -> Calibration:
+    """The same by ENOUGH evenly spread lines or somewhat more; by all where there are less than twice as many."""
     lines = question.lines
-    if lines.angular.size > 2 * ENOUGH:
-        # most of the way is gone on a part of the lines
-        few = replace(question, lines=lines.every(lines.angular.size // ENOUGH))
-        start = calibrated(few, start).parameters
-    here = evaluated(question, start, first_variances(question))
+    few = replace(question, lines=lines.every(max(1, lines.angular.size // ENOUGH)))
+    return _settled(few, start, first_variances(few))
+
+
+def on_all_lines(question: Question, near: Calibration) -> Calibration:
+    """The same by all lines, from what some of them said."""
+    return _settled(question, near.parameters, near.variances)
+
+
+def _settled(question: Question, start: Vector, variances: Variances) -> Calibration:
+    here = evaluated(question, start, variances)
     damping, has_settled = 1e-3, False
     for _ in range(STEPS):
         before = here.cost
@@ -134,6 +148,7 @@ def _result(here: Evaluation, has_settled: bool) -> Calibration:
         covariance=covariance,
         misfit_by_band=here.misfit_by_band,
         degrees_of_freedom=here.degrees_of_freedom,
+        lines=lines.angular.size,
         noise=lines.noise,
         has_settled=has_settled,
     )

@@ -38,8 +38,8 @@ class Lines:
     """Whether the record begins and ends at rest, so that no free vibration is to be allowed for."""
 
     def every(self, stride: int) -> "Lines":
-        """Every so many of the lines."""
-        return self.chosen(np.arange(0, self.angular.size, stride))
+        """Every so many of the lines, the last among them, so that no band is lost at the end."""
+        return self.chosen(np.arange(self.angular.size - 1, -1, -stride)[::-1])
 
     def chosen(self, places: Indices) -> "Lines":
         """Only the lines at these places."""

@@ -46,6 +46,7 @@ def calibration(lines: Lines, seed: int) -> Calibration:
         covariance=np.diag((1e-3 * hypothesis.std) ** 2),
         misfit_by_band=here.misfit_by_band,
         degrees_of_freedom=here.degrees_of_freedom,
+        lines=lines.angular.size,
         noise=lines.noise,
         has_settled=True,
     )

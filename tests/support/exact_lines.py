@@ -59,9 +59,11 @@ def carried(known: Known, angular: Vector, rigid: Vector) -> ComplexMatrix:
     return found
 
 
-def exact(known: Known, rng: np.random.Generator, band: tuple[float, float] = (0.2, 15.0)) -> Lines:
+def exact(
+    known: Known, rng: np.random.Generator, band: tuple[float, float] = (0.2, 15.0), samples: int = SAMPLES
+) -> Lines:
     """Base slab of unit power at every line, floors as it drives them; `noise` is still to be set."""
-    frequency = np.fft.rfftfreq(SAMPLES, 1 / RATE)
+    frequency = np.fft.rfftfreq(samples, 1 / RATE)
     inside = (frequency > band[0]) & (frequency < band[1])
     angular = np.asarray(2 * np.pi * frequency[inside], dtype=float)
     base = white(angular.size, rng)
@@ -71,7 +73,7 @@ def exact(known: Known, rng: np.random.Generator, band: tuple[float, float] = (0
         spectra=np.vstack([base, floors]),
         noise=np.zeros(DESIGN.layout.channels),
         band=np.digitize(frequency[inside], BANDS),
-        samples=SAMPLES,
+        samples=samples,
         rate=RATE,
         at_rest=True,
     )
