@@ -17,6 +17,10 @@ POINTS = 2000
 STEP = 1 / 60
 """Of a loop's width and height, between two points of its line: the chord of a round loop is then 1e-4 off."""
 MM, MRAD, KN, KN_PER_MM = 1e3, 1e3, 1e-3, 1e-6
+TICKS = 8
+"""Of a loop's displacement, about: with more, every second label would be left out, the round ones among them."""
+LABELS_APART = 6
+"""Pixels at least, along a logarithmic axis."""
 FEW = 10
 """Events that a legend can name."""
 TWO_YEARS = timedelta(days=730)
@@ -131,7 +135,7 @@ def _path(rows: alt.InlineData, colour: str) -> alt.Chart:
         alt.Chart(rows)
         .mark_line(color=colour, strokeWidth=1, strokeJoin="round")
         .encode(
-            x=alt.X("displacement:Q", title="displacement of the isolation layer (mm)"),
+            x=alt.X("displacement:Q", title="displacement of the isolation layer (mm)").axis(tickCount=TICKS),
             y=alt.Y("force:Q", title="restoring force (kN)"),
             order="time:Q",
             tooltip=_tooltips({"time": "time (s)", "displacement": "displacement (mm)", "force": "force (kN)"}),
@@ -158,7 +162,7 @@ def _over_amplitude(
 ) -> alt.LayerChart:
     rows = _cycles(events)
     across = alt.X("amplitude:Q", title="displacement amplitude of the cycle (mm)")
-    across = across.scale(type="log", nice=False, padding=12)
+    across = across.scale(type="log", nice=False, padding=12).axis(labelSeparation=LABELS_APART)
     colour = _colour(list(events))
     bars = alt.Chart(rows).mark_rule(opacity=0.4).encode(across, y=f"{name}_low:Q", y2=f"{name}_high:Q", color=colour)
     tooltips = _tooltips({"amplitude": "amplitude (mm)", name: label, f"{name}_std": "standard deviation"})

@@ -19,7 +19,7 @@ TIME, FORCE = "event (UTC)", "peak restoring force (kN)"
 def modes_over_events(modes: Sequence[TrackedMode], title: str) -> alt.VConcatChart:
     """A row of four panels for each mode, at least one; bars are ± 1 standard deviation."""
     rows = [_panels(mode) for mode in modes]
-    heading = alt.Title(title, subtitle="bars are ± 1 standard deviation")
+    heading = alt.Title(title, subtitle="bars are ± 1 standard deviation", offset=14)
     return alt.vconcat(*rows, title=heading, spacing=30, config=CONFIG)
 
 
