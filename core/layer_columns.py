@@ -78,7 +78,7 @@ def _whitening(observation: Observation) -> Whitening:
     """By the error of the measured force, and of the motion that drives a model."""
     layer = observation.layer
     error, motion = layer.force_error or white(layer.force_std, BAND), _by_motion(layer)
-    return whitening(layer.force.size, observation.rate, lambda f: error.at(f) + motion(f), layer.band)
+    return whitening(layer.force, observation.rate, lambda f: error.at(f) + motion(f), layer.band)
 
 
 def _by_motion(layer: LayerHistory) -> Callable[[Vector], Vector]:

@@ -15,8 +15,13 @@ from scipy.fft import dct, idct
 from core.arrays import Matrix, Vector
 from core.conditioning import passed_share
 
-BAND = (0.15, 12.5)
+BAND = (0.2, 12.5)
 """Hz: an analysis passes accelerations from 0.1 Hz, and isolators do nothing beyond."""
+NEGLIGIBLE = 1e-5
+"""Of the measured force's power: what lies beyond the frequency above which there is no more is left out too, as it is
+the superstructure's higher modes rather than the layer."""
+LEAST_TOP = 3.0
+"""Hz, that are kept in any case."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,17 +66,21 @@ class Whitening:
 
 
 def whitening(
-    count: int, rate: float, density: Callable[[Vector], Vector], passed: tuple[float, float] | None = None
+    force: Vector, rate: float, density: Callable[[Vector], Vector], passed: tuple[float, float] | None = None
 ) -> Whitening:
     """By the spectrum of the noise.
 
     Args:
-        count: n, samples of the record.
+        force: (n,) N, as measured.
         rate: Hz.
         density: one-sided, N²/Hz, at (k,) frequencies in Hz.
         passed: Hz, pass band of the filter that the measured force went through; None if there was none.
     """
-    kept = slice(int(np.ceil(BAND[0] * 2 * count / rate)), min(count, int(BAND[1] * 2 * count / rate) + 1))
+    count, per_hertz = force.size, 2 * force.size / rate
+    first, least, last = (int(np.ceil(one * per_hertz)) for one in (BAND[0], LEAST_TOP, BAND[1]))
+    beyond = np.cumsum(dct(force, norm="ortho")[first:last][::-1] ** 2)[::-1]
+    top = first + int(np.sum(beyond > NEGLIGIBLE * beyond[0]))
+    kept = slice(first, min(count, max(least, top)))
     frequency = np.arange(kept.start, kept.stop) * rate / (2 * count)
     share = np.ones(frequency.size) if passed is None else passed_share(frequency, rate, passed)
     return Whitening(count, rate, kept, np.sqrt(density(frequency) * rate / 2), share)

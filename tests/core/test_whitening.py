@@ -7,12 +7,13 @@ from core.error_spectrum import white
 from core.whitening import BAND, reweighted, whitening
 
 RATE, COUNT = 100.0, 6000
+NOISE = np.random.default_rng(3).standard_normal(COUNT)
 UNIT = white(np.ones(COUNT), BAND).at
 
 
 def test_noise_that_is_white_in_the_band_has_unit_coefficients() -> None:
     """4 of their 1482 coefficients' standard errors, 1/√(2 · 1482)."""
-    band = whitening(COUNT, RATE, UNIT)
+    band = whitening(NOISE, RATE, UNIT)
     rng = np.random.default_rng(1)
     noise = np.zeros(COUNT)
     coefficients = rng.standard_normal(band.std.size)
@@ -26,14 +27,14 @@ def test_only_the_band_remains(frequency: float, remains: float) -> None:
     """1 %: a sine that fits the record's half periods is one coefficient, but for its phase."""
     time = (np.arange(COUNT) + 0.5) / RATE
     wave = np.cos(2 * np.pi * frequency * time)
-    band = whitening(COUNT, RATE, UNIT)
+    band = whitening(NOISE, RATE, UNIT)
     kept = band.back(band.of(wave[None])[0])
     assert np.linalg.norm(kept) / np.linalg.norm(wave) == pytest.approx(remains, abs=0.01)
     assert BAND[0] <= band.frequency[0] <= band.frequency[-1] <= BAND[1]
 
 
 def test_weights_follow_what_is_left_over_record_by_record_but_never_fall_below_the_noise() -> None:
-    bands = (whitening(COUNT, RATE, UNIT), whitening(COUNT, RATE, UNIT))
+    bands = (whitening(NOISE, RATE, UNIT), whitening(NOISE, RATE, UNIT))
     left = (np.full(bands[0].std.size, 3.0), np.full(bands[1].std.size, 0.5))
     heavier, same = reweighted(bands, left)
     assert heavier.std == pytest.approx(3 * bands[0].std)

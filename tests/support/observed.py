@@ -61,7 +61,7 @@ def _observation(
     )
     force = force_history(truth, u, v, RATE, conditions)
     std = np.full(u.size, noise * float(np.sqrt(np.mean(force**2))))
-    band = whitening(u.size, RATE, white(std, BAND).at)
+    band = whitening(rng.standard_normal(u.size), RATE, white(std, BAND).at)
     return Observation(
         name=f"event {number}",
         direction="x",
