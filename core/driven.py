@@ -7,18 +7,16 @@ from math import ceil
 
 import numpy as np
 
-from core.arrays import Indices, Matrix, Tensor, Vector
+from core.arrays import Matrix, Vector
 from core.driven_kernels import column_kernel, force_kernel, tangent_kernel
 from core.effect import RESULTS
 from core.effects import EFFECTS
 from core.errors import ModelError
 from core.isolator import Conditions, Isolator, Key, Packed, packed, parameter_names
 
-LONGEST_STEP = 1e-2
-"""s, of Runge and Kutta's method, however slow the layer moves."""
-LONGEST_WAY = 5e-4
-"""m, that the layer moves in a step, unless the step is SHORTEST_STEP: it yields within a millimetre or more."""
-SHORTEST_STEP = 4e-3
+SUBSTEPS = 2
+"""Runge-Kutta steps per sample, unless told otherwise, if that keeps to LONGEST_STEP."""
+LONGEST_STEP = 4e-3
 """s."""
 
 
@@ -63,9 +61,8 @@ def driven(
 
     The states are integrated by the classical Runge-Kutta method; motion and conditions are cubic between samples, with
     the slopes of Catmull and Rom (1974). Linear motion at 100 Hz would put a Bouc-Wen layer's force wrong by up to 4e-4
-    of its rms however fine the steps, cubic motion by 8e-5 with one step per sample and by 2e-5 with two. The steps
-    are the shorter the faster the layer moves; they do not depend on the model, so that derivatives are those of what
-    is computed, step by step; see core.tangent.
+    of its rms however fine the steps, cubic motion by 8e-5 with one step per sample and by 2e-5 with two. Derivatives
+    are those of what is computed, step by step; see core.tangent.
 
     Args:
         isolator: the model.
@@ -76,7 +73,7 @@ def driven(
         wanted: parameters to differentiate by.
         states: (m,) at the first sample; None for zero. See core.isolator.carried.
         states_by_parameter: (wanted, m) at the first sample; None for zero.
-        substeps: per sample, everywhere; None for as many as LONGEST_STEP, LONGEST_WAY and SHORTEST_STEP ask for.
+        substeps: per sample; None for SUBSTEPS, or as many as keep to LONGEST_STEP.
 
     Raises:
         ModelError: what is given differs in length, or a wanted parameter is none of the model's.
@@ -88,13 +85,9 @@ def driven(
             "alike vectors of two samples or more"
         )
     model = packed(isolator)
-    steps = _steps(displacement, rate) if substeps is None else np.full(displacement.size, substeps)
+    steps = substeps or max(SUBSTEPS, ceil(1 / (rate * LONGEST_STEP) - 1e-9))
     path = _Path(
-        _extended(displacement, velocity, given),
-        _acceleration(velocity, rate),
-        steps,
-        _weights(int(steps.max())),
-        1 / rate,
+        _extended(displacement, velocity, given), _acceleration(velocity, rate), _weights(steps), 1 / rate / steps
     )
     start = np.zeros(model.states) if states is None else states
     changes = np.zeros((len(wanted), model.states)) if states_by_parameter is None else states_by_parameter
@@ -126,9 +119,8 @@ def _integrated(path: "_Path", model: Packed, direction: Vector, start: Vector, 
     found: tuple[Vector, ...] = kernel(
         path.samples,
         path.acceleration,
-        path.steps,
         path.weights,
-        path.interval,
+        path.step,
         model.opcode,
         model.at_p,
         model.at_x,
@@ -165,19 +157,10 @@ class _Path:
     """(n + 3, 7) u, v and the conditions' rows, from one before the first sample to two after the last."""
     acceleration: Vector
     """(n,) m/s², of the layer."""
-    steps: Indices
-    """(n,) from each sample to the next."""
-    weights: Tensor
-    """(most steps + 1, 2 * most steps + 1, 4) of four neighbouring samples at the ends and the middle of every step, by
-    how many steps there are."""
-    interval: float
-    """s, between samples."""
-
-
-def _steps(displacement: Vector, rate: float) -> Indices:
-    least, most = ceil(1 / (rate * LONGEST_STEP) - 1e-9), ceil(1 / (rate * SHORTEST_STEP) - 1e-9)
-    way = np.abs(np.diff(displacement, append=displacement[-1]))
-    return np.clip(np.ceil(way / LONGEST_WAY), least, most).astype(np.intp)
+    weights: Matrix
+    """(2 * substeps + 1, 4) of four neighbouring samples, at the ends and the middle of every step."""
+    step: float
+    """s."""
 
 
 def _extended(displacement: Vector, velocity: Vector, given: Conditions) -> Matrix:
@@ -199,11 +182,8 @@ def _acceleration(velocity: Vector, rate: float) -> Vector:
 
 
 @cache
-def _weights(most: int) -> Tensor:
-    found = np.zeros((most + 1, 2 * most + 1, 4))
-    for steps in range(1, most + 1):
-        t = np.linspace(0, 1, 2 * steps + 1)
-        found[steps, : t.size] = 0.5 * np.column_stack(
-            [t * (t * (2 - t) - 1), t * t * (3 * t - 5) + 2, t * (t * (4 - 3 * t) + 1), t * t * (t - 1)]
-        )
-    return found
+def _weights(substeps: int) -> Matrix:
+    t = np.linspace(0, 1, 2 * substeps + 1)
+    return 0.5 * np.column_stack(
+        [t * (t * (2 - t) - 1), t * t * (3 * t - 5) + 2, t * (t * (4 - 3 * t) + 1), t * t * (t - 1)]
+    )

@@ -59,24 +59,23 @@ def _columns(samples, acceleration, opcode, at_p, at_x, p, directions, states): 
     return found
 
 
-def _integrate(samples, acceleration, steps, weights, interval, opcode, at_p, at_x, p, change_of_p, behind, start):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _integrate(samples, acceleration, weights, step, opcode, at_p, at_x, p, change_of_p, behind, start):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Force, its change and the states at every sample, by the classical Runge-Kutta method.
 
     `samples` begin one before the first; the row of `weights` for a point between two of them combines four.
     """
-    n = acceleration.size
+    n, substeps = acceleration.size, weights.shape[0] // 2
+    ahead, share = (0.0, step / 2, step / 2, step), (step / 6, step / 3, step / 3, step / 6)
     force, change, states = np.empty(n), np.empty(n), np.empty((n, start.size))
     x, dx, stage, end = start.copy(), np.zeros(start.size), np.zeros(start.size), np.zeros(start.size)
     now = np.zeros(samples.shape[1])
     for i in range(n):
-        step = interval / steps[i]
-        ahead, share = (0.0, step / 2, step / 2, step), (step / 6, step / 3, step / 3, step / 6)
-        for s in range(steps[i]):
+        for s in range(substeps):
             for j in range(x.size):
                 end[j] = x[j]
             for k in range(4):
                 if k != 2:
-                    w = weights[steps[i], 2 * s + (k + 1) // 2]
+                    w = weights[2 * s + (k + 1) // 2]
                     for c in range(now.size):
                         now[c] = (w[0] * samples[i, c] + w[3] * samples[i + 3, c]) + (
                             w[1] * samples[i + 1, c] + w[2] * samples[i + 2, c]
