@@ -6,9 +6,9 @@ from datetime import UTC, datetime, timedelta
 import numpy as np
 
 from core.arrays import Vector
-from core.driven import force_history
+from core.driven import driven
 from core.error_spectrum import white
-from core.isolator import Conditions, Isolator
+from core.isolator import Conditions, Isolator, carried
 from core.observation import LayerHistory, Observation
 from core.whitening import BAND, whitening
 
@@ -42,13 +42,24 @@ def observations(
     truth: Isolator, noise: float, seed: int, peaks: Sequence[float] = PEAKS, seconds: float = SECONDS
 ) -> tuple[Observation, ...]:
     """One a month, from March 2021 on; noise that is white within the band, over each force's root mean square."""
-    rng = np.random.default_rng(seed)
-    return tuple(_observation(truth, noise, rng, number, peak, seconds) for number, peak in enumerate(peaks))
+    rng, made, states = np.random.default_rng(seed), [], None
+    for number, peak in enumerate(peaks):
+        one, last = _observation(truth, noise, rng, number, peak, seconds, states)
+        made.append(one)
+        states = carried(truth, last)
+    return tuple(made)
 
 
 def _observation(
-    truth: Isolator, noise: float, rng: np.random.Generator, number: int, peak: float, seconds: float
-) -> Observation:
+    truth: Isolator,
+    noise: float,
+    rng: np.random.Generator,
+    number: int,
+    peak: float,
+    seconds: float,
+    states: Vector | None,
+) -> tuple[Observation, Vector]:
+    """And the layer's states at its end."""
     u, v = motion(peak, rng, seconds)
     start = REFERENCE + timedelta(days=30 * number)
     across, across_rate = motion(0.7 * peak, rng, seconds)
@@ -59,10 +70,11 @@ def _observation(
         temperature=np.full(u.size, 10.0 + 10.0 * number),
         time=(start - REFERENCE).total_seconds() + np.arange(u.size) / RATE,
     )
-    force = force_history(truth, u, v, RATE, conditions)
+    answer = driven(truth, u, v, RATE, conditions=conditions, states=states)
+    force = answer.force
     std = np.full(u.size, noise * float(np.sqrt(np.mean(force**2))))
     band = whitening(rng.standard_normal(u.size), RATE, white(std, BAND).at)
-    return Observation(
+    made = Observation(
         name=f"event {number}",
         direction="x",
         start=start,
@@ -74,3 +86,4 @@ def _observation(
         levels=(),
         transducer=True,
     )
+    return made, answer.states

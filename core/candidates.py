@@ -1,0 +1,131 @@
+"""Which absent effects would explain what a model leaves over, and how well?
+
+Each effect that the model does not have is added to it and everything is fitted anew, from the best of a grid of its
+own parameters. They are ranked by Schwarz's (1978) criterion, with the noise that the best of them leaves over.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from scipy.optimize import nnls
+
+from core.arrays import Matrix, Vector
+from core.effect import LogNormal, Parameter
+from core.effects import EFFECTS
+from core.fitting import Fit, fitted, parameter, signature, tangents
+from core.isolator import Isolator
+from core.layer_columns import Evidence
+from core.observation import Observation
+
+GRID = (5, 3, 2)
+"""Values of a candidate's parameter that are tried, if it has one, two or more that are not proportional."""
+POLISHED = 2
+"""Of them, the best that a search starts from."""
+PROMISING = 0.85
+"""Of the best place's gain, from which on another one is worth a search."""
+OWN = 1e-4
+"""Share of a signature that must be its own, else the model's parameters imitate it."""
+REACH = 50.0
+"""A length or speed of an effect is looked for from this part of the largest that the layer saw."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Preview:
+    """What an effect would explain of the residual, before anything is fitted anew."""
+
+    effect: str
+    model: Isolator
+    """The model with it, where a search would begin."""
+    gain: float
+    """Of chi-square, the model's other parameters free to move a little."""
+    gain_of_any_sign: float
+    """The same if strengths of the effect could be negative that cannot."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Candidate:
+    """A model with one more effect, fitted."""
+
+    effect: str
+    fit: Fit
+
+
+def previews(evidence: Evidence, base: Fit, effect: str) -> tuple[Preview, ...]:
+    """The best places to begin a search from, best first: Rao's (1948) score test over a grid of the effect's shapes.
+
+    Args:
+        evidence: the records, weighed.
+        base: the model without it, fitted to them.
+        effect: its name.
+    """
+    basis = np.linalg.qr(tangents(evidence, base).T).Q
+    found = [
+        Preview(effect, model, *_gains(base.residual, basis, signature(evidence, base, model), _is_one_sided(effect)))
+        for values in starts(effect, evidence.observations)
+        for model in (Isolator({**base.model.effects, effect: values}),)
+    ]
+    best = sorted(found, key=lambda one: -one.gain)[:POLISHED]
+    return tuple(one for one in best if one.gain >= PROMISING * best[0].gain)
+
+
+def _is_one_sided(effect: str) -> tuple[bool, ...]:
+    """Whether what the effect adds may only be added, by each of its parameters that the force is proportional to."""
+    return tuple(parameter((effect, name)).bounds[0] >= 0 for name in EFFECTS[effect].linear) or (True,)
+
+
+def _gains(residual: Vector, basis: Matrix, signature: Matrix, one_sided: Sequence[bool]) -> tuple[float, float]:
+    """What least squares take of the residual with what is a signature's own: as its signs allow, and by any."""
+    if not np.isfinite(signature).all():  # the law is too fast for the records at these values
+        return -np.inf, -np.inf
+    own = signature - (signature @ basis) @ basis.T
+    size = np.linalg.norm(own, axis=1)
+    there = size > OWN * np.linalg.norm(signature, axis=1)
+    if not there.any():
+        return 0.0, 0.0
+    unit = own[there] / size[there, None]
+    across = np.linalg.qr(unit.T)
+    asked = residual @ across.Q
+    both = np.flatnonzero(~np.array(one_sided)[there])
+    _, left = nnls(np.hstack([across.R, -across.R[:, both]]), asked)
+    return max(0.0, float(asked @ asked - left**2)), float(asked @ asked)
+
+
+def candidate(evidence: Evidence, found: Sequence[Preview]) -> Candidate:
+    """The model with one more effect, everything fitted, from the best places to begin.
+
+    Args:
+        evidence: the records, weighed.
+        found: previews of the effect.
+    """
+    fits = (fitted(evidence, one.model) for one in found)
+    return Candidate(found[0].effect, min(fits, key=lambda fit: fit.chi_square))
+
+
+def starts(effect: str, observations: Sequence[Observation]) -> Iterator[Mapping[str, float]]:
+    """Values of an effect's parameters to search from, within what the layer has seen."""
+    about = EFFECTS[effect]
+    usual = {one.name: one.prior.median for one in about.parameters}
+    searched = [one for one in about.parameters if one.name not in (*about.linear, *about.held)]
+    if not searched:
+        yield usual
+        return
+    points = GRID[min(len(searched), len(GRID)) - 1]
+    for values in product(*(_grid(one, observations, points) for one in searched)):
+        yield {**usual, **{one.name: float(value) for one, value in zip(searched, values, strict=True)}}
+
+
+def _grid(one: Parameter, observations: Sequence[Observation], points: int) -> Vector:
+    low, high = one.bounds
+    seen = {
+        "m": max(float(np.abs(o.layer.displacement).max()) for o in observations),
+        "m/s": max(float(np.abs(o.layer.velocity).max()) for o in observations),
+    }
+    if one.unit in seen:
+        top = seen[one.unit]
+        return np.clip(np.geomspace(top / REACH, 0.9 * top, points + 1), low, high)
+    spans = np.linspace(-1.0, 1.0, points) * one.prior.spread
+    if isinstance(one.prior, LogNormal):
+        return np.clip(one.prior.median * np.exp(spans), low, high)
+    return np.clip(one.prior.median + spans, low, high)

@@ -1,0 +1,185 @@
+"""Which physical effects does a model lack, and would adding them help?
+
+Effects are added one at a time, each time the best of all that are left, until none is asked for any more; where there
+are several, each is then put up against all others once again. Whether anything is left that no effect took is judged
+beside every name: with the truth missing from the library, a wrong name is nearly always significant.
+"""
+
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from core.effects import EFFECTS
+from core.fitting import Fit, chi_square
+from core.isolator import Isolator
+from core.observation import Observation
+from core.ranking import DECISIVE, Judged, Ranking, ranked
+from core.unexplained import explained_share
+
+MOST_EFFECTS = 3
+"""That are added in one diagnosis."""
+FEW_EFFECTS = 2
+"""That are told by their names; where more are asked for, it is rather one that the library does not have."""
+STRUCTURED = 0.05
+"""Share of the residual's power that a regression foretells, from which on something is left to explain."""
+ABOVE_FLOOR = 1.25
+"""Residual over noise floor, from which on something is left to explain."""
+WORTH = 0.05
+"""Of the residual: other values of the same parameters that take less than this away are not worth a fit."""
+LITTLE_TAKEN = 0.5
+"""Share of the error beyond the noise that the library's effects leave, from which on the cause is unknown."""
+
+
+class Outcome(Enum):
+    """What a diagnosis comes to."""
+
+    NOTHING_MISSING = "nothing_missing"
+    REFIT = "refit"
+    EFFECT = "effect"
+    ONE_OF_SET = "one_of_set"
+    FAMILY = "family"
+    UNKNOWN = "unknown"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Step:
+    """One effect added."""
+
+    ranking: Ranking
+    """Of the candidates, the model as it was before."""
+    chosen: Judged
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Unexplained:
+    """Whether something is left that no effect took."""
+
+    share: float
+    """Of the residual's power that a regression foretells; see core.unexplained."""
+    over_floor: float
+    """Residual over noise floor, root mean square over the records."""
+
+    @property
+    def is_there(self) -> bool:
+        """Beyond doubt."""
+        return self.over_floor > ABOVE_FLOOR or (self.share > STRUCTURED and self.over_floor > 1.0)
+
+    @property
+    def excess(self) -> float:
+        """Power beyond the noise, over the noise's."""
+        return max(self.over_floor**2 - 1, 0.0)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Diagnosis:
+    """What the records ask for."""
+
+    outcome: Outcome
+    given: Isolator
+    """The model as it came."""
+    refitted: Fit
+    """The same effects, their values fitted."""
+    steps: tuple[Step, ...]
+    """Effects added, the first one first."""
+    after: Fit
+    """The model with all of them."""
+    before: Unexplained
+    """Of the refitted model."""
+    unexplained: Unexplained
+    """Of the model with all effects."""
+    first: Ranking
+    """Of the candidates for the refitted model."""
+    last: Ranking
+    """Of the candidates for the model with all effects."""
+
+    @property
+    def equivalent(self) -> tuple[Judged, ...]:
+        """Effects that would do as well as the first one named."""
+        return self.first.asked_for
+
+    @property
+    def is_unknown(self) -> bool:
+        """Whether something is at work that the library's effects, a few of them, do not explain."""
+        return self.unexplained.is_there or len(self.steps) > FEW_EFFECTS
+
+
+def diagnosed(
+    observations: Sequence[Observation], model: Isolator, effects: Collection[str] = tuple(EFFECTS)
+) -> Diagnosis:
+    """Of a model and the records of some earthquakes.
+
+    Args:
+        observations: of the earthquakes.
+        model: effects and values.
+        effects: names of those that may be added.
+    """
+    in_order = sorted(observations, key=lambda one: one.start)
+    first = last = ranked(in_order, model, _absent(effects, model))
+    steps: list[Step] = []
+    while last.asked_for and len(steps) < MOST_EFFECTS:
+        steps.append(Step(last, last.candidates[0]))
+        now = steps[-1].chosen.fit.model
+        last = ranked(in_order, now, _absent(effects, now))
+    if len(steps) > 1:
+        steps, last = _swapped(in_order, steps, last, effects)
+    before, left = _unexplained(first, first.base), _unexplained(last, last.base)
+    outcome = _outcome(steps, before, left)
+    if outcome is Outcome.NOTHING_MISSING and _is_off(first, model):
+        outcome = Outcome.REFIT
+    return Diagnosis(outcome, model, first.base, tuple(steps), last.base, before, left, first, last)
+
+
+def _swapped(
+    observations: Sequence[Observation], steps: list[Step], last: Ranking, effects: Collection[str]
+) -> tuple[list[Step], Ranking]:
+    """Each effect but the last one added, once more against all others, now that those after it are there.
+
+    It goes if nothing is asked for in its place, and if another is, that comes instead.
+    """
+    for step in tuple(steps[:-1]):
+        without = Isolator({n: v for n, v in last.base.model.effects.items() if n != step.chosen.effect})
+        ranking = ranked(observations, without, _absent(effects, without))
+        if step.chosen.effect in {one.effect for one in ranking.asked_for}:
+            continue
+        place = steps.index(step)
+        instead = [Step(ranking, ranking.candidates[0])] if ranking.asked_for else []
+        steps = [*steps[:place], *instead, *steps[place + 1 :]]
+        now = instead[0].chosen.fit.model if instead else ranking.base.model
+        last = ranked(observations, now, _absent(effects, now))
+    return steps, last
+
+
+def _is_off(ranking: Ranking, given: Isolator) -> bool:
+    """Whether the given values leave more than the fitted ones do, and more than is worth leaving."""
+    evidence, fit = ranking.evidence, ranking.base
+    left = chi_square(evidence, given)
+    evident = (left - fit.chi_square) / ranking.inflation > DECISIVE + len(fit.free) * np.log(ranking.independent)
+    return bool(evident and left > (1 + WORTH) ** 2 * fit.chi_square)
+
+
+def _absent(effects: Collection[str], model: Isolator) -> tuple[str, ...]:
+    return tuple(name for name in sorted(effects) if name not in model.effects)
+
+
+def _unexplained(ranking: Ranking, fit: Fit) -> Unexplained:
+    left, floor = ranking.left(fit), ranking.floor
+    return Unexplained(explained_share(ranking.evidence, fit), float(np.sqrt(np.mean((left / floor) ** 2))))
+
+
+def _outcome(steps: Sequence[Step], before: Unexplained, left: Unexplained) -> Outcome:
+    if not steps:
+        return Outcome.UNKNOWN if before.is_there else Outcome.NOTHING_MISSING
+    if left.is_there and left.excess > LITTLE_TAKEN * before.excess:
+        return Outcome.UNKNOWN
+    sets = [{one.effect for one in step.ranking.asked_for} for step in steps]
+    families = [{EFFECTS[name].family for name in one} for one in sets]
+    if all(len(one) == 1 for one in sets):
+        return Outcome.EFFECT if len(set(_all(families))) == len(steps) or len(steps) == 1 else Outcome.FAMILY
+    return Outcome.FAMILY if all(len(one) == 1 for one in families) else Outcome.ONE_OF_SET
+
+
+def _all(sets: Sequence[set[str]]) -> Iterator[str]:
+    for one in sets:
+        yield from one

@@ -1,0 +1,131 @@
+"""Does a model lack an effect, which one, and from which others can the records not tell it?
+
+Candidates are compared by BIC = χ²/(s² τ) + p ln(N/τ) (Schwarz 1978): s² is what the best of them leaves over, record
+by record, and τ by how much its power exceeds that of white noise where the layer's force lies, so that what a model of
+a real building cannot explain does not count as many independent witnesses.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.arrays import Vector
+from core.candidates import candidate, previews
+from core.fitting import Fit, at_values, fitted
+from core.isolator import Isolator
+from core.layer_columns import Evidence
+from core.observation import Observation
+from core.whitening import reweighted
+
+DECISIVE = 10.0
+"""Difference in BIC that settles a question (Kass and Raftery 1995: very strong from 10 on)."""
+ALIKE = 0.02
+"""Relative difference of what two models leave over that is no difference."""
+WORTH = 0.06
+"""Of what is left over, its power: a candidate that takes less is not asked for, however certain it is."""
+SEARCHED = 7
+"""Candidates at most whose parameters are searched for; the others stay where their preview was best."""
+PROMISING = 0.1
+"""Of the best preview's gain, from which on a candidate is worth a search."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Judged:
+    """A candidate against the model without it."""
+
+    effect: str
+    fit: Fit
+    delta_bic: float
+    """Of the model with it less that without: below -DECISIVE it is asked for."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Ranking:
+    """All candidates, the best first."""
+
+    base: Fit
+    candidates: tuple[Judged, ...]
+    evidence: Evidence
+    """The records, weighed by what the best leaves over."""
+    inflation: float
+    """τ."""
+    floor: Vector
+    """(records,) N, root mean square of the measured force's noise."""
+
+    @property
+    def independent(self) -> float:
+        """N/τ, of the coefficients."""
+        return self.evidence.target.size / self.inflation
+
+    def left(self, fit: Fit) -> Vector:
+        """(records,) N, root mean square of what a fit leaves over within the band."""
+        spans = zip(self.evidence.spans, self.evidence.whitenings, strict=True)
+        return np.array([np.linalg.norm(fit.residual[span] * w.std) / np.sqrt(w.count) for span, w in spans])
+
+    @property
+    def asked_for(self) -> tuple[Judged, ...]:
+        """Candidates that the records cannot tell from the best one, the best first; none if nothing is missing."""
+        best = self.candidates[0] if self.candidates else None
+        if best is None or best.delta_bic > -DECISIVE or best.fit.chi_square > (1 - WORTH) * self.base.chi_square:
+            return ()
+        return tuple(one for one in self.candidates if _alike(one, best))
+
+
+def _alike(one: Judged, best: Judged) -> bool:
+    if one.delta_bic > -DECISIVE:
+        return False
+    ratio = np.sqrt(one.fit.chi_square / best.fit.chi_square)
+    return one.delta_bic - best.delta_bic < DECISIVE or ratio < 1 + ALIKE
+
+
+def ranked(observations: Sequence[Observation], model: Isolator, effects: Sequence[str]) -> Ranking:
+    """Every effect as a candidate, fitted together with the model.
+
+    Args:
+        observations: the records, in the order of their times.
+        model: without the candidates; its values are where the search begins.
+        effects: names of the candidates.
+    """
+    first = Evidence.by_noise(observations)
+    base = fitted(first, model)
+    evidence = _reweighted(first, base)
+    base = fitted(evidence, base.model)
+    seen = sorted((previews(evidence, base, name) for name in effects), key=lambda found: -found[0].gain)
+    promising = [found for found in seen[:SEARCHED] if found[0].gain > PROMISING * seen[0][0].gain]
+    fits = [candidate(evidence, found) for found in promising]
+    if fits:
+        evidence = _reweighted(first, at_values(first, min(fits, key=lambda one: one.fit.chi_square).fit.model))
+    base = fitted(evidence, base.model)
+    final = {one.effect: fitted(evidence, one.fit.model) for one in fits}
+    final |= {found[0].effect: at_values(evidence, found[0].model) for found in seen[len(fits) :]}
+    best = min([base, *final.values()], key=lambda fit: fit.chi_square)
+    inflation = _inflation(evidence, best)
+    judged = [_judged(name, evidence, base, fit, inflation) for name, fit in final.items()]
+    return Ranking(
+        base,
+        tuple(sorted(judged, key=lambda one: one.delta_bic)),
+        evidence,
+        inflation,
+        np.array([np.linalg.norm(w.std) / np.sqrt(w.count) for w in first.whitenings]),
+    )
+
+
+def _judged(name: str, evidence: Evidence, base: Fit, fit: Fit, inflation: float) -> Judged:
+    more = len(fit.free) - len(base.free)
+    delta = (fit.chi_square - base.chi_square) / inflation + more * np.log(evidence.target.size / inflation)
+    return Judged(name, fit, float(delta))
+
+
+def _reweighted(first: Evidence, fit: Fit) -> Evidence:
+    residuals = [fit.residual[span] for span in first.spans]
+    return first.weighed(first.observations, reweighted(first.whitenings, residuals))
+
+
+def _inflation(evidence: Evidence, fit: Fit) -> float:
+    """τ: the residual's mean power where the force lies, over that everywhere."""
+    each = []
+    for span in evidence.spans:
+        power, force = fit.residual[span] ** 2, evidence.target[span] ** 2
+        each.append(np.sum(power * force) / (np.sum(force) * np.mean(power)))
+    return max(1.0, float(np.mean(each)))
