@@ -66,7 +66,7 @@ def layer_agreement(displacement: Vector, base: Vector, ground: Vector, rate: fl
         rate: Hz.
 
     Returns:
-        None where the record is too short or the layer hardly moves.
+        None where the record is too short, the layer hardly moves, or noise is all that base slab and ground tell.
 
     Raises:
         RecordError: the record is shorter than 10 s.
@@ -79,7 +79,10 @@ def layer_agreement(displacement: Vector, base: Vector, ground: Vector, rate: fl
             lines = _lines(samples, found, density, rate, band)
             if lines.columns.shape[1] < FEWEST_LINES:
                 return None
-            step, covariance = _step(lines, found)
+            taken = _step(lines, found)
+            if taken is None:
+                return None
+            step, covariance = taken
             found = found + np.clip(step, -LARGEST_STEP, LARGEST_STEP)
             if (np.abs(step) < SETTLED * np.sqrt(np.diag(covariance))).all():
                 break
@@ -123,8 +126,8 @@ def _power(window: Matrix, ω: Vector) -> Vector:
     return np.asarray([np.sum((bend - o**2 * w) ** 2 + (2 * o * slope) ** 2) for o in ω])
 
 
-def _step(lines: _Lines, found: Vector) -> tuple[Vector, Matrix]:
-    """Gauss and Newton's step, and the covariance of what it leads to."""
+def _step(lines: _Lines, found: Vector) -> tuple[Vector, Matrix] | None:
+    """Gauss and Newton's step, and the covariance of what it leads to; None where nothing but noise is left."""
     layer, base, ground = lines.columns[0], lines.columns[1:4], lines.columns[4:7]
     shares = np.exp(-found[[0, 3]])
     residual = layer - shares[0] * base[0] + shares[1] * ground[0]
@@ -137,7 +140,9 @@ def _step(lines: _Lines, found: Vector) -> tuple[Vector, Matrix]:
     taken = np.sum(noise[1:] * level * weight, axis=1)  # by the noise of base slab and ground from their gains
     descent[[0, 3]] += taken
     normal[[0, 3], [0, 3]] -= taken
-    scale = 1 / np.sqrt(np.maximum(np.diag(normal), np.finfo(float).tiny))
+    if not (np.diag(normal) > 0).all():
+        return None
+    scale = 1 / np.sqrt(np.diag(normal))
     inverse = np.linalg.pinv(normal * np.outer(scale, scale), hermitian=True) * np.outer(scale, scale)
     return -inverse @ descent, inverse * CORRELATED / 2
 

@@ -62,3 +62,10 @@ def test_too_short_a_record_says_nothing() -> None:
     assert layer_agreement(displacement[:1100], base[:1100], ground[:1100], RATE) is None
     with pytest.raises(RecordError, match="10 s"):
         layer_agreement(displacement[:900], base[:900], ground[:900], RATE)
+
+
+def test_noise_alone_says_nothing() -> None:
+    """A loose cable: the noise of the record's end is that of its middle, and explains all of it."""
+    rng = np.random.default_rng(5)
+    displacement, base, _ = agreeing.layer(rng, 0.03, NOTHING)
+    assert layer_agreement(displacement, base, rng.standard_normal(base.size), RATE) is None

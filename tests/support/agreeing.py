@@ -9,10 +9,12 @@ from core.arrays import Matrix, Vector
 RATE, COUNT = 100.0, 6000
 TIME: Vector = np.asarray((np.arange(COUNT) - (COUNT - 1) / 2) / RATE)
 """s, 0 at the record's middle."""
-LASTING = 12.0
+LASTING = 8.0
 """s, of the motion to either side of the middle."""
 MODES = (1.3, 3.6, 5.9)
 """Hz, fixed-base."""
+ISOLATED = 0.4
+"""Hz, below which a layer does not sway."""
 SHARES = np.array([[0.8, 0.15, -0.1], [1.3, -0.4, 0.2]])
 """(floors, modes) by which a floor takes part in each mode."""
 FINE = 16
@@ -21,7 +23,7 @@ FINE = 16
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Motion:
-    """Waves between 0.1 and 8 Hz under a bell."""
+    """Waves up to 8 Hz under a bell."""
 
     frequency: Vector
     """(waves,) Hz."""
@@ -29,9 +31,9 @@ class Motion:
     phase: Vector
 
     @classmethod
-    def drawn(cls, rng: np.random.Generator, slope: float) -> "Motion":
-        """Sixty waves at random, whose amplitude grows with that power of the frequency."""
-        frequency = np.exp(rng.uniform(np.log(0.1), np.log(8.0), 60))
+    def drawn(cls, rng: np.random.Generator, slope: float, lowest: float = 0.1) -> "Motion":
+        """Sixty waves at random from a frequency in Hz on, whose amplitude grows with that power of the frequency."""
+        frequency = np.exp(rng.uniform(np.log(lowest), np.log(8.0), 60))
         return cls(frequency, rng.standard_normal(60) * frequency**slope, rng.uniform(0, 2 * np.pi, 60))
 
     def at(self, time: Vector) -> Vector:
@@ -71,11 +73,8 @@ def layer(rng: np.random.Generator, noise: float, errors: Vector) -> tuple[Vecto
 def floors(rng: np.random.Generator, noise: float, errors: Vector) -> tuple[Vector, Matrix]:
     """Accelerations of the base slab and of two floors of a superstructure with three modes, from rest."""
     base = Motion.drawn(rng, -1.0).at(TIME)
-    frequency, spectrum = np.fft.rfftfreq(2 * COUNT, 1 / RATE), np.fft.rfft(base, 2 * COUNT)
-    modes = np.array([frequency**2 / (f**2 - frequency**2 + 0.04j * f * frequency) for f in MODES])
-    exact = np.fft.irfft(spectrum * (1 + SHARES @ modes), 2 * COUNT)[:, :COUNT]
-    erring = [np.exp(e[0]) * read(own, late(TIME, e)) for own, e in zip(exact, errors.reshape(-1, 3), strict=True)]
-    own, *others = noisy(np.array([base, *erring]), noise, rng)
+    late_ones = [erring(own, error) for own, error in zip(above(base), errors.reshape(-1, 3), strict=True)]
+    own, *others = noisy(np.array([base, *late_ones]), noise, rng)
     return own, np.array(others)
 
 
@@ -95,3 +94,25 @@ def read(samples: Vector, time: Vector) -> Vector:
 def noisy(samples: Matrix, noise: float, rng: np.random.Generator) -> Matrix:
     """(channels, n) with white noise of that share of each channel's root mean square."""
     return np.asarray(samples + noise * samples.std(axis=1, keepdims=True) * rng.standard_normal(samples.shape))
+
+
+def building(rng: np.random.Generator, noise: float) -> Matrix:
+    """(5, n) what ground, base slab, both floors and the displacement transducer have of one earthquake."""
+    relative, shaking = Motion.drawn(rng, -2.0, ISOLATED), Motion.drawn(rng, 0.0)
+    size = 0.02 / relative.at(TIME).std()
+    ground = size * relative.acceleration(TIME).std() / shaking.at(TIME).std() * shaking.at(TIME)
+    base = size * relative.acceleration(TIME) + ground
+    displacement = size * relative.at(TIME) + 1e-5 * rng.standard_normal(COUNT)
+    return np.vstack([noisy(np.array([ground, base, *above(base)]), noise, rng), displacement])
+
+
+def above(base: Vector) -> Matrix:
+    """(floors, n) m/s², of a superstructure that was at rest before."""
+    frequency, spectrum = np.fft.rfftfreq(2 * COUNT, 1 / RATE), np.fft.rfft(base, 2 * COUNT)
+    modes = np.array([frequency**2 / (f**2 - frequency**2 + 0.04j * f * frequency) for f in MODES])
+    return np.asarray(np.fft.irfft(spectrum * (1 + SHARES @ modes), 2 * COUNT)[:, :COUNT])
+
+
+def erring(samples: Vector, error: Vector) -> Vector:
+    """(n,) as a sensor has it with that logarithm of gain, delay and rate of delay."""
+    return np.asarray(np.exp(error[0]) * read(samples, late(TIME, error)))
