@@ -8,6 +8,9 @@ from core.effects import EFFECTS
 from service.model_file import ModelFile
 from service.pages.units import shown, unit
 
+LONG = 1e7
+"""From which on a number is written with an exponent."""
+
 
 @dataclass(frozen=True, slots=True)
 class Value:
@@ -34,7 +37,8 @@ def values_of(model: ModelFile) -> Iterator[Value]:
 
 def rounded(value: float, digits: int) -> str:
     """A number without an exponent where that is short."""
-    return f"{float(f'{value:.{digits}g}'):,.10g}".replace("-", "−")
+    text = f"{float(f'{value:.{digits}g}'):,.10g}" if abs(value) < LONG else f"{value:.{digits}g}"
+    return text.replace("-", "−")
 
 
 def percent(share: float) -> str:

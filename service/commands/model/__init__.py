@@ -3,8 +3,11 @@
 import typer
 
 from service.commands.in_force import own_effects_in_force
+from service.commands.model.add import add
 from service.commands.model.compare import compare
+from service.commands.model.diagnose import diagnose
 from service.commands.model.fit import fit
+from service.commands.model.improve import improve
 from service.commands.model.new import new
 
 app = typer.Typer(
@@ -12,5 +15,5 @@ app = typer.Typer(
     help="Models of the isolation layer, held against records.",
     callback=own_effects_in_force,
 )
-for command in (new, fit, compare):
+for command in (new, fit, compare, diagnose, add, improve):
     app.command()(command)

@@ -1,0 +1,59 @@
+"""A model with one more effect, everything fitted anew, and what that does to the error."""
+
+from dataclasses import dataclass
+
+from core.errors import RecordError
+from core.fitting import Fit
+from core.ranking import ranked
+from service.model_file import ModelFile
+from service.workbench.answers import answers
+from service.workbench.diagnosing import Candidate, candidates
+from service.workbench.records import Records, Tell
+from service.workbench.refit import model_of
+from service.workbench.versions import Version
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Added:
+    """What came of it."""
+
+    given: ModelFile
+    model: ModelFile
+    """With the effect."""
+    effect: str
+    candidate: Candidate
+    fit: Fit
+    inflation: float
+    records: Records
+    versions: tuple[Version, ...]
+    """As given, refitted without the effect, and with it."""
+
+
+def add(effect: str, given: ModelFile, parent: str, records: Records, tell: Tell) -> Added:
+    """An effect that the model has not, from the best places to begin.
+
+    Args:
+        effect: its name.
+        given: the model.
+        parent: its name, for the one made from it.
+        records: of the building.
+        tell: for who waits.
+
+    Raises:
+        RecordError: no record is left to fit to.
+        ModelError: a model's force grew beyond all bounds.
+    """
+    if not records.fitted:
+        raise RecordError("every earthquake is held out; one to fit to would do")
+    tell(f"fitting the model with {effect}", 0, 2)
+    ranking = ranked(sorted(records.fitted, key=lambda one: one.start), given.isolator, (effect,))
+    (candidate,) = candidates(ranking, records)
+    tell("driving the versions by the motion and by the ground alone", 1, 2)
+    versions = (
+        Version("as given", answers(given.isolator, records)),
+        Version("refitted", answers(ranking.base.model, records)),
+        Version(f"with {effect}", answers(candidate.fit.model, records)),
+    )
+    tell("added", 2, 2)
+    model = model_of(candidate.fit, ranking.inflation, given, parent, records)
+    return Added(given, model, effect, candidate, candidate.fit, ranking.inflation, records, versions)

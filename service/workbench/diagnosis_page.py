@@ -1,0 +1,46 @@
+"""A diagnosis as one HTML file: the text, the tables, and the pictures that expose effects."""
+
+from service.svg import svg
+from service.workbench.candidates_table import candidates_table
+from service.workbench.diagnosing import Diagnosed, over_floor
+from service.workbench.diagnosis_words import words
+from service.workbench.figure import Figure
+from service.workbench.figures.candidates import candidates
+from service.workbench.figures.corrections import stiffness_over_amplitude, yield_over_travel
+from service.workbench.figures.histories import histories, loop, strongest_of
+from service.workbench.figures.residual import over_motion, spectrum
+from service.workbench.page import rendered
+from service.workbench.values import values_of
+from service.workbench.versions import tables
+
+
+def page(found: Diagnosed) -> str:
+    """Text, tables and pictures."""
+    return rendered(
+        "diagnosis.html",
+        found=found,
+        text=words(found),
+        tables=[*tables(found.versions, found.records), candidates_table(found, found.candidates)],
+        values=list(values_of(found.model)),
+        figures=[(figure, svg(figure.picture, figure.key, figure.title)) for figure in figures(found)],
+    )
+
+
+def figures(found: Diagnosed) -> list[Figure]:
+    """Of the refitted model, what it leaves; with what was added, the spectrum and the histories."""
+    before = found.refitted.answers.forces
+    after = found.versions[-1].answers if found.diagnosis.steps else None
+    strongest = strongest_of(before)
+    last = found.versions[-1].answers
+    shown = next(one for one in last.forces if one.observation is strongest.observation)
+    predicted = [one for one in last.predictions if one.observation is strongest.observation]
+    drawn = (
+        stiffness_over_amplitude(found.refitted.corrections),
+        loop(strongest),
+        over_motion(before),
+        yield_over_travel(found.refitted.corrections),
+        candidates(found.candidates, over_floor(found.diagnosis.refitted, found.diagnosis.first)),
+        spectrum(before, found.records.band, after.forces if after else ()),
+        histories(shown, predicted[0] if predicted else None),
+    )
+    return [figure for figure in drawn if figure is not None]

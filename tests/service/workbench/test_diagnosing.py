@@ -1,0 +1,147 @@
+"""What comes of a diagnosis for an engineer: text, JSON, page and better model; core.diagnosis does the reasoning."""
+
+import json
+from io import StringIO
+from typing import Any
+
+import orjson
+import pytest
+from held_records import held_records, silent
+from observed import BOUC_WEN, observations
+from rich.console import Console
+
+from core.effects import EFFECTS
+from core.isolator import Isolator
+from service.model_file import ModelFile, read, written
+from service.workbench import adding_output, diagnosis_json, improving_output
+from service.workbench.adding import add
+from service.workbench.adding_words import words as adding_words
+from service.workbench.diagnosing import Diagnosed, diagnose
+from service.workbench.diagnosis_page import page
+from service.workbench.diagnosis_summary import summary
+from service.workbench.diagnosis_words import words
+from service.workbench.improving import Improved, improve
+
+OFFERED = ("friction", "hardening", "power_viscous")
+HARD = Isolator({**BOUC_WEN.effects, "hardening": {"k3": 2e10, "k5": 0.0}})
+PEAKS = (0.01, 0.08, 0.03, 0.06)
+GIVEN = ModelFile("PAPER", "x", BOUC_WEN)
+FAR = ModelFile(
+    "PAPER",
+    "x",
+    Isolator(
+        {
+            name: {k: 1.3 * v if k in ("k_b", "F_y") else v for k, v in vs.items()}
+            for name, vs in BOUC_WEN.effects.items()
+        }
+    ),
+)
+
+
+def through_json(document: dict[str, Any]) -> dict[str, Any]:
+    """As a program reads it that knows no NaN."""
+
+    def refuse(constant: str) -> None:
+        raise AssertionError(constant)
+
+    loaded: dict[str, Any] = json.loads(orjson.dumps(document), parse_constant=refuse)
+    return loaded
+
+
+@pytest.fixture(scope="module")
+def hard() -> Diagnosed:
+    """Hardening is hidden; the last of four earthquakes is left out."""
+    seen = observations(HARD, 0.01, 7, PEAKS)
+    return diagnose(GIVEN, "given.toml", held_records(seen, {"event 3"}), silent, OFFERED)
+
+
+@pytest.fixture(scope="module")
+def document(hard: Diagnosed) -> dict[str, Any]:
+    return through_json(diagnosis_json.as_json(hard))
+
+
+def test_the_document_names_the_effect_with_its_evidence(document: dict[str, Any]) -> None:
+    assert document["outcome"] == "effect"
+    assert document["set"] == ["hardening"]
+    assert [step["effect"] for step in document["steps"]] == ["hardening"]
+    assert document["unknown_flag"] is False
+    first = document["candidates"][0]
+    assert (first["effect"], first["family"], first["plausible"]) == ("hardening", EFFECTS["hardening"].family, True)
+    assert first["delta_bic"] < -10
+    assert first["error_after"] < 0.5 * first["error_before"]
+    assert first["error_after"] == pytest.approx(first["noise_floor"], rel=0.1)
+    assert first["error_after_held_out"] < 0.5 * document["versions"][1]["error_held_out"]["rms"]
+    k3 = first["parameters"]["k3"]
+    assert k3["value"] == pytest.approx(2e10, abs=4 * k3["std"])
+    assert k3["unit"] == "N/m^3"
+
+
+def test_every_effect_that_was_offered_is_told_of(document: dict[str, Any]) -> None:
+    assert {one["effect"] for one in document["candidates"]} == set(OFFERED)
+    assert all((one["reason"] is None) == one["plausible"] for one in document["candidates"])
+
+
+def test_the_text_says_what_is_missing_and_what_it_is_worth_elsewhere(
+    hard: Diagnosed, document: dict[str, Any]
+) -> None:
+    text = document["explanation"]
+    assert text.startswith(f"{EFFECTS['hardening'].title} (hardening) is missing.")
+    assert "on earthquakes left out" in text
+    assert "It helps only the earthquakes it was fitted to" not in text
+
+
+def test_the_terminal_shows_the_errors_of_every_version(hard: Diagnosed) -> None:
+    console = Console(width=100, record=True, file=StringIO())
+    console.print(summary(hard))
+    shown = console.export_text()
+    for expected in ("as given", "refitted", "with hardening", "(left out)", "ΔBIC", "the record is too short"):
+        assert expected in shown
+
+
+def test_the_page_has_the_six_pictures_and_the_text(hard: Diagnosed) -> None:
+    made = page(hard)
+    for key in ("stiffness", "loop", "motion", "yield", "candidates", "spectrum"):
+        assert f'<figure id="{key}">' in made
+    assert "(hardening) is missing" in made
+    assert "with what is proposed" in made
+    assert "<script" not in made
+
+
+def test_nothing_is_missing_where_nothing_is() -> None:
+    found = diagnose(GIVEN, "given.toml", held_records(observations(BOUC_WEN, 0.02, 1)), silent, OFFERED)
+    assert words(found)[0].startswith("Nothing is missing: what the model leaves is ")
+    assert through_json(diagnosis_json.as_json(found))["steps"] == []
+    assert "with what is proposed" not in page(found)
+
+
+def test_values_that_are_off_want_a_fit() -> None:
+    found = diagnose(FAR, "far.toml", held_records(observations(BOUC_WEN, 0.02, 5)), silent, OFFERED)
+    assert words(found)[0] == "No effect is missing; the values are off. A fit would do: `menshin model fit`."
+
+
+@pytest.fixture(scope="module")
+def improved() -> Improved:
+    seen = observations(HARD, 0.01, 7, PEAKS)
+    return improve(FAR, "far.toml", held_records(seen, {"event 3"}), silent, OFFERED)
+
+
+def test_an_improved_model_has_what_was_missing_and_can_be_read_back(improved: Improved) -> None:
+    assert improved.taken == ("hardening",)
+    assert [version.name for version in improved.versions] == ["as given", "refitted", "with hardening"]
+    again = read(written(improved.model))
+    assert again == improved.model
+    assert (again.parent, again.fitted_to) == ("far.toml", ("event 0", "event 1", "event 2"))
+    assert again.isolator.effects["elastic"]["k_b"] == pytest.approx(475e6, rel=0.02)
+    assert "It ended because nothing more is asked for." in improving_output.words(improved)
+    assert through_json(improving_output.as_json(improved))["taken"] == ["hardening"]
+
+
+def test_an_effect_that_nobody_asked_for_is_added_and_that_is_said() -> None:
+    seen = held_records(observations(BOUC_WEN, 0.02, 2, PEAKS), {"event 3"})
+    found = add("hardening", GIVEN, "given.toml", seen, silent)
+    text = " ".join(adding_words(found))
+    assert "The records do not ask for it" in text
+    assert "It helps only the earthquakes it was fitted to" in text
+    document = through_json(adding_output.as_json(found))
+    assert document["added"]["effect"] == "hardening"
+    assert set(document["model"]["effects"]) == {*BOUC_WEN.effects, "hardening"}

@@ -1,0 +1,32 @@
+"""Records as the workbench reads them from files, made of observations instead."""
+
+from collections.abc import Collection, Sequence
+from dataclasses import replace
+
+from described import paper
+
+from core.conditioning import band_passed
+from core.observation import Observation
+from service.workbench.records import Records
+
+BAND = (0.1, 30.0)
+"""Hz."""
+
+
+def held_records(seen: Sequence[Observation], left_out: Collection[str] = ()) -> Records:
+    """Their forces within the pass band; of floors and ground nothing is known, so that nothing can be predicted."""
+    return Records(
+        description=paper(),
+        band=BAND,
+        observations=tuple(
+            replace(one, layer=replace(one.layer, force=band_passed(one.layer.force, one.rate, BAND))) for one in seen
+        ),
+        left_out=frozenset(left_out),
+        reference=seen[0].start,
+        forces=(),
+        unused=("2021-02-01 00:00:00: the record is too short",),
+    )
+
+
+def silent(doing: str, done: int, of: int) -> None:
+    """Nobody waits."""
