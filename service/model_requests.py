@@ -13,7 +13,7 @@ from service import jobs, models
 from service.buildings import described
 from service.database import Job, ModelVersion
 from service.errors import ConflictError
-from service.jobs import COMPARE
+from service.jobs import COMPARE, FIT
 from service.models import DIRECTIONS, Draft
 from service.queries import versions, watched
 
@@ -69,19 +69,53 @@ def compare(session: Session, model: ModelVersion, events: Sequence[int] | None,
     return jobs.enqueue_work(session, model, COMPARE, {"events": _kept(events)}, by, now)
 
 
+def fit(
+    session: Session,
+    model: ModelVersion,
+    events: Sequence[int] | None,
+    hold_out: Sequence[int] | None,
+    by: str,
+    now: datetime,
+) -> Job:
+    """Queue a fit to these events, or to all that can be compared, but those held out.
+
+    Raises:
+        ConflictError: one of them cannot be compared, or is asked for both ways, or none is left to fit to.
+    """
+    return jobs.enqueue_work(session, model, FIT, _fitting(session, model, events, hold_out), by, now)
+
+
+def _fitting(
+    session: Session, model: ModelVersion, events: Sequence[int] | None, hold_out: Sequence[int] | None
+) -> dict[str, object]:
+    """Arguments of a job that fits."""
+    out = set(hold_out or ())
+    if both := sorted(out & set(events or ())):
+        raise ConflictError(
+            f"Events {', '.join(map(str, both))} are held out, and among those to fit to; one of it would do."
+        )
+    _check(session, model, sorted(out))
+    there = _check(session, model, events)
+    if not there - out:
+        raise ConflictError("Every event is held out; one to fit to would do.")
+    return {"events": _kept(events), "hold_out": sorted(out)}
+
+
 def _kept(events: Collection[int] | None) -> list[int] | None:
     return None if events is None else sorted(set(events))
 
 
-def _check(session: Session, model: ModelVersion, asked: Collection[int] | None) -> None:
+def _check(session: Session, model: ModelVersion, asked: Collection[int] | None) -> set[int]:
+    """Numbers of the events asked for, of all where that is None."""
     found = versions.comparable(session, model.building_id, DIRECTIONS[model.direction], asked)
     if lacking := sorted({*(asked or ())} - {event.id for event in found}):
         raise ConflictError(
             f"With events {', '.join(map(str, lacking))} a model of direction {model.direction} cannot be compared: "
             "they are not this building's, or their analyses have no displacement of the isolation layer in it."
         )
-    if not found:
+    if asked is None and not found:
         raise ConflictError(
             f"No event can be compared with a model of direction {model.direction} yet: one that was analysed and "
             "has the isolation layer's displacement would do."
         )
+    return {event.id for event in found}

@@ -59,7 +59,7 @@ class ModelVersion(Base):
     assumed: Mapped[list[str]]
     """Parameters that nobody gave or measured."""
     outcome: Mapped[str | None] = mapped_column(Text)
-    """How the fit ended; None where nothing was fitted."""
+    """How the fit ended, and what it could not determine, in words; None where nothing was fitted."""
     building: Mapped[Building] = relationship()
     comparisons: Mapped[list["ModelComparison"]] = relationship(back_populates="model", order_by="ModelComparison.id")
 

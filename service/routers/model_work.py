@@ -6,13 +6,18 @@ from typing import Annotated
 from fastapi import APIRouter, Body, Response
 
 from service import model_requests
+from service.database import Job
 from service.parameters import ModelId, Writing
 from service.queries import versions
 from service.routers.models import By, making
-from service.schemas.models import WorkRequest
+from service.schemas.models import FitRequest, WorkRequest
 from service.schemas.operations import JobOut
 
 router = APIRouter(prefix="/models", tags=["models"])
+
+FittingWanted = Annotated[
+    FitRequest, Body(description="Events to fit to and events to hold out; {} to fit to all that can be compared.")
+]
 
 
 @router.post(
@@ -32,8 +37,25 @@ def compare(
     """Hold the model against events; its comparisons then have their errors. A like job that waits is answered."""
     with sessions.begin() as session:
         model = versions.version(session, model_id)
-        answer = JobOut.model_validate(
-            model_requests.compare(session, model, wanted.events, by.name, datetime.now(UTC))
-        )
-    response.headers["Location"] = f"/api/v1/jobs/{answer.id}"
-    return answer
+        job = model_requests.compare(session, model, wanted.events, by.name, datetime.now(UTC))
+        return _queued(job, response)
+
+
+@router.post(
+    "/{model_id}/fits", operation_id="fit_model", status_code=202, response_model=JobOut, responses=making(202)
+)
+def fit(model_id: ModelId, sessions: Writing, response: Response, by: By, wanted: FittingWanted) -> JobOut:
+    """Fit the model's values to events: its next version, a draft, with their standard deviations and its errors.
+
+    The job's `result` has the number of the version `made`, and all numbers of the `fit`.
+    """
+    with sessions.begin() as session:
+        model = versions.version(session, model_id)
+        job = model_requests.fit(session, model, wanted.events, wanted.hold_out, by.name, datetime.now(UTC))
+        return _queued(job, response)
+
+
+def _queued(job: Job, response: Response) -> JobOut:
+    """The job, and where to look for its end."""
+    response.headers["Location"] = f"/api/v1/jobs/{job.id}"
+    return JobOut.model_validate(job)

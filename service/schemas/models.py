@@ -89,7 +89,9 @@ class ModelOut(ModelRow):
     reference: datetime | None = Field(description="From which effects count time; null as long as nothing was fitted.")
     values: list[ValueOut] = Field(description="Of every parameter of its effects.")
     assumed: list[str] = Field(description="Parameters that nobody gave or measured: they only start a fit.")
-    outcome: str | None = Field(description="How the fit ended; null where nothing was fitted.")
+    outcome: str | None = Field(
+        description="How the fit ended, and what it could not determine; null where nothing was fitted."
+    )
     fitted_to: list[int] = Field(description="Numbers of the events that its values were fitted to.")
     left_out: list[int] = Field(description="Numbers of the events that were left out of the fit.")
 
@@ -192,4 +194,14 @@ class WorkRequest(BaseModel):
 
     events: Numbers | None = Field(
         None, description="Numbers of the events; without them all that can be compared.", examples=[[1, 2]]
+    )
+
+
+class FitRequest(WorkRequest):
+    """Which events to fit to, and which to try the result on."""
+
+    hold_out: Numbers | None = Field(
+        None,
+        description="Numbers of events to leave out of the fit, on which the result is tried; without them none.",
+        examples=[[3]],
     )

@@ -3,23 +3,21 @@
 import json
 import re
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
 import pytest
 import watched
 from asking import client
+from engineer import done, made, work
 from fastapi.testclient import TestClient
 from sqlalchemy.orm import Session, sessionmaker
 
 from core.paper import ISOLATOR
 from service.looking import Look
-from service.worker import Worker
 
 pytestmark = pytest.mark.slow
 
-MODELS = "/api/v1/buildings/PAPER/models"
 TRUTH = {name: dict(values) for name, values in ISOLATOR.effects.items()}
 LINEAR = {"elastic": {"k_b": 4.75e8}, "viscous": {"c_b": 6e6}}
 
@@ -33,22 +31,8 @@ def asking(database_url: str, sessions: sessionmaker[Session], tmp_path: Path) -
         yield made
 
 
-def work(sessions: sessionmaker[Session]) -> None:
-    with ThreadPoolExecutor(1) as pool:
-        Worker(sessions, lambda: pool, watched.SETTINGS, clock=lambda: watched.NOW).run_until_idle()
-
-
-def made(asking: TestClient, effects: dict[str, dict[str, float]]) -> int:
-    number: int = asking.post(MODELS, json={"direction": "x", "effects": effects}).json()["id"]
-    return number
-
-
 def compared(asking: TestClient, sessions: sessionmaker[Session], model: int) -> list[dict[str, Any]]:
-    asked = asking.post(f"/api/v1/models/{model}/comparisons", json={})
-    assert asked.status_code == 202, asked.text
-    work(sessions)
-    done = asking.get(asked.headers["Location"]).json()
-    assert (done["state"], done["error"], done["refusal"]) == ("done", None, None)
+    done(asking, sessions, f"/api/v1/models/{model}/comparisons", {})
     rows: list[dict[str, Any]] = asking.get(f"/api/v1/models/{model}/comparisons").json()["items"]
     return rows
 
@@ -77,8 +61,8 @@ def test_who_waits_is_told_how_far_it_is(asking: TestClient, sessions: sessionma
     asked = asking.post(f"/api/v1/models/{made(asking, LINEAR)}/comparisons", json={}).headers["Location"]
     assert [one["state"] for one in followed(asking, asked)] == ["waiting"]
     work(sessions)
-    (done,) = followed(asking, asked)
-    assert (done["state"], done["progress"]["stages"], done["asked_by"]) == ("done", 3, "loopback")
+    (last,) = followed(asking, asked)
+    assert (last["state"], last["progress"]["stages"], last["asked_by"]) == ("done", 3, "loopback")
     assert asking.get("/api/v1/jobs/999/progress").status_code == 404
 
 

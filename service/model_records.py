@@ -1,0 +1,36 @@
+"""A version and the events it is held against, as the workbench takes them: a model file, and records."""
+
+from collections.abc import Sequence
+from typing import cast
+
+from service.model_file import ModelFile
+from service.model_inputs import WorkInputs
+from service.model_tables import Directions
+from service.model_work import Observed
+from service.workbench.records import Records
+
+
+def given(inputs: WorkInputs) -> ModelFile:
+    """The version as a file would have it."""
+    direction = cast(Directions, inputs.direction)
+    return ModelFile(inputs.description.code, direction, inputs.isolator, inputs.reference)
+
+
+def records(inputs: WorkInputs, seen: Sequence[Observed]) -> Records:
+    """The events that were asked for, those held out among them; before the first the layer is taken to be new."""
+    wanted = [one for one in seen if one.event.is_wanted]
+    return Records(
+        description=inputs.description,
+        band=inputs.band,
+        observations=tuple(observation for one in wanted for observation, _ in one.seen),
+        left_out=frozenset(one.event.name for one in wanted if one.event.is_held_out),
+        reference=inputs.reference,
+        forces=tuple((observation.direction, force) for one in wanted for observation, force in one.seen),
+        unused=tuple(
+            f"{one.event.name}: neither force nor motion of the layer is known" for one in wanted if not one.seen
+        ),
+    )
+
+
+def silent(doing: str, done: int, of: int) -> None:
+    """Who waits is told of whole stages."""
