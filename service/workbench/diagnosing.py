@@ -14,12 +14,14 @@ from core.isolator import Isolator
 from core.misfit import Misfit
 from core.plausibility import implausible
 from core.ranking import Judged, Ranking
+from core.suspect import Suspect
 from core.weighed_fit import weighed_fit
 from service.model_file import ModelFile
 from service.workbench.answers import answers
 from service.workbench.held import Held, held
 from service.workbench.records import Records, Tell
 from service.workbench.refit import deviations, model_of
+from service.workbench.suspicions import first_cause, suspicions
 from service.workbench.versions import FITTED, LEFT_OUT, Version, groups
 
 
@@ -75,10 +77,18 @@ class Diagnosed:
     """The model as it was given but for its values, held against all records."""
     candidates: tuple[Candidate, ...]
     """For the refitted model, the best first."""
+    suspects: tuple[Suspect, ...]
+    """What is wrong before the layer is asked."""
     stages: tuple[Stage, ...]
     """Of each effect that was added."""
     versions: tuple[Version, ...]
     """As given, refitted, then those of the stages."""
+
+    @property
+    def outcome(self) -> str:
+        """One word: what is wrong before the layer is asked, else what the layer lacks."""
+        cause = first_cause(self.suspects)
+        return self.diagnosis.outcome.value if cause is None else cause.value
 
 
 def diagnose(
@@ -117,7 +127,7 @@ def diagnose(
     )
     tell("diagnosed", 4, 4)
     model = model_of(found.after, found.last.inflation, given, parent, records)
-    return Diagnosed(given, model, records, found, refitted, tried, staged, versions)
+    return Diagnosed(given, model, records, found, refitted, tried, suspicions(records), staged, versions)
 
 
 def stages(found: Diagnosis, records: Records) -> tuple[Stage, ...]:

@@ -11,6 +11,7 @@ from service.workbench.comparison_json import events_as_json, finite, misfit_as_
 from service.workbench.diagnosing import Candidate, Diagnosed
 from service.workbench.diagnosis_words import words
 from service.workbench.records import Records
+from service.workbench.suspicions import as_json as suspicions_as_json
 from service.workbench.versions import FITTED, LEFT_OUT, Version, groups
 
 
@@ -23,8 +24,8 @@ def as_json(found: Diagnosed) -> dict[str, Any]:
         {
             "version": VERSION,
             "building": found.given.building,
-            "outcome": diagnosis.outcome.value,
-            "findings": [],
+            "outcome": found.outcome,
+            "findings": suspicions_as_json(found.suspects),
             "candidates": [candidate_as_json(one, before) for one in found.candidates],
             "set": [one.effect for one in diagnosis.steps[0].ranking.asked_for] if diagnosis.steps else [],
             "unknown_flag": diagnosis.outcome is Outcome.UNKNOWN or diagnosis.is_unknown,

@@ -9,6 +9,7 @@ from core.misfit import Misfit
 from core.ranking import DECISIVE
 from service.effect_sheets import explained
 from service.workbench.diagnosing import Diagnosed, Stage
+from service.workbench.suspicions import words as suspicion_words
 from service.workbench.values import percent, rounded
 from service.workbench.versions import Version, floors, gain, helps
 
@@ -18,7 +19,8 @@ RUNNERS_UP = 2
 
 def words(found: Diagnosed) -> tuple[str, ...]:
     """Sentences: what is missing, what adding it does, what is open and what would tell."""
-    return (*OPENINGS.get(found.diagnosis.outcome, _missing)(found), *_after(found), *_open(found))
+    before = suspicion_words(found.suspects)
+    return (*before, *OPENINGS.get(found.diagnosis.outcome, _missing)(found), *_after(found), *_open(found))
 
 
 def _nothing(found: Diagnosed) -> Iterator[str]:

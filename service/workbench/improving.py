@@ -74,7 +74,7 @@ def improve(
 
 def _taken(found: Diagnosed) -> int:
     """How many of the effects asked for are worth taking, from the first on."""
-    if found.diagnosis.outcome is Outcome.UNKNOWN:
+    if found.suspects or found.diagnosis.outcome is Outcome.UNKNOWN:
         return 0
     count = 0
     for before, after in zip(found.versions[1:], found.versions[2:], strict=False):
@@ -93,6 +93,8 @@ def _fit(found: Diagnosed, count: int) -> tuple[Fit, float]:
 
 def _ended(found: Diagnosed, count: int) -> str | None:
     """Why nothing more is to be done; None if another diagnosis may find more."""
+    if found.suspects:
+        return f"something is wrong before the layer is asked ({found.outcome}): `menshin model diagnose` tells what"
     if found.diagnosis.outcome is Outcome.UNKNOWN:
         return "something is missing that no known effect explains: nothing was added for it"
     if count < len(found.stages):

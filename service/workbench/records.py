@@ -39,6 +39,8 @@ class Records:
     """From which effects count time."""
     forces: tuple[tuple[Direction, RestoringForce], ...]
     """Estimated in each record and direction."""
+    analyses: tuple[EventAnalysis, ...]
+    """Of every earthquake, also of those that cannot be used."""
     unused: tuple[str, ...]
     """Earthquakes that cannot be used, with their reason."""
 
@@ -88,10 +90,13 @@ def records(
     _check_apart(found)
     reference = reading.reference or (found[0][0].start if found else NEVER)
     seen: list[Seen] = []
+    analyses: list[EventAnalysis] = []
     unused: list[str] = []
     for number, (event, _) in enumerate(found):
         tell(f"reading the earthquake of {named(event.start)}", number, len(found))
-        read = _seen(event, building.description, reading, reference)
+        analysis = _analysed(event, building.description, reading.settings)
+        analyses += [] if isinstance(analysis, str) else [analysis]
+        read = analysis if isinstance(analysis, str) else _seen(analysis, event, building, reading, reference)
         if isinstance(read, str):
             unused.append(f"{named(event.start)}: {read}")
         else:
@@ -104,6 +109,7 @@ def records(
         left_out=frozenset(named(event.start) for event, is_left_out in found if is_left_out),
         reference=reference,
         forces=tuple((one.direction, force) for one, force in seen),
+        analyses=tuple(analyses),
         unused=tuple(unused),
     )
 
@@ -121,19 +127,23 @@ def _check_apart(found: Sequence[tuple[EventFiles, bool]]) -> None:
             )
 
 
-def _seen(
-    event: EventFiles, description: BuildingDescription, reading: Reading, reference: datetime
-) -> list[Seen] | str:
-    """In each direction; or why nothing can be used."""
+def _analysed(event: EventFiles, description: BuildingDescription, settings: AnalysisSettings) -> EventAnalysis | str:
+    """Or why it cannot be."""
     try:
-        analysis = analyse(event.segments, description, reading.settings)
+        return analyse(event.segments, description, settings)
     except CoreError as error:
         return str(error)
+
+
+def _seen(
+    analysis: EventAnalysis, event: EventFiles, building: BuildingFile, reading: Reading, reference: datetime
+) -> list[Seen] | str:
+    """In each direction; or why nothing can be used."""
     if analysis.refusal is not None:
         return analysis.refusal
     found = [
         (one, analysis.directions[one.direction].restoring_force)
-        for one in observations(analysis, description, named(event.start), reference)
+        for one in observations(analysis, building.description, named(event.start), reference)
         if one.direction in reading.directions
     ]
     return found or _why(analysis, reading.directions)

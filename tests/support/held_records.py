@@ -24,6 +24,7 @@ def held_records(seen: Sequence[Observation], left_out: Collection[str] = ()) ->
         left_out=frozenset(left_out),
         reference=seen[0].start,
         forces=(),
+        analyses=(),
         unused=("2021-02-01 00:00:00: the record is too short",),
     )
 

@@ -5,7 +5,7 @@ from typing import Annotated
 import typer
 
 from service.commands.model.arguments import Building, Files, HoldOut, Json, Model, Output
-from service.commands.model.reading import read, refusing, write, write_json
+from service.commands.model.reading import read_usable, refusing, write, write_json
 from service.commands.waiting import waiting
 
 
@@ -31,7 +31,7 @@ def add(
 
     _check_known(effect)
     with waiting() as tell:
-        described, seen = read(model, files, building, tell, hold_out or ())
+        described, seen = read_usable(model, files, building, tell, hold_out or ())
         if effect in described.isolator.effects:
             raise typer.BadParameter(f"{model} has {effect} already; `menshin model fit` fits it", param_hint="EFFECT")
         with refusing():

@@ -1,7 +1,7 @@
 """`menshin model compare`: a model held against records."""
 
 from service.commands.model.arguments import Building, Files, Html, Json, Model
-from service.commands.model.reading import read, refusing, write, write_json
+from service.commands.model.reading import read_usable, refusing, write, write_json
 from service.commands.waiting import waiting
 
 
@@ -19,7 +19,7 @@ def compare(model: Model, files: Files, building: Building, json: Json = None, h
     from service.workbench.summary import summary
 
     with waiting() as tell:
-        described, seen = read(model, files, building, tell)
+        described, seen = read_usable(model, files, building, tell)
         with refusing():
             found = held(described, seen, tell)
     Console().print(summary(found))

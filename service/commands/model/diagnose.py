@@ -1,8 +1,16 @@
 """`menshin model diagnose`: what a model lacks."""
 
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
 from service.commands.model.arguments import Building, Files, HoldOut, Html, Json, Model
-from service.commands.model.reading import read, refusing, write, write_json
+from service.commands.model.reading import read, refuse, refusing, write, write_json
 from service.commands.waiting import waiting
+
+if TYPE_CHECKING:
+    from service.workbench.records import Records
 
 
 def diagnose(
@@ -28,6 +36,8 @@ def diagnose(
 
     with waiting() as tell:
         described, seen = read(model, files, building, tell, hold_out or ())
+        if not seen.observations:
+            _end_with_suspicions(described.building, seen, json)
         with refusing():
             found = diagnose_model(described, model.name, seen, tell)
     Console().print(summary(found))
@@ -35,3 +45,15 @@ def diagnose(
         write_json(as_json(found), json)
     if html is not None:
         write(page(found), html)
+
+
+def _end_with_suspicions(building: str, seen: "Records", json: Path | None) -> None:
+    """No record can be used: what is wrong with the sensors is the diagnosis, if anything is."""
+    from service.workbench.suspicions import alone_as_json, suspicions, words
+
+    found = suspicions(seen)
+    if found:
+        typer.echo("\n".join(words(found)))
+        if json is not None:
+            write_json(alone_as_json(building, found, seen.unused), json)
+    refuse(seen)

@@ -1,7 +1,7 @@
 """`menshin model improve`: diagnose and add until nothing more is asked for."""
 
 from service.commands.model.arguments import Building, Files, HoldOut, Html, Json, Model, Output
-from service.commands.model.reading import read, refusing, write, write_json
+from service.commands.model.reading import read_usable, refusing, write, write_json
 from service.commands.waiting import waiting
 
 
@@ -28,7 +28,7 @@ def improve(
     from service.workbench.improving_output import as_json, summary
 
     with waiting() as tell:
-        described, seen = read(model, files, building, tell, hold_out or ())
+        described, seen = read_usable(model, files, building, tell, hold_out or ())
         with refusing():
             found = improved(described, model.name, seen, tell)
     write(written(found.model), output)

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
 import typer
 
@@ -42,10 +42,23 @@ def read(
     reading = Reading(described.directions, described.reference, settings)
     with refusing():
         seen = records(files, left_out, of_building, reading, tell)
-    if not seen.observations:
-        typer.echo("\n".join(seen.unused) or "none of the files holds records", err=True)
-        raise typer.Exit(REFUSED)
     return described, seen
+
+
+def read_usable(
+    model: Path, files: list[Path], building: Path, tell: "Tell", left_out: Sequence[Path] = ()
+) -> tuple["ModelFile", "Records"]:
+    """The same; that no record can be used ends the command with the reasons too."""
+    described, seen = read(model, files, building, tell, left_out)
+    if not seen.observations:
+        refuse(seen)
+    return described, seen
+
+
+def refuse(seen: "Records") -> NoReturn:
+    """Ends the command with the reasons why no record can be used."""
+    typer.echo("\n".join(seen.unused) or "none of the files holds records", err=True)
+    raise typer.Exit(REFUSED)
 
 
 @contextmanager

@@ -1,0 +1,68 @@
+"""What is wrong before the isolation layer is asked: sensors, superstructure, mass?"""
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from core.sensor_faults import sensor_faults
+from core.suspect import Cause, Suspect
+from service.version import VERSION
+from service.workbench.comparison_json import finite
+from service.workbench.records import Records
+
+CALLED = {Cause.SENSOR: "The sensor", Cause.SUPERSTRUCTURE: "The storey below", Cause.MASS: "The mass"}
+
+
+def suspicions(records: Records) -> tuple[Suspect, ...]:
+    """By all earthquakes together, also those that cannot be used; sensors first."""
+    return sensor_faults(records.analyses, records.description)
+
+
+def first_cause(found: Sequence[Suspect]) -> Cause | None:
+    """What is to be put right first; None if nothing is suspected."""
+    return next((cause for cause in Cause if any(one.cause is cause for one in found)), None)
+
+
+def words(found: Sequence[Suspect]) -> tuple[str, ...]:
+    """Sentences; none if nothing is suspected."""
+    return tuple(_sentences(found))
+
+
+def as_json(found: Sequence[Suspect]) -> list[dict[str, Any]]:
+    """SI units."""
+    return [
+        {
+            "cause": one.cause.value,
+            "kind": one.kind,
+            "channel": one.channel,
+            "value": one.value,
+            "std": one.std,
+            "message": one.message,
+        }
+        for one in found
+    ]
+
+
+def alone_as_json(building: str, found: Sequence[Suspect], unused: Sequence[str]) -> dict[str, Any]:
+    """A diagnosis that ended here, since no record can be used."""
+    cause = first_cause(found)
+    return finite(
+        {
+            "version": VERSION,
+            "building": building,
+            "outcome": None if cause is None else cause.value,
+            "findings": as_json(found),
+            "candidates": [],
+            "set": [],
+            "unknown_flag": False,
+            "steps": [],
+            "explanation": " ".join(words(found)),
+            "unused": list(unused),
+        }
+    )
+
+
+def _sentences(found: Sequence[Suspect]) -> Iterator[str]:
+    for one in found:
+        yield f"{CALLED[one.cause]} {one.channel or ''}".rstrip() + f": {one.message.rstrip('.')}."
+    if found:
+        yield "Put that right first: what is said of the isolation layer below may be its doing."
