@@ -16,7 +16,8 @@ from service.model_records import given, records, silent
 from service.model_work import Comparison, Observed, compared, observing
 from service.models import Draft
 from service.stages import Stage
-from service.workbench import fit_json
+from service.workbench import adding_output, fit_json
+from service.workbench.adding import add
 from service.workbench.fit_words import words
 from service.workbench.records import Records
 from service.workbench.refit import refit
@@ -44,6 +45,17 @@ def fitted(model: ModelFile, parent: str, events: Records) -> Fitted:
     return Fitted(found.model, " ".join(words(found.fit, found.inflation)), fit_json.as_json(found))
 
 
+def extended(effect: str, model: ModelFile, parent: str, events: Records) -> Fitted:
+    """The model with one more effect, everything fitted to the events.
+
+    Raises:
+        RecordError: no event is left to fit to.
+        ModelError: a model's force grew beyond all bounds.
+    """
+    found = add(effect, model, parent, events, silent)
+    return Fitted(found.model, " ".join(words(found.fit, found.inflation)), adding_output.as_json(found))
+
+
 def fit_stages(inputs: WorkInputs) -> Sequence[Stage]:
     """Of a fit: each event, the fit, then both versions against all events."""
     return _stages(
@@ -52,9 +64,27 @@ def fit_stages(inputs: WorkInputs) -> Sequence[Stage]:
     )
 
 
+def extension_stages(inputs: WorkInputs) -> Sequence[Stage]:
+    """Of adding an effect: each event, the fit with it, then both versions against all events."""
+    effect = inputs.arguments["effect"]
+    return _stages(
+        inputs,
+        Stage(
+            f"Fitting the model with {effect}",
+            extended,
+            lambda seen: (effect, given(inputs), _parent(inputs), records(inputs, seen)),
+        ),
+    )
+
+
 def store_fit(session: Session, claim: Claim, inputs: WorkInputs, found: Sequence[Any], now: datetime) -> None:
     """The next version, its errors, and those of the one it came from."""
     _store(session, claim, inputs, found, f"fitted to {_counted(inputs)}", now)
+
+
+def store_extension(session: Session, claim: Claim, inputs: WorkInputs, found: Sequence[Any], now: datetime) -> None:
+    """The version with the effect, its errors, and those of the one it came from."""
+    _store(session, claim, inputs, found, f"with {inputs.arguments['effect']}, fitted to {_counted(inputs)}", now)
 
 
 def _stages(inputs: WorkInputs, fitting: Stage) -> Sequence[Stage]:

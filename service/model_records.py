@@ -26,6 +26,7 @@ def records(inputs: WorkInputs, seen: Sequence[Observed]) -> Records:
         left_out=frozenset(one.event.name for one in wanted if one.event.is_held_out),
         reference=inputs.reference,
         forces=tuple((observation.direction, force) for one in wanted for observation, force in one.seen),
+        analyses=tuple(one.analysis for one in wanted),
         unused=tuple(
             f"{one.event.name}: neither force nor motion of the layer is known" for one in wanted if not one.seen
         ),

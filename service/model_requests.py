@@ -6,6 +6,7 @@ from datetime import datetime
 from sqlalchemy.orm import Session
 
 from core.description import BuildingDescription
+from core.effects import EFFECTS
 from core.errors import ModelError
 from core.first_model import first_model
 from core.isolator import Isolator
@@ -13,7 +14,7 @@ from service import jobs, models
 from service.buildings import described
 from service.database import Job, ModelVersion
 from service.errors import ConflictError
-from service.jobs import COMPARE, FIT
+from service.jobs import COMPARE, EXTEND, FIT
 from service.models import DIRECTIONS, Draft
 from service.queries import versions, watched
 
@@ -83,6 +84,28 @@ def fit(
         ConflictError: one of them cannot be compared, or is asked for both ways, or none is left to fit to.
     """
     return jobs.enqueue_work(session, model, FIT, _fitting(session, model, events, hold_out), by, now)
+
+
+def extend(
+    session: Session,
+    model: ModelVersion,
+    effect: str,
+    events: Sequence[int] | None,
+    hold_out: Sequence[int] | None,
+    by: str,
+    now: datetime,
+) -> Job:
+    """Queue a fit with one more effect, as `fit` does without.
+
+    Raises:
+        ConflictError: there is no such effect, the model has it, or the events are not as `fit` wants them.
+    """
+    if effect not in EFFECTS:
+        raise ConflictError(f"There is no effect {effect!r}; there are {', '.join(sorted(EFFECTS))}.")
+    if effect in model.effects:
+        raise ConflictError(f"The model has {effect} already; a fit finds its values.")
+    arguments = _fitting(session, model, events, hold_out) | {"effect": effect}
+    return jobs.enqueue_work(session, model, EXTEND, arguments, by, now)
 
 
 def _fitting(

@@ -6,7 +6,7 @@ from datetime import datetime
 
 import numpy as np
 
-from core.analysis import analyse
+from core.analysis import EventAnalysis, analyse
 from core.arrays import Vector
 from core.comparison import ForceComparison, compare_forces
 from core.description import BuildingDescription
@@ -28,6 +28,7 @@ class Observed:
     """An event as a model is held against it."""
 
     event: HeldEvent
+    analysis: EventAnalysis
     seen: tuple[tuple[Observation, RestoringForce], ...]
     """By direction."""
 
@@ -67,7 +68,7 @@ def observed(event: EventInputs, directions: Sequence[str], reference: datetime)
     seen = tuple(
         (one, analysis.directions[one.direction].restoring_force) for one in found if one.direction in directions
     )
-    return Observed(event.held, seen)
+    return Observed(event.held, analysis, seen)
 
 
 def compared(

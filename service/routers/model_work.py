@@ -10,7 +10,7 @@ from service.database import Job
 from service.parameters import ModelId, Writing
 from service.queries import versions
 from service.routers.models import By, making
-from service.schemas.models import FitRequest, WorkRequest
+from service.schemas.models import EffectRequest, FitRequest, WorkRequest
 from service.schemas.operations import JobOut
 
 router = APIRouter(prefix="/models", tags=["models"])
@@ -52,6 +52,28 @@ def fit(model_id: ModelId, sessions: Writing, response: Response, by: By, wanted
     with sessions.begin() as session:
         model = versions.version(session, model_id)
         job = model_requests.fit(session, model, wanted.events, wanted.hold_out, by.name, datetime.now(UTC))
+        return _queued(job, response)
+
+
+@router.post(
+    "/{model_id}/effects", operation_id="add_effect", status_code=202, response_model=JobOut, responses=making(202)
+)
+def extend(
+    model_id: ModelId,
+    sessions: Writing,
+    response: Response,
+    by: By,
+    wanted: Annotated[EffectRequest, Body(description="Effect, events to fit to and events to hold out.")],
+) -> JobOut:
+    """Add an effect and fit everything anew: the model's next version, a draft, with its errors.
+
+    It is added whether the events ask for it or not. The job's `result` has the number of the version `made`, and of
+    the `fit` the errors before and after, on events fitted and held out, and in words whether it was asked for.
+    """
+    with sessions.begin() as session:
+        model = versions.version(session, model_id)
+        by_name, now = by.name, datetime.now(UTC)
+        job = model_requests.extend(session, model, wanted.effect, wanted.events, wanted.hold_out, by_name, now)
         return _queued(job, response)
 
 

@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
 from core import paper
+from core.effects import EFFECTS
 from service.schemas.analyses import FindingOut
 from service.schemas.answer import Answer, Number, Series
 
@@ -204,4 +205,12 @@ class FitRequest(WorkRequest):
         None,
         description="Numbers of events to leave out of the fit, on which the result is tried; without them none.",
         examples=[[3]],
+    )
+
+
+class EffectRequest(FitRequest):
+    """Which effect to add, and which events to fit to."""
+
+    effect: str = Field(
+        description="Name of an effect that the model has not.", max_length=64, examples=[next(iter(EFFECTS))]
     )

@@ -53,6 +53,25 @@ def test_a_fit_makes_the_next_version(asking: TestClient, sessions: sessionmaker
     assert len(job["result"]["fit"]["covariance"]["matrix"]) == len(job["result"]["fit"]["covariance"]["parameters"])
 
 
+def test_an_effect_is_added_and_the_error_falls_where_nothing_was_fitted(
+    asking: TestClient, sessions: sessionmaker[Session]
+) -> None:
+    without = made(asking, {name: values for name, values in TRUTH.items() if name != "bouc_wen"})
+    job = done(asking, sessions, f"/api/v1/models/{without}/effects", {"effect": "bouc_wen", "hold_out": [1]})
+    extended = asking.get(f"/api/v1/models/{job['result']['made']}").json()
+    assert extended["effects"] == [*TRUTH]
+    assert extended["change"] == "with bouc_wen, fitted to 1 event, 1 left out"
+    assert (job["kind"], extended["fitted_to"], extended["left_out"]) == ("extend", [2], [1])
+    before, after = asking.get(f"/api/v1/models/{extended['id']}/lineage").json()["items"]
+    assert after["errors"]["left_out"]["nrmse"] < 0.5 * before["errors"]["later"]["nrmse"]
+    given, refitted, with_it = job["result"]["fit"]["versions"]
+    assert with_it["error_held_out"]["rms"] < 0.5 * refitted["error_held_out"]["rms"]
+    assert with_it["error"]["rms"] < refitted["error"]["rms"] < given["error"]["rms"]
+    assert job["result"]["fit"]["explanation"].startswith("Bouc-Wen hysteresis (bouc_wen): ")
+    accepted = asking.post(f"/api/v1/models/{extended['id']}/accept").json()
+    assert (accepted["state"], accepted["errors"]) == ("current", extended["errors"])
+
+
 REFUSED = (
     ({"hold_out": [1, 2]}, 409, "Every event is held out"),
     ({"events": [1], "hold_out": [1]}, 409, "are held out, and among those"),
@@ -72,7 +91,11 @@ def test_what_cannot_be_fitted_is_refused(asking: TestClient, sessions: sessionm
         refused = asking.post(fits, json=wanted)
         assert refused.status_code == status, wanted
         assert said in refused.text
+    for effect, said in (("magic", "There is no effect 'magic'"), ("elastic", "has elastic already")):
+        refused = asking.post("/api/v1/models/1/effects", json={"effect": effect})
+        assert (refused.status_code, said in refused.json()["detail"]) == (409, True)
     assert asking.post("/api/v1/models/99/fits", json={}).status_code == 404
     asking.headers["X-API-Key"] = of[Role.viewer]
-    assert asking.post(fits, json={}).status_code == 403
+    for address, wanted in ((fits, {}), ("/api/v1/models/1/effects", {"effect": "friction"})):
+        assert asking.post(address, json=wanted).status_code == 403
     assert asking.get("/api/v1/jobs", params={"model": 1}).json()["items"] == []
