@@ -1,7 +1,8 @@
-"""Does a displacement go on changing where the layer is at rest? Then its transducer drifts.
+"""Does a channel's level go on changing where the building is at rest? Then its sensor drifts.
 
 A layer stays where an earthquake leaves it: before the motion and after it the level of its displacement is constant,
-though the level after may be another. The level of every few seconds is uncertain by what still moves there.
+though the level after may be another; that of an acceleration is the same always. The level of every few seconds is
+uncertain by what still moves there.
 """
 
 from dataclasses import dataclass
@@ -16,7 +17,7 @@ BLOCK = 5.0
 SWAY = 0.2
 """Of a block's standard deviation: the mean of 5 s of motion at 0.5 Hz reaches at most √2 / (5 · 0.5 π) of it."""
 RESOLUTION = 1e-5
-"""m, of a good transducer: no level is known better."""
+"""m, or m/s², of a good sensor: no level is known better."""
 QUIET = 0.1
 """Of the standard deviation of the block that moves most: a block that moves less is taken for rest."""
 
@@ -26,22 +27,22 @@ class Creep:
     """Between the two levels of one time at rest that differ most certainly."""
 
     change: float
-    """m, from the earlier to the later."""
+    """m or m/s², from the earlier to the later."""
     std: float
-    """m."""
+    """In the same unit."""
     share: float
-    """Of the record's largest displacement, without sign."""
+    """Of the record's largest value, without sign."""
 
 
-def creep(displacement: Vector, rate: float) -> Creep | None:
+def creep(samples: Vector, rate: float) -> Creep | None:
     """By how much the level changed at rest; None where the record holds no two successive blocks at rest.
 
     Args:
-        displacement: (n,) m, a transducer's.
+        samples: (n,) m of a transducer across the layer, or m/s².
         rate: Hz.
     """
     length = round(BLOCK * rate)
-    blocks = displacement[: displacement.size // length * length].reshape(-1, length)
+    blocks = samples[: samples.size // length * length].reshape(-1, length)
     levels, moving = blocks.mean(axis=1), _about_their_trend(blocks)
     std = SWAY * moving + RESOLUTION
     quiet = moving < QUIET * moving.max(initial=0.0)
@@ -53,7 +54,7 @@ def creep(displacement: Vector, rate: float) -> Creep | None:
     if not changes:
         return None
     change, error = max(changes, key=lambda pair: abs(pair[0]) / pair[1])
-    return Creep(change, error, abs(change) / float(np.abs(displacement).max()))
+    return Creep(change, error, abs(change) / float(np.abs(samples).max()))
 
 
 def _about_their_trend(blocks: Matrix) -> Vector:

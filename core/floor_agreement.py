@@ -21,6 +21,10 @@ FREQUENCIES = np.geomspace(0.6, 4.0, 28)
 """Hz, first fixed-base frequencies among which the search begins."""
 DAMPING = 0.02
 """Of the first mode, with which the search begins."""
+BEGINNING = 2.0
+"""s, in which a record that begins at rest hardly moves."""
+AT_REST = 0.1
+"""Of a channel's standard deviation."""
 CORRELATED = 1 + 2 * (4 / 9 + 1 / 36)
 """By how much neighbouring lines of a Hann window know less than as many free of each other (Harris, 1978)."""
 FEWEST_LINES = 20
@@ -79,12 +83,14 @@ def floor_agreement(base: Vector, floors: Matrix, rate: float) -> FloorAgreement
         rate: Hz.
 
     Returns:
-        None where the record is too short.
+        None where the record is too short, or begins in motion: the mode's own start would be taken for a gain.
 
     Raises:
         RecordError: the record is shorter than 10 s.
     """
     whole = _lines(base, floors, rate)
+    if not _begins_at_rest(np.vstack([base, floors]), whole):
+        return None
     first = min(FREQUENCIES, key=lambda frequency: _left(whole.up_to(HIGHEST * FREQUENCIES[-1]), frequency))
     lines = whole.up_to(HIGHEST * first)
     if lines.frequency.size < FEWEST_LINES:
@@ -107,6 +113,13 @@ def floor_agreement(base: Vector, floors: Matrix, rate: float) -> FloorAgreement
     value[::3], change[::3] = np.log(gains), 1 / gains
     own = covariance[np.ix_(places, places)] * np.outer(change, change)
     return FloorAgreement(value, own * CORRELATED * max(left, 1.0))
+
+
+def _begins_at_rest(samples: Matrix, lines: _Lines) -> bool:
+    window = np.sum(np.hanning(samples.shape[1]) ** 2)
+    noise = np.sqrt(lines.noise / window)
+    first = samples[:, : round(BEGINNING * lines.rate)].std(axis=1)
+    return bool((first < AT_REST * samples.std(axis=1) + 2 * noise).all())
 
 
 def _lines(base: Vector, floors: Matrix, rate: float) -> _Lines:

@@ -14,7 +14,7 @@ from core.analysis import EventAnalysis
 from core.creep import Creep, creep
 from core.description import BuildingDescription
 from core.quality import Finding
-from core.record import Channel
+from core.record import Channel, Quantity
 from core.sensor_errors import SensorError, sensor_errors
 from core.suspect import Cause, Suspect
 
@@ -41,8 +41,8 @@ SMALLEST = {"gain": 0.03, "delay": 2e-3, "clock": 5e-5}
 """1, s and s/s: a smaller one hardly changes what is concluded."""
 CERTAIN = 4.0
 """Standard deviations that a gain, a delay or a change of level must be of."""
-SMALLEST_CREEP = 0.004
-"""Of the largest displacement."""
+SMALLEST_CREEP: Mapping[Quantity, float] = MappingProxyType({"displacement": 0.004, "acceleration": 0.03})
+"""Of the channel's largest value: what passes the filter of accelerations is less than their drift."""
 
 
 def sensor_faults(analyses: Sequence[EventAnalysis], description: BuildingDescription) -> tuple[Suspect, ...]:
@@ -105,28 +105,33 @@ def _said(part: str, size: float, std: float) -> str:
 
 
 def _creeping(analyses: Sequence[EventAnalysis], description: BuildingDescription) -> list[Suspect]:
-    """Transducers of displacement that drift."""
-    known: dict[str, list[Creep]] = defaultdict(list)
+    """Sensors whose level changes at rest."""
+    known: dict[Channel, list[Creep]] = defaultdict(list)
     for analysis in analyses:
         if analysis.record is None:
             continue
         for channel, samples in zip(analysis.record.channels, analysis.record.samples, strict=True):
-            if _across(channel, description) and (found := creep(samples, analysis.rate)) is not None:
-                known[channel.id].append(found)
-    return [suspect for name, all_ in known.items() if (suspect := _drifting(name, all_)) is not None]
+            if _rests(channel, description) and (found := creep(samples, analysis.rate)) is not None:
+                known[channel].append(found)
+    return [suspect for channel, all_ in known.items() if (suspect := _drifting(channel, all_)) is not None]
 
 
-def _across(channel: Channel, description: BuildingDescription) -> bool:
-    return channel.quantity == "displacement" and channel.level == description.base.name and channel.direction != "z"
+def _rests(channel: Channel, description: BuildingDescription) -> bool:
+    """Whether its level at rest is constant: a floor may well be displaced against the ground, by its own drift."""
+    if channel.quantity == "displacement":
+        return channel.level == description.base.name and channel.direction != "z"
+    return channel.quantity == "acceleration"
 
 
-def _drifting(channel: str, known: Sequence[Creep]) -> Suspect | None:
-    certain = [one for one in known if abs(one.change) > CERTAIN * one.std and one.share > SMALLEST_CREEP]
+def _drifting(channel: Channel, known: Sequence[Creep]) -> Suspect | None:
+    smallest = SMALLEST_CREEP[channel.quantity]
+    certain = [one for one in known if abs(one.change) > CERTAIN * one.std and one.share > smallest]
     if not certain or len(certain) < AGAIN * len(known):
         return None
     worst = max(certain, key=lambda one: abs(one.change) / one.std)
+    unit, scale = ("mm", 1000) if channel.quantity == "displacement" else ("gal", 100)
     message = (
-        f"its level changes by {1000 * worst.change:.3g} ± {1000 * worst.std:.2g} mm while the layer is at rest, in "
-        f"{len(certain)} of {len(known)} earthquakes alike: the transducer drifts. Check its supply, cable and fixing"
+        f"its level changes by {scale * worst.change:.3g} ± {scale * worst.std:.2g} {unit} while the building is at "
+        f"rest, in {len(certain)} of {len(known)} earthquakes alike: it drifts. Check its supply, cable and fixing"
     )
-    return Suspect(Cause.SENSOR, "drift", channel, worst.change, worst.std, message)
+    return Suspect(Cause.SENSOR, "drift", channel.id, worst.change, worst.std, message)

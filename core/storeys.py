@@ -25,3 +25,8 @@ class StoreyStiffness:
         gained = np.linalg.inv(self.covariance) - np.linalg.inv(self.believed)
         values, vectors = np.linalg.eigh(gained * np.outer(scale, scale))
         return np.asarray((vectors * np.maximum(values, 0.0)) @ vectors.T / np.outer(scale, scale))
+
+    @property
+    def pull(self) -> Vector:
+        """(floors,) information times the deviation that the record alone would tell."""
+        return np.asarray(np.linalg.solve(self.covariance, self.deviation))

@@ -66,3 +66,8 @@ def test_too_short_a_record_is_refused() -> None:
     base, floors = agreeing.floors(np.random.default_rng(4), 0.03, NOTHING)
     with pytest.raises(RecordError, match="10 s"):
         floor_agreement(base[:900], floors[:, :900], RATE)
+
+
+def test_a_record_that_begins_in_motion_says_nothing() -> None:
+    base, floors = agreeing.floors(np.random.default_rng(4), 0.03, NOTHING)
+    assert floor_agreement(base[2500:], floors[:, 2500:], RATE) is None

@@ -65,7 +65,7 @@ def test_a_drifting_transducer_is_told() -> None:
         quake.record.samples[row] += 0.02 * np.linspace(0, 1, COUNT)
     suspect = the_only(sensor_faults(quakes, paper()))
     assert (suspect.channel, suspect.kind) == (LAYER, "drift")
-    assert "mm" in suspect.message
+    assert "mm while the building is at rest" in suspect.message
 
 
 def test_a_fault_that_comes_again_in_half_of_the_earthquakes_is_the_sensors() -> None:
