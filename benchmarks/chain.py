@@ -76,8 +76,8 @@ def table(events: Mapping[str, Event], truth: Vector, limits: Limits, rounds: in
         title="One event of 180 s at 100 Hz",
         about=(
             "core.analysis.analyse: screening, identification, restoring force, motion of the layer, every cycle's "
-            f"stiffness and damping. AKT013 scaled to 70 gal, 1 % noise. Goal: {1e3 * GOAL:g} ms; {FLEET:,} buildings' "
-            f"events of one direction within {WITHIN:g} min on {CORES} cores."
+            f"stiffness and damping. AKT013 scaled to 70 gal, 1 % noise. Goal: {1e3 * GOAL:g} ms, what misses it is "
+            f"**bold**; {FLEET:,} buildings' events of one direction within {WITHIN:g} min on {CORES} cores."
         ),
         columns=("estimator: record", "ms", f"{FLEET:,} on {CORES} cores, min", "MB", "fit of F, %", "cycles"),
         rows=tuple(row(name, trial, truth) for name, trial in trials(ways, limits, rounds).items()),
@@ -93,4 +93,6 @@ def row(name: str, trial: Trial[EventAnalysis] | Refusal, truth: Vector) -> tupl
     minutes = trial.seconds * FLEET / CORES / 60
     fit = fitting_rate(truth, found.restoring_force.force)
     cycles = sum(len(direction.equivalent) for direction in trial.result.directions.values())
-    return (name, f"{1e3 * trial.seconds:.0f}", f"{minutes:.1f}", f"{trial.megabytes:.0f}", f"{fit:.1f}", f"{cycles}")
+    taken = f"{1e3 * trial.seconds:.0f}"
+    shown = taken if trial.seconds <= GOAL else f"**{taken}**"
+    return (name, shown, f"{minutes:.1f}", f"{trial.megabytes:.0f}", f"{fit:.1f}", f"{cycles}")
