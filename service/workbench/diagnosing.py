@@ -9,19 +9,21 @@ from core.comparison import compare_forces, force_misfit
 from core.diagnosis import Diagnosis, Step, diagnosed
 from core.effects import EFFECTS
 from core.errors import RecordError
+from core.first_model import first_model
 from core.fitting import Fit
 from core.isolator import Isolator
 from core.misfit import Misfit
 from core.plausibility import implausible
 from core.ranking import Judged, Ranking
 from core.suspect import Suspect
+from core.suspicion import suspicions
 from core.weighed_fit import weighed_fit
 from service.model_file import ModelFile
 from service.workbench.answers import answers
 from service.workbench.held import Held, held
 from service.workbench.records import Records, Tell
 from service.workbench.refit import deviations, model_of
-from service.workbench.suspicions import first_cause, suspicions
+from service.workbench.suspicions import first_cause
 from service.workbench.versions import FITTED, LEFT_OUT, Version, groups
 
 
@@ -127,7 +129,14 @@ def diagnose(
     )
     tell("diagnosed", 4, 4)
     model = model_of(found.after, found.last.inflation, given, parent, records)
-    return Diagnosed(given, model, records, found, refitted, tried, suspicions(records), staged, versions)
+    return Diagnosed(given, model, records, found, refitted, tried, _suspects(found, records), staged, versions)
+
+
+def _suspects(found: Diagnosis, records: Records) -> tuple[Suspect, ...]:
+    """Of the mass too, where the design's model is all that the layer has."""
+    is_of_design = set(found.given.effects) == set(first_model(records.description).isolator.effects)
+    explains = is_of_design and not found.steps and not found.unexplained.is_there
+    return suspicions(records.analyses, records.description, found.refitted if explains else None)
 
 
 def stages(found: Diagnosis, records: Records) -> tuple[Stage, ...]:

@@ -3,18 +3,11 @@
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from core.sensor_faults import sensor_faults
 from core.suspect import Cause, Suspect
 from service.version import VERSION
 from service.workbench.comparison_json import finite
-from service.workbench.records import Records
 
-CALLED = {Cause.SENSOR: "The sensor", Cause.SUPERSTRUCTURE: "The storey below", Cause.MASS: "The mass"}
-
-
-def suspicions(records: Records) -> tuple[Suspect, ...]:
-    """By all earthquakes together, also those that cannot be used; sensors first."""
-    return sensor_faults(records.analyses, records.description)
+CALLED = {Cause.SENSOR: "The sensor {}", Cause.SUPERSTRUCTURE: "The superstructure", Cause.MASS: "The mass"}
 
 
 def first_cause(found: Sequence[Suspect]) -> Cause | None:
@@ -63,6 +56,6 @@ def alone_as_json(building: str, found: Sequence[Suspect], unused: Sequence[str]
 
 def _sentences(found: Sequence[Suspect]) -> Iterator[str]:
     for one in found:
-        yield f"{CALLED[one.cause]} {one.channel or ''}".rstrip() + f": {one.message.rstrip('.')}."
+        yield f"{CALLED[one.cause].format(one.channel)}: {one.message.rstrip('.')}."
     if found:
         yield "Put that right first: what is said of the isolation layer below may be its doing."

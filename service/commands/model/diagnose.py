@@ -49,9 +49,10 @@ def diagnose(
 
 def _end_with_suspicions(building: str, seen: "Records", json: Path | None) -> None:
     """No record can be used: what is wrong with the sensors is the diagnosis, if anything is."""
-    from service.workbench.suspicions import alone_as_json, suspicions, words
+    from core.suspicion import suspicions
+    from service.workbench.suspicions import alone_as_json, words
 
-    found = suspicions(seen)
+    found = suspicions(seen.analyses, seen.description)
     if found:
         typer.echo("\n".join(words(found)))
         if json is not None:

@@ -1,6 +1,7 @@
 """What comes of a diagnosis for an engineer: text, JSON, page and better model; core.diagnosis does the reasoning."""
 
 import json
+from dataclasses import replace
 from io import StringIO
 from typing import Any
 
@@ -12,6 +13,7 @@ from rich.console import Console
 
 from core.effects import EFFECTS
 from core.isolator import Isolator
+from core.suspect import Cause, Suspect
 from service.model_file import ModelFile, read, written
 from service.workbench import adding_output, diagnosis_json, improving_output
 from service.workbench.adding import add
@@ -21,6 +23,7 @@ from service.workbench.diagnosis_page import page
 from service.workbench.diagnosis_summary import summary
 from service.workbench.diagnosis_words import words
 from service.workbench.improving import Improved, improve
+from service.workbench.suspicions import alone_as_json
 
 OFFERED = ("friction", "hardening", "power_viscous")
 HARD = Isolator({**BOUC_WEN.effects, "hardening": {"k3": 2e10, "k5": 0.0}})
@@ -145,3 +148,28 @@ def test_an_effect_that_nobody_asked_for_is_added_and_that_is_said() -> None:
     document = through_json(adding_output.as_json(found))
     assert document["added"]["effect"] == "hardening"
     assert set(document["model"]["effects"]) == {*BOUC_WEN.effects, "hardening"}
+
+
+SLOW = Suspect(Cause.SENSOR, "gain", "XX.PAPER.01.HYX", -0.09, 0.005, "reads 9.0 ± 0.5 % too little")
+SOFT = Suspect(Cause.SUPERSTRUCTURE, "storey", "3F", -0.3, 0.03, "is 30 % softer than described")
+
+
+def test_what_is_wrong_before_the_layer_is_the_outcome_and_comes_first(hard: Diagnosed) -> None:
+    suspected = replace(hard, suspects=(SOFT, SLOW))
+    document = through_json(diagnosis_json.as_json(suspected))
+    assert document["outcome"] == "sensor_fault"
+    assert [finding["kind"] for finding in document["findings"]] == ["storey", "gain"]
+    assert document["findings"][1]["std"] == 0.005
+    assert words(suspected)[1].startswith("The sensor XX.PAPER.01.HYX: reads 9.0 ± 0.5 % too little.")
+    assert "(hardening) is missing" in document["explanation"]
+    assert replace(hard, suspects=(SOFT,)).outcome == "superstructure"
+
+
+def test_without_a_usable_record_the_sensors_are_the_diagnosis() -> None:
+    document = through_json(alone_as_json("PAPER", (SLOW,), ("2021-03-04: refused",)))
+    assert (document["outcome"], document["candidates"], document["unused"]) == (
+        "sensor_fault",
+        [],
+        ["2021-03-04: refused"],
+    )
+    assert "Put that right first" in document["explanation"]
