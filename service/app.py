@@ -17,6 +17,7 @@ from service.pages.rendering import FOLDER
 from service.routers import (
     buildings,
     comparisons,
+    diagnoses,
     effects,
     events,
     fdsnws,
@@ -79,7 +80,8 @@ def create(settings: Settings) -> FastAPI:
     app.add_middleware(Measured, registry=app.state.metrics)
     errors.install(app)
     api = APIRouter(prefix="/api/v1", dependencies=[Depends(auth.viewer)])
-    for module in (buildings, events, series, layer_motion, effects, models, model_work, comparisons, operations):
+    of_models = (effects, models, model_work, comparisons, diagnoses)
+    for module in (buildings, events, series, layer_motion, *of_models, operations):
         api.include_router(module.router)
     app.include_router(api)
     app.include_router(fdsnws.router, dependencies=[Depends(auth.viewer)])

@@ -7,9 +7,9 @@ from types import MappingProxyType
 from sqlalchemy.orm import Session
 
 from core.analysis import EventAnalysis, analyse
-from service import model_fits, model_results, model_work, results
+from service import model_diagnoses, model_fits, model_results, model_work, results
 from service.database import Job
-from service.jobs import ANALYSE, COMPARE, EXTEND, FIT, Claim
+from service.jobs import ANALYSE, COMPARE, DIAGNOSE, EXTEND, FIT, Claim
 from service.model_inputs import WorkInputs, work_inputs
 from service.model_work import Comparison
 from service.results import Inputs
@@ -43,6 +43,7 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
         COMPARE: Kind(work_inputs, model_work.stages, _store_comparison),
         FIT: Kind(work_inputs, model_fits.fit_stages, model_fits.store_fit),
         EXTEND: Kind(work_inputs, model_fits.extension_stages, model_fits.store_extension),
+        DIAGNOSE: Kind(work_inputs, model_diagnoses.stages, model_diagnoses.store),
     }
 )
 """By the name that a job has."""

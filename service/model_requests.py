@@ -14,7 +14,7 @@ from service import jobs, models
 from service.buildings import described
 from service.database import Job, ModelVersion
 from service.errors import ConflictError
-from service.jobs import COMPARE, EXTEND, FIT
+from service.jobs import COMPARE, DIAGNOSE, EXTEND, FIT
 from service.models import DIRECTIONS, Draft
 from service.queries import versions, watched
 
@@ -106,6 +106,22 @@ def extend(
         raise ConflictError(f"The model has {effect} already; a fit finds its values.")
     arguments = _fitting(session, model, events, hold_out) | {"effect": effect}
     return jobs.enqueue_work(session, model, EXTEND, arguments, by, now)
+
+
+def diagnose(
+    session: Session,
+    model: ModelVersion,
+    events: Sequence[int] | None,
+    hold_out: Sequence[int] | None,
+    by: str,
+    now: datetime,
+) -> Job:
+    """Queue the question what the model lacks, by these events or by all, but those held out.
+
+    Raises:
+        ConflictError: the events are not as `fit` wants them.
+    """
+    return jobs.enqueue_work(session, model, DIAGNOSE, _fitting(session, model, events, hold_out), by, now)
 
 
 def _fitting(

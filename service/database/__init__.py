@@ -6,6 +6,7 @@ All of them are imported here, for SQLAlchemy finds a table by name only once it
 from service.database.analyses import Analysis, CycleResult, DirectionResult, LayerResult, ModeResult
 from service.database.base import Base
 from service.database.buildings import Building, Revision
+from service.database.diagnoses import DiagnosisPicture, ModelDiagnosis
 from service.database.events import Event, EventRecording, Waveform
 from service.database.jobs import Job, Lease
 from service.database.keys import ApiKey
@@ -19,6 +20,7 @@ __all__ = [
     "Building",
     "Content",
     "CycleResult",
+    "DiagnosisPicture",
     "DirectionResult",
     "Event",
     "EventRecording",
@@ -28,6 +30,7 @@ __all__ = [
     "Lease",
     "ModeResult",
     "ModelComparison",
+    "ModelDiagnosis",
     "ModelVersion",
     "Recording",
     "Revision",

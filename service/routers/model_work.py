@@ -77,6 +77,24 @@ def extend(
         return _queued(job, response)
 
 
+@router.post(
+    "/{model_id}/diagnoses",
+    operation_id="diagnose_model",
+    status_code=202,
+    response_model=JobOut,
+    responses=making(202),
+)
+def diagnose(model_id: ModelId, sessions: Writing, response: Response, by: By, wanted: FittingWanted) -> JobOut:
+    """Ask which physical effect the model lacks, or whether none is missing, or none that is known would do.
+
+    The job's `result` has the number of the `diagnosis`. Nothing is changed: to add an effect is another wish.
+    """
+    with sessions.begin() as session:
+        model = versions.version(session, model_id)
+        job = model_requests.diagnose(session, model, wanted.events, wanted.hold_out, by.name, datetime.now(UTC))
+        return _queued(job, response)
+
+
 def _queued(job: Job, response: Response) -> JobOut:
     """The job, and where to look for its end."""
     response.headers["Location"] = f"/api/v1/jobs/{job.id}"
