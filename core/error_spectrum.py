@@ -1,10 +1,10 @@
-"""At which frequencies does an estimate err, and by how much?"""
+"""How does an estimate err: at which frequencies, and in which patterns?"""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from core.arrays import Vector
+from core.arrays import Matrix, Vector
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -14,7 +14,11 @@ class ErrorSpectrum:
     frequency: Vector
     """(k,) Hz, rising."""
     density: Vector
-    """(k,) one-sided spectral density, the history's unit squared per Hz."""
+    """(k,) one-sided spectral density of what errs without a pattern, the history's unit squared per Hz."""
+    patterns: Matrix = field(default_factory=lambda: np.zeros((0, 0)))
+    """(p, n) in the history's unit: what one standard deviation of each of p independent causes does to the history."""
+    is_shrunk: bool = False
+    """Whether the estimate is a posterior mean, which holds the less of a frequency the less is known of it."""
 
     def at(self, frequency: Vector) -> Vector:
         """(m,) density at other frequencies in Hz, on straight lines between the given ones, level beyond."""

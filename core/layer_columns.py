@@ -19,7 +19,7 @@ from core.error_spectrum import of_fused_displacement, white
 from core.isolator import Isolator, carried
 from core.observation import LayerHistory, Observation
 from core.record import Direction
-from core.whitening import BAND, Whitening, whitening
+from core.whitening import BAND, Whitening, shrunk, whitening
 
 Key = tuple[str, str]
 """Names of an effect and of one of its parameters."""
@@ -78,7 +78,14 @@ def _whitening(observation: Observation) -> Whitening:
     """By the error of the measured force, and of the motion that drives a model."""
     layer = observation.layer
     error, motion = layer.force_error or white(layer.force_std, BAND), _by_motion(layer)
-    return whitening(layer.force, observation.rate, lambda f: error.at(f) + motion(f), layer.band)
+    weights = whitening(
+        layer.force,
+        observation.rate,
+        lambda f: error.at(f) + motion(f),
+        patterns=error.patterns if error.patterns.size else None,
+        passed=layer.band,
+    )
+    return shrunk(weights, layer.force, error.at) if error.is_shrunk else weights
 
 
 def _by_motion(layer: LayerHistory) -> Callable[[Vector], Vector]:
@@ -106,7 +113,9 @@ def columns(evidence: Evidence, model: Isolator, wanted: Sequence[Key]) -> Matri
         if len(evidence.known) >= KEPT:
             evidence.known.pop(next(iter(evidence.known)))
         evidence.known[key] = _columns(evidence, model, wanted)
-    return np.asarray(evidence.known[key] / np.concatenate([w.std for w in evidence.whitenings]))
+    known = evidence.known[key]
+    spans = zip(evidence.spans, evidence.whitenings, strict=True)
+    return np.concatenate([weights.whitened(known[:, span]) for span, weights in spans], axis=1)
 
 
 def _columns(evidence: Evidence, model: Isolator, wanted: Sequence[Key]) -> Matrix:

@@ -35,7 +35,7 @@ class Smoothed:
     std: Vector
     """(n,) N, standard deviation of the force."""
     error: ErrorSpectrum
-    """N²/Hz, the same by frequency."""
+    """N²/Hz, the same by frequency; what the parameters' uncertainty does, as patterns."""
 
 
 def smoothed(lines: Lines, design: Design, calibration: Calibration, base_mass: float) -> Smoothed:
@@ -58,11 +58,15 @@ def smoothed(lines: Lines, design: Design, calibration: Calibration, base_mass: 
     base = np.einsum("lc,cl->l", weights.base, spectra)
     total = base_mass + design.floor_mass.sum()
     variance = _stationary(weights.noise, lines.samples) + _stationary(weights.motion, lines.samples) * _envelope(lines)
-    by_parameters = np.sqrt(max(1.0, calibration.chi_square)) * _by_parameters(model)
-    variance += np.sum(np.fft.irfft(by_parameters, lines.samples, axis=1) ** 2, axis=0)
-    power = weights.noise + weights.motion + np.sum(np.abs(by_parameters) ** 2, axis=0)
+    patterns = np.sqrt(max(1.0, calibration.chi_square)) * _by_parameters(model)
+    variance += np.sum(patterns**2, axis=0)
     force = _history(_force(model, weights, spectra), lines.samples)
-    return Smoothed(force, -total * _history(base, lines.samples), np.sqrt(variance), _spectrum(power, lines))
+    return Smoothed(
+        force,
+        -total * _history(base, lines.samples),
+        np.sqrt(variance),
+        _error(weights.noise + weights.motion, patterns, lines),
+    )
 
 
 def without_free_vibration(
@@ -83,14 +87,16 @@ def _force(model: LinearModel, weights: LineWeights, spectra: ComplexMatrix) -> 
     return np.asarray(np.einsum("lc,cl->l", weights.force, spectra) - structure.mass @ free)
 
 
-def _spectrum(power: Vector, lines: Lines) -> ErrorSpectrum:
-    """From the error's mean square at every line."""
+def _error(power: Vector, patterns: Matrix, lines: Lines) -> ErrorSpectrum:
+    """From the mean square at every line of what has no pattern."""
     smooth = ndimage.uniform_filter1d(power, AVERAGED, mode="nearest")
-    return ErrorSpectrum(lines.angular / (2 * np.pi), 2 * smooth / (lines.samples * lines.rate))
+    return ErrorSpectrum(
+        lines.angular / (2 * np.pi), 2 * smooth / (lines.samples * lines.rate), patterns, is_shrunk=True
+    )
 
 
-def _by_parameters(model: LinearModel) -> ComplexMatrix:
-    """(directions, lines) N, what standard deviations of the parameters do to the force's spectrum, to first order.
+def _by_parameters(model: LinearModel) -> Matrix:
+    """(directions, n) N, what standard deviations of the parameters do to the force, to first order.
 
     Of the covariance's principal directions only those count that move the force; which, a few lines tell.
     """
@@ -107,7 +113,7 @@ def _by_parameters(model: LinearModel) -> ComplexMatrix:
     counted = order[: 1 + int(np.searchsorted(np.cumsum(strength[order]), COUNTED * strength.sum()))]
     spectra = np.zeros((counted.size, lines.angular.size), dtype=complex)
     spectra[:, moving] = _changes(slow, moves[counted])
-    return spectra
+    return np.asarray(np.fft.irfft(spectra, lines.samples, axis=1))
 
 
 def _changes(model: LinearModel, moves: Matrix) -> ComplexMatrix:

@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy import ndimage
 from scipy.fft import dct, idct
 
 from core.arrays import Matrix, Vector
@@ -20,13 +21,19 @@ BAND = (0.2, 12.5)
 NEGLIGIBLE = 1e-5
 """Of the measured force's power: what lies beyond the frequency above which there is no more is left out too, as it is
 the superstructure's higher modes rather than the layer."""
+AVERAGED = 41
+"""Coefficients over which the force's power is averaged."""
 LEAST_TOP = 3.0
 """Hz, that are kept in any case."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Whitening:
-    """The coefficients kept of one record, and the noise in each."""
+    """The coefficients kept of one record, and the noise in each.
+
+    Beside what is free at each frequency, the noise may have patterns: then its covariance, over the variances, is
+    1 + Σ s² v vᵀ, and each pattern v is shrunk by √(1 + s²).
+    """
 
     count: int
     """n, samples of the record."""
@@ -37,7 +44,11 @@ class Whitening:
     std: Vector
     """(m,) N, of the noise in each coefficient."""
     passed: Vector
-    """(m,) share of each that the measured force's filter let pass."""
+    """(m,) share of each that is left of the true force in the measured one."""
+    patterns: Matrix
+    """(p, m) v, orthonormal, over the std."""
+    strengths: Vector
+    """(p,) s."""
 
     @property
     def frequency(self) -> Vector:
@@ -45,8 +56,8 @@ class Whitening:
         return np.arange(self.kept.start, self.kept.stop) * self.rate / (2 * self.count)
 
     def of(self, series: Matrix) -> Matrix:
-        """(k, m) coefficients of (k, n) series, over their noise."""
-        return np.asarray(self.coefficients(series) / self.std)
+        """(k, m) independent units of the noise, of (k, n) series."""
+        return self.whitened(self.coefficients(series))
 
     def coefficients(self, series: Matrix) -> Matrix:
         """(k, m) of (k, n) series, in their unit."""
@@ -54,19 +65,31 @@ class Whitening:
         return transformed
 
     def filtered(self, series: Matrix) -> Matrix:
-        """(k, m) of (k, n) series in their unit, as the measured force's filter lets them pass."""
+        """(k, m) of (k, n) series in their unit, as the measured force holds them."""
         return np.asarray(self.coefficients(series) * self.passed)
 
+    def whitened(self, coefficients: Matrix) -> Matrix:
+        """(k, m) independent units of the noise, of (k, m) coefficients in N."""
+        free = coefficients / self.std
+        shrunk = 1 - 1 / np.sqrt(1 + self.strengths**2)
+        return np.asarray(free - (free @ self.patterns.T * shrunk) @ self.patterns)
+
     def back(self, white: Vector) -> Vector:
-        """(n,) N, the history within the band of (m,) whitened coefficients."""
+        """(n,) N, the history within the band of (m,) independent units."""
+        grown = np.sqrt(1 + self.strengths**2) - 1
         coefficients = np.zeros(self.count)
-        coefficients[self.kept] = white * self.std
+        coefficients[self.kept] = (white + (self.patterns @ white * grown) @ self.patterns) * self.std
         series: Vector = idct(coefficients, norm="ortho")
         return series
 
 
 def whitening(
-    force: Vector, rate: float, density: Callable[[Vector], Vector], passed: tuple[float, float] | None = None
+    force: Vector,
+    rate: float,
+    density: Callable[[Vector], Vector],
+    *,
+    patterns: Matrix | None = None,
+    passed: tuple[float, float] | None = None,
 ) -> Whitening:
     """By the spectrum of the noise.
 
@@ -74,6 +97,8 @@ def whitening(
         force: (n,) N, as measured.
         rate: Hz.
         density: one-sided, N²/Hz, at (k,) frequencies in Hz.
+        patterns: (p, n) N, what one standard deviation of each independent cause does to the force; None if none is
+            known.
         passed: Hz, pass band of the filter that the measured force went through; None if there was none.
     """
     count, per_hertz = force.size, 2 * force.size / rate
@@ -83,7 +108,26 @@ def whitening(
     kept = slice(first, min(count, max(least, top)))
     frequency = np.arange(kept.start, kept.stop) * rate / (2 * count)
     share = np.ones(frequency.size) if passed is None else passed_share(frequency, rate, passed)
-    return Whitening(count, rate, kept, np.sqrt(density(frequency) * rate / 2), share)
+    std = np.sqrt(density(frequency) * rate / 2)
+    given = np.zeros((0, count)) if patterns is None else patterns
+    _, strengths, unit = np.linalg.svd(dct(given, norm="ortho", axis=-1)[:, kept] / std, full_matrices=False)
+    return Whitening(count, rate, kept, std, share, unit, strengths)
+
+
+def shrunk(weights: Whitening, force: Vector, density: Callable[[Vector], Vector]) -> Whitening:
+    """For a force that is a posterior mean: of a frequency it holds S / (S + P), its power over the true force's.
+
+    A model's force is shrunk alike, else the little that is estimated of high frequencies would be taken for a property
+    of the layer, an inertance before all (Wiener 1949; the regression of what is estimated on what is true).
+
+    Args:
+        weights: not yet shrunk.
+        force: (n,) N, as estimated.
+        density: P, one-sided, N²/Hz, of the estimate's error at (k,) frequencies in Hz.
+    """
+    power = ndimage.uniform_filter1d(weights.coefficients(force[None])[0] ** 2, AVERAGED, mode="nearest")
+    share = power / (power + density(weights.frequency) * weights.rate / 2)
+    return replace(weights, passed=weights.passed * share)
 
 
 def reweighted(whitenings: Sequence[Whitening], residuals: Sequence[Vector]) -> tuple[Whitening, ...]:

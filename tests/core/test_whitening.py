@@ -39,3 +39,19 @@ def test_weights_follow_what_is_left_over_record_by_record_but_never_fall_below_
     heavier, same = reweighted(bands, left)
     assert heavier.std == pytest.approx(3 * bands[0].std)
     assert same.std == pytest.approx(bands[1].std)
+
+
+def test_noise_with_patterns_becomes_independent_and_comes_back() -> None:
+    """Two patterns of 50 times the free noise; 4 standard errors of the variance of 400 draws."""
+    rng = np.random.default_rng(4)
+    time = np.arange(COUNT) / RATE
+    patterns = 50 * np.array(
+        [np.sin(2 * np.pi * 0.7 * time), np.sin(2 * np.pi * 0.7 * time + 0.3) * np.exp(-time / 20)]
+    )
+    band = whitening(NOISE, RATE, UNIT, patterns=patterns)
+    free = whitening(NOISE, RATE, UNIT)
+    drawn = np.array([free.back(rng.standard_normal(free.std.size)) for _ in range(400)])
+    white = band.of(drawn + rng.standard_normal((400, 2)) @ patterns)
+    assert np.var(white @ band.patterns.T, axis=0) == pytest.approx(np.ones(2), abs=4 * np.sqrt(2 / 400))
+    assert np.var(white) == pytest.approx(1.0, abs=4 * np.sqrt(2 / white.size))
+    assert band.of(band.back(white[0])[None])[0] == pytest.approx(white[0], abs=1e-9)
