@@ -18,6 +18,7 @@ from service.routers import (
     buildings,
     comparisons,
     diagnoses,
+    diagnosis_pages,
     effects,
     events,
     fdsnws,
@@ -85,7 +86,8 @@ def create(settings: Settings) -> FastAPI:
         api.include_router(module.router)
     app.include_router(api)
     app.include_router(fdsnws.router, dependencies=[Depends(auth.viewer)])
-    for module in (pages, model_pages, pictures, model_pictures, login, health):  # who may ask is theirs to say
+    for_browsers = (pages, model_pages, diagnosis_pages, pictures, model_pictures, login)
+    for module in (*for_browsers, health):  # who may ask is theirs to say
         app.include_router(module.router)
     app.mount("/static", StaticFiles(directory=FOLDER / "static"))
     app.add_api_route("/openapi.json", described, include_in_schema=False)

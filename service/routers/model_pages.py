@@ -1,5 +1,6 @@
 """The pages of the models and of the physical effects, and their forms; no JavaScript."""
 
+from collections.abc import Mapping
 from datetime import UTC, datetime
 from typing import Annotated
 from urllib.parse import parse_qs
@@ -16,7 +17,7 @@ from service.effect_sheets import families
 from service.errors import ConflictError, NotFoundError
 from service.pages.rendering import page
 from service.parameters import LARGEST, Code, ModelId, Reading, Writing
-from service.queries import versions, watched, work
+from service.queries import diagnoses, versions, watched, work
 from service.routers.effects import EffectName, answered
 from service.routers.login import reader
 
@@ -28,6 +29,8 @@ VERSIONS = 200
 """Of a building's models that its page lists."""
 JOBS = 5
 """Of a model that its page lists."""
+OFFERED = 50
+"""Events that a page offers to leave out, the latest first."""
 MOST = 64 * 1024
 """Bytes of a posted form."""
 
@@ -57,6 +60,7 @@ def of_model(
         found = versions.version(session, model_id)
         compared = versions.latest_comparisons(session, [model_id])[model_id]
         jobs = work.jobs(session, None, None, model_id, None, JOBS)
+        there = versions.comparable(session, found.building_id, models.DIRECTIONS[found.direction], None)
         return page(
             request,
             "model",
@@ -68,6 +72,8 @@ def of_model(
             shown=_shown([one for one, _ in compared], comparison),
             jobs=jobs,
             is_working=any(job.state in ("waiting", "running") for job in jobs),
+            offered=there[: -OFFERED - 1 : -1],
+            diagnoses=diagnoses.diagnoses(session, model_id, None, JOBS),
             addable=[name for name in EFFECTS if name not in found.effects],
             may_work=by.role >= Role.engineer,
         )
@@ -130,3 +136,43 @@ def compare(model_id: ModelId, sessions: Writing, by: By) -> Response:
     with sessions.begin() as session:
         model_requests.compare(session, versions.version(session, model_id), None, by.name, datetime.now(UTC))
     return RedirectResponse(f"/models/{model_id}", 303)
+
+
+@router.post("/models/{model_id}/fit")
+def fit(model_id: ModelId, sessions: Writing, by: By, form: Form) -> Response:
+    """Fit the model to the events but those left out, and show how far that is."""
+    with sessions.begin() as session:
+        model = versions.version(session, model_id)
+        model_requests.fit(session, model, *_events(form), by.name, datetime.now(UTC))
+    return RedirectResponse(f"/models/{model_id}", 303)
+
+
+@router.post("/models/{model_id}/diagnose")
+def diagnose(model_id: ModelId, sessions: Writing, by: By, form: Form) -> Response:
+    """Ask what the model lacks by the events but those left out, and show how far that is."""
+    with sessions.begin() as session:
+        model = versions.version(session, model_id)
+        model_requests.diagnose(session, model, *_events(form), by.name, datetime.now(UTC))
+    return RedirectResponse(f"/models/{model_id}", 303)
+
+
+@router.post("/models/{model_id}/extend")
+def extend(model_id: ModelId, sessions: Writing, by: By, form: Form) -> Response:
+    """Add an effect to the model, and show how far that is."""
+    with sessions.begin() as session:
+        model = versions.version(session, model_id)
+        effect = form.get("effect", "")
+        model_requests.extend(session, model, effect, *_events(form), by.name, datetime.now(UTC))
+    return RedirectResponse(f"/models/{model_id}", 303)
+
+
+def _events(form: Mapping[str, str]) -> tuple[list[int] | None, list[int] | None]:
+    """Events to fit to and to leave out, of a form whose fields are named `event_1` and `hold_out_2`."""
+    return _numbers(form, "event_"), _numbers(form, "hold_out_")
+
+
+def _numbers(form: Mapping[str, str], prefix: str) -> list[int] | None:
+    written = [name.removeprefix(prefix) for name in form if name.startswith(prefix)]
+    if strange := [one for one in written if not (one.isascii() and one.isdigit() and len(one) < 10)]:
+        raise ConflictError(f"There is no event {strange[0]!r}; its number would do.")
+    return [int(one) for one in written] or None
