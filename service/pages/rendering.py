@@ -21,6 +21,11 @@ POLICY = {
 }
 
 
+LARGE = 1e7
+"""From which on a value and its standard deviation are written with a power of ten."""
+RAISED = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
 def page(request: Request, name: str, status: int = 200, **context: object) -> Response:
     """The page of a template; whoever came with a cookie gets a button to log out."""
     context["logged_in"] = COOKIE in request.cookies
@@ -36,6 +41,9 @@ def with_std(value: float, std: float) -> str:
     """A value and its standard deviation, both to the latter's first digit; a value alone where that is 0."""
     if std == 0:
         return f"{value:.4g}"
+    if abs(value) >= LARGE:
+        power = math.floor(math.log10(abs(value)))
+        return f"({with_std(value / 10**power, std / 10**power)}) · 10{str(power).translate(RAISED)}"
     decimals = -math.floor(math.log10(float(f"{std:.0e}")))
     return f"{_rounded(value, decimals)} ± {_rounded(std, decimals)}"
 

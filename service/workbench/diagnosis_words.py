@@ -29,7 +29,7 @@ def _nothing(found: Diagnosed) -> Iterator[str]:
 
 
 def _refit(found: Diagnosed) -> Iterator[str]:
-    yield "No effect is missing; the values are off. A fit would do: `menshin model fit`."
+    yield "No effect is missing; the values are off. A fit would do."
     yield f"Fitted, {_size(found)}."
     yield from _best(found)
 

@@ -68,7 +68,7 @@ def gain(before: Version, after: Version, records: Records) -> tuple[str, ...]:
     told = [_told(group, *errors[group]) for group in errors]
     said = f"The error of the force goes {' and '.join(told)}."
     if LEFT_OUT not in errors:
-        return said, "No earthquake was left out: whether it holds for another one is open; --hold-out FILE tells."
+        return said, "No earthquake was left out: whether it holds for another one is open; leaving one out tells."
     if helps(before, after, records):
         return (said,)
     return said, "It helps only the earthquakes it was fitted to: do not trust it elsewhere."

@@ -246,6 +246,7 @@ def test_a_browser_loads_nothing_from_elsewhere_and_runs_no_script(database_url:
         (3294.4, 96.0, "3300 ± 100"),
         (-0.0123, 0.0004, "-0.0123 ± 0.0004"),
         (3294.4, 0.0, "3294"),
+        (6.012e10, 5.9e8, "(6.01 ± 0.06) · 10¹⁰"),
     ],
 )
 def test_a_value_is_written_to_the_first_digit_of_its_standard_deviation(

@@ -119,7 +119,7 @@ def test_nothing_is_missing_where_nothing_is() -> None:
 
 def test_values_that_are_off_want_a_fit() -> None:
     found = diagnose(FAR, "far.toml", held_records(observations(BOUC_WEN, 0.02, 5)), silent, OFFERED)
-    assert words(found)[0] == "No effect is missing; the values are off. A fit would do: `menshin model fit`."
+    assert words(found)[0] == "No effect is missing; the values are off. A fit would do."
 
 
 @pytest.fixture(scope="module")
