@@ -27,8 +27,11 @@ PROMISING = 0.85
 """Of the best place's gain, from which on another one is worth a search."""
 OWN = 1e-4
 """Share of a signature that must be its own, else the model's parameters imitate it."""
+WIDE = 4.0
+"""Times, from the least to the largest of the usual lengths or speeds of an effect that the layer has seen: if fewer,
+REACH holds."""
 REACH = 50.0
-"""A length or speed of an effect is looked for from this part of the largest that the layer saw."""
+"""A length or speed of an effect is then looked for from this part of the largest."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -117,15 +120,16 @@ def starts(effect: str, observations: Sequence[Observation]) -> Iterator[Mapping
 
 
 def _grid(one: Parameter, observations: Sequence[Observation], points: int) -> Vector:
-    low, high = one.bounds
+    low_end, high_end = one.bounds
     seen = {
         "m": max(float(np.abs(o.layer.displacement).max()) for o in observations),
         "m/s": max(float(np.abs(o.layer.velocity).max()) for o in observations),
     }
     if one.unit in seen:
-        top = seen[one.unit]
-        return np.clip(np.geomspace(top / REACH, 0.9 * top, points + 1), low, high)
+        high = min(0.9 * seen[one.unit], one.prior.median * np.exp(2 * one.prior.spread))
+        low = one.prior.median * np.exp(-2 * one.prior.spread)
+        return np.clip(np.geomspace(low if low < high / WIDE else high / REACH, high, points + 1), low_end, high_end)
     spans = np.linspace(-1.0, 1.0, points) * one.prior.spread
     if isinstance(one.prior, LogNormal):
-        return np.clip(one.prior.median * np.exp(spans), low, high)
-    return np.clip(one.prior.median + spans, low, high)
+        return np.clip(one.prior.median * np.exp(spans), low_end, high_end)
+    return np.clip(one.prior.median + spans, low_end, high_end)
