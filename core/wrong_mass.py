@@ -77,17 +77,18 @@ def _logarithms(model: Isolator, free: tuple[Key, ...]) -> tuple[dict[str, float
     def add(name: str, value: float, by: Mapping[Key, float]) -> None:
         values[name], slopes[name] = value, np.array([by.get(key, 0.0) for key in free])
 
-    for name, effect in (("k_b", "elastic"), ("c_b", "viscous")):
-        if effect in effects and effects[effect][name] > 0:
-            add(name, float(np.log(effects[effect][name])), {(effect, name): 1 / effects[effect][name]})
-    yielding = effects.get("bouc_wen")
-    if yielding is not None and yielding["F_y"] > 0:
+    of = {parameter: effect for effect, held in effects.items() for parameter in held}
+    for name in ("k_b", "c_b"):
+        if name in of and effects[of[name]][name] > 0:
+            add(name, float(np.log(effects[of[name]][name])), {(of[name], name): 1 / effects[of[name]][name]})
+    if "F_y" in of and effects[of["F_y"]]["F_y"] > 0:
+        law, yielding = of["F_y"], effects[of["F_y"]]
         softening = yielding["beta"] + yielding["gamma"]
         end = float(np.log(yielding["A"] / softening)) / yielding["n"]
-        by_beta = {("bouc_wen", "beta"): -1 / (softening * yielding["n"])}
-        add("F_y", float(np.log(yielding["F_y"])) + end, {("bouc_wen", "F_y"): 1 / yielding["F_y"], **by_beta})
+        by_beta = {(law, "beta"): -1 / (softening * yielding["n"])}
+        add("F_y", float(np.log(yielding["F_y"])) + end, {(law, "F_y"): 1 / yielding["F_y"], **by_beta})
         far = float(np.log(yielding["D_y"] / yielding["A"])) + end
-        add("D_y", far, {("bouc_wen", "D_y"): 1 / yielding["D_y"], **by_beta})
+        add("D_y", far, {(law, "D_y"): 1 / yielding["D_y"], **by_beta})
     return values, slopes
 
 
