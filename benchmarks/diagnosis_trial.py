@@ -1,0 +1,126 @@
+"""What does a diagnosis make of one building in which something is hidden?"""
+
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from time import process_time
+
+import numpy as np
+
+sys.path.append(str(Path(__file__).resolve().parents[1] / "tests" / "support"))  # the generator is the tests'
+
+from hidden.trial import Event, Trial, trial
+
+from core.analysis import AnalysisSettings, EventAnalysis, analyse
+from core.diagnosis import Diagnosis, diagnosed
+from core.driven import driven
+from core.effects import EFFECTS
+from core.first_model import first_model
+from core.isolator import Isolator, carried
+from core.known_superstructure import known_superstructure
+from core.modal_response import respond
+from core.observation import Observation, observations
+from core.record import Segment
+from core.suspicion import suspicions
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One trial, as it is kept."""
+
+    case: str
+    seed: int
+    noise: float
+    """Of each channel, over its root mean square."""
+    misfit: float
+    """How far what is hidden moves the force, over the force."""
+    hidden: tuple[str, ...]
+    """Effects; an empty name for a law that the library has not."""
+    outcome: str
+    unknown: bool
+    named: tuple[str, ...]
+    """Effects that were added, in their order."""
+    sets: tuple[tuple[str, ...], ...]
+    """What the records could not tell from each of them, itself among it."""
+    suspects: tuple[str, ...]
+    """Kinds of what was suspected before the layer, each with its channel."""
+    before: float
+    """Residual over noise floor."""
+    after: float
+    predicted: float
+    """NRMSE of the displacement in an earthquake that was not used, by the ground alone, against the exact one."""
+    predicted_before: float
+    """The same of the model that was given, its values fitted."""
+    seconds: float
+    """Of processor time, of the diagnosis."""
+
+
+def row(case: str, seed: int) -> Row:
+    """The trial of that case and seed, diagnosed."""
+    made = trial(case, seed)
+    analyses = [analysed(event, made) for event in made.events]
+    seen = [one for number, found in enumerate(analyses) for one in _along_x(found, made, number)]
+    fitted = seen[: len(made.fitted)]
+    begun = process_time()
+    found = diagnosed(fitted, first_model(made.described).isolator)
+    seconds = process_time() - begun
+    explains = not found.steps and not found.unexplained.is_there
+    suspects = suspicions(analyses[: len(made.fitted)], made.described, found.refitted if explains else None)
+    return Row(
+        case,
+        seed,
+        made.noise.level,
+        made.misfit,
+        made.effects,
+        suspects[0].cause.value if suspects else found.outcome.value,
+        found.is_unknown,
+        tuple(step.chosen.effect for step in found.steps),
+        tuple(tuple(one.effect for one in step.ranking.asked_for) for step in found.steps),
+        tuple(f"{one.kind}@{one.channel}" for one in suspects),
+        found.before.over_floor,
+        found.unexplained.over_floor,
+        *(_predicted(model, seen, analyses, made) for model in _models(found)),
+        seconds,
+    )
+
+
+def analysed(event: Event, made: Trial) -> EventAnalysis:
+    """What the product makes of an earthquake's records."""
+    segments = [
+        Segment(channel.id, event.start, event.record.rate, samples)
+        for channel, samples in zip(event.record.channels, event.record.samples, strict=True)
+    ]
+    return analyse(segments, made.described, AnalysisSettings())
+
+
+def family(effects: Sequence[str]) -> set[str]:
+    """Of each effect."""
+    return {EFFECTS[name].family for name in effects if name}
+
+
+def _along_x(found: EventAnalysis, made: Trial, number: int) -> list[Observation]:
+    every = observations(found, made.described, f"earthquake {number}", made.events[0].start)
+    return [one for one in every if one.direction == "x"]
+
+
+def _models(found: Diagnosis) -> tuple[Isolator, Isolator]:
+    return found.after.model, found.refitted.model
+
+
+def _predicted(model: Isolator, seen: Sequence[Observation], analyses: Sequence[EventAnalysis], made: Trial) -> float:
+    """Of the earthquake after those that were fitted; NaN where it was not analysed."""
+    if len(seen) <= len(made.fitted):
+        return float("nan")
+    new, states = seen[len(made.fitted)], None
+    for one in seen[: len(made.fitted)]:
+        answer = driven(
+            model, one.layer.displacement, one.layer.velocity, one.rate, conditions=one.conditions, states=states
+        )
+        states = carried(model, answer.states)
+    forces = [one.directions["x"].restoring_force for one in analyses[: len(made.fitted)] if "x" in one.directions]
+    known = known_superstructure(forces, made.described)
+    event = made.events[len(made.fitted)]
+    response = respond(known.modes, made.described.base_mass, model, event.ground[0], new.rate, new.conditions, states)
+    exact = event.displacement[0]
+    return float(np.linalg.norm(response.isolator_displacement - exact) / np.linalg.norm(exact))
