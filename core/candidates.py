@@ -43,16 +43,6 @@ class Preview:
     """The model with it, where a search would begin."""
     gain: float
     """Of chi-square, the model's other parameters free to move a little."""
-    gain_of_any_sign: float
-    """The same if strengths of the effect could be negative that cannot."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Candidate:
-    """A model with one more effect, fitted."""
-
-    effect: str
-    fit: Fit
 
 
 def previews(evidence: Evidence, base: Fit, effect: str) -> tuple[Preview, ...]:
@@ -65,7 +55,7 @@ def previews(evidence: Evidence, base: Fit, effect: str) -> tuple[Preview, ...]:
     """
     basis = np.linalg.qr(tangents(evidence, base).T).Q
     found = [
-        Preview(effect, model, *_gains(base.residual, basis, signature(evidence, base, model), _is_one_sided(effect)))
+        Preview(effect, model, _gain(base.residual, basis, signature(evidence, base, model), _is_one_sided(effect)))
         for values in starts(effect, evidence.observations)
         for model in (Isolator({**base.model.effects, effect: values}),)
     ]
@@ -78,24 +68,24 @@ def _is_one_sided(effect: str) -> tuple[bool, ...]:
     return tuple(parameter((effect, name)).bounds[0] >= 0 for name in EFFECTS[effect].linear) or (True,)
 
 
-def _gains(residual: Vector, basis: Matrix, signature: Matrix, one_sided: Sequence[bool]) -> tuple[float, float]:
-    """What least squares take of the residual with what is a signature's own: as its signs allow, and by any."""
+def _gain(residual: Vector, basis: Matrix, signature: Matrix, one_sided: Sequence[bool]) -> float:
+    """What least squares take of the residual with what is a signature's own, as its signs allow."""
     if not np.isfinite(signature).all():  # the law is too fast for the records at these values
-        return -np.inf, -np.inf
+        return -np.inf
     own = signature - (signature @ basis) @ basis.T
     size = np.linalg.norm(own, axis=1)
     there = size > OWN * np.linalg.norm(signature, axis=1)
     if not there.any():
-        return 0.0, 0.0
+        return 0.0
     unit = own[there] / size[there, None]
     across = np.linalg.qr(unit.T)
     asked = residual @ across.Q
     both = np.flatnonzero(~np.array(one_sided)[there])
     _, left = nnls(np.hstack([across.R, -across.R[:, both]]), asked)
-    return max(0.0, float(asked @ asked - left**2)), float(asked @ asked)
+    return max(0.0, float(asked @ asked - left**2))
 
 
-def candidate(evidence: Evidence, found: Sequence[Preview]) -> Candidate:
+def candidate(evidence: Evidence, found: Sequence[Preview]) -> Fit:
     """The model with one more effect, everything fitted, from the best places to begin.
 
     Args:
@@ -103,7 +93,7 @@ def candidate(evidence: Evidence, found: Sequence[Preview]) -> Candidate:
         found: previews of the effect.
     """
     fits = (fitted(evidence, one.model) for one in found)
-    return Candidate(found[0].effect, min(fits, key=lambda fit: fit.chi_square))
+    return min(fits, key=lambda fit: fit.chi_square)
 
 
 def starts(effect: str, observations: Sequence[Observation]) -> Iterator[Mapping[str, float]]:

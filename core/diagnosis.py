@@ -5,7 +5,7 @@ are several, each is then put up against all others once again. Whether anything
 beside every name: with the truth missing from the library, a wrong name is nearly always significant.
 """
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
@@ -95,11 +95,6 @@ class Diagnosis:
     """Of the candidates for the model with all effects."""
 
     @property
-    def equivalent(self) -> tuple[Judged, ...]:
-        """Effects that would do as well as the first one named."""
-        return self.first.asked_for
-
-    @property
     def is_unknown(self) -> bool:
         """Whether something is at work that the library's effects, a few of them, do not explain."""
         return self.unexplained.is_there or len(self.steps) > FEW_EFFECTS
@@ -176,10 +171,5 @@ def _outcome(steps: Sequence[Step], before: Unexplained, left: Unexplained) -> O
     sets = [{one.effect for one in step.ranking.asked_for} for step in steps]
     families = [{EFFECTS[name].family for name in one} for one in sets]
     if all(len(one) == 1 for one in sets):
-        return Outcome.EFFECT if len(set(_all(families))) == len(steps) or len(steps) == 1 else Outcome.FAMILY
+        return Outcome.EFFECT if len(set().union(*families)) == len(steps) else Outcome.FAMILY
     return Outcome.FAMILY if all(len(one) == 1 for one in families) else Outcome.ONE_OF_SET
-
-
-def _all(sets: Sequence[set[str]]) -> Iterator[str]:
-    for one in sets:
-        yield from one

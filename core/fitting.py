@@ -15,8 +15,8 @@ from scipy import linalg
 from core.arrays import Matrix, Vector
 from core.effect import LogNormal, Normal, Parameter
 from core.effects import EFFECTS
-from core.isolator import Isolator
-from core.layer_columns import Evidence, Key, columns, groups
+from core.isolator import Isolator, Key
+from core.layer_columns import Evidence, columns, groups
 
 SETTLED = 0.05
 """Of half of chi-square: a step that gains less ends the search, or less than RELATIVE of it."""

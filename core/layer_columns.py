@@ -16,13 +16,11 @@ from core.driven import Driven, driven
 from core.effect import RESULTS, YIELDED
 from core.effects import EFFECTS
 from core.error_spectrum import of_fused_displacement, white
-from core.isolator import Isolator, carried
+from core.isolator import Isolator, Key, carried
 from core.observation import LayerHistory, Observation
 from core.record import Direction
 from core.whitening import BAND, Whitening, shrunk, whitening
 
-Key = tuple[str, str]
-"""Names of an effect and of one of its parameters."""
 KEPT = 300
 """Choices of values whose columns are remembered."""
 

@@ -16,7 +16,7 @@ from core.fitting import Fit, at_values, fitted
 from core.isolator import Isolator
 from core.layer_columns import Evidence
 from core.observation import Observation
-from core.whitening import reweighted
+from core.weighed_fit import inflation, weighed_by
 
 DECISIVE = 10.0
 """Difference in BIC that settles a question (Kass and Raftery 1995: very strong from 10 on)."""
@@ -89,43 +89,29 @@ def ranked(observations: Sequence[Observation], model: Isolator, effects: Sequen
     """
     first = Evidence.by_noise(observations)
     base = fitted(first, model)
-    evidence = _reweighted(first, base)
+    evidence = weighed_by(first, base)
     base = fitted(evidence, base.model)
     seen = sorted((previews(evidence, base, name) for name in effects), key=lambda found: -found[0].gain)
     promising = [found for found in seen[:SEARCHED] if found[0].gain > PROMISING * seen[0][0].gain]
-    fits = [candidate(evidence, found) for found in promising]
+    fits = {found[0].effect: candidate(evidence, found) for found in promising}
     if fits:
-        evidence = _reweighted(first, at_values(first, min(fits, key=lambda one: one.fit.chi_square).fit.model))
+        evidence = weighed_by(first, at_values(first, min(fits.values(), key=lambda fit: fit.chi_square).model))
     base = fitted(evidence, base.model)
-    final = {one.effect: fitted(evidence, one.fit.model) for one in fits}
+    final = {name: fitted(evidence, fit.model) for name, fit in fits.items()}
     final |= {found[0].effect: at_values(evidence, found[0].model) for found in seen[len(fits) :]}
     best = min([base, *final.values()], key=lambda fit: fit.chi_square)
-    inflation = _inflation(evidence, best)
-    judged = [_judged(name, evidence, base, fit, inflation) for name, fit in final.items()]
+    τ = inflation(evidence, best)
+    judged = [_judged(name, evidence, base, fit, τ) for name, fit in final.items()]
     return Ranking(
         base,
         tuple(sorted(judged, key=lambda one: one.delta_bic)),
         evidence,
-        inflation,
+        τ,
         np.array([np.linalg.norm(w.std) / np.sqrt(w.count) for w in first.whitenings]),
     )
 
 
-def _judged(name: str, evidence: Evidence, base: Fit, fit: Fit, inflation: float) -> Judged:
+def _judged(name: str, evidence: Evidence, base: Fit, fit: Fit, τ: float) -> Judged:
     more = len(fit.free) - len(base.free)
-    delta = (fit.chi_square - base.chi_square) / inflation + more * np.log(evidence.target.size / inflation)
+    delta = (fit.chi_square - base.chi_square) / τ + more * np.log(evidence.target.size / τ)
     return Judged(name, fit, float(delta))
-
-
-def _reweighted(first: Evidence, fit: Fit) -> Evidence:
-    residuals = [fit.residual[span] for span in first.spans]
-    return first.weighed(first.observations, reweighted(first.whitenings, residuals))
-
-
-def _inflation(evidence: Evidence, fit: Fit) -> float:
-    """τ: the residual's mean power where the force lies, over that everywhere."""
-    each = []
-    for span in evidence.spans:
-        power, force = fit.residual[span] ** 2, evidence.target[span] ** 2
-        each.append(np.sum(power * force) / (np.sum(force) * np.mean(power)))
-    return max(1.0, float(np.mean(each)))

@@ -37,10 +37,15 @@ def weighed_fit(observations: Sequence[Observation], model: Isolator) -> Weighed
         raise RecordError("no earthquake is left to fit to; one that is not held out, with force and motion, would do")
     by_noise = Evidence.by_noise(sorted(observations, key=lambda one: one.start))
     first = fitted(by_noise, model)
-    residuals = [first.residual[span] for span in by_noise.spans]
-    evidence = by_noise.weighed(by_noise.observations, reweighted(by_noise.whitenings, residuals))
+    evidence = weighed_by(by_noise, first)
     fit = fitted(evidence, first.model)
     return WeighedFit(fit, evidence, inflation(evidence, fit))
+
+
+def weighed_by(by_noise: Evidence, fit: Fit) -> Evidence:
+    """The same records, weighed by what a fit to them leaves over where that is more than noise."""
+    residuals = [fit.residual[span] for span in by_noise.spans]
+    return by_noise.weighed(by_noise.observations, reweighted(by_noise.whitenings, residuals))
 
 
 def inflation(evidence: Evidence, fit: Fit) -> float:

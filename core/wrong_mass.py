@@ -12,8 +12,7 @@ import numpy as np
 
 from core.arrays import Matrix, Vector
 from core.fitting import Fit
-from core.isolator import Isolator
-from core.layer_columns import Key
+from core.isolator import Isolator, Key
 
 DESIGN = 0.04
 """Of the logarithm of each design value: standard deviation about what was built."""

@@ -7,7 +7,7 @@ from math import sqrt
 import numpy as np
 
 from core.fitting import Fit, Outcome, parameter
-from core.layer_columns import Key
+from core.isolator import Key
 from service.pages.units import shown, unit
 from service.workbench.values import rounded
 
