@@ -4,7 +4,7 @@ Each effect that the model does not have is added to it and everything is fitted
 own parameters. They are ranked by Schwarz's (1978) criterion, with the noise that the best of them leaves over.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -45,15 +45,22 @@ class Preview:
     """Of chi-square, the model's other parameters free to move a little."""
 
 
-def previews(evidence: Evidence, base: Fit, effect: str) -> tuple[Preview, ...]:
-    """The best places to begin a search from, best first: Rao's (1948) score test over a grid of the effect's shapes.
+def previews(evidence: Evidence, base: Fit, effects: Iterable[str]) -> tuple[tuple[Preview, ...], ...]:
+    """Of every effect the best places to begin a search from: Rao's (1948) score test over a grid of its shapes.
+
+    The most promising effect first, and of each the best place.
 
     Args:
         evidence: the records, weighed.
-        base: the model without it, fitted to them.
-        effect: its name.
+        base: the model without them, fitted to the records.
+        effects: their names.
     """
     basis = np.linalg.qr(tangents(evidence, base).T).Q
+    found = (_preview(evidence, base, basis, effect) for effect in effects)
+    return tuple(sorted(found, key=lambda places: -places[0].gain))
+
+
+def _preview(evidence: Evidence, base: Fit, basis: Matrix, effect: str) -> tuple[Preview, ...]:
     found = [
         Preview(effect, model, _gain(base.residual, basis, signature(evidence, base, model), _is_one_sided(effect)))
         for values in starts(effect, evidence.observations)

@@ -14,6 +14,7 @@ import numpy as np
 from core.effects import EFFECTS
 from core.fitting import Fit, chi_square
 from core.isolator import Isolator
+from core.layer_columns import Evidence
 from core.observation import Observation
 from core.ranking import DECISIVE, Judged, Ranking, ranked
 from core.unexplained import explained_share
@@ -110,15 +111,15 @@ def diagnosed(
         model: effects and values.
         effects: names of those that may be added.
     """
-    in_order = sorted(observations, key=lambda one: one.start)
-    first = last = ranked(in_order, model, _absent(effects, model))
+    by_noise = Evidence.by_noise(sorted(observations, key=lambda one: one.start))
+    first = last = ranked(by_noise, model, _absent(effects, model))
     steps: list[Step] = []
     while last.asked_for and len(steps) < MOST_EFFECTS:
         steps.append(Step(last, last.candidates[0]))
         now = steps[-1].chosen.fit.model
-        last = ranked(in_order, now, _absent(effects, now))
+        last = ranked(by_noise, now, _absent(effects, now))
     if len(steps) > 1:
-        steps, last = _swapped(in_order, steps, last, effects)
+        steps, last = _swapped(by_noise, steps, last, effects)
     before, left = _unexplained(first, first.base), _unexplained(last, last.base)
     outcome = _outcome(steps, before, left)
     if outcome is Outcome.NOTHING_MISSING and _is_off(first, model):
@@ -127,7 +128,7 @@ def diagnosed(
 
 
 def _swapped(
-    observations: Sequence[Observation], steps: list[Step], last: Ranking, effects: Collection[str]
+    by_noise: Evidence, steps: list[Step], last: Ranking, effects: Collection[str]
 ) -> tuple[list[Step], Ranking]:
     """Each effect but the last one added, once more against all others, now that those after it are there.
 
@@ -135,14 +136,14 @@ def _swapped(
     """
     for step in tuple(steps[:-1]):
         without = Isolator({n: v for n, v in last.base.model.effects.items() if n != step.chosen.effect})
-        ranking = ranked(observations, without, _absent(effects, without))
+        ranking = ranked(by_noise, without, _absent(effects, without))
         if step.chosen.effect in {one.effect for one in ranking.asked_for}:
             continue
         place = steps.index(step)
         instead = [Step(ranking, ranking.candidates[0])] if ranking.asked_for else []
         steps = [*steps[:place], *instead, *steps[place + 1 :]]
         now = instead[0].chosen.fit.model if instead else ranking.base.model
-        last = ranked(observations, now, _absent(effects, now))
+        last = ranked(by_noise, now, _absent(effects, now))
     return steps, last
 
 

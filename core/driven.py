@@ -2,8 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
-from math import ceil
 
 import numpy as np
 
@@ -13,11 +11,7 @@ from core.effect import RESULTS
 from core.effects import EFFECTS
 from core.errors import ModelError
 from core.isolator import Conditions, Isolator, Key, Packed, packed, parameter_names
-
-SUBSTEPS = 2
-"""Runge-Kutta steps per sample, unless told otherwise, if that keeps to LONGEST_STEP."""
-LONGEST_STEP = 4e-3
-"""s."""
+from core.path import Path, path
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,22 +67,29 @@ def driven(
         wanted: parameters to differentiate by.
         states: (m,) at the first sample; None for zero. See core.isolator.carried.
         states_by_parameter: (wanted, m) at the first sample; None for zero.
-        substeps: per sample; None for SUBSTEPS, or as many as keep to LONGEST_STEP.
+        substeps: per sample; None for as many as the laws ask for, see core.driven_kernels.
 
     Raises:
         ModelError: what is given differs in length, or a wanted parameter is none of the model's.
     """
-    given = conditions or Conditions.usual(displacement.size, rate)
-    if not displacement.shape == velocity.shape == given.time.shape or displacement.size < 2:
-        raise ModelError(
-            f"displacement {displacement.shape}, velocity {velocity.shape} and conditions {given.time.shape} must be "
-            "alike vectors of two samples or more"
-        )
+    way = path(displacement, velocity, rate, conditions, substeps)
+    return along(way, isolator, wanted=wanted, states=states, states_by_parameter=states_by_parameter)
+
+
+def along(
+    way: Path,
+    isolator: Isolator,
+    *,
+    wanted: Sequence[Key] = (),
+    states: Vector | None = None,
+    states_by_parameter: Matrix | None = None,
+) -> Driven:
+    """The same along a path that many models are driven along.
+
+    Raises:
+        ModelError: what is given differs in length, or a wanted parameter is none of the model's.
+    """
     model = packed(isolator)
-    steps = substeps or max(SUBSTEPS, ceil(1 / (rate * LONGEST_STEP) - 1e-9))
-    path = _Path(
-        _extended(displacement, velocity, given), _acceleration(velocity, rate), _weights(steps), 1 / rate / steps
-    )
     start = np.zeros(model.states) if states is None else states
     changes = np.zeros((len(wanted), model.states)) if states_by_parameter is None else states_by_parameter
     if start.shape != (model.states,) or changes.shape != (len(wanted), model.states):
@@ -96,31 +97,32 @@ def driven(
             f"the model has {model.states} states and {len(wanted)} parameters are wanted; the states at the "
             f"start are {start.shape}, their derivatives {changes.shape}"
         )
-    return _answer(path, model, [_wanted(model, isolator, key) for key in wanted], start, changes)
+    return _answer(way, model, [_wanted(model, isolator, key) for key in wanted], start, changes)
 
 
-def _answer(path: "_Path", model: Packed, wanted: list["_Wanted"], start: Vector, changes: Matrix) -> Driven:
-    force, _, states = _integrated(path, model, np.zeros(model.p.size), start, 0)
+def _answer(way: Path, model: Packed, wanted: list["_Wanted"], start: Vector, changes: Matrix) -> Driven:
+    force, _, states = _integrated(way, model, np.zeros(model.p.size), start, 0)
     by_parameter, by_end = np.empty((len(wanted), force.size)), np.zeros((len(wanted), model.states))
     at_once = [n for n, one in enumerate(wanted) if one.stateless and not changes[n].any()]
     if at_once:
         directions = np.array([wanted[n].direction for n in at_once])
-        arrays = path.samples, path.acceleration, model.opcode, model.at_p, model.at_x, model.p
+        arrays = way.samples, way.acceleration, model.opcode, model.at_p, model.at_x, model.p
         by_parameter[at_once] = column_kernel()(*arrays, directions, states)
     for n in sorted({*range(len(wanted))} - {*at_once}):
         both = np.concatenate([start, changes[n]])
-        _, by_parameter[n], followed = _integrated(path, model, wanted[n].direction, both, model.states)
+        _, by_parameter[n], followed = _integrated(way, model, wanted[n].direction, both, model.states)
         by_end[n] = followed[-1, model.states :]
     return Driven(force=force, by_parameter=by_parameter, states=states[-1], states_by_parameter=by_end)
 
 
-def _integrated(path: "_Path", model: Packed, direction: Vector, start: Vector, behind: int) -> tuple[Vector, ...]:
+def _integrated(way: Path, model: Packed, direction: Vector, start: Vector, behind: int) -> tuple[Vector, ...]:
     kernel = tangent_kernel() if behind else force_kernel()
     found: tuple[Vector, ...] = kernel(
-        path.samples,
-        path.acceleration,
-        path.weights,
-        path.step,
+        way.samples,
+        way.acceleration,
+        way.weights,
+        way.interval,
+        way.least,
         model.opcode,
         model.at_p,
         model.at_x,
@@ -149,41 +151,3 @@ def _wanted(model: Packed, isolator: Isolator, key: Key) -> _Wanted:
     direction[keys.index(key)] = 1.0
     own = key[1] in effect.linear or not effect.states
     return _Wanted(direction, stateless=model.states == 0 or (effect.acts_on in RESULTS and own))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Path:
-    samples: Matrix
-    """(n + 3, 7) u, v and the conditions' rows, from one before the first sample to two after the last."""
-    acceleration: Vector
-    """(n,) m/s², of the layer."""
-    weights: Matrix
-    """(2 * substeps + 1, 4) of four neighbouring samples, at the ends and the middle of every step."""
-    step: float
-    """s."""
-
-
-def _extended(displacement: Vector, velocity: Vector, given: Conditions) -> Matrix:
-    samples = np.empty((displacement.size + 3, 7))
-    samples[1:-2, 0], samples[1:-2, 1], samples[1:-2, 2:] = displacement, velocity, given.rows
-    samples[0] = 2 * samples[1] - samples[2]
-    samples[-2:] = 2 * samples[-3] - samples[-4]
-    return samples
-
-
-def _acceleration(velocity: Vector, rate: float) -> Vector:
-    """Of fourth order between five neighbours, of second at the ends."""
-    if velocity.size < 5:
-        return np.gradient(velocity, 1 / rate)
-    found = np.gradient(velocity, 1 / rate, edge_order=2)
-    wide = (velocity[4:] - velocity[:-4]) / (4 / rate)
-    found[2:-2] = (4 * found[2:-2] - wide) / 3
-    return found
-
-
-@cache
-def _weights(substeps: int) -> Matrix:
-    t = np.linspace(0, 1, 2 * substeps + 1)
-    return 0.5 * np.column_stack(
-        [t * (t * (2 - t) - 1), t * t * (3 * t - 5) + 2, t * (t * (4 - 3 * t) + 1), t * t * (t - 1)]
-    )

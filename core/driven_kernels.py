@@ -34,6 +34,8 @@ def column_kernel() -> Any:  # noqa: ANN401  numba's functions have no type
 program: Any = None
 at: Any = None
 """Bound when compiled."""
+TOLERANCE = 3e-3
+"""Of the largest that a state has been: by which the two slopes in the middle of a step may differ, times the step."""
 
 
 def _force_at(m, opcode, at_p, at_x, p, change_of_p, behind, x, dx):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
@@ -59,29 +61,35 @@ def _columns(samples, acceleration, opcode, at_p, at_x, p, directions, states): 
     return found
 
 
-def _integrate(samples, acceleration, weights, step, opcode, at_p, at_x, p, change_of_p, behind, start):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _integrate(samples, acceleration, weights, interval, least, opcode, at_p, at_x, p, change_of_p, behind, start):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """Force, its change and the states at every sample, by the classical Runge-Kutta method.
 
-    `samples` begin one before the first; the row of `weights` for a point between two of them combines four.
+    From sample to sample in `least` steps, in twice as many again and again where the slopes in a step's middle differ
+    by more than TOLERANCE allows, and in as many as `weights` has points for where the motion reverses, since there
+    laws have their kinks. `samples` begin one before the first; the row of `weights` for a point between two of them
+    combines four.
     """
-    n, substeps = acceleration.size, weights.shape[0] // 2
-    ahead, share = (0.0, step / 2, step / 2, step), (step / 6, step / 3, step / 3, step / 6)
+    n, finest, judged = acceleration.size, weights.shape[0] // 2, start.size - behind
     force, change, states = np.empty(n), np.empty(n), np.empty((n, start.size))
     x, dx, stage, end = start.copy(), np.zeros(start.size), np.zeros(start.size), np.zeros(start.size)
-    now = np.zeros(samples.shape[1])
+    middle, largest, now, parts = np.zeros(judged), np.abs(start[:judged]), np.zeros(samples.shape[1]), least
     for i in range(n):
-        for s in range(substeps):
+        parts = finest if samples[i + 1, 1] * samples[i + 2, 1] < 0 else max(least, parts // 2)
+        s = 0
+        while s < parts:
+            step, stride = interval / parts, finest // parts
+            is_rough = False
             for j in range(x.size):
                 end[j] = x[j]
             for k in range(4):
                 if k != 2:
-                    w = weights[2 * s + (k + 1) // 2]
+                    w = weights[stride * (2 * s + (k + 1) // 2)]
                     for c in range(now.size):
                         now[c] = (w[0] * samples[i, c] + w[3] * samples[i + 3, c]) + (
                             w[1] * samples[i + 1, c] + w[2] * samples[i + 2, c]
                         )
                 for j in range(x.size):
-                    stage[j] = x[j] + ahead[k] * dx[j]
+                    stage[j] = x[j] if k == 0 else x[j] + (step if k == 3 else step / 2) * dx[j]
                 answer = at(now, opcode, at_p, at_x, p, change_of_p, behind, stage, dx)
                 if s == 0 and k == 0:
                     force[i] = answer[0] + answer[1] * acceleration[i]
@@ -90,10 +98,25 @@ def _integrate(samples, acceleration, weights, step, opcode, at_p, at_x, p, chan
                         states[i, j] = x[j]
                 if x.size == 0 or i + 1 == n:
                     break
+                for j in range(judged):
+                    if k == 1:
+                        middle[j] = dx[j]
+                    elif k == 2 and not step * abs(dx[j] - middle[j]) <= TOLERANCE * largest[j]:
+                        is_rough = True
+                if is_rough and parts < finest:
+                    break
                 for j in range(x.size):
-                    end[j] += share[k] * dx[j]
+                    end[j] += step * (1 / 6 if k % 3 == 0 else 1 / 3) * dx[j]
             if x.size == 0 or i + 1 == n:
                 break
+            if is_rough and parts < finest:
+                parts, s = 2 * parts, 0
+                for j in range(x.size):
+                    x[j] = states[i, j]
+                continue
+            s += 1
             for j in range(x.size):
                 x[j] = end[j]
+        for j in range(judged):
+            largest[j] = max(largest[j], abs(x[j]))
     return force, change, states

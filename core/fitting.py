@@ -252,8 +252,10 @@ def _step(
 ) -> tuple[_Point | None, float]:
     """A better point, None if there is none; and the damping for the next step."""
     normal, descent, free = downhill
+    size = np.sqrt(np.diag(normal))
+    alike = normal / np.outer(size, size)
     for _ in range(8):
-        change = linalg.solve(normal + damping * np.diag(np.diag(normal)), descent, assume_a="pos")
+        change = linalg.solve(alike + damping * np.eye(size.size), descent / size, assume_a="pos") / size
         change *= min(1.0, LONGEST_STEP / np.abs(change).max())
         moved = {search.nonlinear[row]: step for row, step in zip(free, change, strict=True)}
         tried = _at(evidence, search, {**point.values, **dict(_moved(point.values, moved))})

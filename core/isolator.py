@@ -10,7 +10,7 @@ import numpy as np
 from core.arrays import Indices, Matrix, Vector
 from core.effects import EFFECTS
 from core.errors import ModelError
-from core.program import in_order
+from core.program import in_order, opcodes
 
 Key = tuple[str, str]
 """Names of an effect and of one of its parameters, or states."""
@@ -81,12 +81,12 @@ class Conditions:
 
 def packed(isolator: Isolator) -> Packed:
     """The model as arrays, the effects that scale others first."""
-    order, names = in_order(EFFECTS), _packing(isolator)
+    names = _packing(isolator)
     effects = [EFFECTS[name] for name in names]
     sizes = [len(effect.parameters) for effect in effects]
     states = [len(effect.states) for effect in effects]
     return Packed(
-        opcode=np.array([order.index(name) for name in names], dtype=np.intp),
+        opcode=np.array([opcodes()[name] for name in names], dtype=np.intp),
         at_p=np.cumsum([0, *sizes])[: len(names)].astype(np.intp),
         at_x=np.cumsum([0, *states])[: len(names)].astype(np.intp),
         p=np.array([isolator.effects[name][parameter] for name, parameter in parameter_names(isolator)], dtype=float),
@@ -116,9 +116,8 @@ def carried(isolator: Isolator, states: States) -> States:
     return kept
 
 
-def _packing(isolator: Isolator) -> list[str]:
-    order = in_order(EFFECTS)
-    return sorted(isolator.effects, key=order.index)
+def _packing(isolator: Isolator) -> tuple[str, ...]:
+    return in_order({name: EFFECTS[name] for name in isolator.effects})
 
 
 def _check(name: str, values: Mapping[str, float]) -> None:

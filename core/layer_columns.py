@@ -6,23 +6,24 @@ once for each choice of its nonlinear parameters.
 """
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
 
 from core.arrays import Matrix, Vector
-from core.driven import Driven, driven
+from core.driven import Driven, along
 from core.effect import RESULTS, YIELDED
 from core.effects import EFFECTS
 from core.error_spectrum import of_fused_displacement, white
 from core.isolator import Isolator, Key, carried
 from core.observation import LayerHistory, Observation
+from core.path import Path, path
 from core.record import Direction
 from core.whitening import BAND, Whitening, shrunk, whitening
 
-KEPT = 300
-"""Choices of values whose columns are remembered."""
+KEPT = 2e8
+"""Bytes of columns that are remembered, the last ones."""
 
 
 def groups(names: Iterable[str]) -> tuple[tuple[str, ...], ...]:
@@ -49,21 +50,25 @@ class Evidence:
     """The records that a model is fitted to, in the order of their times, the force whitened."""
 
     observations: tuple[Observation, ...]
+    paths: tuple[Path, ...]
+    """That a model is driven along."""
     whitenings: tuple[Whitening, ...]
     target: Vector
     """(m,) the measured forces, one record's coefficients after the other's."""
     known: dict[tuple[object, ...], Matrix] = field(default_factory=dict)
-    """N, columns that were computed before, the last KEPT of them, not yet over the noise."""
+    """N, columns that were computed before, not yet over the noise: the same however the records are weighed."""
 
     @classmethod
     def by_noise(cls, observations: Sequence[Observation]) -> "Evidence":
         """Weighed by what is uncertain of the measured force, and of the motion that drives a model."""
-        return cls((), (), np.zeros(0)).weighed(observations, [_whitening(one) for one in observations])
+        seen = tuple(observations)
+        paths = tuple(path(o.layer.displacement, o.layer.velocity, o.rate, o.conditions) for o in seen)
+        return cls(seen, paths, (), np.zeros(0)).weighed([_whitening(one) for one in seen])
 
-    def weighed(self, observations: Sequence[Observation], whitenings: Sequence[Whitening]) -> "Evidence":
+    def weighed(self, whitenings: Sequence[Whitening]) -> "Evidence":
         """The same records by other noise."""
-        white = [w.of(o.layer.force[None])[0] for o, w in zip(observations, whitenings, strict=True)]
-        return Evidence(tuple(observations), tuple(whitenings), np.concatenate(white), self.known)
+        white = [w.of(o.layer.force[None])[0] for o, w in zip(self.observations, whitenings, strict=True)]
+        return replace(self, whitenings=tuple(whitenings), target=np.concatenate(white))
 
     @property
     def spans(self) -> tuple[slice, ...]:
@@ -108,9 +113,9 @@ def columns(evidence: Evidence, model: Isolator, wanted: Sequence[Key]) -> Matri
     """
     key = (tuple(wanted), *((name, *values.values()) for name, values in model.effects.items()))
     if key not in evidence.known:
-        if len(evidence.known) >= KEPT:
-            evidence.known.pop(next(iter(evidence.known)))
         evidence.known[key] = _columns(evidence, model, wanted)
+        while sum(one.nbytes for one in evidence.known.values()) > KEPT and len(evidence.known) > 1:
+            evidence.known.pop(next(iter(evidence.known)))
     known = evidence.known[key]
     spans = zip(evidence.spans, evidence.whitenings, strict=True)
     return np.concatenate([weights.whitened(known[:, span]) for span, weights in spans], axis=1)
@@ -119,18 +124,14 @@ def columns(evidence: Evidence, model: Isolator, wanted: Sequence[Key]) -> Matri
 def _columns(evidence: Evidence, model: Isolator, wanted: Sequence[Key]) -> Matrix:
     found: list[Matrix] = []
     last: dict[Direction, Driven] = {}
-    for observation, weights in zip(evidence.observations, evidence.whitenings, strict=True):
-        layer = observation.layer
+    for observation, way, weights in zip(evidence.observations, evidence.paths, evidence.whitenings, strict=True):
         before = last.get(observation.direction)
-        last[observation.direction] = driven(
+        now = last[observation.direction] = along(
+            way,
             model,
-            layer.displacement,
-            layer.velocity,
-            observation.rate,
-            conditions=observation.conditions,
             wanted=wanted,
             states=None if before is None else carried(model, before.states),
             states_by_parameter=None if before is None else carried(model, before.states_by_parameter),
         )
-        found.append(weights.filtered(last[observation.direction].by_parameter))
+        found.append(weights.filtered(now.by_parameter))
     return np.concatenate(found, axis=1)

@@ -47,6 +47,12 @@ def force_program() -> Callable[..., tuple[float, float]]:
 
 
 @cache
+def opcodes() -> Mapping[str, int]:
+    """Of all effects there are, by their names."""
+    return {name: code for code, name in enumerate(in_order(settled()))}
+
+
+@cache
 def force_digest() -> str:
     """Of all that the force function is made of."""
     return digest(settled(), source(settled()))

@@ -15,7 +15,6 @@ from core.candidates import candidate, previews
 from core.fitting import Fit, at_values, fitted
 from core.isolator import Isolator
 from core.layer_columns import Evidence
-from core.observation import Observation
 from core.weighed_fit import inflation, weighed_by
 
 DECISIVE = 10.0
@@ -27,7 +26,9 @@ WORTH = 0.06
 SEARCHED = 7
 """Candidates at most whose parameters are searched for; the others stay where their preview was best."""
 PROMISING = 0.1
-"""Of the best preview's gain, from which on a candidate is worth a search."""
+"""Of the best preview's gain, from which on another candidate is worth a search,"""
+VISIBLE = 0.015
+"""and of what is left over, its power."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -79,23 +80,24 @@ def _alike(one: Judged, best: Judged) -> bool:
     return one.delta_bic - best.delta_bic < DECISIVE or ratio < 1 + ALIKE
 
 
-def ranked(observations: Sequence[Observation], model: Isolator, effects: Sequence[str]) -> Ranking:
+def ranked(by_noise: Evidence, model: Isolator, effects: Sequence[str]) -> Ranking:
     """Every effect as a candidate, fitted together with the model.
 
     Args:
-        observations: the records, in the order of their times.
+        by_noise: the records, in the order of their times, weighed by their noise.
         model: without the candidates; its values are where the search begins.
         effects: names of the candidates.
     """
-    first = Evidence.by_noise(observations)
-    base = fitted(first, model)
-    evidence = weighed_by(first, base)
+    base = fitted(by_noise, model)
+    evidence = weighed_by(by_noise, base)
     base = fitted(evidence, base.model)
-    seen = sorted((previews(evidence, base, name) for name in effects), key=lambda found: -found[0].gain)
-    promising = [found for found in seen[:SEARCHED] if found[0].gain > PROMISING * seen[0][0].gain]
+    seen = previews(evidence, base, effects)
+    least = max(VISIBLE * base.chi_square, PROMISING * seen[0][0].gain) if seen else 0.0
+    promising = [found for n, found in enumerate(seen[:SEARCHED]) if n == 0 or found[0].gain > least]
     fits = {found[0].effect: candidate(evidence, found) for found in promising}
     if fits:
-        evidence = weighed_by(first, at_values(first, min(fits.values(), key=lambda fit: fit.chi_square).model))
+        best = min(fits.values(), key=lambda fit: fit.chi_square)
+        evidence = weighed_by(by_noise, at_values(by_noise, best.model))
     base = fitted(evidence, base.model)
     final = {name: fitted(evidence, fit.model) for name, fit in fits.items()}
     final |= {found[0].effect: at_values(evidence, found[0].model) for found in seen[len(fits) :]}
@@ -107,7 +109,7 @@ def ranked(observations: Sequence[Observation], model: Isolator, effects: Sequen
         tuple(sorted(judged, key=lambda one: one.delta_bic)),
         evidence,
         τ,
-        np.array([np.linalg.norm(w.std) / np.sqrt(w.count) for w in first.whitenings]),
+        np.array([np.linalg.norm(w.std) / np.sqrt(w.count) for w in by_noise.whitenings]),
     )
 
 

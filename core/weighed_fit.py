@@ -45,7 +45,7 @@ def weighed_fit(observations: Sequence[Observation], model: Isolator) -> Weighed
 def weighed_by(by_noise: Evidence, fit: Fit) -> Evidence:
     """The same records, weighed by what a fit to them leaves over where that is more than noise."""
     residuals = [fit.residual[span] for span in by_noise.spans]
-    return by_noise.weighed(by_noise.observations, reweighted(by_noise.whitenings, residuals))
+    return by_noise.weighed(reweighted(by_noise.whitenings, residuals))
 
 
 def inflation(evidence: Evidence, fit: Fit) -> float:

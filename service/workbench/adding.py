@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from core.errors import RecordError
 from core.fitting import Fit
+from core.layer_columns import Evidence
 from core.ranking import ranked
 from service.model_file import ModelFile
 from service.workbench.answers import answers
@@ -46,7 +47,8 @@ def add(effect: str, given: ModelFile, parent: str, records: Records, tell: Tell
     if not records.fitted:
         raise RecordError("every earthquake is held out; one to fit to would do")
     tell(f"fitting the model with {effect}", 0, 2)
-    ranking = ranked(sorted(records.fitted, key=lambda one: one.start), given.isolator, (effect,))
+    by_noise = Evidence.by_noise(sorted(records.fitted, key=lambda one: one.start))
+    ranking = ranked(by_noise, given.isolator, (effect,))
     (candidate,) = candidates(ranking, records)
     tell("driving the versions by the motion and by the ground alone", 1, 2)
     versions = (
