@@ -5,7 +5,7 @@ are several, each is then put up against all others once again. Whether anything
 beside every name: with the truth missing from the library, a wrong name is nearly always significant.
 """
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
@@ -101,8 +101,15 @@ class Diagnosis:
         return self.unexplained.is_there or len(self.steps) > FEW_EFFECTS
 
 
+def _to_nobody(found: str) -> None:
+    """Nobody waits."""
+
+
 def diagnosed(
-    observations: Sequence[Observation], model: Isolator, effects: Collection[str] = tuple(EFFECTS)
+    observations: Sequence[Observation],
+    model: Isolator,
+    effects: Collection[str] = tuple(EFFECTS),
+    tell: Callable[[str], None] = _to_nobody,
 ) -> Diagnosis:
     """Of a model and the records of some earthquakes.
 
@@ -110,16 +117,18 @@ def diagnosed(
         observations: of the earthquakes.
         model: effects and values.
         effects: names of those that may be added.
+        tell: called after each ranking that asks for another one, with what was found so far, in words.
     """
     by_noise = Evidence.by_noise(sorted(observations, key=lambda one: one.start))
     first = last = ranked(by_noise, model, _absent(effects, model))
     steps: list[Step] = []
     while last.asked_for and len(steps) < MOST_EFFECTS:
         steps.append(Step(last, last.candidates[0]))
+        tell(f"{_named(steps)}; looking for another effect")
         now = steps[-1].chosen.fit.model
         last = ranked(by_noise, now, _absent(effects, now))
     if len(steps) > 1:
-        steps, last = _swapped(by_noise, steps, last, effects)
+        steps, last = _swapped(by_noise, steps, last, effects, tell)
     before, left = _unexplained(first, first.base), _unexplained(last, last.base)
     outcome = _outcome(steps, before, left)
     if outcome is Outcome.NOTHING_MISSING and _is_off(first, model):
@@ -128,13 +137,14 @@ def diagnosed(
 
 
 def _swapped(
-    by_noise: Evidence, steps: list[Step], last: Ranking, effects: Collection[str]
+    by_noise: Evidence, steps: list[Step], last: Ranking, effects: Collection[str], tell: Callable[[str], None]
 ) -> tuple[list[Step], Ranking]:
     """Each effect but the last one added, once more against all others, now that those after it are there.
 
     It goes if nothing is asked for in its place, and if another is, that comes instead.
     """
     for step in tuple(steps[:-1]):
+        tell(f"{_named(steps)}; asking again for {step.chosen.effect}, beside the later ones")
         without = Isolator({n: v for n, v in last.base.model.effects.items() if n != step.chosen.effect})
         ranking = ranked(by_noise, without, _absent(effects, without))
         if step.chosen.effect in {one.effect for one in ranking.asked_for}:
@@ -145,6 +155,10 @@ def _swapped(
         now = instead[0].chosen.fit.model if instead else ranking.base.model
         last = ranked(by_noise, now, _absent(effects, now))
     return steps, last
+
+
+def _named(steps: Sequence[Step]) -> str:
+    return ", ".join(f"step {number}: {step.chosen.effect}" for number, step in enumerate(steps, 1))
 
 
 def _is_off(ranking: Ranking, given: Isolator) -> bool:

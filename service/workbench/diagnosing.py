@@ -112,7 +112,7 @@ def diagnose(
     if not records.fitted:
         raise RecordError("every earthquake is held out; one to fit to would do")
     tell("asking every effect", 0, 4)
-    found = diagnosed(records.fitted, given.isolator, effects)
+    found = diagnosed(records.fitted, given.isolator, effects, lambda so_far: tell(so_far, 0, 4))
     tell("trying them on every earthquake", 1, 4)
     tried = candidates(found.first, records)
     tell("looking at where the model fails", 2, 4)

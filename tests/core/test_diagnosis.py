@@ -55,9 +55,17 @@ def test_other_values_of_the_same_effects_are_a_refit() -> None:
 
 
 def test_two_hidden_effects_are_both_named() -> None:
+    """And who waits hears of the first while the second is looked for."""
     hidden = {name: HIDDEN[name] for name in ("friction", "hardening")}
-    found = diagnosed(observations(Isolator({**BOUC_WEN.effects, **hidden}), 0.01, 8), FAR, OFFERED)
+    told: list[str] = []
+    found = diagnosed(observations(Isolator({**BOUC_WEN.effects, **hidden}), 0.01, 8), FAR, OFFERED, told.append)
     assert {step.chosen.effect for step in found.steps} == set(hidden)
+    first, second = (step.chosen.effect for step in found.steps)
+    assert told == [
+        f"step 1: {first}; looking for another effect",
+        f"step 1: {first}, step 2: {second}; looking for another effect",
+        f"step 1: {first}, step 2: {second}; asking again for {first}, beside the later ones",
+    ]
 
 
 def test_what_no_effect_can_do_is_flagged() -> None:
