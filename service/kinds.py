@@ -18,7 +18,7 @@ from service.stages import Kind, Stage
 
 def _analysis_stages(inputs: Inputs) -> Sequence[Stage]:
     given = (inputs.segments, inputs.description, inputs.settings)
-    return (Stage("Analysing the event", analyse, lambda _: given),)
+    return (Stage("Analysing the event", analyse, lambda _, tell: given),)
 
 
 def _store_analysis(

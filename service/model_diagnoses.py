@@ -13,8 +13,9 @@ from service.database import DiagnosisPicture, Job, ModelDiagnosis, ModelVersion
 from service.jobs import Claim
 from service.model_file import ModelFile
 from service.model_inputs import WorkInputs
-from service.model_records import given, records, silent
+from service.model_records import given, records
 from service.model_work import observing
+from service.progress import Tell
 from service.stages import Stage
 from service.version import VERSION
 from service.workbench.diagnosing import diagnose
@@ -44,14 +45,14 @@ class Diagnosis:
     pictures: tuple[Picture, ...]
 
 
-def diagnosis(model: ModelFile, parent: str, events: Records) -> Diagnosis:
+def diagnosis(model: ModelFile, parent: str, events: Records, tell: Tell) -> Diagnosis:
     """Every effect that the model has not, added to it and fitted to the events.
 
     Raises:
         RecordError: no event is left to fit to.
         ModelError: a model's force grew beyond all bounds.
     """
-    found = diagnose(model, parent, events, silent)
+    found = diagnose(model, parent, events, tell)
     drawn = tuple(
         Picture(one.title, one.caption, vl_convert.vegalite_to_svg(one.picture.to_dict(), config=CONFIG))
         for one in figures(found)
@@ -66,7 +67,7 @@ def stages(inputs: WorkInputs) -> Sequence[Stage]:
         Stage(
             "Asking every effect what it would explain",
             diagnosis,
-            lambda seen: (given(inputs), f"model {inputs.model_id}", records(inputs, seen)),
+            lambda seen, tell: (given(inputs), f"model {inputs.model_id}", records(inputs, seen), tell),
         ),
     )
 

@@ -12,9 +12,10 @@ from service.database import Job, ModelVersion
 from service.jobs import Claim
 from service.model_file import ModelFile
 from service.model_inputs import FITTED, LEFT_OUT, WorkInputs
-from service.model_records import given, records, silent
+from service.model_records import given, records
 from service.model_work import Comparison, Observed, compared, observing
 from service.models import Draft
+from service.progress import Tell
 from service.stages import Stage
 from service.workbench import adding_output, fit_json
 from service.workbench.adding import add
@@ -34,25 +35,25 @@ class Fitted:
     """All numbers, as JSON."""
 
 
-def fitted(model: ModelFile, parent: str, events: Records) -> Fitted:
+def fitted(model: ModelFile, parent: str, events: Records, tell: Tell) -> Fitted:
     """The same effects at the values that the events ask for.
 
     Raises:
         RecordError: no event is left to fit to.
         ModelError: the model's force grew beyond all bounds.
     """
-    found = refit(model, parent, events, silent)
+    found = refit(model, parent, events, tell)
     return Fitted(found.model, " ".join(words(found.fit, found.inflation)), fit_json.as_json(found))
 
 
-def extended(effect: str, model: ModelFile, parent: str, events: Records) -> Fitted:
+def extended(effect: str, model: ModelFile, parent: str, events: Records, tell: Tell) -> Fitted:
     """The model with one more effect, everything fitted to the events.
 
     Raises:
         RecordError: no event is left to fit to.
         ModelError: a model's force grew beyond all bounds.
     """
-    found = add(effect, model, parent, events, silent)
+    found = add(effect, model, parent, events, tell)
     return Fitted(found.model, " ".join(words(found.fit, found.inflation)), adding_output.as_json(found))
 
 
@@ -60,7 +61,11 @@ def fit_stages(inputs: WorkInputs) -> Sequence[Stage]:
     """Of a fit: each event, the fit, then both versions against all events."""
     return _stages(
         inputs,
-        Stage("Fitting the model", fitted, lambda seen: (given(inputs), _parent(inputs), records(inputs, seen))),
+        Stage(
+            "Fitting the model",
+            fitted,
+            lambda seen, tell: (given(inputs), _parent(inputs), records(inputs, seen), tell),
+        ),
     )
 
 
@@ -72,7 +77,7 @@ def extension_stages(inputs: WorkInputs) -> Sequence[Stage]:
         Stage(
             f"Fitting the model with {effect}",
             extended,
-            lambda seen: (effect, given(inputs), _parent(inputs), records(inputs, seen)),
+            lambda seen, tell: (effect, given(inputs), _parent(inputs), records(inputs, seen), tell),
         ),
     )
 
@@ -96,8 +101,16 @@ def _stages(inputs: WorkInputs, fitting: Stage) -> Sequence[Stage]:
     return (
         *observing(inputs),
         fitting,
-        Stage("Holding the model as it was against every event", compared, lambda f: held(inputs.isolator, f[:count])),
-        Stage("Holding the new one against every event", compared, lambda f: held(f[count].model.isolator, f[:count])),
+        Stage(
+            "Holding the model as it was against every event",
+            compared,
+            lambda found, tell: held(inputs.isolator, found[:count]),
+        ),
+        Stage(
+            "Holding the new one against every event",
+            compared,
+            lambda found, tell: held(found[count].model.isolator, found[:count]),
+        ),
     )
 
 

@@ -31,7 +31,3 @@ def records(inputs: WorkInputs, seen: Sequence[Observed]) -> Records:
             f"{one.event.name}: neither force nor motion of the layer is known" for one in wanted if not one.seen
         ),
     )
-
-
-def silent(doing: str, done: int, of: int) -> None:
-    """Who waits is told of whole stages."""

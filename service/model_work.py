@@ -106,7 +106,7 @@ def stages(inputs: WorkInputs) -> Sequence[Stage]:
         Stage(
             "Holding the model against every event",
             compared,
-            lambda seen: (inputs.isolator, seen, inputs.description, inputs.band),
+            lambda seen, tell: (inputs.isolator, seen, inputs.description, inputs.band),
         ),
     )
 
@@ -117,7 +117,7 @@ def observing(inputs: WorkInputs) -> list[Stage]:
 
 
 def _observing(event: EventInputs, inputs: WorkInputs) -> Stage:
-    return Stage(f"Reading {event.held.name}", observed, lambda _: (event, inputs.directions, inputs.reference))
+    return Stage(f"Reading {event.held.name}", observed, lambda _, tell: (event, inputs.directions, inputs.reference))
 
 
 def _directions(events: Sequence[Observed]) -> set[str]:

@@ -4,6 +4,8 @@ import logging
 import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from threading import Event as Signal
 from threading import Thread
 from types import FrameType
@@ -105,10 +107,11 @@ def worked_off(opened: sessionmaker[Session], settings: Settings) -> int:
     from service.worker import Worker
 
     made = executors(settings)
-    try:
-        return Worker(opened, made, settings).run_until_idle()
-    finally:
-        made().shutdown(wait=True)
+    with TemporaryDirectory(prefix="menshin-") as notes:
+        try:
+            return Worker(opened, made, settings, notes=Path(notes)).run_until_idle()
+        finally:
+            made().shutdown(wait=True)
 
 
 Part = Callable[[sessionmaker[Session], Settings, Signal], None]
@@ -135,7 +138,8 @@ def _work(opened: sessionmaker[Session], settings: Settings, stop: Signal) -> No
     from service.worker import Worker
 
     made = executors(settings)
-    try:
-        Worker(opened, made, settings).run(stop)
-    finally:
-        made().shutdown(wait=True, **({"kill_workers": True} if settings.executor == "local" else {}))
+    with TemporaryDirectory(prefix="menshin-") as notes:
+        try:
+            Worker(opened, made, settings, notes=Path(notes)).run(stop)
+        finally:
+            made().shutdown(wait=True, **({"kill_workers": True} if settings.executor == "local" else {}))

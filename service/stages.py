@@ -8,6 +8,7 @@ from typing import Any
 from sqlalchemy.orm import Session
 
 from service.jobs import Claim
+from service.progress import Tell
 from service.settings import Settings
 
 
@@ -19,8 +20,8 @@ class Stage:
     """For who waits."""
     function: Callable[..., Any]
     """Of a module."""
-    arguments: Callable[[Sequence[Any]], tuple[Any, ...]]
-    """Of the function, from the results of the stages before."""
+    arguments: Callable[[Sequence[Any], Tell], tuple[Any, ...]]
+    """Of the function, from the results of the stages before and what tells how far it is."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime, timedelta
+from pathlib import Path
 from threading import Event as Signal
 from traceback import format_exception
 from typing import Any
@@ -17,6 +18,7 @@ from service import jobs
 from service.executors import Executors
 from service.jobs import Claim
 from service.kinds import KINDS
+from service.progress import Note, silent
 from service.sessions import reading
 from service.settings import Settings
 from service.stages import Stage
@@ -38,6 +40,10 @@ class Running:
     stages: Sequence[Stage]
     results: tuple[Any, ...] = ()
     """Of the stages that are done."""
+    note: Note | None = None
+    """Into which the stage tells what it is doing."""
+    told: str | None = None
+    """What of that was passed on."""
 
 
 @dataclass(slots=True)
@@ -52,6 +58,8 @@ class Worker:
     executors: Executors
     settings: Settings
     clock: Callable[[], datetime] = lambda: datetime.now(UTC)
+    notes: Path | None = None
+    """Folder in which computations tell what they are doing; None: who waits is told of whole stages."""
     running: dict[Future[Any], Running] = field(default_factory=dict)
     extended_at: datetime | None = None
 
@@ -79,6 +87,7 @@ class Worker:
         finished = 0
         while self.fill() or self.running:
             finished += self.collect(IDLE)
+            self.pass_on()
             self.hold()
         return finished
 
@@ -86,6 +95,7 @@ class Worker:
         """Claim what there is room for, write what is done; False if there is nothing to do."""
         self.fill()
         self.collect(IDLE)
+        self.pass_on()
         self.hold()
         return bool(self.running)
 
@@ -104,9 +114,20 @@ class Worker:
         done = wait(self.running, timeout, FIRST_COMPLETED).done if self.running else ()
         finished = 0
         for future in done:
-            finished += self._take(future, self.running[future])
+            job = self.running[future]
+            finished += self._take(future, job)
             del self.running[future]  # only now: while the database is away the result is kept and written later
+            if job.note:
+                job.note.erase()
         return finished
+
+    def pass_on(self) -> None:
+        """Let those who wait know what the computations say they are doing."""
+        for future, job in list(self.running.items()):
+            doing = job.note.read() if job.note else None
+            if doing is not None and doing != job.told:
+                self._tell(job, doing)
+                self.running[future] = replace(job, told=doing)
 
     def hold(self) -> None:
         """Extend the leases in time; a claim that was lost is left to who has it now."""
@@ -170,10 +191,15 @@ class Worker:
 
     def _submit(self, job: Running) -> None:
         """Start the next stage, and say so first."""
-        stage = job.stages[len(job.results)]
+        done, stage = len(job.results), job.stages[len(job.results)]
+        note = Note(self.notes / f"{job.claim.job_id}-{job.claim.token}-{done}") if self.notes else None
+        self._tell(job, stage.doing)
+        future = self.executors().submit(stage.function, *stage.arguments(job.results, note or silent))
+        self.running[future] = replace(job, note=note, told=None)
+
+    def _tell(self, job: Running, doing: str) -> None:
         with self.sessions.begin() as session:
-            jobs.tell(session, job.claim, len(job.results), len(job.stages), stage.doing)
-        self.running[self.executors().submit(stage.function, *stage.arguments(job.results))] = job
+            jobs.tell(session, job.claim, len(job.results), len(job.stages), doing)
 
     def _write(self, job: Running) -> None:
         with self.sessions.begin() as session:

@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from service.workbench.records import Tell
+    from service.progress import Tell
 
 
 @contextmanager

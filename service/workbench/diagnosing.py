@@ -19,9 +19,10 @@ from core.suspect import Suspect
 from core.suspicion import suspicions
 from core.weighed_fit import weighed_fit
 from service.model_file import ModelFile
+from service.progress import Tell, silent
 from service.workbench.answers import answers
 from service.workbench.held import Held, held
-from service.workbench.records import Records, Tell
+from service.workbench.records import Records
 from service.workbench.refit import deviations, model_of
 from service.workbench.suspicions import first_cause
 from service.workbench.versions import FITTED, LEFT_OUT, Version, groups
@@ -116,7 +117,7 @@ def diagnose(
     tell("trying them on every earthquake", 1, 4)
     tried = candidates(found.first, records)
     tell("looking at where the model fails", 2, 4)
-    refitted = held(model_of(found.refitted, found.first.inflation, given, parent, records), records, _silent)
+    refitted = held(model_of(found.refitted, found.first.inflation, given, parent, records), records, silent)
     tell("driving the versions by the motion and by the ground alone", 3, 4)
     staged = stages(found, records)
     versions = (
@@ -192,7 +193,3 @@ def _candidate(judged: Judged, ranking: Ranking, records: Records, in_set: bool)
 def named(staged: Sequence[Stage]) -> str:
     """Of a version, by what was added."""
     return f"with {', '.join(stage.effect for stage in staged)}"
-
-
-def _silent(doing: str, done: int, of: int) -> None:
-    """The wait is told of as a whole."""

@@ -8,8 +8,9 @@ from core.block_corrections import BlockCorrection, block_corrections
 from core.failure import Failure, failure
 from core.failure_words import words
 from service.model_file import ModelFile
+from service.progress import Tell
 from service.workbench.answers import Answers, answers
-from service.workbench.records import Records, Tell
+from service.workbench.records import Records
 
 SEED = 1
 """Of the intervals: the same records give the same page."""

@@ -11,8 +11,9 @@ from core.diagnosis import Outcome
 from core.effects import EFFECTS
 from core.fitting import Fit
 from service.model_file import ModelFile
+from service.progress import Tell
 from service.workbench.diagnosing import Diagnosed, diagnose
-from service.workbench.records import Records, Tell
+from service.workbench.records import Records
 from service.workbench.refit import model_of
 from service.workbench.versions import Version, helps
 

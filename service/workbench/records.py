@@ -1,6 +1,6 @@
 """What do some files tell of a building's isolation layer?"""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from itertools import pairwise
@@ -15,13 +15,12 @@ from core.observation import Observation, observations
 from core.record import Direction
 from service.building_file import BuildingFile
 from service.event_files import EventFiles, events
+from service.progress import Tell
 
 NEVER = datetime(1970, 1, 1, tzinfo=UTC)
 """Reference where there is no record to count from."""
 Seen = tuple[Observation, RestoringForce]
 """Of one earthquake in one direction."""
-Tell = Callable[[str, int, int], None]
-"""Called with what is being done, how many are done, and of how many."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -7,8 +7,9 @@ from core.fitting import Fit
 from core.isolator import Isolator
 from core.weighed_fit import weighed_fit
 from service.model_file import ModelFile
+from service.progress import Tell
 from service.workbench.answers import answers
-from service.workbench.records import Records, Tell
+from service.workbench.records import Records
 from service.workbench.versions import Version
 
 DIGITS = 6

@@ -2,13 +2,14 @@
 
 import re
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
 import pytest
 import watched
 from asking import client
-from engineer import done, made
+from engineer import followed, made, work
 from fastapi.testclient import TestClient
 from sqlalchemy.orm import Session, sessionmaker
 
@@ -36,8 +37,13 @@ def test_a_linear_model_lacks_hysteresis(asking: TestClient, sessions: sessionma
         of = {role: keys.create(session, role.name, role, watched.NOW) for role in (Role.engineer, Role.viewer)}
     asking.headers["X-API-Key"] = of[Role.engineer]
     model = made(asking, LINEAR)
-    job = done(asking, sessions, f"/api/v1/models/{model}/diagnoses", {"events": [2], "hold_out": [1]})
-    assert (job["kind"], job["progress"]["stages"]) == ("diagnose", 3)
+    asked = asking.post(f"/api/v1/models/{model}/diagnoses", json={"events": [2], "hold_out": [1]})
+    with ThreadPoolExecutor(1) as beside:
+        beside.submit(work, sessions)
+        told = followed(asking, asked.headers["Location"])
+    job = told[-1]
+    assert (job["kind"], job["state"], job["progress"]["stages"]) == ("diagnose", "done", 3)
+    assert any("step 1: " in one["progress"]["doing"] for one in told if one["progress"])
     found: dict[str, Any] = asking.get(f"/api/v1/diagnoses/{job['result']['diagnosis']}").json()
     assert (found["model"], found["job"], found["author"]) == (model, job["id"], "engineer")
     assert (found["fitted"], found["left_out"], found["analyses"]) == ([2], [1], [1, 2])

@@ -1,6 +1,5 @@
 """From an engineer's wish to a comparison, and what a new event asks for by itself."""
 
-import json
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -9,7 +8,7 @@ from typing import Any
 import pytest
 import watched
 from asking import client
-from engineer import done, made, work
+from engineer import done, followed, made, work
 from fastapi.testclient import TestClient
 from sqlalchemy.orm import Session, sessionmaker
 
@@ -64,12 +63,6 @@ def test_who_waits_is_told_how_far_it_is(asking: TestClient, sessions: sessionma
     (last,) = followed(asking, asked)
     assert (last["state"], last["progress"]["stages"], last["asked_by"]) == ("done", 3, "loopback")
     assert asking.get("/api/v1/jobs/999/progress").status_code == 404
-
-
-def followed(asking: TestClient, job: str) -> list[dict[str, Any]]:
-    answer = asking.get(f"{job}/progress")
-    assert answer.headers["content-type"].startswith("text/event-stream")
-    return [json.loads(line.removeprefix("data: ")) for line in answer.text.splitlines() if line.startswith("data: ")]
 
 
 def test_the_model_in_force_is_held_against_every_new_event(

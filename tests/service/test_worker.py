@@ -7,6 +7,7 @@ from datetime import timedelta
 from hashlib import sha256
 from pathlib import Path
 from threading import Event as Signal
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from service.blobs import decode
 from service.database import Analysis, DirectionResult, Event, Job
 from service.executors import local_processes
 from service.ingest import ingest
+from service.progress import Note
 from service.settings import Settings
 from service.version import VERSION
 from service.worker import Worker
@@ -73,6 +75,37 @@ def test_a_result_says_all_that_it_came_from(sessions: sessionmaker[Session], ev
         assert x.modes[0].frequency == pytest.approx(1.09, rel=5e-3)
         assert list(x.modes[0].shape) == list(simulated.FLOORS)
         assert len(x.cycles) > 5
+
+
+def progress(sessions: sessionmaker[Session]) -> dict[str, Any] | None:
+    with sessions() as session:
+        return session.scalars(select(Job.progress)).one()
+
+
+def test_who_waits_is_told_what_a_computation_is_doing(
+    sessions: sessionmaker[Session], event_id: int, tmp_path: Path
+) -> None:
+    (notes := tmp_path / "notes").mkdir()
+    telling = Worker(sessions, lambda: ThreadPoolExecutor(1), SETTINGS, clock=lambda: NOW, notes=notes)
+    telling.fill()
+    (job,) = telling.running.values()
+    assert job.note
+    telling.pass_on()
+    assert progress(sessions) == {"done": 0, "stages": 1, "doing": "Analysing the event"}
+    job.note("looking at the floors", 0, 2)
+    job.note("looking at the layer", 1, 2)
+    telling.pass_on()
+    assert progress(sessions) == {"done": 0, "stages": 1, "doing": "looking at the layer"}
+    while telling.running:
+        telling.collect(1.0)
+    assert list(notes.iterdir()) == []
+
+
+def test_what_a_computation_tells_where_nobody_can_read_it_is_lost_and_harms_nothing(tmp_path: Path) -> None:
+    """As on a machine of a Dask cluster that has no such folder."""
+    note = Note(tmp_path / "elsewhere" / "1")
+    note("looking at the layer", 0, 1)
+    assert note.read() is None
 
 
 def test_analysing_again_makes_a_new_result_and_keeps_the_old(sessions: sessionmaker[Session], event_id: int) -> None:

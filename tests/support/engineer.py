@@ -1,6 +1,9 @@
 """An engineer at the API: asks for work on models of the paper's building, and waits until it is done."""
 
+import json
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import watched
@@ -14,8 +17,8 @@ MODELS = "/api/v1/buildings/PAPER/models"
 
 def work(sessions: sessionmaker[Session]) -> None:
     """Do all work that waits."""
-    with ThreadPoolExecutor(1) as pool:
-        Worker(sessions, lambda: pool, watched.SETTINGS, clock=lambda: watched.NOW).run_until_idle()
+    with ThreadPoolExecutor(1) as pool, TemporaryDirectory() as notes:
+        Worker(sessions, lambda: pool, watched.SETTINGS, clock=lambda: watched.NOW, notes=Path(notes)).run_until_idle()
 
 
 def made(asking: TestClient, effects: dict[str, dict[str, float]]) -> int:
@@ -32,3 +35,10 @@ def done(asking: TestClient, sessions: sessionmaker[Session], address: str, want
     found: dict[str, Any] = asking.get(asked.headers["Location"]).json()
     assert (found["state"], found["error"], found["refusal"]) == ("done", None, None)
     return found
+
+
+def followed(asking: TestClient, job: str) -> list[dict[str, Any]]:
+    """A job's server-sent events, until it ends or there is no news for long."""
+    answer = asking.get(f"{job}/progress")
+    assert answer.headers["content-type"].startswith("text/event-stream")
+    return [json.loads(line.removeprefix("data: ")) for line in answer.text.splitlines() if line.startswith("data: ")]

@@ -27,7 +27,3 @@ def held_records(seen: Sequence[Observation], left_out: Collection[str] = ()) ->
         analyses=(),
         unused=("2021-02-01 00:00:00: the record is too short",),
     )
-
-
-def silent(doing: str, done: int, of: int) -> None:
-    """Nobody waits."""

@@ -12,7 +12,8 @@ from service.commands.in_force import settings_in_force
 
 if TYPE_CHECKING:
     from service.model_file import ModelFile
-    from service.workbench.records import Records, Tell
+    from service.progress import Tell
+    from service.workbench.records import Records
 
 REFUSED, USAGE = 1, 2
 

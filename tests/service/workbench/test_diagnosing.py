@@ -7,7 +7,7 @@ from typing import Any
 
 import orjson
 import pytest
-from held_records import held_records, silent
+from held_records import held_records
 from observed import BOUC_WEN, observations
 from rich.console import Console
 
@@ -15,6 +15,7 @@ from core.effects import EFFECTS
 from core.isolator import Isolator
 from core.suspect import Cause, Suspect
 from service.model_file import ModelFile, read, written
+from service.progress import silent
 from service.workbench import adding_output, diagnosis_json, improving_output
 from service.workbench.adding import add
 from service.workbench.adding_words import words as adding_words
