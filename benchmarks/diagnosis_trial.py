@@ -19,7 +19,7 @@ from core.effects import EFFECTS
 from core.first_model import first_model
 from core.isolator import Isolator, carried
 from core.known_superstructure import known_superstructure
-from core.modal_response import respond
+from core.modal_response import Axis, respond
 from core.observation import Observation, observations
 from core.record import Segment
 from core.suspicion import suspicions
@@ -121,6 +121,7 @@ def _predicted(model: Isolator, seen: Sequence[Observation], analyses: Sequence[
     forces = [one.directions["x"].restoring_force for one in analyses[: len(made.fitted)] if "x" in one.directions]
     known = known_superstructure(forces, made.described)
     event = made.events[len(made.fitted)]
-    response = respond(known.modes, made.described.base_mass, model, event.ground[0], new.rate, new.conditions, states)
+    axis = Axis(known.modes, event.ground[0], new.conditions, states)
+    response = respond(axis, made.described.base_mass, model, new.rate)
     exact = event.displacement[0]
     return float(np.linalg.norm(response.isolator_displacement - exact) / np.linalg.norm(exact))

@@ -1,5 +1,7 @@
 """Response to a ground motion of a building that is known by its superstructure's fixed-base modes."""
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cache
 from math import ceil
 from typing import Any
@@ -16,62 +18,79 @@ from core.program import force_digest, force_program
 from core.simulation import LARGEST_STEP, SUBSTEPS, Response
 
 
-def respond(
-    modes: FixedBaseModes,
-    base_mass: float,
-    isolator: Isolator,
-    ground_acceleration: Vector,
-    rate: float,
-    conditions: Conditions,
-    states: Vector | None = None,
-) -> Response:
+@dataclass(frozen=True, slots=True, eq=False)
+class Axis:
+    """One horizontal direction, as the response begins."""
+
+    modes: FixedBaseModes
+    """All of the superstructure's, as many as it has floors."""
+    ground_acceleration: Vector
+    """(n,) m/s², linear between samples."""
+    conditions: Conditions
+    """What else acts on the layer; the motion in the other direction as well, unless that is computed too."""
+    states: Vector | None = None
+    """(m,) of the layer at the first sample, in the order of core.isolator.state_names; None for zero."""
+
+
+def respond(axis: Axis, base_mass: float, isolator: Isolator, rate: float) -> Response:
+    """Response from rest in one direction, as of respond_together."""
+    (response,) = respond_together([axis], base_mass, isolator, rate)
+    return response
+
+
+def respond_together(axes: Sequence[Axis], base_mass: float, isolator: Isolator, rate: float) -> tuple[Response, ...]:
     """Response from rest in the paper's hybrid coordinates (eq 7), by the classical Runge-Kutta method.
 
     Any superstructure with classical damping is held by its modes, a frame whose joints and base give way as well as a
-    shear building.
+    shear building. Of two directions each one's layer sees the motion of the other as it is computed; superstructures
+    do not couple them.
 
     Args:
-        modes: all of the superstructure's, as many as it has floors.
+        axes: one direction, or both of the same earthquake.
         base_mass: kg, of the slab above the isolators.
-        isolator: the isolation layer.
-        ground_acceleration: (n,) m/s², linear between samples.
+        isolator: the isolation layer, the same in each direction.
         rate: Hz.
-        conditions: what else acts on the layer.
-        states: (m,) of the layer at the first sample, in the order of core.isolator.state_names; None for zero.
 
     Raises:
         RecordError: the ground acceleration has gaps.
         ModelError: the response grew beyond all bounds: the steps are too long for the layer's stiffness.
     """
-    if ground_acceleration.ndim != 1 or not np.isfinite(ground_acceleration).all():
+    if any(one.ground_acceleration.ndim != 1 or not np.isfinite(one.ground_acceleration).all() for one in axes):
         raise RecordError("the ground acceleration must be one series without gaps; fill or cut them first")
-    # Φᵀ M r of modes with Φᵀ M Φ = I
-    participation = np.asarray(linalg.solve(modes.shape, np.ones(modes.shape.shape[0])))
+    loads = [_participation(one.modes) for one in axes]
     model = packed(isolator)
     coordinates, velocity, accelerations, force = _kernel()(
         base_mass,
-        participation,
-        modes.angular_frequency**2,
-        2 * modes.damping_ratio * modes.angular_frequency,
-        np.column_stack([ground_acceleration, conditions.rows]),
+        np.array(loads),
+        np.array([one.modes.angular_frequency**2 for one in axes]),
+        np.array([2 * one.modes.damping_ratio * one.modes.angular_frequency for one in axes]),
+        np.array([np.column_stack([one.ground_acceleration, one.conditions.rows]) for one in axes]),
         1 / rate,
-        _substeps(modes, participation, base_mass, rate),
+        max(_substeps(one.modes, load, base_mass, rate) for one, load in zip(axes, loads, strict=True)),
         model.opcode,
         model.at_p,
         model.at_x,
         model.p,
-        np.zeros(model.states) if states is None else states,
+        np.array([np.zeros(model.states) if one.states is None else one.states for one in axes]),
     )
     if not np.isfinite(force).all():
         raise ModelError("the response grew beyond all bounds; a softer layer would do")
-    return Response(
-        isolator_displacement=coordinates[0],
-        isolator_velocity=velocity,
-        force=force,
-        base_acceleration=accelerations[0],
-        floor_acceleration=accelerations[0] + modes.shape @ accelerations[1:],
-        floor_displacement=modes.shape @ coordinates[1:],
+    return tuple(
+        Response(
+            isolator_displacement=coordinates[n, 0],
+            isolator_velocity=velocity[n],
+            force=force[n],
+            base_acceleration=accelerations[n, 0],
+            floor_acceleration=accelerations[n, 0] + axis.modes.shape @ accelerations[n, 1:],
+            floor_displacement=axis.modes.shape @ coordinates[n, 1:],
+        )
+        for n, axis in enumerate(axes)
     )
+
+
+def _participation(modes: FixedBaseModes) -> Vector:
+    """Φᵀ M r of modes with Φᵀ M Φ = I."""
+    return np.asarray(linalg.solve(modes.shape, np.ones(modes.shape.shape[0])))
 
 
 def _substeps(modes: FixedBaseModes, participation: Vector, base_mass: float, rate: float) -> int:
@@ -96,7 +115,7 @@ rates: Any = None
 
 
 def _rates(y, dy, given, n, base_mass, load, squared, damping, opcode, at_p, at_x, p):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Fill dy with the rates of y: the slab's displacement, the modal ones, their velocities, the layer's states.
+    """Fill dy with the rates of y in one direction: slab's displacement, modal ones, their velocities, layer's states.
 
     Returns the layer's force.
     """
@@ -116,25 +135,30 @@ def _rates(y, dy, given, n, base_mass, load, squared, damping, opcode, at_p, at_
 
 
 def _integrate(base_mass, load, squared, damping, given, dt, substeps, opcode, at_p, at_x, p, states):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    n, count, h = 1 + load.size, given.shape[0], dt / substeps
+    axes, n, count, h = load.shape[0], 1 + load.shape[1], given.shape[1], dt / substeps
     ahead, weight = (0.0, h / 2, h / 2, h), (h / 6, h / 3, h / 3, h / 6)
     at_x = at_x + 2 * n
-    y, dy = np.zeros(2 * n + states.size), np.zeros(2 * n + states.size)
-    y[2 * n :] = states
-    coordinates, velocity = np.empty((n, count)), np.empty(count)
-    accelerations, force = np.empty((n, count)), np.empty(count)
+    y, dy = np.zeros((axes, 2 * n + states.shape[1])), np.zeros((axes, 2 * n + states.shape[1]))
+    y[:, 2 * n :] = states
+    coordinates, velocity = np.empty((axes, n, count)), np.empty((axes, count))
+    accelerations, force = np.empty((axes, n, count)), np.empty((axes, count))
     for i in range(count):
-        slope = (given[min(i + 1, count - 1)] - given[i]) / dt
+        slope = (given[:, min(i + 1, count - 1)] - given[:, i]) / dt
         for s in range(substeps):
             end = y.copy()
             for k in range(4):
                 t = s * h + ahead[k]
-                now = given[i] + t * slope
-                f = rates(y + ahead[k] * dy, dy, now, n, base_mass, load, squared, damping, opcode, at_p, at_x, p)
-                if s == 0 and k == 0:
-                    force[i], velocity[i], coordinates[:, i] = f, y[n], y[:n]
-                    accelerations[0, i] = dy[n] + now[0]
-                    accelerations[1:, i] = dy[n + 1 : 2 * n]
+                now, stage = given[:, i] + t * slope, y + ahead[k] * dy
+                if axes == 2:  # each direction sees the other as it is computed
+                    now[0, 1], now[0, 2], now[1, 1], now[1, 2] = stage[1, 0], stage[1, n], stage[0, 0], stage[0, n]
+                for a in range(axes):
+                    f = rates(
+                        stage[a], dy[a], now[a], n, base_mass, load[a], squared[a], damping[a], opcode, at_p, at_x, p
+                    )
+                    if s == 0 and k == 0:
+                        force[a, i], velocity[a, i], coordinates[a, :, i] = f, y[a, n], y[a, :n]
+                        accelerations[a, 0, i] = dy[a, n] + now[a, 0]
+                        accelerations[a, 1:, i] = dy[a, n + 1 : 2 * n]
                 end += weight[k] * dy
             y = end
     return coordinates, velocity, accelerations, force

@@ -14,10 +14,12 @@ from core.description import BuildingDescription
 from core.errors import RecordError
 from core.isolator import Isolator
 from core.misfit import Misfit, misfit, together
-from core.modal_response import respond
+from core.modal_response import Axis, respond_together
 from core.noise import noise_std
 from core.observation import Observation
 from core.simulation import Response
+
+UNDRIVEN = "the ground's acceleration was not measured; nothing drives the model"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,46 +44,63 @@ class Prediction:
     """m/s², absolute, by level, the base slab's first."""
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Start:
+    """One direction of an earthquake that is to be predicted."""
+
+    superstructure: FixedBaseModes
+    """All its modes."""
+    observation: Observation
+    """What was measured."""
+    states: Vector | None = None
+    """(m,) of the model before the earthquake, as of core.comparison.ForceComparison; None for zero."""
+
+
 def predict(
-    superstructure: FixedBaseModes,
-    isolator: Isolator,
-    observation: Observation,
-    description: BuildingDescription,
-    band: Band,
-    states: Vector | None = None,
-) -> Prediction:
-    """The response of building and layer to the ground motion, beside what was measured.
+    starts: Sequence[Start], isolator: Isolator, description: BuildingDescription, band: Band
+) -> tuple[Prediction, ...]:
+    """The response of building and layer to the ground motion of one earthquake, beside what was measured.
+
+    A direction's layer sees the motion of the other one as it is predicted where both are given, and as it was measured
+    where one is: then the other is not the model's, or nothing drives it.
 
     Displacements are about their position before the earthquake; one that was integrated, and every acceleration, is
     compared within the pass band. The floor of each error is its sensor's noise.
 
     Args:
-        superstructure: all its modes.
+        starts: one direction, or both.
         isolator: the model.
-        observation: what was measured.
         description: names the levels and gives the base slab's mass.
         band: Hz.
-        states: (m,) of the model before the earthquake, as of core.comparison.ForceComparison; None for zero.
 
     Raises:
         RecordError: the ground's acceleration was not measured.
         ModelError: the response grew beyond all bounds.
     """
-    rate, ground = observation.rate, observation.ground_acceleration
-    if ground is None:
-        raise RecordError(f"{observation.name}: the ground's acceleration was not measured; nothing drives the model")
-    at_rest = without_baseline(ground, rate)
-    response = respond(superstructure, description.base_mass, isolator, at_rest, rate, observation.conditions, states)
-    return Prediction(
-        observation,
-        _displacement(response, observation, band),
-        MappingProxyType(
-            {
-                level: _acceleration(model, measured, rate, band)
-                for level, measured, model in _accelerations(response, observation, description)
-            }
-        ),
+    axes = [_axis(start) for start in starts]
+    responses = respond_together(axes, description.base_mass, isolator, starts[0].observation.rate)
+    return tuple(
+        _prediction(response, start.observation, description, band)
+        for response, start in zip(responses, starts, strict=True)
     )
+
+
+def _axis(start: Start) -> Axis:
+    observation, ground = start.observation, start.observation.ground_acceleration
+    if ground is None:
+        raise RecordError(f"{observation.name}: {UNDRIVEN}")
+    at_rest = without_baseline(ground, observation.rate)
+    return Axis(start.superstructure, at_rest, observation.conditions, start.states)
+
+
+def _prediction(
+    response: Response, observation: Observation, description: BuildingDescription, band: Band
+) -> Prediction:
+    accelerations = {
+        level: _acceleration(model, measured, observation.rate, band)
+        for level, measured, model in _accelerations(response, observation, description)
+    }
+    return Prediction(observation, _displacement(response, observation, band), MappingProxyType(accelerations))
 
 
 def predicted_displacement(predictions: Sequence[Prediction]) -> Misfit:

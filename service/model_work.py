@@ -1,6 +1,7 @@
 """What is computed of models, elsewhere: values in, values out; the one place of the service that asks core for it."""
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from datetime import datetime
 
@@ -8,17 +9,20 @@ import numpy as np
 
 from core.analysis import EventAnalysis, analyse
 from core.arrays import Vector
+from core.building import FixedBaseModes
 from core.comparison import ForceComparison, compare_forces
 from core.description import BuildingDescription
-from core.errors import IdentificationError, ModelError
+from core.errors import IdentificationError
 from core.estimator import RestoringForce
 from core.failure import failure
 from core.failure_words import words
 from core.isolator import Isolator
-from core.known_superstructure import KnownSuperstructure, known_superstructure
+from core.known_superstructure import known_superstructure
 from core.misfit import Misfit
 from core.observation import Observation, observations
-from core.prediction import Prediction, predict
+from core.prediction import Prediction
+from core.predictions import predict_all
+from core.record import Direction
 from service.model_inputs import EventInputs, HeldEvent, WorkInputs
 from service.stages import Stage
 
@@ -83,14 +87,10 @@ def compared(
     forces = compare_forces(isolator, [one for event in events for one, _ in event.seen], band)
     of = {one.event.name: one.event for one in events}
     wanted = [force for force in forces if of[force.observation.name].is_wanted]
-    known = {direction: _superstructure(events, description, direction) for direction in _directions(events)}
+    predicted = predict_all(wanted, _superstructures(events, description), isolator, description, band)
+    by_observation = {id(one.observation): one for one in predicted.each}
     each = tuple(
-        _compared(
-            of[force.observation.name],
-            force,
-            _predicted(known[force.observation.direction], isolator, force, description, band),
-        )
-        for force in wanted
+        _compared(of[force.observation.name], force, by_observation.get(id(force.observation))) for force in wanted
     )
     return Comparison(each, words(failure(wanted, band, np.random.default_rng(SEED))))
 
@@ -120,34 +120,17 @@ def _observing(event: EventInputs, inputs: WorkInputs) -> Stage:
     return Stage(f"Reading {event.held.name}", observed, lambda _, tell: (event, inputs.directions, inputs.reference))
 
 
-def _directions(events: Sequence[Observed]) -> set[str]:
-    return {one.direction for event in events for one, _ in event.seen}
-
-
-def _superstructure(
-    events: Sequence[Observed], description: BuildingDescription, direction: str
-) -> KnownSuperstructure | None:
-    """None where neither the records nor the design tell of it."""
-    forces = [force for event in events for one, force in event.seen if one.direction == direction]
-    try:
-        return known_superstructure(forces, description)
-    except IdentificationError:
-        return None
-
-
-def _predicted(
-    known: KnownSuperstructure | None,
-    isolator: Isolator,
-    force: ForceComparison,
-    description: BuildingDescription,
-    band: tuple[float, float],
-) -> Prediction | None:
-    if known is None or force.observation.ground_acceleration is None:
-        return None
-    try:
-        return predict(known.modes, isolator, force.observation, description, band, force.states)
-    except ModelError:
-        return None
+def _superstructures(events: Sequence[Observed], description: BuildingDescription) -> dict[Direction, FixedBaseModes]:
+    """All modes by direction, where the records or the design tell of them."""
+    forces: dict[Direction, list[RestoringForce]] = {}
+    for event in events:
+        for one, force in event.seen:
+            forces.setdefault(one.direction, []).append(force)
+    found: dict[Direction, FixedBaseModes] = {}
+    for direction, of_direction in forces.items():
+        with suppress(IdentificationError):
+            found[direction] = known_superstructure(of_direction, description).modes
+    return found
 
 
 def _compared(event: HeldEvent, force: ForceComparison, prediction: Prediction | None) -> Compared:

@@ -4,10 +4,9 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 from core.comparison import ForceComparison, compare_forces
-from core.errors import CoreError
 from core.isolator import Isolator
-from core.known_superstructure import KnownSuperstructure
-from core.prediction import Prediction, predict
+from core.prediction import Prediction
+from core.predictions import predict_all
 from core.record import Direction
 from service.workbench.records import Records
 
@@ -40,22 +39,12 @@ def answers(isolator: Isolator, records: Records) -> Answers:
     """
     forces = compare_forces(isolator, records.observations, records.band)
     known = {direction: records.superstructure(direction) for direction in _directions(forces)}
-    predictions: list[Prediction] = []
-    remarks = [
-        f"direction {direction}: {one.source if isinstance(one, KnownSuperstructure) else one}"
-        for direction, one in known.items()
+    modes = {direction: one.modes for direction, one in known.items() if not isinstance(one, str)}
+    found = predict_all(forces, modes, isolator, records.description, records.band)
+    sources = [
+        f"direction {direction}: {one if isinstance(one, str) else one.source}" for direction, one in known.items()
     ]
-    for force in forces:
-        one = known[force.observation.direction]
-        if isinstance(one, str):
-            continue
-        try:
-            predictions.append(
-                predict(one.modes, isolator, force.observation, records.description, records.band, force.states)
-            )
-        except CoreError as error:
-            remarks.append(str(error))
-    return Answers(forces, tuple(predictions), tuple(remarks))
+    return Answers(forces, found.each, (*sources, *found.remarks))
 
 
 def _directions(forces: Sequence[ForceComparison]) -> list[Direction]:

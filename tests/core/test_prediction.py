@@ -8,15 +8,21 @@ from layer_observations import BAND, observed_layer
 from core.building import fixed_base_modes
 from core.errors import RecordError
 from core.isolator import Isolator
+from core.observation import Observation
 from core.paper import BUILDING, ISOLATOR
-from core.prediction import Prediction, predict, predicted_accelerations, predicted_displacement
+from core.prediction import Prediction, Start, predict, predicted_accelerations, predicted_displacement
 
 MODES = fixed_base_modes(BUILDING)
 SOFTER = Isolator({**ISOLATOR.effects, "elastic": {"k_b": 0.9 * 475e6}})
 
 
 def predicted(isolator: Isolator, seed: int = 1, scale: float = 1.0) -> Prediction:
-    return predict(MODES, isolator, observed_layer(seed, scale=scale), paper(), BAND)
+    return alone(observed_layer(seed, scale=scale), isolator)
+
+
+def alone(observation: Observation, isolator: Isolator = ISOLATOR) -> Prediction:
+    (found,) = predict([Start(MODES, observation)], isolator, paper(), BAND)
+    return found
 
 
 def test_the_true_model_predicts_the_motion_to_the_sensors_noise() -> None:
@@ -44,7 +50,7 @@ def test_earthquakes_together_weigh_by_their_motion() -> None:
 def test_a_baseline_of_the_displacement_is_no_error() -> None:
     observation = observed_layer(1)
     shifted = replace(observation, layer=replace(observation.layer, displacement=observation.layer.displacement + 0.01))
-    found = predict(MODES, ISOLATOR, shifted, paper(), BAND)
+    found = alone(shifted)
     assert found.displacement.misfit.nrmse == pytest.approx(predicted(ISOLATOR).displacement.misfit.nrmse, rel=1e-3)
 
 
@@ -52,10 +58,10 @@ def test_an_integrated_displacement_is_compared_within_the_band() -> None:
     observation = observed_layer(1)
     drift = np.linspace(0.0, 0.05, observation.layer.displacement.size)
     layer = replace(observation.layer, displacement=observation.layer.displacement + drift)
-    found = predict(MODES, ISOLATOR, replace(observation, layer=layer, transducer=False), paper(), BAND)
+    found = alone(replace(observation, layer=layer, transducer=False))
     assert found.displacement.misfit.nrmse < 0.02  # what the filter leaves of the drift's two ends
 
 
 def test_without_the_ground_nothing_is_predicted() -> None:
     with pytest.raises(RecordError, match="the ground's acceleration was not measured"):
-        predict(MODES, ISOLATOR, replace(observed_layer(1), ground_acceleration=None), paper(), BAND)
+        alone(replace(observed_layer(1), ground_acceleration=None))
