@@ -17,7 +17,7 @@ from core.calibration import (
 from core.evaluation import Question
 from core.prior import Hypothesis
 from core.spectral_lines import Lines
-from core.superstructure_model import Design
+from core.superstructure_model import Design, Layout
 
 STOREYS = 0.3
 """Of the logarithm of a storey's stiffness over that of the one below, about equal columns or about the design."""
@@ -37,6 +37,8 @@ RIGID = 1e-3
 """Flexibility of joints that are as good as rigid."""
 DAMPING = ((0.002, 1.5), (0.02, 1.5), (0.1, 1.5))
 """The same of α in s, η, and β in 1/s: each alone would damp a mode of 1 Hz by about 1 %."""
+MODAL_DAMPING = 0.4
+"""Of the logarithm of a mode's damping over what these make of it."""
 NOISE_TOLERANCE = 1.25
 """The noise's power may be that much above what the quiet part of the record says."""
 ANNEALING = (1000.0, 30.0)
@@ -85,6 +87,13 @@ def with_unmodelled_motion(design: Design, transient: float) -> Hypothesis:
     return replace(told, name="motion that the model does not explain", is_random=True)
 
 
+def with_modal_damping(hypothesis: Hypothesis, layout: Layout) -> Hypothesis:
+    """The same, and every mode has a damping of its own."""
+    std = hypothesis.std.copy()
+    std[layout.modal_damping] = MODAL_DAMPING
+    return replace(hypothesis, name=f"{hypothesis.name}, every mode with a damping of its own", std=std)
+
+
 def _lognormal(priors: tuple[tuple[float, float], ...]) -> tuple[Vector, Vector]:
     return np.log([median for median, _ in priors]), np.array([std for _, std in priors])
 
@@ -102,18 +111,33 @@ class Choice:
 def chosen(lines: Lines, design: Design, transient: float) -> Choice:
     """The hypothesis that the record asks for, by its evidence.
 
-    Unmodelled motion is considered only where some band of frequencies is not explained by noise.
+    Modes with a damping of their own, and then unmodelled motion, are considered only where some band of frequencies is
+    not explained by noise.
     """
     told = Question(lines, design, as_told(design, transient))
     doubt = replace(told, hypothesis=corrected(design, transient))
     found = [calibrated(told, best_start(told)), calibrated(doubt, _annealed(doubt))]
+    choice = _choice(found, told)
+    if unexplained(choice.calibration, choice.lines) > UNEXPLAINED:
+        found += [_damped_by_mode(one, lines, design) for one in found]
+        choice = _choice(found, told)
+    if unexplained(choice.calibration, choice.lines) > UNEXPLAINED:
+        wider = Question(choice.lines, design, with_unmodelled_motion(design, transient))
+        return replace(choice, calibration=_or_wider(choice.calibration, wider))
+    return choice
+
+
+def _choice(found: list[Calibration], told: Question) -> Choice:
+    """The most evident, by the least noise that one of them asks for."""
     chi_square = min(calibration.chi_square for calibration in found)
-    noisier = replace(lines, noise=lines.noise * float(np.clip(chi_square, 1.0, NOISE_TOLERANCE)))
-    best = _most_evident(found, replace(told, lines=noisier))
-    if unexplained(best, noisier) > UNEXPLAINED:
-        wider = Question(noisier, design, with_unmodelled_motion(design, transient))
-        best = _or_wider(best, wider)
-    return Choice(best, noisier, chi_square)
+    noisier = replace(told.lines, noise=told.lines.noise * float(np.clip(chi_square, 1.0, NOISE_TOLERANCE)))
+    return Choice(_most_evident(found, replace(told, lines=noisier)), noisier, chi_square)
+
+
+def _damped_by_mode(near: Calibration, lines: Lines, design: Design) -> Calibration:
+    """With a damping for every mode, from what was found without: from nothing, too many valleys lead astray."""
+    hypothesis = with_modal_damping(near.hypothesis, design.layout)
+    return calibrated(Question(lines, design, hypothesis), near.parameters)
 
 
 def _or_wider(best: Calibration, wider: Question) -> Calibration:

@@ -6,6 +6,7 @@ from core.arrays import Vector
 from core.description import BuildingDescription
 from core.displacement import differentiate, fuse
 from core.integration import integrate
+from core.layer_agreement import agreeing
 from core.motion import MeasuredMotion
 from core.noise import noise_std
 from core.quality import Finding
@@ -31,6 +32,8 @@ def layer_motion(
     base, ground = description.base.name, description.ground.name
     displacement = record.find(base, "displacement", direction)
     above, below = record.find(base, "acceleration", direction), record.find(ground, "acceleration", direction)
+    if displacement is not None and above is not None and below is not None:
+        above, below = agreeing(displacement, above, below, record.rate)
     relative = None if above is None or below is None else above - below
     return motion_from(displacement, relative, record.rate, f"direction {direction}")
 

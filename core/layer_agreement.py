@@ -34,6 +34,8 @@ CORRELATED = (1 + 2 * (4 / 9 + 1 / 36)) * (1 + 2 / 36)
 other: squares of the correlations 2/3 and 1/6 of neighbouring lines and 1/6 of windows (Harris, 1978)."""
 LARGEST_STEP = np.array([0.5, 0.05, 1e-3] * 2)
 """Of each unknown in a round."""
+PRIOR = np.array([0.02, 5e-3, 1e-4])
+"""Standard deviations of sound sensors' gain, delay in s, and rate of delay."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -89,10 +91,34 @@ def layer_agreement(displacement: Vector, base: Vector, ground: Vector, rate: fl
     return LayerAgreement(found, covariance)
 
 
+def agreeing(displacement: Vector, base: Vector, ground: Vector, rate: float) -> tuple[Vector, Vector]:
+    """The accelerations as sensors that agree with the transducer would have recorded them.
+
+    Where the two are fused, a gain of one percent would else make a step in the displacement where the one takes over
+    from the other, and a model that is driven by it a force that the layer did not have. Of what the record tells as
+    much is believed as it outweighs PRIOR (the posterior mean of normal errors).
+
+    Args: as of `layer_agreement`.
+
+    Returns:
+        (n,) m/s² each; as they came where the record is too short, or tells nothing.
+    """
+    if displacement.size < WINDOW * rate or (found := layer_agreement(displacement, base, ground, rate)) is None:
+        return base, ground
+    prior = np.diag(np.tile(PRIOR, 2) ** 2)
+    believed = prior @ np.linalg.solve(prior + found.covariance, found.value)
+    time = _time(base.size, rate)
+    mended = [
+        np.exp(-gain) * CubicSpline(time, own)(np.clip(time + delay + slow * time, time[0], time[-1]))
+        for own, (gain, delay, slow) in zip((base, ground), believed.reshape(2, 3), strict=True)
+    ]
+    return mended[0], mended[1]
+
+
 def _lines(samples: Matrix, found: Vector, density: Vector, rate: float, band: tuple[float, float]) -> _Lines:
     """Spectra with the delays that were found taken out."""
     count = samples.shape[1]
-    time = (np.arange(count) - (count - 1) / 2) / rate
+    time = _time(count, rate)
     rows = [samples[0]]
     for own, (_, delay, slow) in zip(samples[1:], found.reshape(2, 3), strict=True):
         spline = CubicSpline(time, own)
@@ -110,6 +136,11 @@ def _lines(samples: Matrix, found: Vector, density: Vector, rate: float, band: t
         spectra.append(np.vstack([np.sum(twice * pieces[:3], axis=0), pieces[3:], ω]))
     noise = density[:, None] * np.array([_power(window, ω), *[np.full(ω.size, np.sum(window[0] ** 2))] * 2])
     return _Lines(np.hstack(spectra), np.tile(noise, len(spectra)))
+
+
+def _time(count: int, rate: float) -> Vector:
+    """s, from the record's middle."""
+    return np.asarray((np.arange(count) - (count - 1) / 2) / rate)
 
 
 def _test_function(length: int, rate: float, ω: Vector) -> tuple[Matrix, ComplexMatrix]:

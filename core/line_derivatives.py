@@ -3,6 +3,7 @@
 import numpy as np
 
 from core.arrays import ComplexMatrix, ComplexTensor, Indices, Matrix, Vector
+from core.damping_coupling import damping_coupling
 from core.line_misfit import Responses, real_times
 from core.superstructure_model import Superstructure, loads
 
@@ -25,17 +26,21 @@ def structural_derivatives(
     α, η, β = structure.damping
     w, compliance = angular, given.compliance
     coordinate = w**2 * compliance * real_times(structure.inputs[:, : len(amplitudes)], amplitudes)
-    stiffening = -(1 + 1j * (w * α + η)) * compliance
-    by_stiffness = stiffening * real_times(structure.stiffness_derivatives, coordinate)
-    damped = -1j * coordinate * compliance
+    coupling, by = damping_coupling(structure), structure.stiffness_derivatives
+    by_stiffness = real_times(by, coordinate)
+    by_stiffness = by_stiffness + 1j * (w * α + η) * real_times(by * coupling.stiff, coordinate)
+    by_stiffness = -compliance * (by_stiffness + 1j * w * β * real_times(by * coupling.uneven, coordinate))
+    damped = -1j * structure.modal_damping[:, None] * coordinate * compliance
     stiff = structure.squared[:, None] * damped
     by_damping = np.array([α * w * stiff, η * stiff, β * w * damped])
-    seen = structure.shapes[measured]
-    storeys, floors = 1 + structure.mass.size, structure.mass.size
-    at_channels = np.zeros((7 + 2 * floors, measured.size + 1, w.size), dtype=complex)
-    at_channels[:storeys, 1:] = real_times(seen, by_stiffness[:storeys]) * given.sensors[1:]
-    at_channels[storeys + floors : -3, 1:] = real_times(seen, by_stiffness[storeys:]) * given.sensors[1:]
-    at_channels[-3:, 1:] = real_times(seen, by_damping) * given.sensors[1:]
+    seen, floors = structure.shapes[measured], structure.mass.size
+    storeys, rates = 1 + floors, 4 + 2 * floors
+    at_channels = np.zeros((rates + 3 + floors, measured.size + 1, w.size), dtype=complex)
+    at_channels[:storeys, 1:] = real_times(seen, by_stiffness[:storeys])
+    at_channels[storeys + floors : rates, 1:] = real_times(seen, by_stiffness[storeys:])
+    at_channels[rates : rates + 3, 1:] = real_times(seen, by_damping)
+    at_channels[rates + 3 :, 1:] = seen.T[:, :, None] * by_damping.sum(axis=0)[:, None]
+    at_channels[:, 1:] *= given.sensors[1:]
     return at_channels
 
 
@@ -46,12 +51,15 @@ def mass_derivatives(
 
     Args: as of `structural_derivatives`.
     """
-    w, compliance, shapes, β = angular, given.compliance, structure.shapes, structure.damping[2]
-    inputs = len(amplitudes)
-    moved = real_times(shapes, w**2 * compliance * real_times(structure.inputs[:, :inputs], amplitudes))
-    load = w**2 * (real_times(loads(structure.mass.size)[:inputs].T, amplitudes) + moved) - 1j * w * β * moved
-    receptance = real_times(shapes[measured] * shapes[:, None], compliance)
-    by_mass = (structure.mass[:, None] * load)[:, None] * receptance
+    w, compliance, shapes, (α, η, β) = angular, given.compliance, structure.shapes, structure.damping
+    inputs, λ, coupling = len(amplitudes), structure.squared, damping_coupling(structure)
+    coordinate = w**2 * compliance * real_times(structure.inputs[:, :inputs], amplitudes)
+    load = w**2 * (real_times(loads(structure.mass.size)[:inputs].T, amplitudes) + real_times(shapes, coordinate))
+    apart = shapes[:, None] * np.outer(λ, λ) * coupling.uneven
+    damped = (w * α + η) * real_times(apart, coordinate)
+    damped -= w * β * real_times(shapes[:, None] * coupling.crossed, coordinate)
+    answer = compliance * (load[:, None] + 1j * damped)
+    by_mass = structure.mass[:, None, None] * real_times(shapes[measured], shapes[:, :, None] * answer)
     by_mass -= (structure.mass / structure.mass.sum())[:, None, None] * by_mass.sum(axis=0)
     at_channels = np.zeros((len(by_mass), measured.size + 1, w.size), dtype=complex)
     at_channels[:, 1:] = by_mass * given.sensors[1:]
@@ -83,17 +91,22 @@ def determinant_descent(
     w, compliance, floors = angular, given.compliance, structure.mass.size
     back = real_times(structure.shapes[measured].T, inverse[:, 1:].conj() * given.sensors[1:]) * compliance
     forth = w**2 * compliance * structure.inputs.T[1:, :, None] * weights[:, None]
-    stiffening = 1 + 1j * (w * α + η)
-    flat_forth, flat_back = (each.swapaxes(0, 1).reshape(floors, -1) for each in (forth, back * stiffening))
-    through = (flat_forth @ flat_back.T).real
+    coupling, flat_forth = damping_coupling(structure), _flat(forth)
+    plain, stiff, uneven = (
+        (flat_forth @ _flat(back * by).T).real for by in (np.ones_like(w), 1j * (w * α + η), 1j * w * β)
+    )
+    through = plain + coupling.stiff * stiff + coupling.uneven * uneven
     by_stiffness = 2 * np.einsum("krs,sr->k", structure.stiffness_derivatives, through)
-    own = np.einsum("irl,irl->rl", forth, back)
-    by_damping = [
-        2 * float(np.sum(1j * structure.squared[:, None] * w * α * own).real),
-        2 * float(np.sum(1j * structure.squared[:, None] * η * own).real),
-        2 * float(np.sum(1j * w * β * own).real),
-    ]
-    return np.concatenate([by_stiffness[: 1 + floors], np.zeros(floors), by_stiffness[1 + floors :], by_damping])
+    own = 1j * structure.modal_damping[:, None] * np.einsum("irl,irl->rl", forth, back)
+    stiffly = structure.squared[:, None] * own
+    by_rates = 2 * np.array([w * α * stiffly, η * stiffly, w * β * own]).real.sum(axis=2)
+    parts = by_stiffness[: 1 + floors], np.zeros(floors), by_stiffness[1 + floors :], by_rates.sum(axis=1)
+    return np.concatenate([*parts, by_rates.sum(axis=0)])
+
+
+def _flat(series: ComplexTensor) -> ComplexMatrix:
+    """(modes, everything else) of (inputs, modes, lines)."""
+    return series.swapaxes(0, 1).reshape(series.shape[1], -1)
 
 
 def sensor_derivatives(series: ComplexMatrix, angular: Vector) -> ComplexTensor:

@@ -74,7 +74,8 @@ def responses(
         inputs: how many of the base slab's acceleration, its rocking, every floor's own.
     """
     α, η, β = structure.damping
-    dynamic = structure.squared[:, None] * (1 + 1j * (angular * α + η)) - angular**2 + 1j * angular * β
+    damped = structure.squared[:, None] * (angular * α + η) + angular * β
+    dynamic = structure.squared[:, None] - angular**2 + 1j * structure.modal_damping[:, None] * damped
     compliance = np.asarray(1 / dynamic, dtype=complex)
     moved = structure.shapes[measured] * structure.inputs.T[:inputs, None]
     seen = real_times(moved, angular**2 * compliance) + rigid_motion(structure.mass.size)[:inputs, measured, None]

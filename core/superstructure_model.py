@@ -43,9 +43,14 @@ class Layout:
         return slice(4 + 2 * self.floors, 7 + 2 * self.floors)
 
     @property
+    def modal_damping(self) -> slice:
+        """Of each mode, by rising frequency, over what the coefficients make of it."""
+        return slice(self.damping.stop, self.damping.stop + self.floors)
+
+    @property
     def gains(self) -> slice:
         """Of every channel."""
-        return slice(self.damping.stop, self.damping.stop + self.channels)
+        return slice(self.modal_damping.stop, self.modal_damping.stop + self.channels)
 
     @property
     def delays(self) -> slice:
@@ -65,7 +70,7 @@ class Layout:
     @property
     def structural(self) -> int:
         """How many of the first parameters are the structure's own."""
-        return int(self.damping.stop)
+        return int(self.modal_damping.stop)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -112,6 +117,8 @@ class Superstructure:
     """(4 + floors, modes, modes) of the modal stiffness: by scale, storeys, rocking, joints and bending."""
     damping: Vector
     """(3,) α in s, η, β in 1/s."""
+    modal_damping: Vector
+    """(modes,) ρ: each mode is damped by so many times what α, η and β make of it."""
 
     @property
     def frequencies(self) -> Vector:
@@ -122,7 +129,7 @@ class Superstructure:
     def damping_ratios(self) -> Vector:
         """(modes,) of critical."""
         ω, (α, η, β) = np.sqrt(self.squared), self.damping
-        return np.asarray(α * ω / 2 + η / 2 + β / (2 * ω))
+        return np.asarray(self.modal_damping * (α * ω / 2 + η / 2 + β / (2 * ω)))
 
 
 def loads(floors: int) -> Matrix:
@@ -137,7 +144,7 @@ def rigid_motion(floors: int) -> Matrix:
 
 
 def superstructure(parameters: Vector, design: Design) -> Superstructure:
-    """Modes of the frame with the given parameters, damped in proportion to stiffness and mass (classical modes)."""
+    """Modes of the frame with the given parameters, none damped by another (classical modes)."""
     layout = design.layout
     stiffness = design.storey_stiffness * np.exp(parameters[layout.scale] + np.cumsum(parameters[layout.storeys]))
     mass = design.floor_mass * np.exp(parameters[layout.masses])
@@ -156,6 +163,7 @@ def superstructure(parameters: Vector, design: Design) -> Superstructure:
         inputs=shapes.T @ (mass[:, None] * loads(mass.size).T),
         stiffness_derivatives=shapes.T @ by @ shapes,
         damping=np.exp(parameters[layout.damping]),
+        modal_damping=np.exp(parameters[layout.modal_damping]),
     )
 
 
@@ -177,10 +185,10 @@ def modal_changes(structure: Superstructure) -> tuple[Matrix, Tensor, Matrix]:
     apart = structure.squared - structure.squared[:, None] + np.diag(np.full(ω.size, np.inf))
     mixed = (stiffness - structure.squared * inertia) / apart
     mixed[:, np.arange(ω.size), np.arange(ω.size)] = -np.einsum("kmm->km", inertia) / 2
-    of_ratios = of_squared / (2 * ω) * (α / 2 - β / (2 * structure.squared))
-    by_damping = np.array([α * ω / 2, np.full(ω.size, η / 2), β / (2 * ω)])
+    of_ratios = structure.modal_damping * of_squared / (2 * ω) * (α / 2 - β / (2 * structure.squared))
+    by_damping = structure.modal_damping * np.array([α * ω / 2, np.full(ω.size, η / 2), β / (2 * ω)])
     return (
-        np.vstack([of_squared, np.zeros((3, ω.size))]),
-        np.concatenate([structure.shapes @ mixed, np.zeros((3, floors, ω.size))]),
-        np.vstack([of_ratios, by_damping]),
+        np.vstack([of_squared, np.zeros((3 + ω.size, ω.size))]),
+        np.concatenate([structure.shapes @ mixed, np.zeros((3 + ω.size, floors, ω.size))]),
+        np.vstack([of_ratios, by_damping, np.diag(structure.damping_ratios)]),
     )

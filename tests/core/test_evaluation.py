@@ -7,7 +7,7 @@ from exact_lines import DESIGN, foreign
 from core.arrays import Vector
 from core.calibration import first_variances
 from core.evaluation import Question, evaluated, slope
-from core.hypotheses import as_told, corrected, with_unmodelled_motion
+from core.hypotheses import as_told, corrected, with_modal_damping, with_unmodelled_motion
 from core.prior import Hypothesis
 from core.superstructure_model import Design
 
@@ -27,8 +27,16 @@ def moved(hypothesis: Hypothesis, rng: np.random.Generator) -> Vector:
     return np.asarray(found)
 
 
+def damped_by_mode(design: Design, transient: float) -> Hypothesis:
+    return with_modal_damping(with_unmodelled_motion(design, transient), design.layout)
+
+
+def corrected_and_damped(design: Design, transient: float) -> Hypothesis:
+    return with_modal_damping(corrected(design, transient), design.layout)
+
+
 @pytest.mark.parametrize("at_rest", [True, False])
-@pytest.mark.parametrize("making", [as_told, corrected, with_unmodelled_motion])
+@pytest.mark.parametrize("making", [as_told, corrected, with_unmodelled_motion, damped_by_mode, corrected_and_damped])
 def test_descent_is_the_costs(making: Making, at_rest: bool) -> None:
     """Every free parameter, against central differences: right to 1e-5 by rounding."""
     rng = np.random.default_rng(1)

@@ -32,11 +32,12 @@ def parameters(seed: int) -> Vector:
 def test_every_parameter_has_one_place(floors: int, channels: int) -> None:
     layout = Layout(floors, channels)
     parts = [slice(layout.scale, layout.scale + 1), layout.storeys, layout.masses, layout.flexibilities, layout.damping]
-    parts += [layout.gains, layout.delays, layout.transients]
+    parts += [layout.modal_damping, layout.gains, layout.delays, layout.transients]
     assert parts[0].start == 0
     assert all(earlier.stop == later.start for earlier, later in pairwise(parts))
-    assert [part.stop - part.start for part in parts] == [1, floors, floors, 3, 3, channels, channels, 2 * floors]
-    assert layout.damping.stop == layout.structural
+    sizes = [1, floors, floors, 3, 3, floors, channels, channels, 2 * floors]
+    assert [part.stop - part.start for part in parts] == sizes
+    assert layout.modal_damping.stop == layout.structural
     assert layout.transients.stop == layout.size
 
 
@@ -100,11 +101,12 @@ def test_modes_are_normalised(seed: int) -> None:
 @settings(max_examples=30, deadline=None)
 @given(seed=seeds)
 def test_damping_ratios(seed: int) -> None:
-    """α K damps a mode by αω/2, i η K by η/2 (hysteretic), β M by β/2ω (Chopra 2017, sec. 11.4)."""
+    """α K damps a mode by αω/2, i η K by η/2 (hysteretic), β M by β/2ω (Chopra 2017, sec. 11.4), each times its own."""
     found = superstructure(parameters(seed), DESIGN)
     ω = 2 * np.pi * found.frequencies
     α, η, β = np.exp(parameters(seed)[LAYOUT.damping])
-    assert found.damping_ratios == pytest.approx(α * ω / 2 + η / 2 + β / (2 * ω))
+    own = np.exp(parameters(seed)[LAYOUT.modal_damping])
+    assert found.damping_ratios == pytest.approx(own * (α * ω / 2 + η / 2 + β / (2 * ω)))
 
 
 @settings(max_examples=30, deadline=None)

@@ -62,6 +62,7 @@ def test_the_smoother_in_time_is_exact_without_noise() -> None:
         inputs=modes.shape.T @ BUILDING.floor_mass[:, None],
         stiffness_derivatives=np.zeros((0, 7, 7)),
         damping=np.array([BUILDING.damping_coefficient, 0.0, 0.0]),
+        modal_damping=np.ones(modes.angular_frequency.size),
     )
     happened = truth(IN_CLASS, "Kobe")
     part = slice(3000, 4500)

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.linalg import eigh
 
 from core.arrays import ComplexMatrix, ComplexVector, Matrix, Vector
 from core.building import storey_stiffness_matrix
@@ -29,6 +30,8 @@ class Known:
     """(floors, floors) N/m."""
     damping: tuple[float, float, float]
     """α in s, η, β in 1/s of α K, i η K and β M."""
+    modal_damping: tuple[float, ...] | None = None
+    """Of each mode, by rising frequency, over what these make of it; None where that is all."""
 
 
 PAPER = Known(
@@ -46,15 +49,20 @@ def of_parameters(parameters: Vector, design: Design) -> Known:
     rocking, joints, bending = np.exp(parameters[layout.flexibilities])
     α, η, β = np.exp(parameters[layout.damping])
     lateral = lateral_stiffness(stiffness, float(joints), float(rocking), float(bending)).stiffness
-    return Known(mass * design.floor_mass.sum() / mass.sum(), lateral, (float(α), float(η), float(β)))
+    own = tuple(np.exp(parameters[layout.modal_damping]))
+    return Known(mass * design.floor_mass.sum() / mass.sum(), lateral, (float(α), float(η), float(β)), own)
 
 
 def carried(known: Known, angular: Vector, rigid: Vector) -> ComplexMatrix:
     """(floors, lines) accelerations by a unit of the base's that moves the floors rigidly as (floors,) says."""
     mass, (α, η, β) = np.diag(known.mass), known.damping
+    squared, shapes = eigh(known.stiffness, mass)
+    own = np.ones(squared.size) if known.modal_damping is None else np.array(known.modal_damping)
+    modal = mass @ shapes
     found = np.zeros((known.mass.size, angular.size), dtype=complex)
     for line, ω in enumerate(angular):
-        dynamic = known.stiffness * (1 + 1j * (ω * α + η)) - ω**2 * mass + 1j * ω * β * mass
+        dissipation = modal * (own * (squared * (ω * α + η) + ω * β)) @ modal.T
+        dynamic = known.stiffness - ω**2 * mass + 1j * dissipation
         found[:, line] = rigid + ω**2 * np.linalg.solve(dynamic, known.mass * rigid)
     return found
 
