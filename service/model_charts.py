@@ -27,14 +27,20 @@ def trend(judged: Sequence[Judged]) -> alt.LayerChart:
     kinds = alt.Scale(domain=["fitted", "as usual", "missed"], range=[GREY, BLUE, ORANGE])
     points = (
         alt.Chart(rows)
-        .mark_circle(size=70, opacity=0.9)
+        .mark_point(size=70, opacity=0.9, filled=True)
         .encode(
             across,
             alt.Y("excess:Q", title="error beyond noise (% of the force)").scale(zero=True),
             color=alt.Color("kind:N", title=None, scale=kinds),
-            tooltip=[alt.Tooltip("time:T", format="%Y-%m-%d %H:%M:%S"), alt.Tooltip("excess:Q", format=".3~g")],
+            tooltip=[
+                alt.Tooltip("time:T", format="%Y-%m-%d %H:%M:%S"),
+                alt.Tooltip("excess:Q", format=".3~g"),
+                alt.Tooltip("direction:N"),
+            ],
         )
     )
+    if len({one.held.direction for one in judged}) > 1:
+        points = points.encode(shape=alt.Shape("direction:N"))
     layers = [points]
     if judged and judged[0].allowed is not None:
         limit = alt.Chart(alt.InlineData(values=[{"allowed": 100 * judged[0].allowed}]))
@@ -70,4 +76,5 @@ def _event(judged: Judged) -> dict[str, object]:
         "time": judged.held.start.timestamp() * 1e3,
         "excess": float(f"{100 * judged.excess:.6g}"),
         "kind": kind,
+        "direction": judged.held.direction,
     }

@@ -1,9 +1,9 @@
 """Is a model still good? Pure: errors in, judgement out.
 
-An event is missed where what the noise does not explain of the error is more than the model was used to: beyond SPARE
-times the largest such share in the events that its values were fitted to, beyond LEAST, and the whole error beyond
-ABOVE_FLOOR noise floors. One event may be strange; the model has stopped being good when the latest IN_A_ROW are
-missed.
+An event is missed where what the noise does not explain of the error is more than the model was used to, in any
+direction: beyond SPARE times the largest such share in the events that its values were fitted to, beyond LEAST, and the
+whole error beyond ABOVE_FLOOR noise floors. One event may be strange; the model has stopped being good when the latest
+IN_A_ROW are missed.
 """
 
 from collections.abc import Sequence
@@ -70,8 +70,11 @@ def finding(trend: Sequence[Judged]) -> Finding | None:
     Args:
         trend: the earliest event first.
     """
-    later = [one for one in trend if not one.held.is_fitted]
-    latest = later[-IN_A_ROW:]
+    later: dict[int, list[Judged]] = {}
+    for one in trend:
+        if not one.held.is_fitted:
+            later.setdefault(one.held.event, []).append(one)
+    latest = [_worst(directions) for directions in later.values()][-IN_A_ROW:]
     if not latest or not latest[-1].is_missed:
         return None
     stopped = len(latest) == IN_A_ROW and all(one.is_missed for one in latest)
@@ -82,6 +85,11 @@ def finding(trend: Sequence[Judged]) -> Finding | None:
         f"{last.allowed:.1%} would be as in the events it was fitted to. A diagnosis tells what is missing."
     )
     return Finding("model", "warning" if stopped else "note", message, value=last.excess)
+
+
+def _worst(directions: Sequence[Judged]) -> Judged:
+    """Of one event: it is missed if it is in any direction."""
+    return max(directions, key=lambda one: (one.is_missed, one.excess))
 
 
 def _opening(stopped: bool) -> str:

@@ -30,6 +30,14 @@ class Answers:
             predictions=tuple(one for one in self.predictions if one.observation.name in names),
         )
 
+    def along(self, direction: Direction) -> "Answers":
+        """In one direction only."""
+        return replace(
+            self,
+            forces=tuple(one for one in self.forces if one.observation.direction == direction),
+            predictions=tuple(one for one in self.predictions if one.observation.direction == direction),
+        )
+
 
 def answers(isolator: Isolator, records: Records) -> Answers:
     """To all records, those left out among them: what the layer keeps passes through every earthquake.

@@ -31,9 +31,7 @@ def figures(found: Diagnosed) -> list[Figure]:
     before = found.refitted.answers.forces
     after = found.versions[-1].answers if found.diagnosis.steps else None
     strongest = strongest_of(before)
-    last = found.versions[-1].answers
-    shown = next(one for one in last.forces if one.observation is strongest.observation)
-    predicted = [one for one in last.predictions if one.observation is strongest.observation]
+    last = found.versions[-1].answers.of([strongest[0].observation.name])
     drawn = (
         stiffness_over_amplitude(found.refitted.corrections),
         loop(strongest),
@@ -41,6 +39,6 @@ def figures(found: Diagnosed) -> list[Figure]:
         yield_over_travel(found.refitted.corrections),
         candidates(found.candidates, over_floor(found.diagnosis.refitted, found.diagnosis.first)),
         spectrum(before, found.records.band, after.forces if after else ()),
-        histories(shown, predicted[0] if predicted else None),
+        histories(last.forces, last.predictions),
     )
     return [figure for figure in drawn if figure is not None]

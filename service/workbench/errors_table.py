@@ -9,6 +9,7 @@ from core.comparison import ForceComparison
 from core.misfit import Misfit
 from core.prediction import Prediction, predicted_accelerations, predicted_displacement
 from service.workbench.held import Held
+from service.workbench.labels import label
 from service.workbench.values import percent, rounded
 
 KN, MM, GAL = ("kN", 1e-3), ("mm", 1e3), ("gal", 1e2)
@@ -99,7 +100,7 @@ def _predicted_row(
 
 def _name(one: ForceComparison | Prediction, found: Held) -> str:
     of = one.observation
-    return f"{of.name} {of.direction}" if len(found.model.directions) > 1 else of.name
+    return label(of.name, of.direction, found.model.directions)
 
 
 def _largest(forces: Sequence[ForceComparison]) -> float:

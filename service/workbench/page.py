@@ -34,7 +34,7 @@ def page(found: Held) -> str:
 def comparison_figures(found: Held) -> list[Figure]:
     """Those that need no candidates."""
     strongest = strongest_of(found.answers.forces)
-    predicted = [one for one in found.answers.predictions if one.observation is strongest.observation]
+    shown = found.answers.of([strongest[0].observation.name])
     drawn = (
         stiffness_over_amplitude(found.corrections),
         loop(strongest),
@@ -42,7 +42,7 @@ def comparison_figures(found: Held) -> list[Figure]:
         yield_over_travel(found.corrections),
         None if found.failure.is_noise else shares(found.failure.profiles),
         spectrum(found.answers.forces, found.records.band),
-        histories(strongest, predicted[0] if predicted else None),
+        histories(shown.forces, shown.predictions),
     )
     return [figure for figure in drawn if figure is not None]
 

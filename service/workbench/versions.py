@@ -9,6 +9,7 @@ from core.misfit import Misfit, together
 from core.prediction import Prediction, predicted_displacement
 from service.workbench.answers import Answers
 from service.workbench.errors_table import ErrorsTable
+from service.workbench.labels import label
 from service.workbench.records import Records
 from service.workbench.values import percent
 
@@ -87,18 +88,27 @@ def _told(group: str, was: float, now: float) -> str:
 
 def _rows(versions: Sequence[Version], records: Records, cell: Callable[[Answers], str]) -> tuple[tuple[str, ...], ...]:
     parted = groups(records)
-    rows: list[tuple[str, tuple[str, ...]]] = [
-        (f"{name}{' (left out)' if group == LEFT_OUT else ''}", (name,))
-        for group, names in parted.items()
-        for name in names
-    ]
-    rows += list(parted.items()) if _sums(records) else []
-    return tuple((label, *(cell(version.answers.of(names)) for version in versions)) for label, names in rows)
+    seen = dict.fromkeys((one.name, one.direction) for one in records.observations)
+    directions = {direction for _, direction in seen}
+    each = tuple(
+        (
+            f"{label(name, direction, directions)}{' (left out)' if name in records.left_out else ''}",
+            *(cell(version.answers.of([name]).along(direction)) for version in versions),
+        )
+        for group in parted.values()
+        for name, direction in seen
+        if name in group
+    )
+    sums = parted.items() if _sums(records) else ()
+    return (
+        *each,
+        *((group, *(cell(version.answers.of(names)) for version in versions)) for group, names in sums),
+    )
 
 
 def _sums(records: Records) -> int:
     parted = groups(records)
-    return len(parted) if sum(map(len, parted.values())) > 1 else 0
+    return len(parted) if len(records.observations) > 1 else 0
 
 
 def _force(answered: Answers) -> str:

@@ -10,10 +10,10 @@ from service.model_trend import ABOVE_FLOOR, LEAST, SPARE, Held, finding, judged
 START = datetime(2024, 1, 1, tzinfo=UTC)
 
 
-def held(number: int, excess: float, *, fitted: bool = False, noise: float = 0.01) -> Held:
+def held(number: int, excess: float, *, fitted: bool = False, noise: float = 0.01, direction: str = "x") -> Held:
     """An event in which noise, and `excess` beside it, are shares of the force's RMS."""
     misfit = Misfit(samples=100, error=excess**2 + noise**2, signal=1.0, spread=1.0, noise=noise**2)
-    return Held(number, START + timedelta(days=number), "x", fitted, misfit)
+    return Held(number, START + timedelta(days=number), direction, fitted, misfit)
 
 
 def missed(*events: Held) -> list[bool]:
@@ -59,3 +59,21 @@ def test_two_missed_in_a_row_are_a_warning(later: tuple[float, ...], severity: s
     if found:
         assert "50.0% of the force" in found.message
         assert "4.5%" in found.message
+
+
+@pytest.mark.parametrize(
+    ("later", "severity"),
+    [
+        (((0.5, 0.5),), "note"),
+        (((0.5, 0.0),), "note"),
+        (((0.0, 0.5), (0.5, 0.0)), "warning"),
+        (((0.5, 0.5), (0.0, 0.0)), None),
+    ],
+)
+def test_an_event_counts_once_and_is_missed_if_it_is_in_one_of_two_directions(
+    later: tuple[tuple[float, float], ...], severity: str | None
+) -> None:
+    events = [held(0, 0.03, fitted=True)]
+    events += [held(n, e, direction=d) for n, pair in enumerate(later, 1) for d, e in zip("xy", pair, strict=True)]
+    found = finding(judged(events))
+    assert (found and found.severity) == severity

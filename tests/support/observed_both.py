@@ -8,7 +8,6 @@ from layer_observations import ACCELERATION_NOISE, BAND, DISPLACEMENT_NOISE, FOR
 from motions import RATE, akt013, kobe
 
 from core.building import fixed_base_modes
-from core.conditioning import band_passed
 from core.isolator import Conditions, Isolator
 from core.modal_response import Axis, respond_together
 from core.observation import LayerHistory, Observation
@@ -29,7 +28,7 @@ COUPLED = Isolator(
 def observed_both(
     seed: int, isolator: Isolator = COUPLED, scale: float = 1.0, start: datetime = START, count: int = 6000
 ) -> tuple[Observation, Observation]:
-    """Along x AKT013, along y Kobe, both times `scale`, with white noise in all that was measured."""
+    """Along x AKT013, along y Kobe, both times `scale`; all with white noise, the force not filtered."""
     rng, modes = np.random.default_rng(seed), fixed_base_modes(BUILDING)
     usual = Conditions.usual(count, RATE)
     axes = [Axis(modes, scale * motion()[:count], usual) for motion in (akt013, kobe)]
@@ -53,7 +52,7 @@ def _observation(
         layer=LayerHistory(
             displacement=moved.isolator_displacement,
             velocity=moved.isolator_velocity,
-            force=band_passed(moved.force + noise * rng.standard_normal(count), RATE, BAND),
+            force=moved.force + noise * rng.standard_normal(count),
             force_std=np.full(count, noise * np.sqrt((BAND[1] - BAND[0]) / (RATE / 2))),
             displacement_std=np.full(count, DISPLACEMENT_NOISE),
         ),

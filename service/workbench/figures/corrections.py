@@ -7,6 +7,7 @@ import altair as alt
 from core.block_corrections import BlockCorrection
 from service.charts import KN, KN_PER_MM, MM
 from service.workbench.figure import FAINT, WIDTH, Figure, Rows, table, values
+from service.workbench.labels import label
 
 HEIGHT = 300
 """Pixels."""
@@ -14,9 +15,10 @@ HEIGHT = 300
 
 def stiffness_over_amplitude(corrections: Sequence[BlockCorrection]) -> Figure | None:
     """Stiffness that each block would add to the model's; None where no block determines one."""
+    directions = {one.direction for one in corrections}
     rows: Rows = [
         {
-            "earthquake": one.earthquake,
+            "earthquake": label(one.earthquake, one.direction, directions),
             "amplitude (mm)": one.amplitude * MM,
             "correction (kN/mm)": one.stiffness * KN_PER_MM,
             "standard deviation (kN/mm)": one.stiffness_std * KN_PER_MM,
@@ -39,9 +41,10 @@ def stiffness_over_amplitude(corrections: Sequence[BlockCorrection]) -> Figure |
 
 def yield_over_travel(corrections: Sequence[BlockCorrection]) -> Figure | None:
     """Yield force that each block would add to the model's; None where no block determines one."""
+    directions = {one.direction for one in corrections}
     rows: Rows = [
         {
-            "earthquake": one.earthquake,
+            "earthquake": label(one.earthquake, one.direction, directions),
             "travel (m)": one.travel,
             "correction (kN)": one.yield_force * KN,
             "standard deviation (kN)": one.yield_std * KN,

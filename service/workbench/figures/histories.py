@@ -1,6 +1,6 @@
 """How do measured and modelled histories of one earthquake lie beside each other? As a loop, and over time."""
 
-from collections.abc import Sequence
+from collections.abc import Sequence, Sized
 
 import altair as alt
 import numpy as np
@@ -14,6 +14,8 @@ from service.workbench.figure import MEASURED, MODEL, WIDTH, Figure, Rows, curve
 
 LOOP, HEIGHT = (600, 420), 150
 """Pixels."""
+SPARE = 45
+"""Pixels, for the axis of a loop beside another."""
 POINTS = 1700
 """Of a history: two for each pixel."""
 ENLARGED = 3
@@ -21,56 +23,84 @@ ENLARGED = 3
 RESIDUAL = f"residual × {ENLARGED}"
 
 
-def strongest_of(forces: Sequence[ForceComparison]) -> ForceComparison:
-    """The earthquake of the largest motion."""
-    return max(forces, key=lambda one: float(np.abs(one.observation.layer.displacement).max()))
+def strongest_of(forces: Sequence[ForceComparison]) -> tuple[ForceComparison, ...]:
+    """The earthquake of the largest motion, in every direction."""
+    largest = max(forces, key=lambda one: float(np.abs(one.observation.layer.displacement).max()))
+    return tuple(one for one in forces if one.observation.start == largest.observation.start)
 
 
-def loop(one: ForceComparison) -> Figure:
-    """The loop of one earthquake, and three times what the model leaves."""
+def loop(directions: Sequence[ForceComparison]) -> Figure:
+    """The loop of one earthquake in every direction, and three times what the model leaves."""
+    parts = {one.observation.direction: _loop_rows(one) for one in directions}
+    caption = (
+        f"The earthquake of {directions[0].observation.name}, the one of the largest displacement. Residual: measured "
+        "− model. Where its ends turn up: hardening or a moat wall; ends unlike each other: an asymmetry; steps at the "
+        "reversals: friction, or another yield; a loop of its own: damping that is missing."
+    )
+    width = LOOP[0] if len(parts) == 1 else WIDTH // 2 - SPARE
+    panels = [_titled(_loop(rows, width), name, parts) for name, rows in parts.items()]
+    rows = [{"direction": name, **row} for name, rows in parts.items() for row in rows]
+    return Figure("loop", "Loop of the strongest earthquake", caption, alt.hconcat(*panels), table(rows))
+
+
+def _loop_rows(one: ForceComparison) -> Rows:
     x = one.observation.layer.displacement * MM
     forces = {MEASURED: one.observation.layer.force, MODEL: one.model, RESIDUAL: ENLARGED * one.residual}
-    rows: Rows = [
+    return [
         {"curve": name, "order": int(at), "displacement (mm)": float(x[at]), "force (kN)": float(force[at] * KN)}
         for name, force in forces.items()
         for at in along_path(x, force, STEP)
     ]
+
+
+def _loop(rows: Rows, width: int) -> alt.LayerChart:
     layers = [
-        alt.Chart(values([row for row in rows if row["curve"] == name]), width=LOOP[0], height=LOOP[1])
-        .mark_line(strokeWidth=width, strokeJoin="round")
+        alt.Chart(values([row for row in rows if row["curve"] == name]), width=width, height=LOOP[1])
+        .mark_line(strokeWidth=line, strokeJoin="round")
         .encode(
             x=alt.X("displacement (mm):Q").scale(nice=False, padding=10),
             y=alt.Y("force (kN):Q"),
             order="order:Q",
             color=curves({MEASURED: GREY, MODEL: BLUE, RESIDUAL: ORANGE}),
         )
-        for name, width in ((MEASURED, 3.2), (MODEL, 1.1), (RESIDUAL, 1.1))
+        for name, line in ((MEASURED, 3.2), (MODEL, 1.1), (RESIDUAL, 1.1))
     ]
-    caption = (
-        f"The earthquake of {one.observation.name}, the one of the largest displacement. Residual: measured − model. "
-        "Where its ends turn up: hardening or a moat wall; ends unlike each other: an asymmetry; steps at the "
-        "reversals: friction, or another yield; a loop of its own: damping that is missing."
-    )
-    picture = alt.LayerChart(layer=layers)
-    return Figure("loop", "Loop of the strongest earthquake", caption, picture, table(rows))
+    return alt.LayerChart(layer=layers)
 
 
-def histories(force: ForceComparison, prediction: Prediction | None) -> Figure:
-    """Force, and the displacement that is predicted from the ground alone, of one earthquake."""
-    rate = force.observation.rate
-    panels = [_history(force.observation.layer.force * KN, force.model * KN, rate, "restoring force (kN)")]
+def histories(forces: Sequence[ForceComparison], predictions: Sequence[Prediction]) -> Figure:
+    """Force, and the displacement that is predicted from the ground alone, of one earthquake in every direction."""
+    moved = {one.observation.direction: one for one in predictions}
+    panels: list[alt.LayerChart] = []
+    for one in forces:
+        own = _panels(one, moved.get(one.observation.direction))
+        panels += [_titled(own[0], one.observation.direction, forces), *own[1:]]
     said = "driven by the measured motion"
-    if prediction is not None:
-        moved = prediction.displacement
-        panels.append(_history(moved.measured * MM, moved.model * MM, rate, "displacement (mm)"))
+    if moved:
         said += "; below, the displacement that model and superstructure predict from the ground motion alone"
-    caption = f"The earthquake of {force.observation.name}, the one of the largest displacement: the force, {said}."
+    name = forces[0].observation.name
+    caption = f"The earthquake of {name}, the one of the largest displacement: the force, {said}."
     rows: Rows = [
-        {"time (s)": float(at / rate), "force (kN)": float(force.observation.layer.force[at] * KN)}
-        | {"model (kN)": float(force.model[at] * KN)}
-        for at in extremes(force.model, POINTS // 4)
+        {"direction": one.observation.direction, "time (s)": float(at / one.observation.rate)}
+        | {"force (kN)": float(one.observation.layer.force[at] * KN), "model (kN)": float(one.model[at] * KN)}
+        for one in forces
+        for at in extremes(one.model, POINTS // 4)
     ]
     return Figure("histories", "Measured and modelled", caption, alt.vconcat(*panels, spacing=10), table(rows))
+
+
+def _panels(force: ForceComparison, prediction: Prediction | None) -> list[alt.LayerChart]:
+    rate, layer = force.observation.rate, force.observation.layer
+    found = [_history(layer.force * KN, force.model * KN, rate, "restoring force (kN)")]
+    if prediction is not None:
+        moved = prediction.displacement
+        found.append(_history(moved.measured * MM, moved.model * MM, rate, "displacement (mm)"))
+    return found
+
+
+def _titled(panel: alt.LayerChart, direction: str, directions: Sized) -> alt.LayerChart:
+    """With its direction where there are several."""
+    return panel.properties(title=f"direction {direction}") if len(directions) > 1 else panel
 
 
 def _history(measured: Vector, model: Vector, rate: float, label: str) -> alt.LayerChart:

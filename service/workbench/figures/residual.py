@@ -10,6 +10,7 @@ from core.arrays import Vector
 from core.comparison import Band, ForceComparison
 from service.charts import BLUE, GREY, KN, MM, ORANGE
 from service.workbench.figure import WIDTH, Figure, Rows, curves, table, values
+from service.workbench.labels import label
 
 CELLS = 19
 """Along each axis of displacement and velocity."""
@@ -25,7 +26,8 @@ NOISE, BEFORE, AFTER = "noise, if white", "model", "with what is proposed"
 def over_motion(compared: Sequence[ForceComparison]) -> Figure:
     """Mean residual over displacement and velocity, of the earthquakes with the largest motion."""
     strongest = sorted(compared, key=lambda one: -np.abs(one.observation.layer.displacement).max())[:MAPS]
-    maps = [_cells(one) for one in strongest]
+    directions = {one.observation.direction for one in compared}
+    maps = [_cells(one, label(one.observation.name, one.observation.direction, directions)) for one in strongest]
     caption = (
         "Mean of what the model leaves (measured − model) where displacement and velocity were so, each earthquake to "
         "its own scale. Bands along the velocity are a damping law that is not linear, ends along the displacement an "
@@ -69,14 +71,14 @@ def spectrum(compared: Sequence[ForceComparison], band: Band, after: Sequence[Fo
     return Figure("spectrum", "Residual spectrum", caption, alt.LayerChart(layer=[lines]), table(rows))
 
 
-def _cells(one: ForceComparison) -> Rows:
+def _cells(one: ForceComparison, called: str) -> Rows:
     x, v = one.observation.layer.displacement * MM, one.observation.layer.velocity * MM
     edges = [np.linspace(-np.abs(series).max(), np.abs(series).max(), CELLS + 1) for series in (x, v)]
     sums, _, _ = np.histogram2d(x, v, bins=edges, weights=one.residual * KN)
     counts, _, _ = np.histogram2d(x, v, bins=edges)
     return [
         {
-            "earthquake": one.observation.name,
+            "earthquake": called,
             "displacement (mm)": float(edges[0][i]),
             "to (mm)": float(edges[0][i + 1]),
             "velocity (mm/s)": float(edges[1][j]),
