@@ -10,7 +10,7 @@ from core.analysis import EventAnalysis, analyse
 from service import model_diagnoses, model_fits, model_results, model_work, results
 from service.database import Job
 from service.jobs import ANALYSE, COMPARE, DIAGNOSE, EXTEND, FIT, Claim
-from service.model_inputs import WorkInputs, work_inputs
+from service.model_inputs import WorkInputs, diagnosis_inputs, work_inputs
 from service.model_work import Comparison
 from service.results import Inputs
 from service.stages import Kind, Stage
@@ -43,7 +43,7 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
         COMPARE: Kind(work_inputs, model_work.stages, _store_comparison),
         FIT: Kind(work_inputs, model_fits.fit_stages, model_fits.store_fit),
         EXTEND: Kind(work_inputs, model_fits.extension_stages, model_fits.store_extension),
-        DIAGNOSE: Kind(work_inputs, model_diagnoses.stages, model_diagnoses.store),
+        DIAGNOSE: Kind(diagnosis_inputs, model_diagnoses.stages, model_diagnoses.store),
     }
 )
 """By the name that a job has."""

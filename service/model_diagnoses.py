@@ -85,7 +85,7 @@ def store(session: Session, claim: Claim, inputs: WorkInputs, found: Sequence[An
         version=VERSION,
         fitted=[one.event_id for one in wanted if not one.is_held_out],
         left_out=[one.event_id for one in wanted if one.is_held_out],
-        analyses=[one.analysis_id for one in wanted],
+        analyses=[one.analysis_id for one in (*wanted, *(one.held for one in inputs.unusable))],
         outcome=result.outcome,
         sentences=list(result.sentences),
         document=dict(result.document),

@@ -1,7 +1,7 @@
 """What work on a model is made from, as it is stored now."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -68,6 +68,8 @@ class WorkInputs:
     """Hz, within which forces are compared."""
     events: tuple[EventInputs, ...]
     """In order of time, one at least."""
+    unusable: tuple[EventInputs, ...] = ()
+    """Events without motion of the layer, in order of time; their records still tell of the sensors."""
 
     @property
     def roles(self) -> Mapping[int, str]:
@@ -106,7 +108,13 @@ def work_inputs(session: Session, claim: Claim, settings: Settings) -> WorkInput
         select(Revision).where(Revision.building_id == model.building_id).order_by(Revision.number.desc()).limit(1)
     ).one()
     found = tuple(
-        _event_inputs(session, event, _role(session, model, event), event.id in hold_out, event.id in wanted)
+        _event_inputs(
+            session,
+            event,
+            _role(session, model, event),
+            is_held_out=event.id in hold_out,
+            is_wanted=event.id in wanted,
+        )
         for event in events
     )
     return WorkInputs(
@@ -122,12 +130,27 @@ def work_inputs(session: Session, claim: Claim, settings: Settings) -> WorkInput
     )
 
 
+def diagnosis_inputs(session: Session, claim: Claim, settings: Settings) -> WorkInputs:
+    """The same for a diagnosis: of all events it asks those too whose analysis was refused; of named ones, only them.
+
+    Raises:
+        RecordError: none of the events can be compared.
+    """
+    inputs = work_inputs(session, claim, settings)
+    if claim.arguments.get("events") is not None:
+        return inputs
+    model = session.get_one(ModelVersion, claim.model_id)
+    refused = versions.not_comparable(session, model.building_id, inputs.directions)
+    unusable = tuple(_event_inputs(session, event, LATER, is_held_out=False, is_wanted=True) for event in refused)
+    return replace(inputs, unusable=unusable)
+
+
 def remembers(isolator: Isolator) -> bool:
     """Whether the layer keeps anything from one earthquake to the next."""
     return any(EFFECTS[name].carried for name in isolator.effects)
 
 
-def _event_inputs(session: Session, event: Event, role: str, is_held_out: bool, is_wanted: bool) -> EventInputs:
+def _event_inputs(session: Session, event: Event, role: str, *, is_held_out: bool, is_wanted: bool) -> EventInputs:
     analysis = session.scalars(select(Analysis).where(Analysis.event_id == event.id, Analysis.current)).one()
     revision = session.get_one(Revision, analysis.revision_id)
     name = f"{event.start:%Y-%m-%dT%H:%M:%SZ}"

@@ -17,8 +17,11 @@ def given(inputs: WorkInputs) -> ModelFile:
 
 
 def records(inputs: WorkInputs, seen: Sequence[Observed]) -> Records:
-    """The events that were asked for, those held out among them; before the first the layer is taken to be new."""
-    wanted = [one for one in seen if one.event.is_wanted]
+    """The events that were asked for, those held out and those that cannot be used among them, in order of time.
+
+    Before the first the layer is taken to be new.
+    """
+    wanted = sorted((one for one in seen if one.event.is_wanted), key=lambda one: one.event.start)
     return Records(
         description=inputs.description,
         band=inputs.band,
@@ -28,6 +31,8 @@ def records(inputs: WorkInputs, seen: Sequence[Observed]) -> Records:
         forces=tuple((observation.direction, force) for one in wanted for observation, force in one.seen),
         analyses=tuple(one.analysis for one in wanted),
         unused=tuple(
-            f"{one.event.name}: neither force nor motion of the layer is known" for one in wanted if not one.seen
+            f"{one.event.name}: {one.analysis.refusal or 'neither force nor motion of the layer is known'}"
+            for one in wanted
+            if not one.seen
         ),
     )

@@ -112,8 +112,8 @@ def stages(inputs: WorkInputs) -> Sequence[Stage]:
 
 
 def observing(inputs: WorkInputs) -> list[Stage]:
-    """Read every event."""
-    return [_observing(event, inputs) for event in inputs.events]
+    """Read every event, those that cannot be used at the end."""
+    return [_observing(event, inputs) for event in (*inputs.events, *inputs.unusable)]
 
 
 def _observing(event: EventInputs, inputs: WorkInputs) -> Stage:

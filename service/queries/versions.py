@@ -2,7 +2,7 @@
 
 from collections.abc import Collection, Mapping, Sequence
 
-from sqlalchemy import select, tuple_
+from sqlalchemy import ColumnElement, Select, exists, select, tuple_
 from sqlalchemy.orm import Session, joinedload, undefer
 
 from service.database import Analysis, DirectionResult, Event, ModelComparison, ModelVersion
@@ -101,13 +101,23 @@ def comparable(
 
     Of those of the numbers in `among`, or of all where that is None.
     """
-    question = (
-        select(Event)
-        .join(Analysis, (Analysis.event_id == Event.id) & Analysis.current)
-        .join(DirectionResult, DirectionResult.analysis_id == Analysis.id)
-        .where(Event.building_id == building_id, DirectionResult.direction.in_(directions))
-        .where(DirectionResult.displacement.is_not(None))
-    )
+    question = _analysed(building_id).where(_has_motion(directions))
     if among is not None:
         question = question.where(Event.id.in_(among))
-    return session.scalars(question.distinct().order_by(Event.start, Event.id)).all()
+    return session.scalars(question.order_by(Event.start, Event.id)).all()
+
+
+def not_comparable(session: Session, building_id: int, directions: Collection[str]) -> Sequence[Event]:
+    """Events that were analysed, but for refused or without the layer's motion in these directions; earliest first."""
+    question = _analysed(building_id).where(~_has_motion(directions))
+    return session.scalars(question.order_by(Event.start, Event.id)).all()
+
+
+def _analysed(building_id: int) -> Select[Event]:
+    latest = (Analysis.event_id == Event.id) & Analysis.current
+    return select(Event).join(Analysis, latest).where(Event.building_id == building_id)
+
+
+def _has_motion(directions: Collection[str]) -> ColumnElement[bool]:
+    of_analysis = (DirectionResult.analysis_id == Analysis.id, DirectionResult.direction.in_(directions))
+    return exists().where(*of_analysis, DirectionResult.displacement.is_not(None))

@@ -95,7 +95,9 @@ class DiagnosisRow(Answer):
     explanation: str = Field(description="The same and more, in words.")
     fitted: list[int] = Field(description="Numbers of the events that candidates were fitted to.")
     left_out: list[int] = Field(description="Numbers of the events held out.")
-    analyses: list[int] = Field(description="Numbers of the analyses of all of them.")
+    analyses: list[int] = Field(
+        description="Numbers of the analyses of all of them, and of refused events that were asked for their sensors."
+    )
     revision_id: int = Field(description="Of the building's description.")
     author: str = Field(description="Name of the key that asked for it.")
     created_at: datetime = Field(description="When it was made.")
