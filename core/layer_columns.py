@@ -20,6 +20,7 @@ from core.isolator import Isolator, Key, carried
 from core.observation import LayerHistory, Observation
 from core.path import Path, path
 from core.record import Direction
+from core.record_ends import relied_on
 from core.whitening import BAND, Whitening, shrunk, whitening
 
 KEPT = 2e8
@@ -87,6 +88,7 @@ def _whitening(observation: Observation) -> Whitening:
         lambda f: error.at(f) + motion(f),
         patterns=error.patterns if error.patterns.size else None,
         passed=layer.band,
+        window=relied_on(layer.force, observation.rate),
     )
     return shrunk(weights, layer.force, error.at) if error.is_shrunk else weights
 

@@ -49,6 +49,8 @@ class Whitening:
     """(p, m) v, orthonormal, over the std."""
     strengths: Vector
     """(p,) s."""
+    window: Vector
+    """(n,) by which every history is multiplied first: less than 1 where the record is not to be relied on."""
 
     @property
     def frequency(self) -> Vector:
@@ -61,7 +63,7 @@ class Whitening:
 
     def coefficients(self, series: Matrix) -> Matrix:
         """(k, m) of (k, n) series, in their unit."""
-        transformed: Matrix = dct(series, norm="ortho", axis=-1)[:, self.kept]
+        transformed: Matrix = dct(series * self.window, norm="ortho", axis=-1)[:, self.kept]
         return transformed
 
     def filtered(self, series: Matrix) -> Matrix:
@@ -75,7 +77,7 @@ class Whitening:
         return np.asarray(free - (free @ self.patterns.T * shrunk) @ self.patterns)
 
     def back(self, white: Vector) -> Vector:
-        """(n,) N, the history within the band of (m,) independent units."""
+        """(n,) N, the history within the band of (m,) independent units; still multiplied by the window."""
         grown = np.sqrt(1 + self.strengths**2) - 1
         coefficients = np.zeros(self.count)
         coefficients[self.kept] = (white + (self.patterns @ white * grown) @ self.patterns) * self.std
@@ -90,6 +92,7 @@ def whitening(
     *,
     patterns: Matrix | None = None,
     passed: tuple[float, float] | None = None,
+    window: Vector | None = None,
 ) -> Whitening:
     """By the spectrum of the noise.
 
@@ -100,18 +103,20 @@ def whitening(
         patterns: (p, n) N, what one standard deviation of each independent cause does to the force; None if none is
             known.
         passed: Hz, pass band of the filter that the measured force went through; None if there was none.
+        window: (n,) by which every history is multiplied first; None for 1.
     """
     count, per_hertz = force.size, 2 * force.size / rate
     first, least, last = (int(np.ceil(one * per_hertz)) for one in (BAND[0], LEAST_TOP, BAND[1]))
-    beyond = np.cumsum(dct(force, norm="ortho")[first:last][::-1] ** 2)[::-1]
+    seen = np.ones(count) if window is None else window
+    beyond = np.cumsum(dct(force * seen, norm="ortho")[first:last][::-1] ** 2)[::-1]
     top = first + int(np.sum(beyond > NEGLIGIBLE * beyond[0]))
     kept = slice(first, min(count, max(least, top)))
     frequency = np.arange(kept.start, kept.stop) * rate / (2 * count)
     share = np.ones(frequency.size) if passed is None else passed_share(frequency, rate, passed)
-    std = np.sqrt(density(frequency) * rate / 2)
+    std = np.sqrt(density(frequency) * rate / 2 * np.mean(seen**2))
     given = np.zeros((0, count)) if patterns is None else patterns
-    _, strengths, unit = np.linalg.svd(dct(given, norm="ortho", axis=-1)[:, kept] / std, full_matrices=False)
-    return Whitening(count, rate, kept, std, share, unit, strengths)
+    _, strengths, unit = np.linalg.svd(dct(given * seen, norm="ortho", axis=-1)[:, kept] / std, full_matrices=False)
+    return Whitening(count, rate, kept, std, share, unit, strengths, seen)
 
 
 def shrunk(weights: Whitening, force: Vector, density: Callable[[Vector], Vector]) -> Whitening:
@@ -126,7 +131,8 @@ def shrunk(weights: Whitening, force: Vector, density: Callable[[Vector], Vector
         density: P, one-sided, N²/Hz, of the estimate's error at (k,) frequencies in Hz.
     """
     power = ndimage.uniform_filter1d(weights.coefficients(force[None])[0] ** 2, AVERAGED, mode="nearest")
-    share = power / (power + density(weights.frequency) * weights.rate / 2)
+    noise = density(weights.frequency) * weights.rate / 2 * np.mean(weights.window**2)
+    share = power / (power + noise)
     return replace(weights, passed=weights.passed * share)
 
 
