@@ -19,9 +19,23 @@ def demo(
         typer.Option(min=0, max=65535, help="Port of the page and the API; another one if it is taken, 0: a free one."),
     ] = 8000,
     earthquakes: Annotated[
-        int, typer.Option(min=2, max=500, help="Earthquakes of the past three years, where the folder holds none yet.")
-    ] = 32,
+        int | None,
+        typer.Option(
+            min=2,
+            max=500,
+            help="Earthquakes of the past three years, where the folder holds none yet; default: 32, and 6 with "
+            "--hidden-effect.",
+        ),
+    ] = None,
     next_after: Annotated[float, typer.Option(min=0, help="Seconds until one more earthquake happens.")] = 60.0,
+    hidden_effect: Annotated[
+        bool,
+        typer.Option(
+            "--hidden-effect",
+            help="A building whose isolation layer does something that its model lacks: find out what, by the pages; "
+            "one more earthquake happens once a better model is in force. Kept in a folder within the folder.",
+        ),
+    ] = False,
     reset: Annotated[bool, typer.Option("--reset", help="Forget what the folder holds and start anew.")] = False,
 ) -> None:
     """Watch a simulated base-isolated building: recorded ground motions, a real monitoring server, the whole service.
@@ -29,29 +43,34 @@ def demo(
     A second start carries on where the first one ended.
     """
     from datetime import UTC, datetime, timedelta
+    from functools import partial
 
     from platformdirs import user_data_path
     from rich.console import Console
 
+    from service.demo.guiding import guide
     from service.demo.listening import free_port
     from service.demo.motions import MotionsMissingError, recorded
-    from service.demo.performance import perform, settings_of
+    from service.demo.performance import address, perform, settings_of
+    from service.demo.scenario import BY_DESIGN, HIDDEN_EFFECT
     from service.demo.stage import forget, prepared
-    from service.demo.telling import bars
+    from service.demo.telling import bars, tell
 
     console = Console()
-    kept = (folder or user_data_path("menshin") / "demo").resolve()
+    scenario = HIDDEN_EFFECT if hidden_effect else BY_DESIGN
+    count = earthquakes or scenario.earthquakes
+    kept = (folder or user_data_path("menshin") / "demo").resolve() / ("hidden-effect" if hidden_effect else "")
     try:
         if reset:
             forget(kept)
         with bars(console) as bar:
             reading = bar.add_task("reading recorded ground motions", total=1)
-            motions = recorded()
+            motions = scenario.chosen(recorded())
             bar.advance(reading)
-            striking = bar.add_task("simulating earthquakes", total=earthquakes)
+            striking = bar.add_task("simulating earthquakes", total=count)
             now = datetime.now(UTC)
             stage = prepared(
-                kept, motions, earthquakes, now, lambda done, of: bar.update(striking, completed=done, total=of)
+                kept, scenario, motions, count, now, lambda done, of: bar.update(striking, completed=done, total=of)
             )
     except MotionsMissingError as missing:
         typer.echo(str(missing), err=True)
@@ -62,4 +81,6 @@ def demo(
     if port not in {0, free}:
         console.print(f"[yellow]port {port} is taken: port {free} is used instead[/]")
     console.print(f"kept in {kept}", soft_wrap=True)
-    perform(stage, settings_of(kept, free), timedelta(seconds=next_after), console)
+    settings = settings_of(kept, free)
+    tale = partial(guide, address(settings)) if hidden_effect else partial(tell, timedelta(seconds=next_after))
+    perform(stage, settings, tale, console)

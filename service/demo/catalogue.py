@@ -1,6 +1,6 @@
 """Which earthquakes strike the simulated building, when and how hard."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 
@@ -13,6 +13,8 @@ from core.arrays import Vector
 SMALLEST, LARGEST = 0.05, 3.0  # m/s²: 5 to 300 gal
 YEARS = timedelta(days=3 * 365)
 APART = timedelta(hours=6)
+WEAK, STRONG = (0.3, 1.2), (3.0, 4.5)
+"""m/s², of earthquakes before and after a layer was first moved far."""
 P_VELOCITY = 6000.0  # m/s
 DEPTH = 30_000.0  # m
 METRES_PER_DEGREE = 111_195.0
@@ -34,12 +36,19 @@ class Earthquake:
     """m, from the building to the epicentre."""
 
 
-def history(until: datetime, count: int, motions: Sequence[str], rng: np.random.Generator) -> tuple[Earthquake, ...]:
-    """The earthquakes of the years before a time: at random times, as many small ones as nature has.
+Peaks = Callable[[int, np.random.Generator], Vector]
+"""(count,) m/s² in order of time, from how many and the dice."""
+
+
+def history(
+    until: datetime, count: int, peaks: Peaks, motions: Sequence[str], rng: np.random.Generator
+) -> tuple[Earthquake, ...]:
+    """The earthquakes of the years before a time, at random times.
 
     Args:
         until: aware; the last earthquake lies at least six hours before.
         count: how many.
+        peaks: how strong they are.
         motions: names to choose from; none is used twice before each was used once.
         rng: the dice.
     """
@@ -47,18 +56,31 @@ def history(until: datetime, count: int, motions: Sequence[str], rng: np.random.
     room = YEARS - count * APART
     moments = np.sort(rng.uniform(0.0, room.total_seconds(), count))
     arrivals = [until - YEARS + timedelta(seconds=round(s, 2)) + n * APART for n, s in enumerate(moments)]
-    peaks = rng.permutation(peak_accelerations(count))
+    strengths = peaks(count, rng)
     order = [motions[i] for _ in range(0, count, len(motions)) for i in rng.permutation(len(motions))]
     return tuple(
-        Earthquake(n, arrivals[n], order[n], float(peaks[n]), round(float(rng.uniform(2e4, 1.5e5)), -2))
+        Earthquake(n, arrivals[n], order[n], float(strengths[n]), round(float(rng.uniform(2e4, 1.5e5)), -2))
         for n in range(count)
     )
 
 
-def next_earthquake(number: int, arrival: datetime, motions: Sequence[str], rng: np.random.Generator) -> Earthquake:
-    """One more earthquake, of middling strength so that it can be seen."""
-    peak = float(rng.uniform(0.3, 1.0))
+def next_earthquake(
+    number: int, arrival: datetime, between: tuple[float, float], motions: Sequence[str], rng: np.random.Generator
+) -> Earthquake:
+    """One more earthquake, its peak between two accelerations (m/s²)."""
+    peak = float(rng.uniform(*between))
     return Earthquake(number, arrival.replace(microsecond=0), str(rng.choice(motions)), peak, north=6e4)
+
+
+def natural(count: int, rng: np.random.Generator) -> Vector:
+    """(count,) m/s²: as many weak earthquakes as nature has, in any order."""
+    return rng.permutation(peak_accelerations(count))
+
+
+def weak_then_strong(count: int, rng: np.random.Generator) -> Vector:
+    """(count,) m/s²: the first half weak, the second strong, each in any order."""
+    weak, strong = np.geomspace(*WEAK, count - count // 2), np.geomspace(*STRONG, count // 2)
+    return np.concatenate([rng.permutation(weak), rng.permutation(strong)])
 
 
 def peak_accelerations(count: int) -> Vector:

@@ -12,6 +12,7 @@ from service.demo.archive import Archive
 from service.demo.catalogue import Earthquake, history, next_earthquake, quakeml
 from service.demo.motions import GroundMotion
 from service.demo.recorder import record
+from service.demo.scenario import Scenario
 from service.demo.site import AFTER_ORIGIN, LATITUDE, LONGITUDE
 
 FILE = "earthquakes.json"
@@ -21,12 +22,14 @@ RECORDED = timedelta(seconds=AFTER_ORIGIN)
 APART = timedelta(minutes=5)
 
 
-def remembered(folder: Path, now: datetime, count: int, motions: Sequence[GroundMotion]) -> tuple[Earthquake, ...]:
+def remembered(
+    folder: Path, now: datetime, count: int, scenario: Scenario, motions: Sequence[GroundMotion]
+) -> tuple[Earthquake, ...]:
     """The earthquakes that the folder remembers; the first time, new ones until now."""
     path = folder / FILE
     if not path.exists():
         names = [motion.name for motion in motions]
-        remember(folder, history(now, count, names, np.random.default_rng(SEED)))
+        remember(folder, history(now, count, scenario.peaks, names, np.random.default_rng(SEED)))
     rows = json.loads(path.read_text())
     return tuple(Earthquake(**{**row, "arrival": datetime.fromisoformat(row["arrival"])}) for row in rows)
 
@@ -39,16 +42,19 @@ def remember(folder: Path, earthquakes: Sequence[Earthquake]) -> None:
     fresh.replace(folder / FILE)
 
 
-def strike(held: Archive, earthquake: Earthquake, motions: Sequence[GroundMotion]) -> None:
+def strike(held: Archive, earthquake: Earthquake, scenario: Scenario, motions: Sequence[GroundMotion]) -> None:
     """Record an earthquake."""
     motion = next(motion for motion in motions if motion.name == earthquake.motion)
-    held.add(record(earthquake, motion, SEED), quakeml(earthquake, LATITUDE, LONGITUDE))
+    held.add(record(earthquake, motion, scenario, SEED), quakeml(earthquake, LATITUDE, LONGITUDE))
 
 
-def one_more(folder: Path, earlier: Sequence[Earthquake], now: datetime, motions: Sequence[GroundMotion]) -> Earthquake:
+def one_more(
+    folder: Path, earlier: Sequence[Earthquake], now: datetime, scenario: Scenario, motions: Sequence[GroundMotion]
+) -> Earthquake:
     """An earthquake that the monitoring server has just finished recording; the folder remembers it."""
     names = [motion.name for motion in motions]
-    fresh = next_earthquake(len(earlier), now - RECORDED, names, np.random.default_rng([SEED, len(earlier)]))
+    rng = np.random.default_rng([SEED, len(earlier)])
+    fresh = next_earthquake(len(earlier), now - RECORDED, scenario.next_peak, names, rng)
     remember(folder, (*earlier, fresh))
     return fresh
 

@@ -2,26 +2,30 @@
 
 import logging
 import tomllib
+from collections.abc import Callable
 from contextlib import ExitStack
-from datetime import UTC, datetime, timedelta
+from datetime import UTC, datetime
 from pathlib import Path
+from threading import Event as Signal
 from threading import Thread
 
 from rich.console import Console
-from sqlalchemy.orm import Session
+from sqlalchemy.orm import Session, sessionmaker
 
 from service import buildings, roles
 from service.demo.listening import LOOPBACK, free_port, listening
 from service.demo.server import application
 from service.demo.site import CODE, building_file
 from service.demo.stage import BUILDING, DATABASE, Stage
-from service.demo.telling import tell
 from service.settings import Settings
 
 POLL_INTERVAL = 5.0  # s, so that a spectator need not wait
 
+Tale = Callable[[Stage, sessionmaker[Session], Signal, Console], None]
+"""What the spectator is told, in a thread of its own, until it ends or is asked to."""
 
-def perform(stage: Stage, settings: Settings, next_after: timedelta, console: Console) -> None:
+
+def perform(stage: Stage, settings: Settings, tale: Tale, console: Console) -> None:
     """Serve, fetch and analyse until asked to end."""
     logging.basicConfig(level=logging.WARNING, format="%(levelname)s %(name)s: %(message)s")
     with ExitStack() as stack:
@@ -32,11 +36,11 @@ def perform(stage: Stage, settings: Settings, next_after: timedelta, console: Co
         with sessions.begin() as session:
             put_under_watch(session, stage.folder, server)
         stack.enter_context(roles.running(settings, stop, poll=True, work=True))
-        teller = Thread(target=tell, args=(stage, sessions, next_after, stop, console), name="teller")
+        teller = Thread(target=tale, args=(stage, sessions, stop, console), name="teller")
         teller.start()
         stack.callback(teller.join)
         stack.callback(stop.set)
-        console.print(f"[bold]Menshin answers at http://{LOOPBACK}:{settings.port}/[/] (Ctrl-C ends it)")
+        console.print(f"[bold]Menshin answers at {address(settings)}/[/] (Ctrl-C ends it)")
         roles.api(settings, stop)
     console.print("ended; the next start carries on from here")
 
@@ -46,6 +50,11 @@ def settings_of(folder: Path, port: int) -> Settings:
     return Settings(
         database_url=f"sqlite:///{folder / DATABASE}", host=LOOPBACK, port=port, poll_interval=POLL_INTERVAL
     )
+
+
+def address(settings: Settings) -> str:
+    """Where the pages and the API are."""
+    return f"http://{settings.host}:{settings.port}"
 
 
 def put_under_watch(session: Session, folder: Path, server: str) -> None:

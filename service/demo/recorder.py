@@ -6,26 +6,27 @@ import numpy as np
 from obspy import Trace, UTCDateTime
 
 from core.arrays import Vector
-from core.paper import BUILDING, FOURTH_STOREY, ISOLATOR
-from core.simulation import Response, simulate
+from core.paper import FOURTH_STOREY
+from core.simulation import Response
 from service.demo.catalogue import Earthquake
 from service.demo.motions import GroundMotion, prepared
+from service.demo.scenario import Scenario
 from service.demo.site import BASE, DIRECTIONS, GROUND, RATE, Sensor, sensors
 
-BEFORE, AFTER = 15.0, 45.0  # s, pre-event memory and post-event recording
 OFFSET = 50.0  # of the noise: how far a sensor's zero may lie off
 
 
-def record(earthquake: Earthquake, motion: GroundMotion, seed: int) -> list[Trace]:
-    """The counts of every channel; the same earthquake and seed give the same counts."""
-    shaking = prepared(motion, RATE, BEFORE, AFTER)
+def record(earthquake: Earthquake, motion: GroundMotion, scenario: Scenario, seed: int) -> list[Trace]:
+    """The counts of every channel; the same earthquake, scenario and seed give the same counts."""
+    shaking = prepared(motion, RATE, *scenario.rest)
     shaking *= earthquake.peak / np.abs(shaking).max()
     rng = np.random.default_rng([seed, earthquake.number])
     measured = {
-        direction: _measured(ground, simulate(BUILDING, ISOLATOR, ground, RATE))
+        direction: _measured(ground, scenario.response(ground))
         for direction, ground in zip(DIRECTIONS, shaking, strict=True)
     }
-    return [_digitized(sensor, measured[sensor.direction], earthquake, rng) for sensor in sensors()]
+    start = UTCDateTime(earthquake.arrival) - scenario.rest[0]
+    return [_digitized(sensor, measured[sensor.direction], start, rng) for sensor in sensors()]
 
 
 def _measured(ground: Vector, response: Response) -> Mapping[tuple[str, str], Vector]:
@@ -39,7 +40,7 @@ def _measured(ground: Vector, response: Response) -> Mapping[tuple[str, str], Ve
 
 
 def _digitized(
-    sensor: Sensor, measured: Mapping[tuple[str, str], Vector], earthquake: Earthquake, rng: np.random.Generator
+    sensor: Sensor, measured: Mapping[tuple[str, str], Vector], start: UTCDateTime, rng: np.random.Generator
 ) -> Trace:
     true = measured[sensor.level, sensor.quantity]
     offset = sensor.noise * rng.uniform(-OFFSET, OFFSET)
@@ -51,6 +52,6 @@ def _digitized(
         "location": location,
         "channel": channel,
         "sampling_rate": RATE,
-        "starttime": UTCDateTime(earthquake.arrival) - BEFORE,
+        "starttime": start,
     }
     return Trace(np.round(sensed / sensor.resolution).astype(np.int32), header)

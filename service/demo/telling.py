@@ -21,17 +21,18 @@ def bars(console: Console) -> Progress:
     return Progress(*columns, console=console)
 
 
-def tell(stage: Stage, sessions: sessionmaker[Session], next_after: timedelta, stop: Signal, console: Console) -> None:
+def tell(next_after: timedelta, stage: Stage, sessions: sessionmaker[Session], stop: Signal, console: Console) -> None:
     """How the past is fetched and analysed; then one more earthquake, and how it arrives by itself."""
-    _tell_of_the_past(len(stage.earthquakes), reading(sessions), stop, console)
+    tell_of_the_past(len(stage.earthquakes), reading(sessions), stop, console)
     wait = memory.until_next(stage.earthquakes, datetime.now(UTC), next_after)
     console.print(f"one more earthquake will happen in {wait.total_seconds():.0f} s")
     if stop.wait(wait.total_seconds()):
         return
-    _tell_of_one_more(stage, reading(sessions), stop, console)
+    tell_of_one_more(stage, reading(sessions), stop, console)
 
 
-def _tell_of_the_past(count: int, sessions: sessionmaker[Session], stop: Signal, console: Console) -> None:
+def tell_of_the_past(count: int, sessions: sessionmaker[Session], stop: Signal, console: Console) -> None:
+    """How so many earthquakes are fetched and analysed."""
     with bars(console) as bar:
         fetching, analysing = (bar.add_task(name, total=count) for name in ("fetching records", "analysing events"))
         while not stop.wait(LOOK):
@@ -43,7 +44,8 @@ def _tell_of_the_past(count: int, sessions: sessionmaker[Session], stop: Signal,
                 return
 
 
-def _tell_of_one_more(stage: Stage, sessions: sessionmaker[Session], stop: Signal, console: Console) -> None:
+def tell_of_one_more(stage: Stage, sessions: sessionmaker[Session], stop: Signal, console: Console) -> None:
+    """One more earthquake, and how it arrives by itself."""
     fresh = stage.strike(datetime.now(UTC))
     peak = 100 * fresh.peak
     console.print(

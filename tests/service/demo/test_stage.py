@@ -11,8 +11,9 @@ from core.building import ShearBuilding
 from core.paper import BUILDING as PAPER
 from service import building_file
 from service.demo import memory
-from service.demo.catalogue import APART, YEARS, history, peak_accelerations
+from service.demo.catalogue import APART, STRONG, WEAK, YEARS, history, natural, peak_accelerations, weak_then_strong
 from service.demo.motions import GroundMotion, prepared, recorded
+from service.demo.scenario import BY_DESIGN, HIDDEN_EFFECT, Scenario
 from service.demo.site import LATITUDE, sensors
 from service.demo.site import building_file as written
 from service.demo.stage import Stage, forget
@@ -29,8 +30,8 @@ def motions() -> tuple[GroundMotion, ...]:
     return tuple(GroundMotion(name, 100.0, rng.standard_normal((2, 1000))) for name in ("one", "another"))
 
 
-def stage(folder: Path, now: datetime = NOW) -> Stage:
-    return staged(folder, motions(), COUNT, now, lambda done, of: None)
+def stage(folder: Path, now: datetime = NOW, scenario: Scenario = BY_DESIGN) -> Stage:
+    return staged(folder, scenario, motions(), COUNT, now, lambda done, of: None)
 
 
 def samples(stage: Stage) -> list[tuple[str, str, bytes]]:
@@ -52,11 +53,17 @@ def test_many_small_and_few_large_earthquakes() -> None:
 
 
 def test_the_past_lies_in_the_past_and_its_earthquakes_apart() -> None:
-    past = history(NOW, 32, ["one", "another"], np.random.default_rng(1))
+    past = history(NOW, 32, natural, ["one", "another"], np.random.default_rng(1))
     arrivals = [earthquake.arrival for earthquake in past]
     assert NOW - YEARS <= arrivals[0] <= arrivals[-1] < NOW
     assert min(np.diff(arrivals)) >= APART
     assert {earthquake.motion for earthquake in past} == {"one", "another"}
+
+
+def test_a_layer_is_moved_far_only_in_the_second_half() -> None:
+    past = history(NOW, 7, weak_then_strong, ["one", "another"], np.random.default_rng(1))
+    assert max(earthquake.peak for earthquake in past[:4]) == pytest.approx(WEAK[1])
+    assert min(earthquake.peak for earthquake in past[4:]) == pytest.approx(STRONG[0])
 
 
 def test_a_second_start_is_the_first_one_continued(tmp_path: Path) -> None:
@@ -118,6 +125,7 @@ def test_recorded_motions_are_what_they_were() -> None:
     """Published peaks: FEMA P695 (2009), table A-4A, in g; K-NET's header of AKT013, in gal."""
     found = {motion.name: motion for motion in recorded()}
     assert len(found) >= 30
+    assert len(HIDDEN_EFFECT.chosen(tuple(found.values()))) == len(HIDDEN_EFFECT.motions)
     published = {"Northridge 1994, Beverly Hills - Mulhol": 0.52, "Kobe, Japan 1995, Nishi-Akashi": 0.51}
     for name, peak in published.items():
         assert np.abs(found[name].acceleration).max() / 9.80665 == pytest.approx(peak, abs=0.005)  # two digits

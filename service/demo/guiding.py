@@ -1,0 +1,93 @@
+"""What the demonstration tells a spectator who is to find out what a model of the isolation layer lacks."""
+
+from datetime import UTC, datetime, timedelta
+from threading import Event as Signal
+
+from rich.console import Console
+from sqlalchemy.orm import Session, sessionmaker
+
+from core.misfit import Misfit
+from service import model_requests
+from service.demo import memory
+from service.demo.first_fit import BY, DIRECTION, InForce, finished, in_force, put_in_force
+from service.demo.stage import Stage
+from service.demo.telling import LOOK, tell_of_one_more, tell_of_the_past
+from service.queries import versions
+from service.sessions import reading
+
+SOON = timedelta(seconds=2)
+"""After which one more earthquake happens, once a model was put in force."""
+STEPS = """\
+[bold]The model in force misses the strong earthquakes.[/] Something is missing in it; find out what:
+ 1. open {address}/models/{number}: its error over the events, its loop beside the measured one
+ 2. under "Improve it", open the list of events, leave out the latest one, press "Diagnose"
+ 3. after half a minute the page has a link "What it lacks": open it and read; press "Add" beside the effect it names
+ 4. the page of the model then has a link "the next version": the error has fallen, also on the event left out
+ 5. press "Put in force" there: one more strong earthquake happens, to which nothing was fitted
+"""
+
+
+def guide(address: str, stage: Stage, sessions: sessionmaker[Session], stop: Signal, console: Console) -> None:
+    """From the records of the past to the first earthquake under a model that the spectator put in force.
+
+    Args:
+        address: of the service's pages.
+        stage: the simulated world.
+        sessions: at the service's database.
+        stop: set when all is to end.
+        console: where it is told.
+    """
+    tell_of_the_past(len(stage.earthquakes), reading(sessions), stop, console)
+    with console.status("an engineer's model of the past years is being fitted to the weak earthquakes"):
+        put_in_force(sessions, stop)
+    with reading(sessions)() as session:
+        former = in_force(session)
+    if former is None or stop.is_set():
+        return
+    if former.accepted_by != BY:
+        console.print(f"your model x {former.number} is in force: {address}/models/{former.id}", highlight=False)
+        return
+    console.print(STEPS.format(address=address, number=former.id), highlight=False, soft_wrap=True)
+    better = _successor(former, sessions, stop)
+    if better is not None:
+        console.print(f"model x {better.number} is in force", highlight=False)
+        _tell_how_both_predict(stage, (former, better), sessions, stop, console)
+
+
+def _successor(former: InForce, sessions: sessionmaker[Session], stop: Signal) -> InForce | None:
+    """The version that the spectator puts in force."""
+    while not stop.wait(LOOK):
+        with reading(sessions)() as session:
+            found = in_force(session)
+        if found is not None and found != former:
+            return found
+    return None
+
+
+def _tell_how_both_predict(
+    stage: Stage, models: tuple[InForce, InForce], sessions: sessionmaker[Session], stop: Signal, console: Console
+) -> None:
+    wait = memory.until_next(stage.earthquakes, datetime.now(UTC), SOON)
+    if stop.wait(wait.total_seconds()):
+        return
+    tell_of_one_more(stage, reading(sessions), stop, console)
+    errors = [_latest_error(model, sessions, stop) for model in models]
+    if stop.is_set():
+        return
+    told = " and ".join(
+        f"x {model.number} misses its force by {error:.1%}" for model, error in zip(models, errors, strict=True)
+    )
+    console.print(f"[bold]no model was fitted to it: {told}[/]; reload the page of the model", highlight=False)
+
+
+def _latest_error(model: InForce, sessions: sessionmaker[Session], stop: Signal) -> float | None:
+    """NRMSE of a version in the latest event, None when asked to stop."""
+    with sessions.begin() as session:
+        version = versions.version(session, model.id)
+        latest = versions.comparable(session, version.building_id, (DIRECTION,), None)[-1].id
+        job = model_requests.compare(session, version, [latest], BY, datetime.now(UTC)).id
+    if finished(sessions, job, stop) is None:
+        return None
+    with reading(sessions)() as session:
+        comparison, _ = versions.latest_comparisons(session, [model.id])[model.id][-1]
+        return Misfit(**comparison.misfit).nrmse
