@@ -8,7 +8,7 @@ from sqlalchemy.orm import Session, sessionmaker
 
 from core.misfit import Misfit
 from service import model_requests
-from service.demo import memory
+from service.demo import files, memory
 from service.demo.first_fit import BY, DIRECTION, InForce, finished, in_force, put_in_force
 from service.demo.stage import Stage
 from service.demo.telling import LOOK, tell_of_one_more, tell_of_the_past
@@ -23,8 +23,7 @@ STEPS = """\
  2. under "Improve it", open the list of events, leave out the latest one, press "Diagnose"
  3. after half a minute the page has a link "What it lacks": open it and read; press "Add" beside the effect it names
  4. the page of the model then has a link "the next version": the error has fallen, also on the event left out
- 5. press "Put in force" there: one more strong earthquake happens, to which nothing was fitted
-"""
+ 5. press "Put in force" there: one more strong earthquake happens, to which nothing was fitted"""
 
 
 def guide(address: str, stage: Stage, sessions: sessionmaker[Session], stop: Signal, console: Console) -> None:
@@ -48,6 +47,7 @@ def guide(address: str, stage: Stage, sessions: sessionmaker[Session], stop: Sig
         console.print(f"your model x {former.number} is in force: {address}/models/{former.id}", highlight=False)
         return
     console.print(STEPS.format(address=address, number=former.id), highlight=False, soft_wrap=True)
+    console.print(f"the records lie in {files.write(stage)}, for those who would rather work at a command line")
     better = _successor(former, sessions, stop)
     if better is not None:
         console.print(f"model x {better.number} is in force", highlight=False)

@@ -1,6 +1,7 @@
 """What the simulated building's monitoring server records of an earthquake."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 from obspy import Trace, UTCDateTime
@@ -26,7 +27,8 @@ def record(earthquake: Earthquake, motion: GroundMotion, scenario: Scenario, see
         for direction, ground in zip(DIRECTIONS, shaking, strict=True)
     }
     start = UTCDateTime(earthquake.arrival) - scenario.rest[0]
-    return [_digitized(sensor, measured[sensor.direction], start, rng) for sensor in sensors()]
+    noisy = [replace(sensor, noise=scenario.noise * sensor.noise) for sensor in sensors()]
+    return [_digitized(sensor, measured[sensor.direction], start, rng) for sensor in noisy]
 
 
 def _measured(ground: Vector, response: Response) -> Mapping[tuple[str, str], Vector]:

@@ -26,6 +26,8 @@ class Scenario:
     """m/s², between which an earthquake that is still to come lies."""
     rest: tuple[float, float] = (15.0, 45.0)
     """s that are recorded before the ground moves, and after."""
+    noise: float = 1.0
+    """Times that of good sensors."""
     motions: tuple[str, ...] = ()
     """Names of the ground motions that they are made of; all there are, where none is named."""
 
@@ -47,6 +49,7 @@ HIDDEN_EFFECT = Scenario(
     peaks=weak_then_strong,
     next_peak=STRONG,
     rest=(10.0, 25.0),
+    noise=10.0,  # as accelerometers on a chip have it
     motions=(  # that move the layer far, and do not last long
         "Northridge 1994, Beverly Hills - Mulhol",
         "Gazli, USSR 1976, Karakyr",

@@ -13,6 +13,8 @@ from service.demo.scenario import Scenario
 from service.demo.site import inventory
 
 DATABASE, BUILDING = "menshin.sqlite", "building.toml"
+RECORDS, STATION = "records", "station.xml"
+"""Folder of the records as files, and the file that describes their channels."""
 
 
 @dataclass(slots=True, eq=False)
@@ -64,3 +66,8 @@ def forget(folder: Path) -> None:
     """Remove what a demonstration leaves in its folder, and nothing else."""
     for name in (DATABASE, f"{DATABASE}-wal", f"{DATABASE}-shm", BUILDING, memory.FILE):
         (folder / name).unlink(missing_ok=True)
+    records = folder / RECORDS
+    for file in (*records.glob("[0-9]*.mseed"), records / STATION):
+        file.unlink(missing_ok=True)
+    if records.is_dir() and not any(records.iterdir()):
+        records.rmdir()

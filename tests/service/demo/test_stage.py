@@ -5,12 +5,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from obspy import Trace, UTCDateTime
+from obspy import Trace, UTCDateTime, read, read_inventory
 
 from core.building import ShearBuilding
 from core.paper import BUILDING as PAPER
 from service import building_file
-from service.demo import memory
+from service.demo import files, memory
 from service.demo.catalogue import APART, STRONG, WEAK, YEARS, history, natural, peak_accelerations, weak_then_strong
 from service.demo.motions import GroundMotion, prepared, recorded
 from service.demo.scenario import BY_DESIGN, HIDDEN_EFFECT, Scenario
@@ -77,10 +77,24 @@ def test_a_second_start_is_the_first_one_continued(tmp_path: Path) -> None:
 def test_what_is_forgotten_happens_otherwise_only_in_time(tmp_path: Path) -> None:
     (tmp_path / "notes.txt").write_text("mine")
     first = stage(tmp_path)
+    files.write(first)
     forget(tmp_path)
     assert [file.name for file in tmp_path.iterdir()] == ["notes.txt"]
     later = stage(tmp_path, NOW + timedelta(days=1))
     assert [e.arrival for e in later.earthquakes] == [e.arrival + timedelta(days=1) for e in first.earthquakes]
+
+
+def test_records_as_files_are_what_the_server_holds(tmp_path: Path) -> None:
+    begun = stage(tmp_path)
+    folder = files.write(begun)
+    written = [read(folder / f"{number}.mseed") for number in range(1, COUNT + 1)]
+    assert sorted((t.id, str(t.stats.starttime), t.data.tobytes()) for stream in written for t in stream) == sorted(
+        samples(begun)
+    )
+    assert (
+        read_inventory(folder / "station.xml").get_contents()["channels"]
+        == begun.archive.inventory.get_contents()["channels"]
+    )
 
 
 def test_the_next_earthquake_waits_until_its_record_stands_alone(tmp_path: Path) -> None:
