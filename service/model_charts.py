@@ -10,6 +10,7 @@ from service.model_trend import Judged
 from service.thinning import along_path
 
 MEASURED, MODELLED = "measured", "model"
+INK = "#5b6675"
 
 
 def loops(*, displacement: Vector, measured: Vector, modelled: Vector, title: str) -> alt.LayerChart:
@@ -44,7 +45,7 @@ def trend(judged: Sequence[Judged]) -> alt.LayerChart:
     layers = [points]
     if judged and judged[0].allowed is not None:
         limit = alt.Chart(alt.InlineData(values=[{"allowed": 100 * judged[0].allowed}]))
-        layers.append(limit.mark_rule(strokeDash=[5, 4], color="#5b6675").encode(y="allowed:Q"))
+        layers.append(limit.mark_rule(strokeDash=[5, 4], color=INK).encode(y="allowed:Q"))
     return alt.LayerChart(layer=layers, title="Error over the events", width=460, height=240, config=CONFIG)
 
 
@@ -56,7 +57,7 @@ def _path(displacement: Vector, force: Vector, name: str) -> alt.Chart:
             zip((displacement[kept] * MM).tolist(), (force[kept] * KN).tolist(), strict=True)
         )
     ]
-    colours = alt.Scale(domain=[MEASURED, MODELLED], range=[GREY, BLUE])
+    colours = alt.Scale(domain=[MEASURED, MODELLED], range=[INK, BLUE])
     chart: alt.Chart = (
         alt.Chart(alt.InlineData(values=values))
         .mark_line(strokeWidth=1.2, strokeJoin="round")
