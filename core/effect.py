@@ -94,7 +94,8 @@ class Effect:
     family: str
     """Effects of one family leave alike traces, and records may not tell them apart."""
     explanation: str
-    """A sentence for the engineer, with the parameters' values in it."""
+    """A sentence for the engineer, with the parameters' values in it: {F_y} for one with its unit as engineers read it,
+    {share:.2f} for the SI number alone."""
     suspect_when: str
     """What in the measurements makes one think of it."""
     source: str

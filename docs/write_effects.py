@@ -11,7 +11,7 @@ from core.driven import force_history
 from core.effect import CHANNELS, RESULTS, Effect, LogNormal, Parameter
 from core.effects import EFFECTS
 from core.isolator import Conditions, Isolator
-from service.effect_sheets import explained, families, law
+from service.effect_sheets import PLACE, families, law
 
 PAGE = Path(__file__).with_name("effects.md")
 PICTURE = Path(__file__).with_name("effects.svg")
@@ -62,7 +62,7 @@ def _family(family: str, names: tuple[str, ...]) -> Iterator[str]:
 
 def _section(name: str, effect: Effect) -> Iterator[str]:
     yield f"### `{name}`: {effect.title}\n"
-    yield f"{explained(effect, None)}\n\nSuspect it when: {effect.suspect_when}\n\nSource: {effect.source}.\n"
+    yield f"{PLACE.sub(r'`\1`', effect.explanation)}\n\nSuspect it when: {effect.suspect_when}\n\nSource: {effect.source}.\n"
     yield f"```python\n{law(effect).rstrip()}\n```\n"
     yield "| parameter | unit | bounds | usual | meaning |\n|---|---|---|---|---|"
     yield from (_parameter(parameter, effect) for parameter in effect.parameters)

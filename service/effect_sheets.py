@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from inspect import getsource
 from itertools import groupby
 
@@ -11,9 +12,27 @@ from rich.table import Table
 from rich.text import Text
 
 from core.effect import Effect, Parameter
+from service.pages.units import shown, unit
+from service.workbench.values import rounded
 
 PLACE = re.compile(r"\{(\w+)[^}]*\}")
 """Where an explanation has a parameter's value."""
+DIGITS = 3
+"""Of a value in an explanation."""
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """A parameter's value in an explanation: with the unit that engineers read, or by a format the SI number alone."""
+
+    value: float
+    unit: str
+    """SI."""
+
+    def __format__(self, form: str) -> str:
+        if form:
+            return format(self.value, form)
+        return f"{rounded(shown(self.value, self.unit), DIGITS)} {unit(self.unit)}".rstrip()
 
 
 def families(effects: Mapping[str, Effect]) -> dict[str, tuple[str, ...]]:
@@ -24,7 +43,10 @@ def families(effects: Mapping[str, Effect]) -> dict[str, tuple[str, ...]]:
 
 def explained(effect: Effect, values: Mapping[str, float] | None) -> str:
     """Its explanation with the values of a model; without one, with the parameters' names."""
-    return PLACE.sub(r"\1", effect.explanation) if values is None else effect.explanation.format(**values)
+    if values is None:
+        return PLACE.sub(r"\1", effect.explanation)
+    units = {parameter.name: parameter.unit for parameter in effect.parameters}
+    return effect.explanation.format(**{name: Quantity(value, units[name]) for name, value in values.items()})
 
 
 def law(effect: Effect) -> str:

@@ -19,7 +19,7 @@ EFFECT = Effect(
     ),
     absent={"tilt": 0.0, "curve": 0.0},
     family="difference of the sides",
-    explanation="The two sides differ: {tilt:.3g} N/m |u| + {curve:.3g} N/m² u² on top of what is alike on both.",
+    explanation="The two sides differ: {tilt} |u| + {curve} u² on top of what is alike on both.",
     suspect_when="The loop turned by half a turn does not fall on itself.",
     source="Nayfeh & Mook (1979): springs with even terms",
 )

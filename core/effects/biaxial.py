@@ -28,7 +28,7 @@ EFFECT = Effect(
     ),
     absent={"joined": 0.0},
     family="shape of the yield",
-    explanation="Motion in the other direction (yielding at {D_cross:.3g} m) uses up strength of this one, "
+    explanation="Motion in the other direction (yielding at {D_cross}) uses up strength of this one, "
     "with a coupling of {joined:.2f}.",
     suspect_when="The yield force is low just while the layer moves fast in the other direction.",
     source="Park, Wen & Ang (1986): coupled equations of the two hysteretic variables",

@@ -39,7 +39,7 @@ EFFECT = Effect(
     ),
     absent={"F_y": 0.0},
     family="hysteresis",
-    explanation="The damper yields at {F_y:.3g} N, about {D_y:.3g} m, and turns the motion into heat at any speed.",
+    explanation="The damper yields at {F_y}, about {D_y}, and turns the motion into heat at any speed.",
     suspect_when="The loop encloses an area that does not depend on speed, and softens as the amplitude grows.",
     source="Wen (1976), eqs 2-3; the paper, eq 22",
 )

@@ -29,8 +29,8 @@ EFFECT = Effect(
     ),
     absent={"excess": 0.0},
     family="dry friction",
-    explanation="Sliding begins only at {excess:.3g} N more than it goes on with; beyond {v_s:.3g} m/s that is gone "
-    "(it builds up over {slip:.2g} m).",
+    explanation="Sliding begins only at {excess} more than it goes on with; beyond {v_s} that is gone "
+    "(it builds up over {slip}).",
     suspect_when="The force has a spike just after every reversal, and the layer moves in jerks when slow.",
     source="Armstrong-Hélouvry, Dupont & Canudas de Wit (1994): Stribeck friction",
 )

@@ -14,7 +14,7 @@ EFFECT = Effect(
     absent={"k_b": 0.0},
     linear=("k_b",),
     family="elasticity",
-    explanation="The rubber pushes back with {k_b:.3g} N per metre of displacement.",
+    explanation="The rubber pushes back with {k_b}.",
     suspect_when="The force rises in proportion to the displacement.",
     source="the paper, eq 9",
 )

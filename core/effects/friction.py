@@ -32,8 +32,8 @@ EFFECT = Effect(
     ),
     absent={"sliding": 0.0},
     family="dry friction",
-    explanation="Something slides: {sliding:.3g} N against the motion when fast, a share of {share:.2f} less when slow "
-    "(it grows with exp(-{a:.3g} s/m times the speed)), reached within {slip:.2g} m of every reversal.",
+    explanation="Something slides: {sliding} against the motion when fast, a share of {share:.2f} less when slow "
+    "(it grows with exp(-{a} times the speed)), reached within {slip} of every reversal.",
     suspect_when="The loop has steep sides at every reversal, however small the motion, and the same height at any "
     "displacement.",
     source="Constantinou, Mokha & Reinhorn (1990), coefficient of friction against speed; Wen (1976) for the slip",

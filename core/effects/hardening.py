@@ -18,7 +18,7 @@ EFFECT = Effect(
     ),
     absent={"k3": 0.0, "k5": 0.0},
     family="stiffening at large displacement",
-    explanation="The rubber stiffens as it is strained: {k3:.3g} N/m³ u³ + {k5:.3g} N/m⁵ u⁵ beside its linear force.",
+    explanation="The rubber stiffens as it is strained: {k3} u³ + {k5} u⁵ beside its linear force.",
     suspect_when="The ends of the largest loops turn up, on loading and unloading alike, and small loops do not.",
     source="Nayfeh & Mook (1979): cubic and quintic springs; Kikuchi & Aiken (1997): rubber bearings at large strain",
 )

@@ -27,7 +27,7 @@ EFFECT = Effect(
     absent={"loss": 0.0},
     family="softening with use",
     explanation="The yield force falls by {loss:.3g} of itself per metre of yielded travel, and comes back in some "
-    "{recovery:.3g} s.",
+    "{recovery}.",
     suspect_when="Loops grow lower during strong shaking, and are as high again when the next earthquake begins.",
     source="Kalpakidis & Constantinou (2009): temperature of the core from its work, strength falling exponentially",
 )

@@ -15,7 +15,7 @@ EFFECT = Effect(
     parameters=(Parameter("apparent_mass", "kg", (0.0, 1e11), LogNormal(2e6, 1.5), "force by relative acceleration"),),
     absent={"apparent_mass": 0.0},
     family="inertia",
-    explanation="A rotating mass resists the layer's acceleration like {apparent_mass:.3g} kg between slab and ground.",
+    explanation="A rotating mass resists the layer's acceleration like {apparent_mass} between slab and ground.",
     suspect_when="The force seems to lack stiffness in proportion to the square of the frequency.",
     source="Smith (2002); Ikago, Saito & Inoue (2012): dampers with an apparent mass",
 )

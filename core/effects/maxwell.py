@@ -18,7 +18,7 @@ EFFECT = Effect(
     ),
     absent={"K": 0.0},
     family="relaxation",
-    explanation="A spring of {K:.3g} N/m in series with a dashpot lets go in {tau:.3g} s: stiff in fast motion only.",
+    explanation="A spring of {K} in series with a dashpot lets go in {tau}: stiff in fast motion only.",
     suspect_when="The layer is stiffer at higher frequency, and the damping falls with it.",
     source="Maxwell (1867); Makris & Constantinou (1991) for fluid dampers",
 )

@@ -19,8 +19,7 @@ EFFECT = Effect(
     ),
     absent={"wall": 0.0, "wall_back": 0.0},
     family="stiffening at large displacement",
-    explanation="The base meets something of {wall:.3g} N/m beyond {gap:.3g} m, and of {wall_back:.3g} N/m beyond "
-    "{gap_back:.3g} m the other way.",
+    explanation="The base meets something of {wall} beyond {gap}, and of {wall_back} beyond {gap_back} the other way.",
     suspect_when="The force leaps up at one and the same displacement, and floors show spikes of acceleration then.",
     source="Anagnostopoulos (1988): pounding by linear springs across a gap",
 )

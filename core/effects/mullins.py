@@ -29,7 +29,7 @@ EFFECT = Effect(
     ),
     absent={"k_M": 0.0},
     family="softening with use",
-    explanation="Virgin rubber is stiffer by {k_M:.3g} N/m, and loses that for good once moved some {u_M:.3g} m.",
+    explanation="Virgin rubber is stiffer by {k_M}, and loses that for good once moved some {u_M}.",
     suspect_when="The same small motion is stiffer before the largest one than after it, and does not recover.",
     source="Mullins (1969); Ogden & Roxburgh (1999): softening by the largest past deformation",
 )

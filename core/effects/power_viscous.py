@@ -23,7 +23,7 @@ EFFECT = Effect(
     ),
     absent={"force": 0.0},
     family="nonlinear viscosity",
-    explanation="A damper resists with {force:.3g} N at {speed:.3g} m/s, as the speed to the power {exponent:.2f}.",
+    explanation="A damper resists with {force} at {speed}, as the speed to the power {exponent:.2f}.",
     suspect_when="The damping ratio that a linear dashpot would need changes with the amplitude of the velocity.",
     source="Soong & Constantinou (1994): fluid viscous dampers, force C |v|^α sgn v",
 )

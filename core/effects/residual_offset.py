@@ -22,8 +22,7 @@ EFFECT = Effect(
     ),
     absent={"held_force": 0.0},
     family="offset",
-    explanation="The layer stood off its centre, held against {held_force:.3g} N, and was let go within {travel:.3g} m "
-    "of travel.",
+    explanation="The layer stood off its centre, held against {held_force}, and was let go within {travel} of travel.",
     suspect_when="The layer comes to rest elsewhere than it began; the loop is shifted once it has yielded.",
     source="Katsaras, Panagiotakos & Kolias (2008): re-centring from an initial displacement",
 )

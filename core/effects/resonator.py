@@ -27,7 +27,7 @@ EFFECT = Effect(
     ),
     absent={"mass": 0.0},
     family="inertia",
-    explanation="Something of {mass:.3g} kg swings along at {frequency:.3g} Hz, with a damping ratio of {damping:.3f}.",
+    explanation="Something of {mass} swings along at {frequency}, with a damping ratio of {damping:.3f}.",
     suspect_when="The residual rings on at one frequency, also after the strong motion.",
     source="den Hartog (1956): dynamic vibration absorber",
 )

@@ -27,7 +27,7 @@ EFFECT = Effect(
     ),
     absent={"activation": 0.0},
     family="self-centring",
-    explanation="A device opens at {activation:.3g} N (over {opening:.3g} m), closes at a share of {lost:.2f} less, "
+    explanation="A device opens at {activation} (over {opening}), closes at a share of {lost:.2f} less, "
     "and returns to zero.",
     suspect_when="Loops have area away from zero displacement, none at it, and the layer comes to rest where it began.",
     source="Christopoulos, Filiatrault & Folz (2002): flag-shaped hysteresis, energy dissipation factor",

@@ -18,7 +18,7 @@ EFFECT = Effect(
     ),
     absent={"k_s": 0.0, "c_s": 0.0},
     family="strain dependence",
-    explanation="In small motion the rubber has {k_s:.3g} N/m and {c_s:.3g} N s/m more; at {u_s:.3g} m half is left.",
+    explanation="In small motion the rubber has {k_s} and {c_s} more; at {u_s} half is left.",
     suspect_when="Equivalent stiffness and damping fall with amplitude, and are back at once in the next small motion.",
     source="Payne (1962): modulus of filled rubber against strain; Kikuchi & Aiken (1997) for bearings",
 )

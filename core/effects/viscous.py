@@ -14,7 +14,7 @@ EFFECT = Effect(
     absent={"c_b": 0.0},
     linear=("c_b",),
     family="viscosity",
-    explanation="A dashpot opposes the motion with {c_b:.3g} N for each metre per second.",
+    explanation="A dashpot opposes the motion with {c_b}.",
     suspect_when="The loop is an ellipse that grows wider as the motion grows faster.",
     source="the paper, eq 9",
 )

@@ -9,7 +9,11 @@ SHOWN: Mapping[str, tuple[str, float]] = MappingProxyType(
         "m/s": ("mm/s", 1e3),
         "N": ("kN", 1e-3),
         "N/m": ("kN/mm", 1e-6),
+        "N/m^2": ("kN/mm²", 1e-9),
+        "N/m^3": ("kN/mm³", 1e-12),
+        "N/m^5": ("kN/mm⁵", 1e-18),
         "N s/m": ("kN s/mm", 1e-6),
+        "N s/m^3": ("kN s/mm³", 1e-12),
         "kg": ("t", 1e-3),
         "1": ("", 1.0),
     }
