@@ -62,7 +62,8 @@ def _family(family: str, names: tuple[str, ...]) -> Iterator[str]:
 
 def _section(name: str, effect: Effect) -> Iterator[str]:
     yield f"### `{name}`: {effect.title}\n"
-    yield f"{PLACE.sub(r'`\1`', effect.explanation)}\n\nSuspect it when: {effect.suspect_when}\n\nSource: {effect.source}.\n"
+    explanation = PLACE.sub(r"`\1`", effect.explanation)
+    yield f"{explanation}\n\nSuspect it when: {effect.suspect_when}\n\nSource: {effect.source}.\n"
     yield f"```python\n{law(effect).rstrip()}\n```\n"
     yield "| parameter | unit | bounds | usual | meaning |\n|---|---|---|---|---|"
     yield from (_parameter(parameter, effect) for parameter in effect.parameters)
