@@ -9,7 +9,7 @@ from core.ranking import ranked
 from service.model_file import ModelFile
 from service.progress import Tell
 from service.workbench.answers import answers
-from service.workbench.diagnosing import Candidate, candidates
+from service.workbench.candidates import Candidate, candidates
 from service.workbench.records import Records
 from service.workbench.refit import model_of
 from service.workbench.versions import Version

@@ -2,7 +2,8 @@
 
 from collections.abc import Iterator, Sequence
 
-from service.workbench.diagnosing import Candidate, Diagnosed, over_floor
+from service.workbench.candidates import Candidate, over_floor
+from service.workbench.diagnosing import Diagnosed
 from service.workbench.errors_table import ErrorsTable
 from service.workbench.values import percent, rounded
 from service.workbench.versions import LEFT_OUT, groups

@@ -1,70 +1,25 @@
 """What does a model lack, by all records, and what does adding it do to the error on earthquakes left out?"""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection
 from dataclasses import dataclass
 
-import numpy as np
-
-from core.comparison import compare_forces, force_misfit
-from core.diagnosis import Diagnosis, Step, diagnosed
+from core.diagnosis import Diagnosis, diagnosed
 from core.effects import EFFECTS
 from core.errors import RecordError
 from core.first_model import first_model
-from core.fitting import Fit
-from core.isolator import Isolator
 from core.misfit import Misfit
-from core.plausibility import implausible
-from core.ranking import Judged, Ranking
 from core.suspect import Suspect
 from core.suspicion import suspicions
-from core.weighed_fit import weighed_fit
 from service.model_file import ModelFile
 from service.progress import Tell, silent
 from service.workbench.answers import answers
+from service.workbench.candidates import Candidate, candidates
 from service.workbench.held import Held, held
 from service.workbench.records import Records
-from service.workbench.refit import deviations, model_of
+from service.workbench.refit import model_of
+from service.workbench.stages import Stage, named, stages
 from service.workbench.suspicions import first_cause
-from service.workbench.versions import FITTED, LEFT_OUT, Version, groups
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Candidate:
-    """An effect that was tried."""
-
-    effect: str
-    fit: Fit
-    delta_bic: float
-    """Below -10: the records ask for it."""
-    in_set: bool
-    """Whether it is the best, or the records do not tell it from the best."""
-    after: Misfit
-    """N, of the force, where it was fitted."""
-    floors: float
-    """What is left in multiples of the noise floor, each earthquake in its own, as the ranking has it."""
-    after_left_out: Misfit | None
-    implausible: str | None
-    """Why a layer cannot be so."""
-    deviations: Mapping[str, float]
-    """Of its own parameters."""
-
-    @property
-    def family(self) -> str:
-        """Its effect's."""
-        return EFFECTS[self.effect].family
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Stage:
-    """The model with the first effects that were asked for."""
-
-    effect: str
-    """The last one of them."""
-    step: Step
-    """Against which others it was chosen."""
-    fit: Fit
-    inflation: float
-    """Of its variances, see service.workbench.refit.Refit."""
+from service.workbench.versions import Version
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -86,6 +41,11 @@ class Diagnosed:
     """Of each effect that was added."""
     versions: tuple[Version, ...]
     """As given, refitted, then those of the stages."""
+
+    @property
+    def before(self) -> Misfit:
+        """N, of the refitted model's force where it was fitted."""
+        return self.versions[1].error([one.name for one in self.records.fitted])
 
     @property
     def outcome(self) -> str:
@@ -138,58 +98,3 @@ def _suspects(found: Diagnosis, records: Records) -> tuple[Suspect, ...]:
     is_of_design = set(found.given.effects) == set(first_model(records.description).isolator.effects)
     explains = is_of_design and not found.steps and not found.unexplained.is_there
     return suspicions(records.analyses, records.description, found.refitted if explains else None)
-
-
-def stages(found: Diagnosis, records: Records) -> tuple[Stage, ...]:
-    """The model with the first of the effects, the first two of them ... and all.
-
-    Where an effect took another's place the models before it never were: they are fitted here.
-    """
-    added: list[str] = []
-    made: list[Stage] = []
-    for step in found.steps:
-        added.append(step.chosen.effect)
-        wanted = {*found.given.effects, *added}
-        if set(step.chosen.fit.model.effects) == wanted:
-            fit, inflation = step.chosen.fit, step.ranking.inflation
-        else:
-            whole = found.after.model.effects
-            own = weighed_fit(records.fitted, Isolator({n: v for n, v in whole.items() if n in wanted}))
-            fit, inflation = own.fit, own.inflation
-        made.append(Stage(step.chosen.effect, step, fit, inflation))
-    return tuple(made)
-
-
-def candidates(ranking: Ranking, records: Records) -> tuple[Candidate, ...]:
-    """All that were tried, each on every earthquake, the best first."""
-    alike = {one.effect for one in ranking.asked_for}
-    return tuple(_candidate(one, ranking, records, one.effect in alike) for one in ranking.candidates)
-
-
-def over_floor(fit: Fit, ranking: Ranking) -> float:
-    """What a fit leaves in multiples of the noise floor, each record in its own."""
-    return float(np.sqrt(np.mean((ranking.left(fit) / ranking.floor) ** 2)))
-
-
-def _candidate(judged: Judged, ranking: Ranking, records: Records, in_set: bool) -> Candidate:
-    parted, model = groups(records), judged.fit.model
-    forces = compare_forces(model, records.observations, records.band)
-    errors = {
-        group: force_misfit([one for one in forces if one.observation.name in names]) for group, names in parted.items()
-    }
-    return Candidate(
-        effect=judged.effect,
-        fit=judged.fit,
-        delta_bic=judged.delta_bic,
-        in_set=in_set,
-        after=errors[FITTED],
-        floors=over_floor(judged.fit, ranking),
-        after_left_out=errors.get(LEFT_OUT),
-        implausible=implausible(judged.effect, judged.fit, records.fitted),
-        deviations=deviations(judged.fit, ranking.inflation).get(judged.effect, {}),
-    )
-
-
-def named(staged: Sequence[Stage]) -> str:
-    """Of a version, by what was added."""
-    return f"with {', '.join(stage.effect for stage in staged)}"

@@ -7,8 +7,9 @@ from core.diagnosis import Outcome
 from core.effects import EFFECTS
 from core.misfit import Misfit
 from service.version import VERSION
+from service.workbench.candidates import Candidate
 from service.workbench.comparison_json import events_as_json, finite, misfit_as_json, model_as_json
-from service.workbench.diagnosing import Candidate, Diagnosed
+from service.workbench.diagnosing import Diagnosed
 from service.workbench.diagnosis_words import words
 from service.workbench.records import Records
 from service.workbench.suspicions import as_json as suspicions_as_json
@@ -17,8 +18,6 @@ from service.workbench.versions import FITTED, LEFT_OUT, Version, groups
 
 def as_json(found: Diagnosed) -> dict[str, Any]:
     """Outcome, what was tried, what was added, and the text."""
-    parted = [one.name for one in found.records.fitted]
-    before = found.versions[1].error(parted)
     diagnosis = found.diagnosis
     return finite(
         {
@@ -26,7 +25,7 @@ def as_json(found: Diagnosed) -> dict[str, Any]:
             "building": found.given.building,
             "outcome": found.outcome,
             "findings": suspicions_as_json(found.suspects),
-            "candidates": [candidate_as_json(one, before) for one in found.candidates],
+            "candidates": [candidate_as_json(one, found.before) for one in found.candidates],
             "set": [one.effect for one in diagnosis.steps[0].ranking.asked_for] if diagnosis.steps else [],
             "unknown_flag": diagnosis.outcome is Outcome.UNKNOWN or diagnosis.is_unknown,
             "unexplained": {"share": diagnosis.unexplained.share, "in_noise_floors": diagnosis.unexplained.over_floor},

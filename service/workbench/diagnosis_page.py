@@ -1,8 +1,9 @@
 """A diagnosis as one HTML file: the text, the tables, and the pictures that expose effects."""
 
 from service.svg import svg
+from service.workbench.candidates import over_floor
 from service.workbench.candidates_table import candidates_table
-from service.workbench.diagnosing import Diagnosed, over_floor
+from service.workbench.diagnosing import Diagnosed
 from service.workbench.diagnosis_words import words
 from service.workbench.figure import Figure
 from service.workbench.figures.candidates import candidates

@@ -1,0 +1,72 @@
+"""Which effects were tried, and what does each make of every earthquake?"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.comparison import compare_forces, force_misfit
+from core.effects import EFFECTS
+from core.fitting import Fit
+from core.misfit import Misfit
+from core.plausibility import implausible
+from core.ranking import Judged, Ranking
+from service.workbench.records import Records
+from service.workbench.refit import deviations
+from service.workbench.versions import FITTED, LEFT_OUT, groups
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Candidate:
+    """An effect that was tried."""
+
+    effect: str
+    fit: Fit
+    delta_bic: float
+    """Below -10: the records ask for it."""
+    in_set: bool
+    """Whether it is the best, or the records do not tell it from the best."""
+    after: Misfit
+    """N, of the force, where it was fitted."""
+    floors: float
+    """What is left in multiples of the noise floor, each earthquake in its own, as the ranking has it."""
+    after_left_out: Misfit | None
+    implausible: str | None
+    """Why a layer cannot be so."""
+    deviations: Mapping[str, float]
+    """Of its own parameters."""
+
+    @property
+    def family(self) -> str:
+        """Its effect's."""
+        return EFFECTS[self.effect].family
+
+
+def candidates(ranking: Ranking, records: Records) -> tuple[Candidate, ...]:
+    """All that were tried, each on every earthquake, the best first."""
+    alike = {one.effect for one in ranking.asked_for}
+    return tuple(_candidate(one, ranking, records, one.effect in alike) for one in ranking.candidates)
+
+
+def over_floor(fit: Fit, ranking: Ranking) -> float:
+    """What a fit leaves in multiples of the noise floor, each record in its own."""
+    return float(np.sqrt(np.mean((ranking.left(fit) / ranking.floor) ** 2)))
+
+
+def _candidate(judged: Judged, ranking: Ranking, records: Records, in_set: bool) -> Candidate:
+    parted, model = groups(records), judged.fit.model
+    forces = compare_forces(model, records.observations, records.band)
+    errors = {
+        group: force_misfit([one for one in forces if one.observation.name in names]) for group, names in parted.items()
+    }
+    return Candidate(
+        effect=judged.effect,
+        fit=judged.fit,
+        delta_bic=judged.delta_bic,
+        in_set=in_set,
+        after=errors[FITTED],
+        floors=over_floor(judged.fit, ranking),
+        after_left_out=errors.get(LEFT_OUT),
+        implausible=implausible(judged.effect, judged.fit, records.fitted),
+        deviations=deviations(judged.fit, ranking.inflation).get(judged.effect, {}),
+    )
