@@ -7,7 +7,7 @@ from service.model_file import ModelFile
 from service.model_inputs import WorkInputs
 from service.model_tables import Directions
 from service.model_work import Observed
-from service.workbench.records import Records
+from service.workbench.records import Records, unusable
 
 
 def given(inputs: WorkInputs) -> ModelFile:
@@ -31,8 +31,8 @@ def records(inputs: WorkInputs, seen: Sequence[Observed]) -> Records:
         forces=tuple((observation.direction, force) for one in wanted for observation, force in one.seen),
         analyses=tuple(one.analysis for one in wanted),
         unused=tuple(
-            f"{one.event.name}: {one.analysis.refusal or 'neither force nor motion of the layer is known'}"
+            f"{one.event.name}: {why}"
             for one in wanted
-            if not one.seen
+            if (why := unusable(one.analysis, [found.direction for found, _ in one.seen], inputs.directions))
         ),
     )

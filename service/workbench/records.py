@@ -1,6 +1,6 @@
 """What do some files tell of a building's isolation layer?"""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from itertools import pairwise
@@ -41,7 +41,7 @@ class Records:
     analyses: tuple[EventAnalysis, ...]
     """Of every earthquake, also of those that cannot be used."""
     unused: tuple[str, ...]
-    """Earthquakes that cannot be used, with their reason."""
+    """Earthquakes that cannot be used, in one direction or in all, with their reason."""
 
     @property
     def fitted(self) -> tuple[Observation, ...]:
@@ -94,12 +94,14 @@ def records(
     for number, (event, _) in enumerate(found):
         tell(f"reading the earthquake of {named(event.start)}", number, len(found))
         analysis = _analysed(event, building.description, reading.settings)
-        analyses += [] if isinstance(analysis, str) else [analysis]
-        read = analysis if isinstance(analysis, str) else _seen(analysis, event, building, reading, reference)
-        if isinstance(read, str):
-            unused.append(f"{named(event.start)}: {read}")
-        else:
-            seen += read
+        if isinstance(analysis, str):
+            unused.append(f"{named(event.start)}: {analysis}")
+            continue
+        read = _seen(analysis, event, building, reading, reference)
+        seen += read
+        analyses.append(analysis)
+        why = unusable(analysis, [one.direction for one, _ in read], reading.directions)
+        unused += [] if why is None else [f"{named(event.start)}: {why}"]
     tell("read", len(found), len(found))
     return Records(
         description=building.description,
@@ -134,21 +136,30 @@ def _analysed(event: EventFiles, description: BuildingDescription, settings: Ana
         return str(error)
 
 
-def _seen(
-    analysis: EventAnalysis, event: EventFiles, building: BuildingFile, reading: Reading, reference: datetime
-) -> list[Seen] | str:
-    """In each direction; or why nothing can be used."""
+def unusable(analysis: EventAnalysis, used: Collection[str], wanted: Sequence[str]) -> str | None:
+    """Why some directions of an earthquake cannot be used; None if all can.
+
+    Args:
+        analysis: of the earthquake.
+        used: directions that can.
+        wanted: directions of the model.
+    """
     if analysis.refusal is not None:
         return analysis.refusal
-    found = [
+    lacking = " and ".join(direction for direction in wanted if direction not in used)
+    fatal = "; ".join(finding.message for finding in analysis.quality if finding.severity == "fatal")
+    unknown = f"neither force nor motion of the layer is known in direction {lacking}"
+    return (fatal or unknown) if lacking else None
+
+
+def _seen(
+    analysis: EventAnalysis, event: EventFiles, building: BuildingFile, reading: Reading, reference: datetime
+) -> list[Seen]:
+    """In each direction that can be used."""
+    if analysis.refusal is not None:
+        return []
+    return [
         (one, analysis.directions[one.direction].restoring_force)
         for one in observations(analysis, building.description, named(event.start), reference)
         if one.direction in reading.directions
     ]
-    return found or _why(analysis, reading.directions)
-
-
-def _why(analysis: EventAnalysis, directions: Sequence[Direction]) -> str:
-    fatal = [finding.message for finding in analysis.quality if finding.severity == "fatal"]
-    wanted = " and ".join(directions)
-    return "; ".join(fatal) or f"neither force nor motion of the layer is known in direction {wanted}"

@@ -12,6 +12,15 @@ from core.paper import ISOLATOR
 from service.cli import app
 from service.model_file import read
 
+BOTH = f"""{SMALL}
+[[channel]]
+id = "XX.TOWER.01.HNY"
+level = "slab"
+direction = "y"
+quantity = "acceleration"
+"""
+"""With a sensor along y too."""
+
 
 @pytest.fixture(autouse=True)
 def _own_settings(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -25,7 +34,7 @@ def menshin(*arguments: object) -> Result:
 
 
 def test_the_first_model_has_the_design_values(tmp_path: Path) -> None:
-    (tmp_path / "building.toml").write_text(SMALL, "utf-8")
+    (tmp_path / "building.toml").write_text(BOTH, "utf-8")
     done = menshin("model", "new", "--building", "building.toml", "--direction", "y", "-o", "made/first.toml")
     assert done.exit_code == 0, done.output
     model = read(Path("made/first.toml").read_text("utf-8"))
@@ -35,10 +44,19 @@ def test_the_first_model_has_the_design_values(tmp_path: Path) -> None:
 
 
 def test_values_that_the_design_does_not_give_are_named(tmp_path: Path) -> None:
-    (tmp_path / "building.toml").write_text(SMALL.replace("c_b = 6.0e6\n", ""), "utf-8")
+    (tmp_path / "building.toml").write_text(BOTH.replace("c_b = 6.0e6\n", ""), "utf-8")
     done = menshin("model", "new", "--building", "building.toml", "--direction", "xy", "-o", "first.toml")
     assert "c_b: not given in [isolation.design], only a start" in done.output
     assert read(Path("first.toml").read_text("utf-8")).assumed == ("c_b",)
+
+
+@pytest.mark.parametrize("direction", ["y", "xy"])
+def test_a_direction_that_the_building_does_not_measure_is_refused(tmp_path: Path, direction: str) -> None:
+    (tmp_path / "building.toml").write_text(SMALL, "utf-8")
+    done = menshin("model", "new", "--building", "building.toml", "--direction", direction, "-o", "first.toml")
+    assert done.exit_code == 2
+    assert "TOWER does not measure direction y; it measures x" in " ".join(done.output.replace("│", "").split())
+    assert not Path("first.toml").exists()
 
 
 def test_a_wrong_building_file_ends_with_two(tmp_path: Path) -> None:

@@ -18,7 +18,7 @@ from service.kinds import KINDS
 from service.model_inputs import WorkInputs
 from service.model_records import records
 from service.progress import silent
-from service.workbench.records import Records
+from service.workbench.records import Records, unusable
 
 EFFECTS = {name: dict(values) for name, values in ISOLATOR.effects.items()}
 
@@ -66,3 +66,10 @@ def test_of_events_that_are_named_only_these_are_asked(building: sessionmaker[Se
     inputs, seen = asked(building, [1])
     assert (inputs.unusable, len(seen.analyses), seen.unused) == ((), 1, ())
     assert suspicions(seen.analyses, seen.description) == ()
+
+
+def test_a_direction_that_nothing_is_known_of_is_told(building: sessionmaker[Session]) -> None:
+    _, seen = asked(building, [1])
+    (analysis,) = seen.analyses
+    assert unusable(analysis, ["x"], ["x"]) is None
+    assert unusable(analysis, ["x"], ["x", "y"]) == "neither force nor motion of the layer is known in direction y"

@@ -36,6 +36,13 @@ def new(
     description = described_by(building).description
     first = first_model(description)
     model = ModelFile(description.code, direction.value, first.isolator, assumed=first.assumed)
+    measured = description.horizontal_directions
+    if missing := [one for one in model.directions if one not in measured]:
+        raise typer.BadParameter(
+            f"{description.code} does not measure direction {' and '.join(missing)}; it measures "
+            f"{' and '.join(measured) or 'neither'}",
+            param_hint="--direction",
+        )
     write(written(model), output)
     typer.echo(f"{output}: {', '.join(first.isolator.effects)}")
     if first.assumed:
