@@ -1,7 +1,7 @@
 """Does the work that waits: claims a job, has it computed elsewhere, writes the result under its claim."""
 
 import logging
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime, timedelta
@@ -19,9 +19,9 @@ from service.executors import Executors
 from service.jobs import Claim
 from service.kinds import KINDS
 from service.progress import Note, silent
+from service.running import Running
 from service.sessions import reading
 from service.settings import Settings
-from service.stages import Stage
 
 log = logging.getLogger(__name__)
 
@@ -29,21 +29,6 @@ IDLE = 0.5
 """s between two looks for work."""
 LONGEST_PAUSE = 30.0
 """s between two attempts to reach a database that is away."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Running:
-    """A job of which a stage is being computed, and what it is computed from."""
-
-    claim: Claim
-    inputs: Any
-    stages: Sequence[Stage]
-    results: tuple[Any, ...] = ()
-    """Of the stages that are done."""
-    note: Note | None = None
-    """Into which the stage tells what it is doing."""
-    told: str | None = None
-    """What of that was passed on."""
 
 
 @dataclass(slots=True)
@@ -124,10 +109,9 @@ class Worker:
     def pass_on(self) -> None:
         """Let those who wait know what the computations say they are doing."""
         for future, job in list(self.running.items()):
-            doing = job.note.read() if job.note else None
-            if doing is not None and doing != job.told:
-                self._tell(job, doing)
-                self.running[future] = replace(job, told=doing)
+            if news := job.news:
+                self._tell(job, news)
+                self.running[future] = replace(job, told=news)
 
     def hold(self) -> None:
         """Extend the leases in time; a claim that was lost is left to who has it now."""
@@ -191,10 +175,10 @@ class Worker:
 
     def _submit(self, job: Running) -> None:
         """Start the next stage, and say so first."""
-        done, stage = len(job.results), job.stages[len(job.results)]
-        note = Note(self.notes / f"{job.claim.job_id}-{job.claim.token}-{done}") if self.notes else None
-        self._tell(job, stage.doing)
-        future = self.executors().submit(stage.function, *stage.arguments(job.results, note or silent))
+        name = f"{job.claim.job_id}-{job.claim.token}-{len(job.results)}"
+        note = Note(self.notes / name) if self.notes else None
+        self._tell(job, job.stage.doing)
+        future = self.executors().submit(job.stage.function, *job.stage.arguments(job.results, note or silent))
         self.running[future] = replace(job, note=note, told=None)
 
     def _tell(self, job: Running, doing: str) -> None:
