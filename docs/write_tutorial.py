@@ -1,0 +1,282 @@
+"""Writes docs/tutorial.md and its pictures by walking through the demonstration: `python docs/write_tutorial.py`.
+
+It needs a Chromium, and some five minutes. What the walk saw is kept in docs/tutorial/seen.json: no number on the page
+is typed by hand.
+"""
+
+import json
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, TypeVar
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from playwright.sync_api import FloatRect, Page, sync_playwright
+
+from service.demo.hidden_effect import RUBBER
+
+HERE = Path(__file__).parent
+PAGE, PICTURES = HERE / "tutorial.md", HERE / "tutorial"
+SEEN = PICTURES / "seen.json"
+PATIENCE = 300.0
+"""s, for any one thing to happen on a busy machine."""
+WIDTH, HEIGHT = 1000, 800
+"""Pixels of the browser's window."""
+MARGIN = 12
+FIGURES = {"amplitude": "Stiffness correction", "loop": "Loop of the strongest", "help": "Which effect would help"}
+"""Pictures of a diagnosis, by what their captions begin with."""
+RECORDS = "records/[1-5].mseed records/station.xml --building building.toml --hold-out records/6.mseed"
+FIRST = "records/[1-3].mseed records/station.xml --building building.toml"
+COMMANDS = {
+    "new": "menshin model new --building building.toml --direction x -o design.toml",
+    "fit": f"menshin model fit design.toml {FIRST} -o weak.toml",
+    "compare": "menshin model compare weak.toml records/[1-6].mseed records/station.xml --building building.toml",
+    "diagnose": f"menshin model diagnose weak.toml {RECORDS} --html lacks.html",
+    "add": f"menshin model add hardening weak.toml {RECORDS} -o better.toml",
+}
+SHOWN = {
+    "compare": ("Force, driven by", "Peak: of the"),
+    "diagnose": ("Hardening of", "Effects tried"),
+    "add": ("Error of the force", "Error of the response"),
+}
+"""Between which words the page shows what they print."""
+Answer = TypeVar("Answer")
+Seen = dict[str, Any]
+"""What a walk saw, as JSON: errors in percent, peaks in mm and gal, values in SI."""
+
+
+@dataclass(frozen=True, slots=True)
+class Demonstration:
+    """`menshin demo --hidden-effect` at work."""
+
+    process: subprocess.Popen[bytes]
+    folder: Path
+    """Where it keeps its files."""
+    said: Path
+    """What it has printed."""
+
+    def until(self, found: Callable[[str], Answer | None]) -> Answer:
+        """What is found in what it has printed, once it is.
+
+        Raises:
+            RuntimeError: it ended, or the time is up.
+        """
+        end = time.monotonic() + PATIENCE
+        while time.monotonic() < end and self.process.poll() is None:
+            answer = found(self.said.read_text("utf-8"))
+            if answer:
+                return answer
+            time.sleep(0.5)
+        raise RuntimeError(f"it did not come to pass; the demonstration said:\n{self.said.read_text('utf-8')}")
+
+
+@contextmanager
+def demonstration(folder: Path) -> Iterator[Demonstration]:
+    """A demonstration of its own, begun anew and ended by Ctrl-C."""
+    said = folder / "said.txt"
+    menshin = Path(sys.executable).with_name("menshin")
+    with said.open("wb") as output:
+        process = subprocess.Popen(
+            [menshin, "demo", "--hidden-effect", "--folder", folder, "--port", "0"],
+            stdout=output,
+            stderr=subprocess.STDOUT,
+            env={**os.environ, "COLUMNS": "120"},
+            start_new_session=True,
+        )
+    try:
+        yield Demonstration(process, folder / "hidden-effect", said)
+    finally:
+        if process.poll() is None:
+            os.killpg(process.pid, signal.SIGINT)
+        process.wait(timeout=30)
+
+
+@contextmanager
+def window() -> Iterator[Page]:
+    """A page of a browser: the system's Chromium, else the one that `playwright install chromium` brings."""
+    system = shutil.which("chromium") or shutil.which("google-chrome")
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=system)
+        try:
+            page = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT})
+            page.set_default_timeout(1e3 * PATIENCE)
+            yield page
+        finally:
+            browser.close()
+
+
+def walk(page: Page, shown: Demonstration, pictures: Path) -> Seen:
+    """What an engineer sees who finds the hidden effect by the pages alone; the pictures are PNGs in a folder."""
+    opened = shown.until(lambda said: re.search(r"1\. open (\S+)/models/(\d+).*records lie in", said, re.DOTALL))
+    address, number = opened[1], int(opened[2])
+    page.goto(f"{address}/models/{number}")
+    before = {"steps": _steps(shown.said.read_text("utf-8"), address)} | _failing(page, number, pictures)
+    found = _diagnosed(page, pictures)
+    told = _improved(page, found["set"][0], shown)
+    return before | found | told | _better(page, pictures)
+
+
+def _failing(page: Page, number: int, pictures: Path) -> Seen:
+    """The model as it is found."""
+    _picture(page, pictures / "misses.png", "h2", ".charts")
+    warning = page.locator(".findings .warning").inner_text().removeprefix("warning ")
+    return {"before": _model(page, number), "warning": warning}
+
+
+def _diagnosed(page: Page, pictures: Path) -> Seen:
+    """What is missing, by all events but the latest."""
+    page.get_by_text("Events to leave out").click()
+    page.get_by_role("checkbox").first.check()
+    page.get_by_role("button", name="Diagnose").click()
+    page.get_by_role("link", name="What it lacks").first.click()
+    found = _asked(page, f"/diagnoses/{_number(page)}")
+    _picture(page, pictures / "lacks.png", "h2", "tbody tr:nth-child(6)")
+    for name, title in FIGURES.items():
+        page.locator("figure", has_text=title).first.screenshot(path=pictures / f"{name}.png")
+    return {
+        "outcome": found["outcome"],
+        "set": found["set"],
+        "said": page.locator(".said p").all_inner_texts(),
+        "candidates": [
+            {name: one[name] for name in ("effect", "error_after", "error_after_held_out")}
+            for one in found["candidates"][:2]
+        ],
+        "versions": {
+            one["name"]: [100 * one[group]["nrmse"] for group in ("error", "error_held_out")]
+            for one in found["versions"]
+        },
+    }
+
+
+def _improved(page: Page, effect: str, shown: Demonstration) -> Seen:
+    """The effect added, the model that has it put in force, and what the demonstration says to that."""
+    row = page.get_by_role("row").filter(has=page.get_by_role("link", name=effect, exact=True))
+    row.get_by_role("button", name="Add").click()
+    page.get_by_role("link", name="the next version").first.click()
+    page.get_by_role("button", name="Put in force").click()
+    told = shown.until(lambda said: re.search(r"(an earthquake of .*?)\n.*(no model was .*?);", said, re.DOTALL))
+    return {"told": [" ".join(line.split()) for line in told.groups()]}
+
+
+def _better(page: Page, pictures: Path) -> Seen:
+    """The model that was made, after one more earthquake."""
+    page.reload()
+    _picture(page, pictures / "meets.png", "h2", ".charts")
+    page.locator("section", has=page.get_by_role("heading", name="Lineage")).screenshot(path=pictures / "lineage.png")
+    return {"after": _model(page, _number(page))}
+
+
+def _number(page: Page) -> int:
+    """Of what the page shows."""
+    return int(page.url.rpartition("/")[2])
+
+
+def _asked(page: Page, address: str) -> Seen:
+    """What the API answers."""
+    answer: Seen = page.request.get(
+        f"{page.url.partition('/models')[0].partition('/diagnoses')[0]}/api/v1{address}"
+    ).json()
+    return answer
+
+
+def _model(page: Page, number: int) -> Seen:
+    """Errors of a version in percent, and its values."""
+    model = _asked(page, f"/models/{number}")
+    return {
+        "name": f"{model['direction']} {model['number']}",
+        "events": [_event(page, row) for row in _asked(page, f"/models/{number}/comparisons")["items"]],
+        "parameters": {f"{one['effect']}.{one['parameter']}": one["value"] for one in model["values"]},
+    }
+
+
+def _event(page: Page, row: Seen) -> Seen:
+    event = _asked(page, f"/events/{row['event']}")
+    (along,) = (one for one in event["directions"] if one["direction"] == row["direction"])
+    return {
+        "role": row["role"],
+        "acceleration": 100 * event["pga"],
+        "peak": 1e3 * along["peak_displacement"],
+        "force": 100 * row["nrmse"],
+        "displacement": 100 * row["displacement_nrmse"],
+    }
+
+
+def _picture(page: Page, path: Path, first: str, last: str) -> None:
+    """Everything from the top of one element to the bottom of another."""
+    top, bottom = (page.locator(name).first.bounding_box() for name in (first, last))
+    if top is None or bottom is None:
+        raise RuntimeError(f"{page.url} shows no {first}, or no {last}")
+    height = bottom["y"] + bottom["height"] - top["y"] + 2 * MARGIN
+    clip = FloatRect(x=0.0, y=top["y"] - MARGIN, width=WIDTH, height=height)
+    page.screenshot(path=path, full_page=True, clip=clip)
+
+
+def _steps(said: str, address: str) -> str:
+    """What the demonstration prints for its spectator, at the address that it has by default."""
+    begin, end = said.index("The model in force misses"), said.index("the records lie in")
+    return said[begin:end].strip().replace(address, "http://127.0.0.1:8000")
+
+
+def typed(folder: Path) -> dict[str, str]:
+    """The part of what the commands of COMMANDS print that the page shows, in the demonstration's folder."""
+    printed = {name: _printed(command, folder) for name, command in COMMANDS.items()}
+    return {name: _between(printed[name], *ends) for name, ends in SHOWN.items()}
+
+
+def _between(printed: str, begin: str, end: str) -> str:
+    at = printed.index(begin)
+    return "\n".join(line.rstrip() for line in printed[at : printed.index(end, at)].strip().splitlines())
+
+
+def _printed(command: str, folder: Path) -> str:
+    at_hand = f"{Path(sys.executable).parent}:{os.environ['PATH']}"
+    environment = {**os.environ, "COLUMNS": "110", "PATH": at_hand}
+    done = subprocess.run(command, shell=True, cwd=folder, env=environment, capture_output=True, text=True, check=True)
+    return done.stdout
+
+
+def document(seen: Seen) -> str:
+    """The page."""
+    environment = Environment(
+        loader=FileSystemLoader(PICTURES), undefined=StrictUndefined, trim_blocks=True, keep_trailing_newline=True
+    )
+    events = seen["before"]["events"]
+    named, second = seen["candidates"]
+    return environment.get_template("page.md.jinja").render(
+        seen,
+        fitted=[event for event in events if event["role"] == "fitted"],
+        later=[event for event in events if event["role"] == "later"],
+        strongest=max(events, key=lambda event: float(event["peak"])),
+        named=named,
+        second=second,
+        now=seen["versions"][f"with {named['effect']}"],
+        hardening=RUBBER,
+        commands=COMMANDS,
+        mm=lambda value: f"{value:.0f}",
+        percent=lambda value: f"{value:.1f}",
+        kilonewtons=lambda force: f"{force / 1e3:.0f}",
+    )
+
+
+def write() -> None:
+    """The page, its pictures, and what was seen."""
+    PICTURES.mkdir(exist_ok=True)
+    with TemporaryDirectory() as folder:
+        with demonstration(Path(folder)) as shown, window() as page:
+            seen = walk(page, shown, PICTURES)
+        seen["typed"] = typed(shown.folder)
+    SEEN.write_text(json.dumps(seen, indent=1, ensure_ascii=False) + "\n", "utf-8")
+    PAGE.write_text(document(seen), "utf-8")
+
+
+if __name__ == "__main__":
+    write()
