@@ -29,10 +29,11 @@ PAGE, PICTURES = HERE / "tutorial.md", HERE / "tutorial"
 SEEN = PICTURES / "seen.json"
 PATIENCE = 300.0
 """s, for any one thing to happen on a busy machine."""
-WIDTH, HEIGHT = 1000, 800
+WIDTH, HEIGHT = 1120, 800
 """Pixels of the browser's window."""
-MARGIN = 12
-FIGURES = {"amplitude": "Stiffness correction", "loop": "Loop of the strongest", "help": "Which effect would help"}
+MARGIN = 4
+"""Pixels, around what a picture is to show."""
+FIGURES = {"loop": "Loop of the strongest", "help": "Which effect would help"}
 """Pictures of a diagnosis, by what their captions begin with."""
 RECORDS = "records/[1-5].mseed records/station.xml --building building.toml --hold-out records/6.mseed"
 FIRST = "records/[1-3].mseed records/station.xml --building building.toml"
@@ -171,7 +172,8 @@ def _better(page: Page, pictures: Path) -> Seen:
     """The model that was made, after one more earthquake."""
     page.reload()
     _picture(page, pictures / "meets.png", "h2", ".charts")
-    page.locator("section", has=page.get_by_role("heading", name="Lineage")).screenshot(path=pictures / "lineage.png")
+    lineage = "section:has(h3:text('Lineage'))"
+    _picture(page, pictures / "lineage.png", lineage, lineage)
     return {"after": _model(page, _number(page))}
 
 

@@ -10,13 +10,13 @@ from service.model_trend import Judged
 from service.thinning import along_path
 
 MEASURED, MODELLED = "measured", "model"
-INK = "#5b6675"
 
 
 def loops(*, displacement: Vector, measured: Vector, modelled: Vector, title: str) -> alt.LayerChart:
     """Estimated and modelled force (N) over displacement (m) of the isolation layer."""
     layers = [
-        _path(displacement, force, name) for name, force in ((MEASURED, measured), (MODELLED, modelled))
+        _path(displacement, force, name, width)
+        for name, force, width in ((MEASURED, measured, 3.0), (MODELLED, modelled, 1.2))
     ]  # the model is drawn last, above
     return alt.LayerChart(layer=layers, title=title, width=460, height=380, config=CONFIG)
 
@@ -45,11 +45,11 @@ def trend(judged: Sequence[Judged]) -> alt.LayerChart:
     layers = [points]
     if judged and judged[0].allowed is not None:
         limit = alt.Chart(alt.InlineData(values=[{"allowed": 100 * judged[0].allowed}]))
-        layers.append(limit.mark_rule(strokeDash=[5, 4], color=INK).encode(y="allowed:Q"))
+        layers.append(limit.mark_rule(strokeDash=[5, 4], color="#5b6675").encode(y="allowed:Q"))
     return alt.LayerChart(layer=layers, title="Error over the events", width=460, height=240, config=CONFIG)
 
 
-def _path(displacement: Vector, force: Vector, name: str) -> alt.Chart:
+def _path(displacement: Vector, force: Vector, name: str, width: float) -> alt.Chart:
     kept = along_path(displacement, force, STEP)
     values = [
         {"order": order, "displacement": float(f"{u:.6g}"), "force": float(f"{f:.6g}"), "of": name}
@@ -57,10 +57,10 @@ def _path(displacement: Vector, force: Vector, name: str) -> alt.Chart:
             zip((displacement[kept] * MM).tolist(), (force[kept] * KN).tolist(), strict=True)
         )
     ]
-    colours = alt.Scale(domain=[MEASURED, MODELLED], range=[INK, BLUE])
+    colours = alt.Scale(domain=[MEASURED, MODELLED], range=[GREY, BLUE])
     chart: alt.Chart = (
         alt.Chart(alt.InlineData(values=values))
-        .mark_line(strokeWidth=1.2, strokeJoin="round")
+        .mark_line(strokeWidth=width, strokeJoin="round")
         .encode(
             x=alt.X("displacement:Q", title="displacement of the isolation layer (mm)"),
             y=alt.Y("force:Q", title="restoring force (kN)"),

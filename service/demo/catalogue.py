@@ -13,7 +13,7 @@ from core.arrays import Vector
 SMALLEST, LARGEST = 0.05, 3.0  # m/s²: 5 to 300 gal
 YEARS = timedelta(days=3 * 365)
 APART = timedelta(hours=6)
-WEAK, STRONG = (0.3, 1.2), (3.0, 4.5)
+WEAK, STRONG = (0.6, 1.2), (3.5, 4.5)
 """m/s², of earthquakes before and after a layer was first moved far."""
 P_VELOCITY = 6000.0  # m/s
 DEPTH = 30_000.0  # m

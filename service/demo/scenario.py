@@ -49,7 +49,7 @@ HIDDEN_EFFECT = Scenario(
     peaks=weak_then_strong,
     next_peak=STRONG,
     rest=(10.0, 25.0),
-    noise=10.0,  # as accelerometers on a chip have it
+    noise=20.0,  # 0.2 gal, as accelerometers on a chip have it
     motions=(  # that move the layer far, and do not last long
         "Northridge 1994, Beverly Hills - Mulhol",
         "Gazli, USSR 1976, Karakyr",

@@ -7,14 +7,15 @@ from typing import Annotated
 from fastapi import APIRouter, Depends, Query, Request, Response
 from sqlalchemy.orm import Session
 
-from service import mode_tracks
-from service.database import Analysis, Building, DirectionResult, Event, LayerResult
+from service import mode_tracks, model_answers
+from service.database import Analysis, Building, DirectionResult, Event, LayerResult, ModelVersion
 from service.mode_tracks import TrackedMode
 from service.pages.rendering import page
 from service.parameters import Reading
-from service.queries import analysis_results, earthquakes, layer_results, watched
+from service.queries import analysis_results, earthquakes, layer_results, versions, watched
 from service.queries.question import Span
 from service.routers.login import reader
+from service.schemas.models import Trend
 
 STATES = {
     "gathering": "Its files are still coming in",
@@ -54,7 +55,18 @@ def home(request: Request, sessions: Reading, building: BuildingCode = None) -> 
         if shown is None and shaken:
             shown = max(shaken, key=lambda row: row.last)[0]
         views = last_events(session, shown) if shown else []
-        return page(request, "home", buildings=found, shown=shown and shown.code, views=views, modes=MODES)
+        models = failing_models(session, shown) if shown else []
+        return page(
+            request, "home", buildings=found, shown=shown and shown.code, views=views, modes=MODES, models=models
+        )
+
+
+def failing_models(session: Session, building: Building) -> list[tuple[ModelVersion, Trend]]:
+    """The building's models in force that miss its latest events."""
+    in_force = versions.current_versions(session, building.id)
+    compared = versions.latest_comparisons(session, [model.id for model in in_force])
+    trends = [(model, model_answers.trend(model.id, compared[model.id])) for model in in_force]
+    return [(model, trend) for model, trend in trends if trend.finding is not None]
 
 
 def last_events(session: Session, building: Building) -> list[View]:

@@ -134,6 +134,7 @@ def test_a_hidden_effect_is_found_and_the_next_earthquake_is_predicted(tmp_path:
         assert before["state"] == "current"
         assert before["errors"]["later"]["nrmse"] > 0.03 > 3 * before["errors"]["fitted"]["nrmse"]
         assert asked(f"/models/{first}/trend")["finding"]["severity"] == "warning"
+        assert "The model misses the latest 2 events" in service.get("/").text
 
         events = sorted(asked("/buildings/DEMO/events")["items"], key=lambda one: one["start"])
         wanted = {"hold_out": [events[-1]["id"]]}

@@ -10,8 +10,12 @@ import pytest
 from asking import client
 from sqlalchemy.orm import Session, sessionmaker
 
-from service import blobs
+from core.isolator import Isolator
+from core.misfit import Misfit
+from service import blobs, model_results, models
 from service.database import Analysis, Building, CycleResult, DirectionResult, Event, Job, ModeResult, Revision
+from service.model_work import Compared
+from service.models import Draft
 from service.pages.rendering import with_std
 from service.queries import trends
 
@@ -170,6 +174,25 @@ def test_a_last_event_without_a_result_says_why_and_hides_no_result(
     assert shown in page
     assert page.index("last event, 2011-03-13") < page.index("last event with a result, 2011-03-12")
     assert "/charts/loop.svg" in page
+
+
+@pytest.mark.parametrize(("error", "is_told"), [(0.1, True), (0.001, False)])
+def test_a_model_in_force_that_misses_the_latest_events_is_told(
+    database_url: str, stored: Session, error: float, is_told: bool
+) -> None:
+    """It was fitted to an event that it met to 0.1 % of the force, by noise alone."""
+    tower = building(stored, "A", "Tower")
+    draft = Draft("x", Isolator({"elastic": {"k_b": 5e8}}), "by hand", "me", tower.revisions[0].id)
+    model = models.add(stored, tower.id, draft, START)
+    models.accept(stored, model, "me", START)
+    for day, (role, off) in enumerate([("fitted", 0.001), ("later", error), ("later", error)]):
+        analysis = analysed(stored, event(stored, tower, day, "analysed"), result())
+        stored.flush()
+        misfit = Misfit(TIME.size, error=off**2, signal=1.0, spread=1.0, noise=1e-6)
+        held = Compared(analysis.event_id, analysis.id, "x", np.zeros(TIME.size), misfit, None, {})
+        model_results.store_comparisons(stored, model.id, [held], {analysis.event_id: role}, START)
+    page = home(database_url, stored)
+    assert (f'<a href="/models/{model.id}">Model x 1</a> of A: The model misses the latest 2 events' in page) == is_told
 
 
 def test_the_only_event_was_refused(database_url: str, stored: Session) -> None:

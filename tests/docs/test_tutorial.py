@@ -1,0 +1,77 @@
+"""The tutorial says what its walk saw, its commands are there, and the walk can be gone again."""
+
+import importlib.util
+import json
+import re
+import shlex
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+import typer
+
+from service.cli import app
+
+SCRIPT = importlib.util.spec_from_file_location(
+    "write_tutorial", Path(__file__).resolve().parents[2] / "docs" / "write_tutorial.py"
+)
+assert SCRIPT is not None
+assert SCRIPT.loader is not None
+writer = importlib.util.module_from_spec(SCRIPT)
+SCRIPT.loader.exec_module(writer)
+SEEN: dict[str, Any] = json.loads(writer.SEEN.read_text("utf-8"))
+PNG = b"\x89PNG\r\n\x1a\n"
+
+
+def commands(line: str) -> Iterator[list[str]]:
+    """Of a line at a prompt, the words of each command of ours."""
+    for command in line.split("&&"):
+        words = shlex.split(command)
+        if words[:1] == ["menshin"]:
+            yield words[1:]
+
+
+def test_the_page_says_what_the_walk_saw() -> None:
+    assert writer.PAGE.read_text("utf-8") == writer.document(SEEN), "python docs/write_tutorial.py would mend it"
+
+
+def test_its_pictures_are_there_and_small() -> None:
+    shown = {writer.HERE / name for name in re.findall(r"!\[[^\]]*\]\(([^)]*)\)", writer.PAGE.read_text("utf-8"))}
+    assert shown == set(writer.PICTURES.glob("*.png"))
+    for picture in shown:
+        assert picture.read_bytes().startswith(PNG)
+        assert picture.stat().st_size < 200_000
+
+
+def test_its_commands_and_their_options_are_there() -> None:
+    lines = [line for line in writer.PAGE.read_text("utf-8").splitlines() if line.startswith("    ")]
+    found = [words for line in lines for words in commands(line)]
+    assert len(found) == 1 + len(writer.COMMANDS)
+    for words in found:
+        command: Any = typer.main.get_command(app)
+        while members := getattr(command, "commands", None):
+            command = members[words.pop(0)]
+        known = {name for parameter in command.params for name in parameter.opts}
+        assert {word for word in words if word.startswith("-")} <= known, words
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("chromium") is None, reason="no Chromium to walk with")
+def test_the_walk_can_be_gone_again(tmp_path: Path) -> None:
+    """Its numbers are those of the page up to a tenth: so far an estimate may have changed since they were written."""
+    pictures = tmp_path / "pictures"
+    pictures.mkdir()
+    with writer.demonstration(tmp_path) as shown, writer.window() as page:
+        seen = writer.walk(page, shown, pictures)
+    assert "Traceback" not in shown.said.read_text("utf-8")
+    assert {picture.name for picture in pictures.iterdir()} == {file.name for file in writer.PICTURES.glob("*.png")}
+    assert seen["set"] == SEEN["set"] == ["hardening"]
+    for model in ("before", "after"):
+        for fresh, written in zip(seen[model]["events"], SEEN[model]["events"], strict=True):
+            assert fresh == {**written, **{k: pytest.approx(v, rel=0.1) for k, v in written.items() if k != "role"}}
+    for fresh, written in zip(seen["candidates"], SEEN["candidates"], strict=True):
+        assert fresh["effect"] == written["effect"]
+    assert seen["after"]["events"][-1]["role"] == "later"
+    assert seen["after"]["events"][-1]["displacement"] < 0.1 * seen["before"]["events"][-1]["displacement"]
