@@ -266,6 +266,8 @@ def document(seen: Seen) -> str:
         mm=lambda value: f"{value:.0f}",
         percent=lambda value: f"{value:.1f}",
         kilonewtons=lambda force: f"{force / 1e3:.0f}",
+        cubic=lambda value: f"{value * 1e-12:.3g}".replace("-", "−"),  # kN/mm³ of N/m³
+        quintic=lambda value: f"{value * 1e-18:.3g}".replace("-", "−"),
     )
 
 
