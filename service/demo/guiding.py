@@ -47,7 +47,9 @@ def guide(address: str, stage: Stage, sessions: sessionmaker[Session], stop: Sig
         console.print(f"your model x {former.number} is in force: {address}/models/{former.id}", highlight=False)
         return
     console.print(STEPS.format(address=address, number=former.id), highlight=False, soft_wrap=True)
-    console.print(f"the records lie in {files.write(stage)}, for those who would rather work at a command line")
+    console.print(
+        f"the records lie in {files.write(stage)}, for those who would rather work at a command line", soft_wrap=True
+    )
     better = _successor(former, sessions, stop)
     if better is not None:
         console.print(f"model x {better.number} is in force", highlight=False)
