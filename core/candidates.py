@@ -27,6 +27,10 @@ PROMISING = 0.85
 """Of the best place's gain, from which on another one is worth a search."""
 OWN = 1e-4
 """Share of a signature that must be its own, else the model's parameters imitate it."""
+FREQUENCIES = (0.3, 8.0, 9)
+"""Hz, from and to, and how many: of what swings by itself, which may be of a narrow band."""
+INSTANTS = (0.2, 0.4, 0.6, 0.8)
+"""Of the way that the layer went in an earthquake, at which something may have changed."""
 WIDE = 4.0
 """Times, from the least to the largest of the usual lengths or speeds of an effect that the layer has seen: if fewer,
 REACH holds."""
@@ -118,6 +122,10 @@ def starts(effect: str, observations: Sequence[Observation]) -> Iterator[Mapping
 
 def _grid(one: Parameter, observations: Sequence[Observation], points: int) -> Vector:
     low_end, high_end = one.bounds
+    if one.is_instant:
+        return _instants(observations)
+    if one.unit == "Hz":
+        return np.geomspace(*FREQUENCIES)
     seen = {
         "m": max(float(np.abs(o.layer.displacement).max()) for o in observations),
         "m/s": max(float(np.abs(o.layer.velocity).max()) for o in observations),
@@ -130,3 +138,14 @@ def _grid(one: Parameter, observations: Sequence[Observation], points: int) -> V
     if isinstance(one.prior, LogNormal):
         return np.clip(one.prior.median * np.exp(spans), low_end, high_end)
     return np.clip(one.prior.median + spans, low_end, high_end)
+
+
+def _instants(observations: Sequence[Observation]) -> Vector:
+    """s, between every two earthquakes, and in each by the way that the layer went."""
+    found: list[float] = []
+    for number, one in enumerate(observations):
+        time, travel = one.conditions.time, np.cumsum(np.abs(one.layer.velocity))
+        if number:
+            found.append(0.5 * float(observations[number - 1].conditions.time[-1] + time[0]))
+        found += [float(time[np.searchsorted(travel, share * travel[-1])]) for share in INSTANTS]
+    return np.unique(found)

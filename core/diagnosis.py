@@ -26,7 +26,10 @@ FEW_EFFECTS = 2
 STRUCTURED = 0.05
 """Share of the residual's power that a regression foretells, from which on something is left to explain."""
 ABOVE_FLOOR = 1.25
-"""Residual over noise floor, from which on something is left to explain."""
+"""Residual over noise floor, from which on something is left to explain beside an effect that was found."""
+ABOVE_COLOURED = 2.0
+"""The same where no effect takes anything: noise that is stronger at low frequencies than at the high ones, where it is
+seen, looks like that, and nothing in it depends on the motion."""
 WORTH = 0.05
 """Of the residual: other values of the same parameters that take less than this away are not worth a fit."""
 LITTLE_TAKEN = 0.5
@@ -61,11 +64,13 @@ class Unexplained:
     """Of the residual's power that a regression foretells; see core.unexplained."""
     over_floor: float
     """Residual over noise floor, root mean square over the records."""
+    allowed: float
+    """The largest of it that noise may make."""
 
     @property
     def is_there(self) -> bool:
         """Beyond doubt."""
-        return self.over_floor > ABOVE_FLOOR or (self.share > STRUCTURED and self.over_floor > 1.0)
+        return self.over_floor > self.allowed or (self.share > STRUCTURED and self.over_floor > 1.0)
 
     @property
     def excess(self) -> float:
@@ -123,13 +128,14 @@ def diagnosed(
     first = last = ranked(by_noise, model, _absent(effects, model))
     steps: list[Step] = []
     while last.asked_for and len(steps) < MOST_EFFECTS:
-        steps.append(Step(last, last.candidates[0]))
+        steps.append(Step(last, last.asked_for[0]))
         tell(f"{_named(steps)}; looking for another effect")
         now = steps[-1].chosen.fit.model
         last = ranked(by_noise, now, _absent(effects, now))
     if len(steps) > 1:
         steps, last = _swapped(by_noise, steps, last, effects, tell)
-    before, left = _unexplained(first, first.base), _unexplained(last, last.base)
+    allowed = ABOVE_FLOOR if steps else ABOVE_COLOURED
+    before, left = (_unexplained(ranking, allowed) for ranking in (first, last))
     outcome = _outcome(steps, before, left)
     if outcome is Outcome.NOTHING_MISSING and _is_off(first, model):
         outcome = Outcome.REFIT
@@ -150,7 +156,7 @@ def _swapped(
         if step.chosen.effect in {one.effect for one in ranking.asked_for}:
             continue
         place = steps.index(step)
-        instead = [Step(ranking, ranking.candidates[0])] if ranking.asked_for else []
+        instead = [Step(ranking, ranking.asked_for[0])] if ranking.asked_for else []
         steps = [*steps[:place], *instead, *steps[place + 1 :]]
         now = instead[0].chosen.fit.model if instead else ranking.base.model
         last = ranked(by_noise, now, _absent(effects, now))
@@ -173,9 +179,9 @@ def _absent(effects: Collection[str], model: Isolator) -> tuple[str, ...]:
     return tuple(name for name in sorted(effects) if name not in model.effects)
 
 
-def _unexplained(ranking: Ranking, fit: Fit) -> Unexplained:
-    left, floor = ranking.left(fit), ranking.floor
-    return Unexplained(explained_share(ranking.evidence, fit), float(np.sqrt(np.mean((left / floor) ** 2))))
+def _unexplained(ranking: Ranking, allowed: float) -> Unexplained:
+    over_floor = float(np.sqrt(np.mean((ranking.left(ranking.base) / ranking.floor) ** 2)))
+    return Unexplained(explained_share(ranking.evidence, ranking.base), over_floor, allowed)
 
 
 def _outcome(steps: Sequence[Step], before: Unexplained, left: Unexplained) -> Outcome:

@@ -80,6 +80,11 @@ class Parameter:
     """Its median is a usual value at which the effect is present."""
     meaning: str
 
+    @property
+    def is_instant(self) -> bool:
+        """Whether it is a time after the model's reference instant, no duration."""
+        return self.unit == "s" and self.bounds[0] < 0
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Effect:

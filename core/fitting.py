@@ -189,7 +189,13 @@ def _at(evidence: Evidence, search: _Search, values: Mapping[Key, float]) -> _Po
 
 
 def _penalty(search: _Search, values: Mapping[Key, float]) -> float:
-    return 0.5 * sum(parameter(key).prior.residual(values[key]) ** 2 for key in search.nonlinear)
+    return 0.5 * sum(_residual(key, values) ** 2 for key in search.nonlinear)
+
+
+def _residual(key: Key, values: Mapping[Key, float]) -> float:
+    """Of the prior; nothing is believed of an instant, and its prior's spread is only how far a step may go."""
+    one = parameter(key)
+    return 0.0 if one.is_instant else one.prior.residual(values[key])
 
 
 def _least_squares(rows: Matrix, target: Vector, bounds: Sequence[tuple[float, float]]) -> Vector:
@@ -230,7 +236,7 @@ def _descent(evidence: Evidence, search: _Search, point: _Point) -> tuple[Matrix
     basis = linalg.orth((point.linear[scale > 0] / scale[scale > 0, None]).T)
     own = turned - (turned @ basis) @ basis.T
     priors = [parameter(key).prior for key in search.nonlinear]
-    off = np.array([p.residual(point.values[key]) for p, key in zip(priors, search.nonlinear, strict=True)])
+    off = np.array([_residual(key, point.values) for key in search.nonlinear])
     slope = np.array([1 / p.spread if isinstance(p, LogNormal) else 1.0 for p in priors])
     normal = own @ own.T + np.diag(slope**2)
     descent = own @ point.residual - off * slope
@@ -286,7 +292,7 @@ def _result(evidence: Evidence, search: _Search, point: _Point, outcome: Outcome
     lost = {free[row] for row, share in zip(there, own, strict=True) if share < 10 * DEGENERATE}
     lost |= {key for key, size in zip(free, scale, strict=True) if not size > 0}
     ends = [key for key in free if point.values[key] in parameter(key).bounds]
-    if lost:
+    if any(not parameter(key).is_instant for key in lost):
         outcome = Outcome.UNDETERMINED
     elif ends and outcome is Outcome.SETTLED:
         outcome = Outcome.AT_BOUND

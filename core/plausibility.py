@@ -36,7 +36,8 @@ def _reasons(effect: str, fit: Fit, observations: Sequence[Observation]) -> Iter
         if values[one.name] in one.bounds:
             side = "smallest" if values[one.name] == one.bounds[0] else "largest"
             yield f"{one.name} went to the {side} that it may be ({one.meaning})"
-    lost = [name for of, name in fit.undetermined if of == effect]
+    # an instant between two earthquakes need not be known any better
+    lost = [name for of, name in fit.undetermined if of == effect and not parameter((of, name)).is_instant]
     if lost:
         yield f"the records do not determine {', '.join(lost)}"
     fed = [one for one in observations if _work(fit.model, one) < 0]

@@ -23,6 +23,9 @@ ALIKE = 0.02
 """Relative difference of what two models leave over that is no difference."""
 WORTH = 0.06
 """Of what is left over, its power: a candidate that takes less is not asked for, however certain it is."""
+FELT = 0.01
+"""The same of the force itself, in N, over its noise: a little of what a superstructure's mode leaves at its frequency may
+stand far above the noise there, and is nothing to the layer."""
 SEARCHED = 7
 """Candidates at most whose parameters are searched for; the others stay where their preview was best."""
 PROMISING = 0.1
@@ -67,10 +70,14 @@ class Ranking:
     @property
     def asked_for(self) -> tuple[Judged, ...]:
         """Candidates that the records cannot tell from the best one, the best first; none if nothing is missing."""
-        best = self.candidates[0] if self.candidates else None
-        if best is None or best.delta_bic > -DECISIVE or best.fit.chi_square > (1 - WORTH) * self.base.chi_square:
+        best = next(filter(self._is_worth_it, self.candidates), None)
+        if best is None or best.delta_bic > -DECISIVE:
             return ()
-        return tuple(one for one in self.candidates if _alike(one, best))
+        return tuple(one for one in self.candidates if self._is_worth_it(one) and _alike(one, best))
+
+    def _is_worth_it(self, one: Judged) -> bool:
+        before, after = (float(np.sum((self.left(fit) / self.floor) ** 2)) for fit in (self.base, one.fit))
+        return one.fit.chi_square <= (1 - WORTH) * self.base.chi_square and after <= (1 - FELT) * before
 
 
 def _alike(one: Judged, best: Judged) -> bool:

@@ -10,7 +10,7 @@ from core.arrays import Vector
 
 EDGE = 0.5
 """s, of the record at either end."""
-AT_REST = 0.05
+AT_REST = 0.01
 """Of the strongest EDGE: an end that is weaker is taken to be at rest."""
 IGNORED, FADED = 5.0, 15.0
 """s from an end in motion: up to the one nothing is relied on, from the other on everything; in simulated records the
