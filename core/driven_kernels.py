@@ -35,7 +35,9 @@ program: Any = None
 at: Any = None
 """Bound when compiled."""
 TOLERANCE = 3e-3
-"""Of the largest that a state has been: by which the two slopes in the middle of a step may differ, times the step."""
+"""Of the largest that a state has been: by which the two slopes in the middle of a step may differ, times the step,"""
+BENT = 0.03
+"""and the sum of those at its ends from the sum of those in its middle."""
 
 
 def _force_at(m, opcode, at_p, at_x, p, change_of_p, behind, x, dx):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
@@ -72,7 +74,8 @@ def _integrate(samples, acceleration, weights, interval, least, opcode, at_p, at
     n, finest, judged = acceleration.size, weights.shape[0] // 2, start.size - behind
     force, change, states = np.empty(n), np.empty(n), np.empty((n, start.size))
     x, dx, stage, end = start.copy(), np.zeros(start.size), np.zeros(start.size), np.zeros(start.size)
-    middle, largest, now, parts = np.zeros(judged), np.abs(start[:judged]), np.zeros(samples.shape[1]), least
+    middle, bend, largest = np.zeros(judged), np.zeros(judged), np.abs(start[:judged])
+    now, parts = np.zeros(samples.shape[1]), least
     for i in range(n):
         parts = finest if samples[i + 1, 1] * samples[i + 2, 1] < 0 else max(least, parts // 2)
         s = 0
@@ -81,6 +84,8 @@ def _integrate(samples, acceleration, weights, interval, least, opcode, at_p, at
             is_rough = False
             for j in range(x.size):
                 end[j] = x[j]
+            for j in range(judged):
+                bend[j] = 0.0
             for k in range(4):
                 if k != 2:
                     w = weights[stride * (2 * s + (k + 1) // 2)]
@@ -99,9 +104,12 @@ def _integrate(samples, acceleration, weights, interval, least, opcode, at_p, at
                 if x.size == 0 or i + 1 == n:
                     break
                 for j in range(judged):
+                    bend[j] += dx[j] if k % 3 == 0 else -dx[j]
                     if k == 1:
                         middle[j] = dx[j]
                     elif k == 2 and not step * abs(dx[j] - middle[j]) <= TOLERANCE * largest[j]:
+                        is_rough = True
+                    elif k == 3 and not step * abs(bend[j]) <= BENT * largest[j]:
                         is_rough = True
                 if is_rough and parts < finest:
                     break

@@ -24,8 +24,8 @@ ALIKE = 0.02
 WORTH = 0.06
 """Of what is left over, its power: a candidate that takes less is not asked for, however certain it is."""
 FELT = 0.01
-"""The same of the force itself, in N, over its noise: a little of what a superstructure's mode leaves at its frequency may
-stand far above the noise there, and is nothing to the layer."""
+"""The same of the force in N, over its noise: what a superstructure's mode leaves at its frequency may stand far above
+the noise there, and is nothing to the layer."""
 SEARCHED = 7
 """Candidates at most whose parameters are searched for; the others stay where their preview was best."""
 PROMISING = 0.1
