@@ -32,6 +32,9 @@ ABOVE_COLOURED = 2.0
 seen, looks like that, and nothing in it depends on the motion."""
 WORTH = 0.05
 """Of the residual: other values of the same parameters that take less than this away are not worth a fit."""
+ANOTHER = 0.2
+"""Of what is left over, its power: an effect beside one that was found must take more, since a law that is not quite
+the true one leaves what others take a little of."""
 LITTLE_TAKEN = 0.5
 """Share of the error beyond the noise that the library's effects leave, from which on the cause is unknown."""
 
@@ -127,7 +130,7 @@ def diagnosed(
     by_noise = Evidence.by_noise(sorted(observations, key=lambda one: one.start))
     first = last = ranked(by_noise, model, _absent(effects, model))
     steps: list[Step] = []
-    while last.asked_for and len(steps) < MOST_EFFECTS:
+    while _goes_on(steps, last):
         steps.append(Step(last, last.asked_for[0]))
         tell(f"{_named(steps)}; looking for another effect")
         now = steps[-1].chosen.fit.model
@@ -140,6 +143,13 @@ def diagnosed(
     if outcome is Outcome.NOTHING_MISSING and _is_off(first, model):
         outcome = Outcome.REFIT
     return Diagnosis(outcome, model, first.base, tuple(steps), last.base, before, left, first, last)
+
+
+def _goes_on(steps: Sequence[Step], last: Ranking) -> bool:
+    """Whether one more effect is to be added."""
+    if not last.asked_for or len(steps) >= MOST_EFFECTS:
+        return False
+    return not steps or last.asked_for[0].fit.chi_square < (1 - ANOTHER) * last.base.chi_square
 
 
 def _swapped(
@@ -192,5 +202,7 @@ def _outcome(steps: Sequence[Step], before: Unexplained, left: Unexplained) -> O
     sets = [{one.effect for one in step.ranking.asked_for} for step in steps]
     families = [{EFFECTS[name].family for name in one} for one in sets]
     if all(len(one) == 1 for one in sets):
-        return Outcome.EFFECT if len(set().union(*families)) == len(steps) else Outcome.FAMILY
+        # one law of another form may look like two of its family, but then leaves something
+        is_one_law = left.is_there and len(set().union(*families)) < len(steps)
+        return Outcome.FAMILY if is_one_law else Outcome.EFFECT
     return Outcome.FAMILY if all(len(one) == 1 for one in families) else Outcome.ONE_OF_SET

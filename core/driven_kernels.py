@@ -107,9 +107,10 @@ def _integrate(samples, acceleration, weights, interval, least, opcode, at_p, at
                     bend[j] += dx[j] if k % 3 == 0 else -dx[j]
                     if k == 1:
                         middle[j] = dx[j]
-                    elif k == 2 and not step * abs(dx[j] - middle[j]) <= TOLERANCE * largest[j]:
+                    # "not at most" rather than "above", for NaN
+                    if k == 2 and not step * abs(dx[j] - middle[j]) <= TOLERANCE * largest[j]:
                         is_rough = True
-                    elif k == 3 and not step * abs(bend[j]) <= BENT * largest[j]:
+                    if k == 3 and not step * abs(bend[j]) <= BENT * largest[j]:
                         is_rough = True
                 if is_rough and parts < finest:
                     break
