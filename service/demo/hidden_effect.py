@@ -43,8 +43,8 @@ def response(ground_acceleration: Vector, hardening: Hardening = RUBBER) -> Resp
         ground_acceleration: (n,) m/s² at RATE.
         hardening: of the rubber.
     """
-    k_b, c_b = ISOLATOR.effects["elastic"]["k_b"], ISOLATOR.effects["viscous"]["c_b"]
-    damper = tuple(ISOLATOR.effects["bouc_wen"][name] for name in ("F_y", "D_y", "A", "beta", "gamma"))
+    layer = {name: value for effect in ISOLATOR.effects.values() for name, value in effect.items()}
+    k_b, c_b, damper = layer["k_b"], layer["c_b"], tuple(layer[name] for name in ("F_y", "D_y", "A", "beta", "gamma"))
     springs = np.hstack([stiffness_matrix(BUILDING, k_b), damping_matrix(BUILDING, c_b)])
     linear = -np.linalg.solve(mass_matrix(BUILDING), springs)
     moved, speed, beyond = _kernel()(
