@@ -74,8 +74,13 @@ def improve(
 
 
 def _taken(found: Diagnosed) -> int:
-    """How many of the effects asked for are worth taking, from the first on."""
-    if found.suspects or found.diagnosis.outcome is Outcome.UNKNOWN:
+    """How many of the effects asked for are worth taking, from the first on.
+
+    With something unknown missing the next best name is a stand-in: only earthquakes left out can tell that it is a
+    good one.
+    """
+    is_unknown = found.diagnosis.outcome is Outcome.UNKNOWN
+    if found.suspects or (is_unknown and not found.records.left_out):
         return 0
     count = 0
     for before, after in zip(found.versions[1:], found.versions[2:], strict=False):
@@ -96,7 +101,7 @@ def _ended(found: Diagnosed, count: int) -> str | None:
     """Why nothing more is to be done; None if another diagnosis may find more."""
     if found.suspects:
         return f"something is wrong before the layer is asked ({found.outcome}): `menshin model diagnose` tells what"
-    if found.diagnosis.outcome is Outcome.UNKNOWN:
+    if found.diagnosis.outcome is Outcome.UNKNOWN and not count:
         return "something is missing that no known effect explains: nothing was added for it"
     if count < len(found.stages):
         return f"{found.stages[count].effect} was asked for, but does not lower the error on earthquakes left out"

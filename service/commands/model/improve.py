@@ -16,8 +16,8 @@ def improve(
 ) -> None:
     """Diagnose a model and add what the records ask for, again and again, until nothing more is asked for.
 
-    An effect that does not lower the error on the earthquakes held out is not taken, and with something unknown missing
-    none is. The page is that of the first diagnosis.
+    An effect that does not lower the error on the earthquakes held out is not taken; where something unknown
+    is missing, only one that lowers it is. The page is that of the first diagnosis.
     Exit code 0: done; 1: no record can be used.
     """
     from rich.console import Console
