@@ -1,6 +1,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from core.hypotheses import as_told, corrected
 from core.paper import BUILDING
 from core.smoother import NAME, estimate
 from core.superstructure_model import Design
+from core.whitening import shrunk, whitening
 
 SHORT = slice(2000, 5000)
 """Thirty seconds that hold the strong motion: quick to estimate from."""
@@ -45,6 +47,23 @@ def test_each_records_band_covers_the_force(noise: float) -> None:
     """The goal, 93 to 97 %, is for the mean over records; one record's correlated errors scatter about it by 2 %."""
     shares = [judged("in class", "Kobe", noise, seed).coverage for seed in (0, 1)]
     assert all(0.90 <= share <= 0.99 for share in shares)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("noise", [0.01, 0.10])
+@pytest.mark.parametrize("kind", ["in class", "constant modal damping 2 %"])
+def test_the_force_errs_at_the_frequencies_and_in_the_patterns_that_are_said(kind: str, noise: float) -> None:
+    """In units of what is said: 1 within a third in every band of frequencies, of which each holds 100 coefficients and
+    more; in seven buildings of other kinds 0.7 to 1.3 were measured."""
+    result = found(kind, "Kobe", noise, 0)
+    assert result.error is not None
+    plain = whitening(result.force, RATE, result.error.at, patterns=result.error.patterns)
+    weights = shrunk(plain, result.force, result.error.at)
+    true = weights.filtered(truth(KINDS[kind], "Kobe").force[None])
+    error = weights.whitened(weights.coefficients(result.force[None]) - true)[0]
+    for low, high in pairwise((0.3, 1.0, 2.0, 4.0)):
+        there = (weights.frequency >= low) & (weights.frequency < high)
+        assert np.sqrt(np.mean(error[there] ** 2)) == pytest.approx(1.0, abs=0.33), (low, high)
 
 
 @pytest.mark.slow
