@@ -53,8 +53,8 @@ def test_each_records_band_covers_the_force(noise: float) -> None:
 @pytest.mark.parametrize("noise", [0.01, 0.10])
 @pytest.mark.parametrize("kind", ["in class", "constant modal damping 2 %"])
 def test_the_force_errs_at_the_frequencies_and_in_the_patterns_that_are_said(kind: str, noise: float) -> None:
-    """In units of what is said, by bands of frequencies of more than 100 coefficients: 1 but for what is not known of how
-    strongly the floors without a sensor move, for which the bounds leave 40 %; 0.66 to 1.3 were measured."""
+    """In units of what is said, by bands of frequencies of more than 100 coefficients: 1 but for what is not known of
+    how strongly the floors without a sensor move, for which the bounds leave 40 %; 0.66 to 1.3 were measured."""
     result = found(kind, "Kobe", noise, 0)
     assert result.error is not None
     plain = whitening(result.force, RATE, result.error.at, patterns=result.error.patterns)
