@@ -10,9 +10,9 @@ RATE = 100.0
 
 
 def force(seconds: float, begins: float, ends: float) -> Vector:
-    """N: 1 Hz, as strong at the ends as is said, 1 in between."""
+    """N: 1 Hz, for two seconds at the ends as strong as is said, 1 in between."""
     time = np.arange(0, seconds, 1 / RATE)
-    strength = np.interp(time, [0, seconds / 3, 2 * seconds / 3, seconds], [begins, 1.0, 1.0, ends])
+    strength = np.interp(time, [2, seconds / 3, 2 * seconds / 3, seconds - 2], [begins, 1.0, 1.0, ends])
     return np.asarray(strength * np.sin(2 * np.pi * time))
 
 
