@@ -1,0 +1,28 @@
+"""A few trials of the benchmark of the diagnosis, whose table is in docs: what is hidden is named, and nothing else."""
+
+import pytest
+
+from benchmarks.diagnosis_trial import row
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.mark.parametrize("case", ["power_viscous", "friction+hardening"])
+def test_what_is_hidden_is_named_and_predicts_a_new_earthquake(case: str) -> None:
+    """By laws of the library's form: nothing is left but noise, and the model's error falls by half at least."""
+    found = row(case, 1)
+    assert set(found.named) == set(found.hidden)
+    assert not found.unknown
+    assert found.after < 1.25 < found.before
+    assert found.predicted < 0.5 * found.predicted_before
+
+
+@pytest.mark.parametrize(("case", "outcomes"), [("nothing+gains", {"nothing_missing", "refit"}), ("mass", {"mass"})])
+def test_no_effect_is_named_where_none_is_missing(case: str, outcomes: set[str]) -> None:
+    found = row(case, 1)
+    assert found.outcome in outcomes
+    assert found.named == ()
+
+
+def test_a_law_of_no_effect_of_the_library_is_said_to_be_unknown() -> None:
+    assert row("two_masses", 1).unknown
