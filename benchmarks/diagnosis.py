@@ -61,10 +61,10 @@ GROUPS = (
 def wanted(groups: Iterable[Group], parity: int, most: int) -> list[tuple[str, int]]:
     """Cases and seeds, each group's first ones first, so that a run that is stopped has some of each."""
     found = [
-        (turn, case, 2 * turn + parity)
+        (turn + number / len(group.cases), case, 2 * turn + parity)
         for group in groups
         for turn in range(min(group.seeds, most))
-        for case in group.cases
+        for number, case in enumerate(group.cases)
     ]
     return [(case, seed) for _, case, seed in sorted(found, key=lambda one: one[0])]
 
