@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from core.arrays import Vector
 from core.errors import RecordError
+from core.layer_agreement import agreeing as brought_to_agree
 from core.layer_agreement import layer_agreement
 
 NOTHING = np.zeros(6)
@@ -69,3 +70,12 @@ def test_noise_alone_says_nothing() -> None:
     rng = np.random.default_rng(5)
     displacement, base, _ = agreeing.layer(rng, 0.03, NOTHING)
     assert layer_agreement(displacement, base, rng.standard_normal(base.size), RATE) is None
+
+
+def test_accelerations_are_brought_to_agree_with_the_transducer() -> None:
+    """Gains of 2 and -1 %, delays of 3 and -2 ms: nine tenths of what they change is taken back, but for the noise."""
+    errors = np.array([0.02, 3e-3, 0.0, -0.01, -2e-3, 0.0])
+    exact, wrong = (agreeing.layer(np.random.default_rng(2), 0.0, one) for one in (NOTHING, errors))
+    mended = brought_to_agree(*wrong, RATE)
+    for true, before, after in zip(exact[1:], wrong[1:], mended, strict=True):
+        assert np.linalg.norm(after - true) < 0.1 * np.linalg.norm(before - true)
