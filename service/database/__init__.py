@@ -11,6 +11,7 @@ from service.database.events import Event, EventRecording, Waveform
 from service.database.jobs import Job, Lease
 from service.database.keys import ApiKey
 from service.database.models import ModelComparison, ModelVersion
+from service.database.notices import Delivery, DeliveryAttempt, Message, Receiver
 from service.database.received import Content, FetchedFile, Recording, SourceState
 
 __all__ = [
@@ -20,6 +21,8 @@ __all__ = [
     "Building",
     "Content",
     "CycleResult",
+    "Delivery",
+    "DeliveryAttempt",
     "DiagnosisPicture",
     "DirectionResult",
     "Event",
@@ -28,10 +31,12 @@ __all__ = [
     "Job",
     "LayerResult",
     "Lease",
+    "Message",
     "ModeResult",
     "ModelComparison",
     "ModelDiagnosis",
     "ModelVersion",
+    "Receiver",
     "Recording",
     "Revision",
     "SourceState",

@@ -1,0 +1,1 @@
+"""Telling people and programs: the outbox, the senders, and what became of every message."""

@@ -1,0 +1,96 @@
+"""How does a message get on its way? In the transaction that stores what it tells of."""
+
+import hashlib
+from collections.abc import Sequence
+from datetime import datetime
+from uuid import uuid4
+
+import orjson
+from sqlalchemy import func, select
+from sqlalchemy.orm import Session
+
+from service.database import Building, Delivery, Message, Receiver
+from service.notices.notice import Notice
+
+
+def put(session: Session, notice: Notice, now: datetime) -> Message:
+    """Put a notice into the outbox, for every receiver whose rule it meets.
+
+    A notice that tells people nothing but what the last message of its key told them is not put again: another
+    `sequence` than `cancelled` or `repeat`, another link, picture or `data` alone is no news. A reminder (`repeat`) so
+    has to say of when it is. Whoever was told of a thing is told what becomes of it, even where its rule asks for
+    graver news only.
+
+    Args:
+        session: of the transaction that stores what the notice tells of.
+        notice: what is to be told.
+        now: aware time.
+
+    Returns:
+        The message; that of before, if this one is no news.
+    """
+    session.scalars(  # two transactions with news of one thing come one after the other
+        select(Building).where(Building.id == notice.building_id).with_for_update(key_share=True)
+    ).one()
+    of_key = (Message.building_id == notice.building_id, Message.key == notice.key)
+    last = session.scalars(select(Message).where(*of_key).order_by(Message.number.desc()).limit(1)).one_or_none()
+    if last is not None and last.digest == _digest(notice):
+        return last
+    told = select(Delivery.receiver_id).join(Delivery.message).where(*of_key)
+    wanting = [
+        receiver
+        for receiver in _receivers(session, notice.building_id)
+        if _wants(receiver, notice) or receiver.id in session.scalars(told).all()
+    ]
+    return put_for(session, notice, wanting, now)
+
+
+def put_for(session: Session, notice: Notice, receivers: Sequence[Receiver], now: datetime) -> Message:
+    """Put a notice into the outbox for these receivers, whatever their rules."""
+    of_key = (Message.building_id == notice.building_id, Message.key == notice.key)
+    before = session.scalar(select(func.max(Message.number)).where(*of_key))
+    message = _message(notice, 1 + (before or 0), now)
+    message.deliveries = [
+        Delivery(receiver_id=receiver.id, state="waiting", due_at=now, created_at=now) for receiver in receivers
+    ]
+    session.add(message)
+    session.flush()
+    return message
+
+
+def _message(notice: Notice, number: int, now: datetime) -> Message:
+    event_id, direction = notice.picture or (None, None)
+    return Message(
+        identity=f"msg_{uuid4().hex}",
+        building_id=notice.building_id,
+        key=notice.key,
+        number=number,
+        kind=notice.kind,
+        sequence=notice.sequence,
+        severity=notice.severity,
+        subject=notice.subject,
+        sentences=list(notice.sentences),
+        facts=[{"name": name, "value": value} for name, value in notice.facts],
+        link=notice.link,
+        picture_event_id=event_id,
+        picture_direction=direction,
+        data=dict(notice.data),
+        digest=_digest(notice),
+        created_at=now,
+    )
+
+
+def _receivers(session: Session, building_id: int) -> Sequence[Receiver]:
+    of_building = (Receiver.building_id == building_id, Receiver.removed_at.is_(None))
+    return session.scalars(select(Receiver).where(*of_building).order_by(Receiver.id)).all()
+
+
+def _wants(receiver: Receiver, notice: Notice) -> bool:
+    return notice.kind in receiver.kinds and notice.severity in receiver.severities
+
+
+def _digest(notice: Notice) -> str:
+    """SHA-256 of what people read."""
+    order = notice.sequence if notice.sequence in ("cancelled", "repeat") else None
+    read = (notice.kind, notice.severity, order, notice.subject, notice.sentences, notice.facts)
+    return hashlib.sha256(orjson.dumps(read)).hexdigest()
