@@ -3,7 +3,9 @@
 All of them are imported here, for SQLAlchemy finds a table by name only once its module is.
 """
 
+from service.database.alerts import Alert, AlertChange, Inspection, Silence, Telling
 from service.database.analyses import Analysis, CycleResult, DirectionResult, LayerResult, ModeResult
+from service.database.audit import AuditEntry
 from service.database.base import Base
 from service.database.buildings import Building, Revision
 from service.database.diagnoses import DiagnosisPicture, ModelDiagnosis
@@ -15,8 +17,11 @@ from service.database.notices import Delivery, DeliveryAttempt, Message, Receive
 from service.database.received import Content, FetchedFile, Recording, SourceState
 
 __all__ = [
+    "Alert",
+    "AlertChange",
     "Analysis",
     "ApiKey",
+    "AuditEntry",
     "Base",
     "Building",
     "Content",
@@ -28,6 +33,7 @@ __all__ = [
     "Event",
     "EventRecording",
     "FetchedFile",
+    "Inspection",
     "Job",
     "LayerResult",
     "Lease",
@@ -39,6 +45,8 @@ __all__ = [
     "Receiver",
     "Recording",
     "Revision",
+    "Silence",
     "SourceState",
+    "Telling",
     "Waveform",
 ]

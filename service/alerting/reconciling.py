@@ -1,0 +1,81 @@
+"""How are the stored alerts of a building brought to what is found now?"""
+
+from collections.abc import Sequence
+from datetime import datetime
+
+from sqlalchemy.orm import Session
+
+from service.alerting.acts import Act
+from service.alerting.changing import change, follow, opened
+from service.alerting.deciding import Standing, Verdict, decide
+from service.alerting.found import KINDS, Found, Scope
+from service.database import Alert, Building
+from service.queries import alerts
+
+
+def reconcile(session: Session, building_id: int, found: Sequence[Found], scope: Scope, now: datetime) -> None:
+    """Bring the alerts of a building to what is found now: opened, updated, resolved or withdrawn, never deleted.
+
+    Repeating it changes nothing. Nobody is told by this: `service.alerting.event_messages` does that.
+
+    Args:
+        session: of the transaction in which the findings are stored.
+        building_id: of the building.
+        found: all that is found now, at most one of a cause; what is missing is not so any more.
+        scope: who found it; alerts of other kinds stay as they are.
+        now: aware time.
+
+    Raises:
+        ValueError: two findings of one cause, or a kind that is none of the scope's: a bug of ours.
+    """
+    check(found, scope)
+    session.get_one(Building, building_id, with_for_update=True)  # one open alert of a cause, whoever comes at once
+    standing = {alert.cause: alert for alert in alerts.open_alerts(session, building_id, KINDS[scope])}
+    told = [_standing(session, alert) for alert in standing.values()]
+    for verdict in decide(found, told, acts(session, building_id)):
+        _apply(session, building_id, standing.get(verdict.cause), verdict, now)
+
+
+def check(found: Sequence[Found], scope: Scope) -> None:
+    """Refuse findings that cannot be told apart or belong to others."""
+    causes = [one.cause for one in found]
+    if len(set(causes)) < len(causes):
+        raise ValueError(f"findings of one cause twice: {sorted(causes)}")
+    if strange := [one.kind for one in found if one.kind not in KINDS[scope]]:
+        raise ValueError(f"the scope {scope} is about {sorted(KINDS[scope])}, not about {strange}")
+
+
+def acts(session: Session, building_id: int) -> list[Act]:
+    """What people did about the building's alerts, ended ones too."""
+    return [
+        *(
+            Act(cause, change.at, change.by or "", ends=False, evidence=change.evidence)
+            for cause, change in alerts.acknowledgements(session, building_id)
+        ),
+        *(
+            Act(cause, inspection.at, inspection.by, ends=True, evidence=inspection.evidence)
+            for cause, inspection in alerts.inspections(session, building_id)
+        ),
+    ]
+
+
+def _standing(session: Session, alert: Alert) -> Standing:
+    return Standing(
+        cause=alert.cause,
+        kind=alert.kind,
+        state=alert.state,
+        has_fired=alert.fired_at is not None,
+        is_revised=alerts.has_newer_results(session, alert),
+    )
+
+
+def _apply(session: Session, building_id: int, alert: Alert | None, verdict: Verdict, now: datetime) -> None:
+    if alert is None:
+        if verdict.found is not None:
+            session.add(opened(building_id, verdict.found, verdict.state, verdict.inhibited_by, verdict.note, now))
+        return
+    if verdict.found is not None:
+        follow(alert, verdict.found, now)
+    if (alert.state, alert.inhibited_by) != (verdict.state, verdict.inhibited_by):
+        alert.inhibited_by = verdict.inhibited_by
+        change(alert, verdict.state, None, verdict.note or alert.summary, now)

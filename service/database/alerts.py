@@ -1,0 +1,133 @@
+"""Tables of the alerts, of every change of theirs, and of what people did about them."""
+
+from datetime import datetime
+from typing import Any
+
+from sqlalchemy import ForeignKey, Index, Text, UniqueConstraint, column
+from sqlalchemy.orm import Mapped, mapped_column, relationship
+
+from service.database.base import Base
+from service.database.buildings import Building
+from service.database.events import Event
+
+OPEN = column("closed_at").is_(None)
+
+
+class Alert(Base):
+    """Something that people should know of a building, from its first sign to its end; at most one open per cause."""
+
+    __tablename__ = "alert"
+    __table_args__ = (
+        Index("uq_alert_open", "building_id", "cause", unique=True, sqlite_where=OPEN, postgresql_where=OPEN),
+    )
+    id: Mapped[int] = mapped_column(primary_key=True)
+    building_id: Mapped[int] = mapped_column(ForeignKey("building.id"), index=True)
+    cause: Mapped[str]
+    """What it is about, such as `stiffness/x` or `source`."""
+    kind: Mapped[str]
+    """One of service.alerting.found.KINDS."""
+    state: Mapped[str]
+    """One of service.alerting.states."""
+    began_at: Mapped[datetime]
+    """Since when what it tells of has been so."""
+    onset_event_id: Mapped[int | None] = mapped_column(ForeignKey("event.id"))
+    """First event that shows it; None of what goes by the clock."""
+    raised_event_id: Mapped[int | None] = mapped_column(ForeignKey("event.id"), index=True)
+    """Event whose result made it fire, and whose message tells of it."""
+    event_ids: Mapped[list[int]]
+    """Events that triggered it."""
+    channels: Mapped[list[str]]
+    evidence: Mapped[dict[str, Any]]
+    summary: Mapped[str] = mapped_column(Text)
+    sentences: Mapped[list[str]]
+    inhibited_by: Mapped[str | None]
+    """Cause of the alert that may explain it, and holds it back as long as it stands."""
+    opened_at: Mapped[datetime]
+    updated_at: Mapped[datetime]
+    """When its evidence was found last."""
+    fired_at: Mapped[datetime | None]
+    acknowledged_at: Mapped[datetime | None]
+    acknowledged_by: Mapped[str | None]
+    acknowledgement: Mapped[str | None] = mapped_column(Text)
+    """Note of who acknowledged it."""
+    closed_at: Mapped[datetime | None]
+    """When it was resolved or withdrawn."""
+    building: Mapped[Building] = relationship()
+    raised_event: Mapped[Event | None] = relationship(foreign_keys=raised_event_id)
+    changes: Mapped[list["AlertChange"]] = relationship(back_populates="alert", order_by="AlertChange.id")
+    inspections: Mapped[list["Inspection"]] = relationship(back_populates="alert", order_by="Inspection.id")
+
+
+class AlertChange(Base):
+    """A change of an alert's state, with what was known then."""
+
+    __tablename__ = "alert_change"
+    id: Mapped[int] = mapped_column(primary_key=True)
+    alert_id: Mapped[int] = mapped_column(ForeignKey("alert.id"), index=True)
+    at: Mapped[datetime]
+    state: Mapped[str]
+    """After the change."""
+    by: Mapped[str | None]
+    """Who did it; None of the service itself."""
+    note: Mapped[str] = mapped_column(Text)
+    """Why."""
+    summary: Mapped[str] = mapped_column(Text)
+    evidence: Mapped[dict[str, Any]]
+    alert: Mapped[Alert] = relationship(back_populates="changes")
+
+
+class Inspection(Base):
+    """What somebody found at the building, which ends an alert."""
+
+    __tablename__ = "inspection"
+    id: Mapped[int] = mapped_column(primary_key=True)
+    alert_id: Mapped[int] = mapped_column(ForeignKey("alert.id"), index=True)
+    at: Mapped[datetime]
+    by: Mapped[str]
+    outcome: Mapped[str]
+    """One of service.alerting.acts.OUTCOMES."""
+    note: Mapped[str] = mapped_column(Text)
+    begins_reference: Mapped[bool]
+    """Whether a new reference period began with it."""
+    evidence: Mapped[dict[str, Any]]
+    """What was known of the alert then: what is worse later on is a new one."""
+    alert: Mapped[Alert] = relationship(back_populates="inspections")
+
+
+class Silence(Base):
+    """A time during which nobody is told of some alerts of a building; they are kept and shown all the same."""
+
+    __tablename__ = "silence"
+    id: Mapped[int] = mapped_column(primary_key=True)
+    building_id: Mapped[int] = mapped_column(ForeignKey("building.id"), index=True)
+    pattern: Mapped[str]
+    """Of causes, with * and ?."""
+    starts_at: Mapped[datetime]
+    ends_at: Mapped[datetime]
+    reason: Mapped[str] = mapped_column(Text)
+    by: Mapped[str]
+    created_at: Mapped[datetime]
+    ended_by: Mapped[str | None]
+    """Who ended it before its time."""
+    building: Mapped[Building] = relationship()
+
+
+class Telling(Base):
+    """What was said of an event or an alert; what is said anew makes a new row and keeps this one."""
+
+    __tablename__ = "telling"
+    __table_args__ = (UniqueConstraint("building_id", "key", "number"),)
+    id: Mapped[int] = mapped_column(primary_key=True)
+    building_id: Mapped[int] = mapped_column(ForeignKey("building.id"))
+    key: Mapped[str]
+    """`event/17` or `alert/5`."""
+    number: Mapped[int]
+    """1 for the first, then counted up."""
+    sequence: Mapped[str]
+    """`new`, `updated` or `cancelled`."""
+    severity: Mapped[str]
+    digest: Mapped[str]
+    """Of what it says: the same is not said twice."""
+    subject: Mapped[str] = mapped_column(Text)
+    sentences: Mapped[list[str]]
+    said_at: Mapped[datetime]

@@ -1,0 +1,28 @@
+"""The table of what people did."""
+
+from datetime import datetime
+from typing import Any
+
+from sqlalchemy.orm import Mapped, mapped_column
+
+from service.database.base import Base
+
+
+class AuditEntry(Base):
+    """Something that a person did, through the API, a page or a command, that was to change anything."""
+
+    __tablename__ = "audit_entry"
+    id: Mapped[int] = mapped_column(primary_key=True)
+    at: Mapped[datetime] = mapped_column(index=True)
+    by: Mapped[str]
+    """Name of the key, or of the account that gave the command."""
+    address: Mapped[str]
+    """From where: an address, or the name of the machine for a command."""
+    action: Mapped[str]
+    """The operation, such as `acknowledge_alert` or `menshin building add`."""
+    target: Mapped[str]
+    """What it was done to: a path of the API, or the command's arguments."""
+    details: Mapped[dict[str, Any]]
+    """What was asked for, without secrets."""
+    outcome: Mapped[str]
+    """`done`, or why not."""
