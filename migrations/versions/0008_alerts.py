@@ -3,8 +3,8 @@
 import sqlalchemy as sa
 from alembic import op
 
-revision = "0007_alerts"
-down_revision = "0006_diagnoses"
+revision = "0008_alerts"
+down_revision = "0007_notices"
 branch_labels = None
 depends_on = None
 
