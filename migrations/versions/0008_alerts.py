@@ -10,7 +10,7 @@ depends_on = None
 
 
 def upgrade() -> None:
-    """Six new tables."""
+    """Five new tables."""
     op.create_table(
         "audit_entry",
         sa.Column("id", sa.Integer(), nullable=False),
@@ -39,22 +39,6 @@ def upgrade() -> None:
         sa.PrimaryKeyConstraint("id", name=op.f("pk_silence")),
     )
     op.create_index(op.f("ix_silence_building_id"), "silence", ["building_id"])
-    op.create_table(
-        "telling",
-        sa.Column("id", sa.Integer(), nullable=False),
-        sa.Column("building_id", sa.Integer(), nullable=False),
-        sa.Column("key", sa.String(), nullable=False),
-        sa.Column("number", sa.Integer(), nullable=False),
-        sa.Column("sequence", sa.String(), nullable=False),
-        sa.Column("severity", sa.String(), nullable=False),
-        sa.Column("digest", sa.String(), nullable=False),
-        sa.Column("subject", sa.Text(), nullable=False),
-        sa.Column("sentences", sa.JSON(none_as_null=True), nullable=False),
-        sa.Column("said_at", sa.DateTime(timezone=True), nullable=False),
-        sa.ForeignKeyConstraint(["building_id"], ["building.id"], name=op.f("fk_telling_building_id_building")),
-        sa.PrimaryKeyConstraint("id", name=op.f("pk_telling")),
-        sa.UniqueConstraint("building_id", "key", "number", name=op.f("uq_telling_building_id_key_number")),
-    )
     op.create_table(
         "alert",
         sa.Column("id", sa.Integer(), nullable=False),
@@ -128,6 +112,5 @@ def downgrade() -> None:
     op.drop_table("inspection")
     op.drop_table("alert_change")
     op.drop_table("alert")
-    op.drop_table("telling")
     op.drop_table("silence")
     op.drop_table("audit_entry")

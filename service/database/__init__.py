@@ -3,7 +3,7 @@
 All of them are imported here, for SQLAlchemy finds a table by name only once its module is.
 """
 
-from service.database.alerts import Alert, AlertChange, Inspection, Silence, Telling
+from service.database.alerts import Alert, AlertChange, Inspection, Silence
 from service.database.analyses import Analysis, CycleResult, DirectionResult, LayerResult, ModeResult
 from service.database.audit import AuditEntry
 from service.database.base import Base
@@ -47,6 +47,5 @@ __all__ = [
     "Revision",
     "Silence",
     "SourceState",
-    "Telling",
     "Waveform",
 ]

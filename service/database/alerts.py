@@ -3,7 +3,7 @@
 from datetime import datetime
 from typing import Any
 
-from sqlalchemy import ForeignKey, Index, Text, UniqueConstraint, column
+from sqlalchemy import ForeignKey, Index, Text, column
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
 from service.database.base import Base
@@ -110,24 +110,3 @@ class Silence(Base):
     ended_by: Mapped[str | None]
     """Who ended it before its time."""
     building: Mapped[Building] = relationship()
-
-
-class Telling(Base):
-    """What was said of an event or an alert; what is said anew makes a new row and keeps this one."""
-
-    __tablename__ = "telling"
-    __table_args__ = (UniqueConstraint("building_id", "key", "number"),)
-    id: Mapped[int] = mapped_column(primary_key=True)
-    building_id: Mapped[int] = mapped_column(ForeignKey("building.id"))
-    key: Mapped[str]
-    """`event/17` or `alert/5`."""
-    number: Mapped[int]
-    """1 for the first, then counted up."""
-    sequence: Mapped[str]
-    """`new`, `updated` or `cancelled`."""
-    severity: Mapped[str]
-    digest: Mapped[str]
-    """Of what it says: the same is not said twice."""
-    subject: Mapped[str] = mapped_column(Text)
-    sentences: Mapped[list[str]]
-    said_at: Mapped[datetime]
