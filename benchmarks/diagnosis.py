@@ -76,9 +76,13 @@ def run(trials: Sequence[tuple[str, int]], kept: Path) -> None:
     missing = [one for one in trials if one not in there]
     with ProcessPoolExecutor(PROCESSES, get_context("spawn")) as pool, kept.open("a", encoding="utf-8") as lines:
         waiting = [pool.submit(row, *one) for one in missing]
-        for done in track(as_completed(waiting), "diagnosing", total=len(missing)):
-            lines.write(json.dumps(asdict(done.result())) + "\n")
-            lines.flush()
+        try:
+            for done in track(as_completed(waiting), "diagnosing", total=len(missing)):
+                lines.write(json.dumps(asdict(done.result())) + "\n")
+                lines.flush()
+        except BaseException:  # else those that wait would be run first, and nobody keep them
+            pool.shutdown(cancel_futures=True)
+            raise
 
 
 def read(kept: Path) -> list[Row]:
@@ -168,7 +172,8 @@ def _share(rows: Sequence[Row], is_so: Callable[[Row], bool]) -> str:
 
 
 def _quantile(rows: Sequence[Row], share: float) -> str:
-    return f"{np.quantile([one.after for one in rows], share):.3f}" if rows else "none run"
+    left = [one.after for one in rows if isfinite(one.after)]
+    return f"{np.quantile(left, share):.3f}" if left else "none run"
 
 
 def _mean(values: Iterable[float]) -> str:

@@ -3,6 +3,7 @@
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import nan
 from pathlib import Path
 from time import process_time
 
@@ -22,7 +23,11 @@ from core.known_superstructure import known_superstructure
 from core.modal_response import Axis, respond
 from core.observation import Observation, observations
 from core.record import Segment
+from core.suspect import Suspect
 from core.suspicion import suspicions
+
+REFUSED = "refused"
+"""Outcome where no earthquake can be used and nothing is suspected."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +66,9 @@ def row(case: str, seed: int) -> Row:
     made = trial(case, seed)
     analyses = [analysed(event, made) for event in made.events]
     seen = [one for number, found in enumerate(analyses) for one in _along_x(found, made, number)]
-    fitted = seen[: len(made.fitted)]
+    fitted = [one for one in seen if one.start < made.events[len(made.fitted)].start]
+    if not fitted:
+        return _of_sensors_alone(made, analyses)
     begun = process_time()
     found = diagnosed(fitted, first_model(made.described).isolator)
     seconds = process_time() - begun
@@ -77,12 +84,38 @@ def row(case: str, seed: int) -> Row:
         found.is_unknown,
         tuple(step.chosen.effect for step in found.steps),
         tuple(tuple(one.effect for one in step.ranking.asked_for) for step in found.steps),
-        tuple(f"{one.kind}@{one.channel}" for one in suspects),
+        _named(suspects),
         found.before.over_floor,
         found.unexplained.over_floor,
         *(_predicted(model, seen, analyses, made) for model in _models(found)),
         seconds,
     )
+
+
+def _of_sensors_alone(made: Trial, analyses: Sequence[EventAnalysis]) -> Row:
+    """Every earthquake was refused: what is suspected is the diagnosis, as in `menshin model diagnose`."""
+    suspects = suspicions(analyses[: len(made.fitted)], made.described)
+    return Row(
+        case=made.case,
+        seed=made.seed,
+        noise=made.noise.level,
+        misfit=made.misfit,
+        hidden=made.effects,
+        outcome=suspects[0].cause.value if suspects else REFUSED,
+        unknown=False,
+        named=(),
+        sets=(),
+        suspects=_named(suspects),
+        before=nan,
+        after=nan,
+        predicted=nan,
+        predicted_before=nan,
+        seconds=0.0,
+    )
+
+
+def _named(suspects: Sequence[Suspect]) -> tuple[str, ...]:
+    return tuple(f"{one.kind}@{one.channel}" for one in suspects)
 
 
 def analysed(event: Event, made: Trial) -> EventAnalysis:
@@ -110,17 +143,18 @@ def _models(found: Diagnosis) -> tuple[Isolator, Isolator]:
 
 def _predicted(model: Isolator, seen: Sequence[Observation], analyses: Sequence[EventAnalysis], made: Trial) -> float:
     """Of the earthquake after those that were fitted; NaN where it was not analysed."""
-    if len(seen) <= len(made.fitted):
-        return float("nan")
-    new, states = seen[len(made.fitted)], None
-    for one in seen[: len(made.fitted)]:
+    event = made.events[len(made.fitted)]
+    new = next((one for one in seen if one.start >= event.start), None)
+    if new is None:
+        return nan
+    states = None
+    for one in seen[: seen.index(new)]:
         answer = driven(
             model, one.layer.displacement, one.layer.velocity, one.rate, conditions=one.conditions, states=states
         )
         states = carried(model, answer.states)
     forces = [one.directions["x"].restoring_force for one in analyses[: len(made.fitted)] if "x" in one.directions]
     known = known_superstructure(forces, made.described)
-    event = made.events[len(made.fitted)]
     axis = Axis(known.modes, event.ground[0], new.conditions, states)
     response = respond(axis, made.described.base_mass, model, new.rate)
     exact = event.displacement[0]

@@ -12,6 +12,7 @@ from enum import Enum
 import numpy as np
 
 from core.effects import EFFECTS
+from core.errors import RecordError
 from core.fitting import Fit, chi_square
 from core.isolator import Isolator
 from core.layer_columns import Evidence
@@ -126,7 +127,13 @@ def diagnosed(
         model: effects and values.
         effects: names of those that may be added.
         tell: called after each ranking that asks for another one, with what was found so far, in words.
+
+    Raises:
+        RecordError: no observation.
+        ModelError: a model's force grew beyond all bounds.
     """
+    if not observations:
+        raise RecordError("no earthquake is left to diagnose by; one that was analysed in this direction would do")
     by_noise = Evidence.by_noise(sorted(observations, key=lambda one: one.start))
     first = last = ranked(by_noise, model, _absent(effects, model))
     steps: list[Step] = []
