@@ -22,6 +22,7 @@ from core.quality import Finding
 from core.reconciliation import reconciled
 from core.record import Direction, Record, Segment
 from core.reliance import reliance_findings
+from core.sensor_health import SensorHealth, sensor_health
 
 ABOVE_NOISE = 10.0
 """Of the displacement's noise: the smallest amplitude of a cycle that is reported."""
@@ -94,6 +95,8 @@ class EventAnalysis:
     """°C, mean of what thermometers measured; None where nothing did."""
     band: tuple[float, float] | None = None
     """Hz, that the accelerations had passed from which forces were estimated; None if nothing was."""
+    sensors: tuple[SensorHealth, ...] = ()
+    """Noise and gain of every channel that could be used."""
 
     @property
     def orbit(self) -> Matrix | None:
@@ -151,6 +154,7 @@ def analyse(segments: Sequence[Segment], description: BuildingDescription, setti
         record=levels.record,
         temperature=_temperature(segments, description),
         band=settings.band,
+        sensors=sensor_health(record, levels.record, description),
     )
 
 

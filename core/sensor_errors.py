@@ -5,17 +5,15 @@ differences: that hypothesis has the greatest evidence, each sensor's error bein
 those said to err (spike and slab: Mitchell and Beauchamp, 1988).
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from core.arrays import Matrix, Vector
 from core.description import BuildingDescription
-from core.errors import RecordError
-from core.floor_agreement import floor_agreement
-from core.layer_agreement import layer_agreement
 from core.record import Direction, Record
+from core.sensor_differences import SensorDifference, sensor_differences
 
 TYPICAL = np.array([0.01, 1e-3, 2e-5])
 """1, s and s/s: standard deviations of gain, delay and rate of delay of a sensor that is as it should be."""
@@ -74,7 +72,7 @@ def sensor_errors(
         description: of the building.
         direction: horizontal.
     """
-    differences = [found for record in records for found in _differences(record, description, direction)]
+    differences = [found for record in records for found in sensor_differences(record, description, direction)]
     known = _gathered(differences)
     erring: list[Unit] = []
     others: list[tuple[str, ...]] = []
@@ -94,50 +92,15 @@ def sensor_errors(
     )
 
 
-_Difference = tuple[tuple[str, ...], str, Vector, Matrix]
-"""Channels, the one they are held against, and by how much they differ, with covariance."""
-
-
-def _differences(record: Record, description: BuildingDescription, direction: Direction) -> Iterator[_Difference]:
-    """Between the sensors of one record."""
-    found = {
-        (channel.level, channel.quantity): (channel.id, row)
-        for channel, row in zip(record.channels, record.samples, strict=True)
-        if channel.direction == direction
-    }
-    base = found.get((description.base.name, "acceleration"))
-    ground, layer = (
-        found.get((description.ground.name, "acceleration")),
-        found.get((description.base.name, "displacement")),
-    )
-    floors = [found[f.name, "acceleration"] for f in description.floors if (f.name, "acceleration") in found]
-    if base is None:
-        return
-    try:
-        if ground is not None and layer is not None:
-            across = layer_agreement(layer[1], base[1], ground[1], record.rate)
-            if across is not None:
-                yield (base[0], ground[0]), layer[0], across.value, across.covariance
-        if floors:
-            above = floor_agreement(base[1], np.array([row for _, row in floors]), record.rate)
-            if above is not None:
-                yield tuple(name for name, _ in floors), base[0], above.value, above.covariance
-    except RecordError:  # too short to know its noise: nothing is concluded
-        return
-
-
-def _gathered(differences: Sequence[_Difference]) -> _Known:
-    channels = tuple(sorted({name for own, other, *_ in differences for name in (*own, other)}))
+def _gathered(differences: Sequence[SensorDifference]) -> _Known:
+    channels = tuple(sorted({name for one in differences for name in (*one.channels, one.against)}))
     size = 3 * len(channels)
     information, pull = np.zeros((size, size)), np.zeros(size)
-    for own, other, value, covariance in differences:
-        between = np.zeros((len(own), len(channels)))
-        between[np.arange(len(own)), [channels.index(name) for name in own]] = 1.0
-        between[:, channels.index(other)] = -1.0
-        rows = np.kron(between, np.eye(3))
-        weighted = np.linalg.solve(covariance, rows)
+    for one in differences:
+        rows = np.kron(one.between(channels), np.eye(3))
+        weighted = np.linalg.solve(one.covariance, rows)
         information += rows.T @ weighted
-        pull += weighted.T @ value
+        pull += weighted.T @ one.value
     return _Known(channels, information, pull)
 
 

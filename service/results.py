@@ -27,6 +27,7 @@ from service.database import (
     ModeResult,
     Recording,
     Revision,
+    SensorResult,
     Waveform,
 )
 from service.jobs import Claim
@@ -117,11 +118,13 @@ def store(session: Session, claim: Claim, inputs: Inputs, result: EventAnalysis,
         refusal=result.refusal,
         peaks=dict(result.peaks),
         pga=result.pga,
+        temperature=result.temperature,
         directions=[
             _direction_result(name, direction, result, inputs.description)
             for name, direction in result.directions.items()
         ],
         layer=_layer_result(result),
+        sensors=[SensorResult(**asdict(sensor)) for sensor in result.sensors],
     )
     session.add(analysis)
     return analysis

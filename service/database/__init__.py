@@ -4,7 +4,7 @@ All of them are imported here, for SQLAlchemy finds a table by name only once it
 """
 
 from service.database.alerts import Alert, AlertChange, Inspection, Silence
-from service.database.analyses import Analysis, CycleResult, DirectionResult, LayerResult, ModeResult
+from service.database.analyses import Analysis, CycleResult, DirectionResult, LayerResult, ModeResult, SensorResult
 from service.database.audit import AuditEntry
 from service.database.base import Base
 from service.database.buildings import Building, Revision
@@ -45,6 +45,7 @@ __all__ = [
     "Receiver",
     "Recording",
     "Revision",
+    "SensorResult",
     "Silence",
     "SourceState",
     "Waveform",

@@ -33,9 +33,12 @@ class Analysis(Base):
     """Per channel id, SI units."""
     pga: Mapped[float | None]
     """m/s², the largest horizontal ground acceleration."""
+    temperature: Mapped[float | None]
+    """°C, mean of what thermometers measured."""
     event: Mapped[Event] = relationship(back_populates="analyses")
     directions: Mapped[list["DirectionResult"]] = relationship(back_populates="analysis")
     layer: Mapped["LayerResult | None"] = relationship(back_populates="analysis")
+    sensors: Mapped[list["SensorResult"]] = relationship(back_populates="analysis", order_by="SensorResult.channel")
 
 
 class DirectionResult(Base):
@@ -136,3 +139,19 @@ class CycleResult(Base):
     c_eq: Mapped[float]
     c_eq_std: Mapped[float]
     result: Mapped[DirectionResult] = relationship(back_populates="cycles")
+
+
+class SensorResult(Base):
+    """How one channel did in an event (core.sensor_health)."""
+
+    __tablename__ = "sensor_result"
+    __table_args__ = (UniqueConstraint("analysis_id", "channel"),)
+    id: Mapped[int] = mapped_column(primary_key=True)
+    analysis_id: Mapped[int] = mapped_column(ForeignKey("analysis.id"), index=True)
+    channel: Mapped[str]
+    noise: Mapped[float | None]
+    """SI units, standard deviation at rest."""
+    gain: Mapped[float | None]
+    """Over that of the other sensors of its direction."""
+    gain_std: Mapped[float | None]
+    analysis: Mapped[Analysis] = relationship(back_populates="sensors")

@@ -17,7 +17,16 @@ from service.errors import ConflictError, NotFoundError, documented
 from service.levels import LevelError
 from service.parameters import AnalysisId, Id, Reading, Writing
 from service.queries import analysis_results, earthquakes, layer_results
-from service.schemas.analyses import DirectionOut, FindingOut, LayerOut, ModeOut, PeakOut, Provenance, RelianceOut
+from service.schemas.analyses import (
+    DirectionOut,
+    FindingOut,
+    LayerOut,
+    ModeOut,
+    PeakOut,
+    Provenance,
+    RelianceOut,
+    SensorOut,
+)
 from service.schemas.events import EventOut, WaveformOut
 from service.schemas.operations import JobOut
 from service.schemas.requests import AnalysisRequest
@@ -43,11 +52,13 @@ def event(request: Request, event_id: Id, sessions: Reading, analysis: AnalysisI
             state=found.state,
             reason=found.reason,
             pga=shown.pga if shown else None,
+            temperature=shown.temperature if shown else None,
             waveforms=[WaveformOut.model_validate(waveform) for waveform in found.waveforms],
             analysis=Provenance.model_validate(shown) if shown else None,
             earlier=[Provenance.model_validate(one) for one in made if one is not shown],
             quality=[FindingOut.model_validate(finding) for finding in shown.quality] if shown else [],
             peaks=peaks(shown, described(session, found.building).description) if shown else [],
+            sensors=[SensorOut.model_validate(sensor) for sensor in shown.sensors] if shown else [],
             directions=directions(session, shown.id) if shown else [],
             layer=layer(session, shown.id) if shown else None,
         )

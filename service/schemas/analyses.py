@@ -29,6 +29,20 @@ class PeakOut(Answer):
     peak: Number | None = Field(description="m/s², m/s, m or °C, by quantity; null where the channel held no number.")
 
 
+class SensorOut(Answer):
+    """How a channel did in the event."""
+
+    channel: str = Field(description="Id of the channel.")
+    noise: Number | None = Field(
+        description="m/s², m/s or m, standard deviation in the quietest fifth of the record; null where that is too "
+        "short to know it."
+    )
+    gain: Number | None = Field(
+        description="Over that of the other sensors of its direction, 1 if they agree; null where nothing tells it."
+    )
+    gain_std: Number | None = Field(description="Null where the gain is.")
+
+
 class ModeOut(Answer):
     """A fixed-base mode of the superstructure."""
 

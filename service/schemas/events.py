@@ -4,7 +4,7 @@ from datetime import datetime
 
 from pydantic import Field
 
-from service.schemas.analyses import DirectionOut, FindingOut, LayerOut, PeakOut, Provenance
+from service.schemas.analyses import DirectionOut, FindingOut, LayerOut, PeakOut, Provenance, SensorOut
 from service.schemas.answer import Answer, Number
 
 
@@ -46,10 +46,12 @@ class EventOut(Answer):
     state: str = Field(description="`gathering`, `queued`, `analysed`, `refused` or `failed`.")
     reason: str | None = Field(description="Why it was refused or failed; null where it was not.")
     pga: Number | None = Field(description="m/s², largest horizontal ground acceleration; null where not known.")
+    temperature: Number | None = Field(description="°C, mean of its thermometers; null where nothing measured it.")
     waveforms: list[WaveformOut] = Field(description="The pieces of its channels.")
     analysis: Provenance | None = Field(description="The analysis that is shown; null before the first.")
     earlier: list[Provenance] = Field(description="The other analyses.")
     quality: list[FindingOut] = Field(description="What screening found.")
     peaks: list[PeakOut] = Field(description="Of every channel.")
+    sensors: list[SensorOut] = Field(description="Of every channel that could be used.")
     directions: list[DirectionOut] = Field(description="Empty before the analysis, or where it was refused.")
     layer: LayerOut | None = Field(description="Null where nothing is known across the directions.")
