@@ -1,0 +1,1 @@
+"""Has what is measured event after event drifted from what its amplitude and temperature let expect?"""

@@ -1,0 +1,134 @@
+"""Has this series drifted? Its baseline, the value of every event, and what alarms."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from datetime import datetime
+from math import ceil
+
+import numpy as np
+
+from core.drift.alarm import Alarm
+from core.drift.alarms import alarms
+from core.drift.baseline import FEWEST, Baseline, fitted
+from core.drift.event_value import Deviation, EventNotes, EventValue, covariance, deviations, relative
+from core.drift.points import Dated, Points, dated_events, points
+from core.drift.series import Series
+from core.drift.watched import Quantity, quantity
+
+GROWTH = 1.15
+"""By which the reference grows from one attempt to the next until it determines the curve."""
+NOTHING = EventNotes()
+
+
+@dataclass(frozen=True, slots=True)
+class Reference:
+    """The period in which the building counts as healthy, both ends included."""
+
+    start: datetime | None = None
+    """None: from the first event on."""
+    end: datetime | None = None
+    """None: the first events until the curve is determined."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Monitoring:
+    """What is known of the drift of one series."""
+
+    series: Series
+    baseline: Baseline | None
+    """None as long as nothing can be expected."""
+    wanted: int
+    """Events that the reference still lacks."""
+    values: tuple[EventValue, ...]
+    """In order of time; empty without a baseline."""
+    alarms: tuple[Alarm, ...]
+    """In the order in which they were raised."""
+
+
+def monitor(series: Series, reference: Reference, notes: Mapping[int, EventNotes]) -> Monitoring:
+    """Baseline, values and alarms of a series: the same whatever the order in which its observations came.
+
+    Args:
+        series: everything that was measured of one quantity.
+        reference: when the building counts as healthy.
+        notes: by event, where there is something to note.
+
+    Raises:
+        ModelError: the quantity is none that is watched.
+    """
+    known = quantity(series.quantity)
+    dated = _with_observations(series)
+    every = points(series, dated)
+    healthy = [n for n, one in enumerate(dated) if _is_healthy(one, reference, notes)]
+    if len(healthy) < FEWEST:
+        return Monitoring(series, None, FEWEST - len(healthy), (), ())
+    baseline = _baseline(known, every, dated, healthy, _sizes(len(healthy), reference))
+    found = deviations(every, len(dated), baseline)
+    values = _values(found, dated, baseline, notes)
+    judged = _judged(values, baseline) if reference.end is not None or not baseline.wanted else []
+    raised = alarms(known, baseline, [dated[n] for n in judged], [found[n] for n in judged])
+    return Monitoring(series, baseline, baseline.wanted, values, raised)
+
+
+def _with_observations(series: Series) -> list[Dated]:
+    """Events with a usable observation."""
+    dated = dated_events(series)
+    used = set(points(series, dated).event.tolist())
+    return [one for n, one in enumerate(dated) if n in used]
+
+
+def _is_healthy(one: Dated, reference: Reference, notes: Mapping[int, EventNotes]) -> bool:
+    after_start = reference.start is None or one.time >= reference.start
+    before_end = reference.end is None or one.time <= reference.end
+    return after_start and before_end and not notes.get(one.event, NOTHING).inhibiting
+
+
+def _sizes(count: int, reference: Reference) -> list[int]:
+    """How many of the healthy events the reference is tried with, one after the other."""
+    if reference.end is not None:
+        return [count]
+    sizes = [FEWEST]
+    while sizes[-1] < count:
+        sizes.append(min(count, ceil(sizes[-1] * GROWTH)))
+    return sizes
+
+
+def _baseline(
+    known: Quantity, every: Points, dated: Sequence[Dated], healthy: Sequence[int], sizes: Sequence[int]
+) -> Baseline:
+    """Of the first size that determines the curve, or of the last."""
+    for size in sizes:
+        chosen = np.array(healthy[:size])
+        rows = every.chosen(np.isin(every.event, chosen))
+        own = replace(rows, event=np.searchsorted(chosen, rows.event))
+        baseline = fitted(known, own, tuple(dated[n].event for n in chosen))
+        if not baseline.wanted:
+            break
+    return baseline
+
+
+def _values(
+    found: Sequence[Deviation], dated: Sequence[Dated], baseline: Baseline, notes: Mapping[int, EventNotes]
+) -> tuple[EventValue, ...]:
+    std = np.sqrt(np.diag(covariance(found, baseline)))
+    reference = set(baseline.events)
+    return tuple(
+        EventValue(
+            event=when.event,
+            time=when.time,
+            value=relative(one.value, baseline),
+            std=float(error) * (1 + relative(one.value, baseline) if baseline.design.quantity.is_logarithmic else 1.0),
+            count=one.count,
+            is_reference=when.event in reference,
+            is_beyond=one.is_beyond,
+            is_inhibited=bool(notes.get(when.event, NOTHING).inhibiting),
+            causes=tuple(finding.message for finding in notes.get(when.event, NOTHING).inhibiting),
+        )
+        for when, one, error in zip(dated, found, std, strict=True)
+    )
+
+
+def _judged(values: Sequence[EventValue], baseline: Baseline) -> list[int]:
+    """Those after the reference that can be compared with it."""
+    last = max(n for n, one in enumerate(values) if one.is_reference)
+    return [n for n, one in enumerate(values) if n > last and not one.is_beyond and not one.is_inhibited]

@@ -1,0 +1,19 @@
+"""How is a change told to an engineer?"""
+
+from datetime import datetime
+
+from core.drift.rules import RECOVERY, SLOW, Rule
+from core.drift.watched import Quantity
+
+
+def message(known: Quantity, rule: Rule, onset: datetime, drift: float, low: float, high: float) -> str:
+    """One sentence with the change, its interval and since when."""
+    pace = {SLOW: "little by little since", RECOVERY: "come back since"}.get(rule.name, "since")
+    return f"the {known.title} has changed by {interval(known, drift, low, high)}, {pace} {onset:%Y-%m-%d %H:%M} UTC"
+
+
+def interval(known: Quantity, drift: float, low: float, high: float) -> str:
+    """As in "−8.1 % (95 %: −9.9 to −6.2 %)"."""
+    scale, unit = (100.0, "%") if known.is_logarithmic else (1000.0, "mm")
+    value, first, last = (f"{scale * number:+.1f}".replace("-", "−") for number in (drift, low, high))
+    return f"{value} {unit} (95 %: {first} to {last} {unit})"

@@ -1,0 +1,136 @@
+"""Histories of a healthy or a damaged isolation layer at random: what `core.drift` has to see through."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime, timedelta
+
+import numpy as np
+
+from core.arrays import Vector
+from core.drift.series import Observation, Series
+
+YEAR = 365.2425
+START = datetime(2001, 4, 1, tzinfo=UTC)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Plan:
+    """What a history is drawn from."""
+
+    events: int = 130
+    scatter: tuple[float, float] = (0.01, 0.02)
+    """Standard deviation from event to event, between these."""
+    own: tuple[float, float] = (0.01, 0.03)
+    """The same from cycle to cycle."""
+    outliers: float = 0.02
+    """Share of the events with five times the scatter."""
+    per_year: tuple[float, float] = (10.0, 60.0)
+    has_thermometer: bool = True
+    giant: bool = True
+    """Whether one earthquake, after the first twenty events, is several times the largest."""
+    scragging: float = 0.0
+    """Of the stiffness, lost for a while by the giant; half comes back within a month."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class History:
+    """What happened, before anything was lost."""
+
+    time: Vector
+    """(events,) days since START."""
+    temperature: Vector
+    """(events,) °C."""
+    common: Vector
+    """(events,) what the events have beside everything else, logarithm."""
+    amplitude: tuple[Vector, ...]
+    """m, of each event's cycles in order of time."""
+    value: tuple[Vector, ...]
+    """Logarithm of N/m, of each cycle."""
+    std: float
+    """Of each cycle's value, as it is given."""
+    giant: int | None
+    has_thermometer: bool
+
+
+def history(plan: Plan, seed: int) -> History:
+    """One building's, at random."""
+    rng = np.random.default_rng(seed)
+    curve, thermal = stiffness_curve(rng), rng.uniform(-0.008, -0.001)
+    time = np.cumsum(rng.exponential(YEAR / rng.uniform(*plan.per_year), plan.events))
+    temperature = weather(time, rng)
+    peak = np.minimum(2e-3 * (1 - rng.random(plan.events)) ** (-1 / 1.3), 0.12)
+    giant = int(rng.integers(22, plan.events)) if plan.giant else None
+    if giant is not None:
+        peak[giant] = peak.max() * rng.uniform(2, 5)
+    scatter, own = rng.uniform(*plan.scatter), rng.uniform(*plan.own)
+    common = scatter * rng.standard_normal(plan.events) * np.where(rng.random(plan.events) < plan.outliers, 5.0, 1.0)
+    common += thermal * (temperature - 15.0)
+    if giant is not None:
+        common[giant + 1 :] -= plan.scragging * 0.5 ** ((time[giant + 1 :] - time[giant]) / 30.0)
+    amplitudes = tuple(_amplitudes(one, rng) for one in peak)
+    values = tuple(
+        curve(a) + shift + own * rng.standard_normal(a.size) for a, shift in zip(amplitudes, common, strict=True)
+    )
+    return History(time, temperature, common, amplitudes, values, own, giant, plan.has_thermometer)
+
+
+def series(lived: History, change: Vector | None = None) -> Series:
+    """Of a history, with (events,) relative changes of the stiffness put on it."""
+    changes = np.zeros(lived.time.size) if change is None else change
+    found = [
+        Observation(
+            event=n,
+            time=START + timedelta(days=float(lived.time[n]), seconds=2.0 * m),
+            value=float(np.exp(value) * (1 + changes[n])),
+            std=float(lived.std * np.exp(value)),
+            amplitude=float(amplitude),
+            temperature=float(lived.temperature[n]) if lived.has_thermometer else None,
+        )
+        for n in range(lived.time.size)
+        for m, (amplitude, value) in enumerate(zip(lived.amplitude[n], lived.value[n], strict=True))
+    ]
+    return Series("stiffness", "x", tuple(found))
+
+
+def stiffness_curve(rng: np.random.Generator) -> Callable[[Vector], Vector]:
+    """Logarithm of a smoothed bilinear layer's equivalent stiffness, N/m, by amplitude in m."""
+    ratio, yielding, stiffness = rng.uniform(0.08, 0.5), rng.uniform(2e-3, 2e-2), 10 ** rng.uniform(7, 9.5)
+    hardening = rng.uniform(0.0, 1.0) * 10.0
+    sharpness = rng.uniform(0.8, 2.0)
+
+    def curve(amplitude: Vector) -> Vector:
+        share = (1 + (amplitude / yielding) ** sharpness) ** (-1 / sharpness)
+        relative = ratio + (1 - ratio) * share + ratio * hardening * amplitude**2
+        return np.asarray(np.log(stiffness * relative))
+
+    return curve
+
+
+def weather(days: Vector, rng: np.random.Generator) -> Vector:
+    """°C of the layer: the season, the hour, and what changes from week to week."""
+    season = rng.uniform(5, 12) * np.sin(2 * np.pi * (days - rng.uniform(0, YEAR)) / YEAR)
+    hour = rng.uniform(0, 3) * np.sin(2 * np.pi * days)
+    return np.asarray(15.0 + season + hour + 1.5 * rng.standard_normal(days.size))
+
+
+def stepped(lived: History, onset: int, loss: float) -> Vector:
+    """(events,) a loss that begins at an event."""
+    return np.where(np.arange(lived.time.size) >= onset, -loss, 0.0)
+
+
+def sloping(lived: History, onset: int, loss: float) -> Vector:
+    """(events,) a loss that grows with each event from one on."""
+    return -loss * np.maximum(0.0, np.arange(lived.time.size) - onset + 1.0)
+
+
+def cut(whole: Series, event: int) -> Series:
+    """As it was before an event."""
+    return replace(whole, observations=tuple(one for one in whole.observations if one.event < event))
+
+
+def _amplitudes(peak: float, rng: np.random.Generator) -> Vector:
+    """m, of an event's cycles: they rise fast and fall slowly to some tenths of the largest."""
+    count = int(rng.integers(6, 35))
+    rise = max(2, count // 4)
+    envelope = np.concatenate([np.linspace(0.2, 1.0, rise), np.geomspace(1.0, rng.uniform(0.05, 0.3), count - rise)])
+    return np.asarray(peak * envelope * np.exp(0.25 * rng.standard_normal(count)).clip(0.5, 1.3))
