@@ -20,6 +20,7 @@ class Act:
     cause: str
     at: datetime
     by: str
+    note: str
     ends: bool
     """Whether it was an inspection; an alert that was only acknowledged stands."""
     evidence: Mapping[str, Any]

@@ -2,17 +2,10 @@
 
 from datetime import datetime
 
+from service.alerting.acts import Act
 from service.alerting.found import Found
-from service.alerting.states import ACKNOWLEDGED, CLOSED, STANDING
+from service.alerting.states import CLOSED, STANDING
 from service.database import Alert, AlertChange
-
-
-def opened(building_id: int, found: Found, state: str, inhibited_by: str | None, note: str, now: datetime) -> Alert:
-    """A new alert with its first change."""
-    alert = Alert(building_id=building_id, cause=found.cause, inhibited_by=inhibited_by, opened_at=now)
-    follow(alert, found, now)
-    change(alert, state, None, note or found.summary, now)
-    return alert
 
 
 def follow(alert: Alert, found: Found, now: datetime) -> None:
@@ -23,13 +16,17 @@ def follow(alert: Alert, found: Found, now: datetime) -> None:
     alert.evidence, alert.summary, alert.sentences = dict(found.evidence), found.summary, list(found.sentences)
 
 
+def follow_act(alert: Alert, act: Act | None) -> None:
+    """Let an alert say who acknowledged it; nobody, where what somebody acknowledged was another thing, or less."""
+    at, by, note = (None, None, None) if act is None else (act.at, act.by, act.note)
+    alert.acknowledged_at, alert.acknowledged_by, alert.acknowledgement = at, by, note
+
+
 def change(alert: Alert, state: str, by: str | None, note: str, now: datetime) -> None:
     """Bring an alert into a state, and keep why, by whom and on which evidence."""
     alert.state = state
     if state in STANDING and alert.fired_at is None:
         alert.fired_at = now
-    if state == ACKNOWLEDGED and by is not None:
-        alert.acknowledged_at, alert.acknowledged_by, alert.acknowledgement = now, by, note
     if state in CLOSED:
         alert.closed_at = now
     alert.changes.append(

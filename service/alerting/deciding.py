@@ -39,6 +39,8 @@ class Verdict:
     inhibited_by: str | None = None
     note: str = ""
     """Why it is so, where its finding does not say that."""
+    act: Act | None = None
+    """By which it is acknowledged."""
 
 
 def decide(found: Sequence[Found], standing: Sequence[Standing], acts: Sequence[Act]) -> tuple[Verdict, ...]:
@@ -66,7 +68,8 @@ def _found(one: Found, live: Sequence[Found], before: Standing | None, acts: Seq
     elif (by := inhibitor(one, live)) is not None:
         yield Verdict(one.cause, INHIBITED, one, by.cause, f"Held back by {by.cause}: {by.summary}.")
     else:
-        yield Verdict(one.cause, FIRING if latest(acts, one, ends=False) is None else ACKNOWLEDGED, one)
+        act = latest(acts, one, ends=False)
+        yield Verdict(one.cause, FIRING if act is None else ACKNOWLEDGED, one, act=act)
 
 
 def _inspected(found: Sequence[Found], answered: dict[str, Act | None]) -> Iterator[Verdict]:

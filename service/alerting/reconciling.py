@@ -6,7 +6,7 @@ from datetime import datetime
 from sqlalchemy.orm import Session
 
 from service.alerting.acts import Act
-from service.alerting.changing import change, follow, opened
+from service.alerting.changing import change, follow, follow_act
 from service.alerting.deciding import Standing, Verdict, decide
 from service.alerting.found import KINDS, Found, Scope
 from service.database import Alert, Building
@@ -49,11 +49,11 @@ def acts(session: Session, building_id: int) -> list[Act]:
     """What people did about the building's alerts, ended ones too."""
     return [
         *(
-            Act(cause, change.at, change.by or "", ends=False, evidence=change.evidence)
+            Act(cause, change.at, change.by or "", change.note, ends=False, evidence=change.evidence)
             for cause, change in alerts.acknowledgements(session, building_id)
         ),
         *(
-            Act(cause, inspection.at, inspection.by, ends=True, evidence=inspection.evidence)
+            Act(cause, inspection.at, inspection.by, inspection.note, ends=True, evidence=inspection.evidence)
             for cause, inspection in alerts.inspections(session, building_id)
         ),
     ]
@@ -71,11 +71,13 @@ def _standing(session: Session, alert: Alert) -> Standing:
 
 def _apply(session: Session, building_id: int, alert: Alert | None, verdict: Verdict, now: datetime) -> None:
     if alert is None:
-        if verdict.found is not None:
-            session.add(opened(building_id, verdict.found, verdict.state, verdict.inhibited_by, verdict.note, now))
-        return
+        if verdict.found is None:
+            return
+        alert = Alert(building_id=building_id, cause=verdict.cause, opened_at=now)
+        session.add(alert)
     if verdict.found is not None:
         follow(alert, verdict.found, now)
+        follow_act(alert, verdict.act)
     if (alert.state, alert.inhibited_by) != (verdict.state, verdict.inhibited_by):
         alert.inhibited_by = verdict.inhibited_by
         change(alert, verdict.state, None, verdict.note or alert.summary, now)

@@ -14,11 +14,11 @@ def states(*found: Found, standing: tuple[Standing, ...] = (), acts: tuple[Act, 
 
 
 def acknowledged(found: Found) -> Act:
-    return Act(found.cause, NOW, "Jo", ends=False, evidence=found.evidence)
+    return Act(found.cause, NOW, "Jo", "a note", ends=False, evidence=found.evidence)
 
 
 def inspected(found: Found) -> Act:
-    return Act(found.cause, NOW, "Jo", ends=True, evidence=found.evidence)
+    return Act(found.cause, NOW, "Jo", "a note", ends=True, evidence=found.evidence)
 
 
 def test_evidence_gathers_then_fires_and_is_acknowledged() -> None:
