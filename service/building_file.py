@@ -5,13 +5,14 @@ from dataclasses import dataclass
 from datetime import datetime
 from math import radians
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 from core.description import BuildingDescription, IsolationDesign, IsolationLayer, Level
 from core.record import Channel
-from service.building_tables import BuildingTable, ChannelTable, SourceTable
+from service.building_tables import BuildingTable, ChannelTable, ReceiverTable, SourceTable
 from service.formats.errors import FormatError
 from service.formats.units import Gain, unit_gain
+from service.receiver_rules import SEVERITIES, ReceiverKind, ReceiverRule, wanted_kinds, wrong_address, wrong_secret
 from service.toml_problems import Problem, TomlError, checked, wrong_keys
 
 
@@ -50,6 +51,7 @@ class BuildingFile:
     longitude: float | None
     timezone: str
     """IANA name."""
+    receivers: tuple[ReceiverRule, ...]
 
 
 def read(text: str, folder: Path) -> BuildingFile:
@@ -63,7 +65,7 @@ def read(text: str, folder: Path) -> BuildingFile:
         BuildingFileError: with every problem of the file, not only the first.
     """
     try:
-        document = checked(text, (_wrong_keys, _wrong_levels, _wrong_source, _wrong_channels))
+        document = checked(text, (_wrong_keys, _wrong_levels, _wrong_source, _wrong_channels, _wrong_receivers))
     except TomlError as error:
         raise BuildingFileError(error.problems) from None
     return _building(BuildingTable.model_validate(document), folder)
@@ -157,6 +159,20 @@ def _wrong_unit(index: int, channel: Mapping[str, Any]) -> Iterator[Problem]:
         yield ("channel", index, "unit"), f"{unit!r} is a unit of {meant}, but this channel measures {quantity}"
 
 
+def _wrong_receivers(document: Mapping[str, Any]) -> Iterator[Problem]:
+    """Receivers that are there twice, or that nothing could reach; no secret is repeated."""
+    receivers = _rows(document, "receiver")
+    yield from _duplicates(receivers, "receiver", "name")
+    for index, receiver in enumerate(receivers):
+        kind, address, secret = str(receiver.get("kind")), receiver.get("address"), receiver.get("secret")
+        if kind not in get_args(ReceiverKind):
+            continue
+        if isinstance(address, str) and address and (problem := wrong_address(kind, address)):
+            yield ("receiver", index, "address"), problem
+        if (secret is None or isinstance(secret, str)) and (problem := wrong_secret(kind, secret)):
+            yield ("receiver", index, *(["secret"] if secret is not None else [])), problem
+
+
 def _building(table: BuildingTable, folder: Path) -> BuildingFile:
     design = IsolationDesign(**table.isolation.design.model_dump())
     description = BuildingDescription(
@@ -173,6 +189,7 @@ def _building(table: BuildingTable, folder: Path) -> BuildingFile:
         latitude=table.latitude,
         longitude=table.longitude,
         timezone=table.timezone,
+        receivers=tuple(_receiver(receiver) for receiver in table.receiver),
     )
 
 
@@ -186,6 +203,17 @@ def _source(table: SourceTable, folder: Path) -> SourceFile:
     if table.kind == "folder":
         values["location"] = str((folder / table.location).resolve())
     return SourceFile(**values)
+
+
+def _receiver(table: ReceiverTable) -> ReceiverRule:
+    return ReceiverRule(
+        name=table.name,
+        kind=table.kind,
+        address=table.address,
+        secret=table.secret,
+        kinds=tuple(table.kinds or wanted_kinds(table.kind)),
+        severities=tuple(table.severities or SEVERITIES),
+    )
 
 
 def _gain(channel: ChannelTable) -> Gain:

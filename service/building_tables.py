@@ -10,6 +10,7 @@ from core.description import Role
 from core.record import Direction, Quantity
 from service.formats.errors import FormatError
 from service.formats.units import unit_gain
+from service.receiver_rules import ReceiverKind, Severity, WantedKind
 from service.toml_problems import Table
 
 
@@ -121,6 +122,29 @@ class ChannelTable(Table):
     )
 
 
+class ReceiverTable(Table):
+    """`[[receiver]]`: somebody, or some program, that is told of the building."""
+
+    name: Annotated[str, Field(min_length=1, max_length=64)] = Field(description="the receiver's name, its own here")
+    kind: ReceiverKind = Field(description="email, webhook, alertmanager or apprise (other chat services)")
+    address: Text = Field(
+        description="mail address, web address, or address of Apprise; `env:NAME` takes it from that variable of the "
+        "environment"
+    )
+    secret: Text | None = Field(
+        default=None,
+        description="webhook only: key of its signature, whsec_ and the base64 of 24 to 64 bytes, or `env:NAME`",
+    )
+    kinds: Annotated[list[WantedKind], Field(min_length=1)] | None = Field(
+        default=None,
+        description="of event, alert, data (that stopped) and drill, those it is told of; default: all, and all but "
+        "event for an alertmanager",
+    )
+    severities: Annotated[list[Severity], Field(min_length=1)] | None = Field(
+        default=None, description="of all_clear, note, warning and alarm, those it is told of; default: all"
+    )
+
+
 class BuildingTable(Table):
     """The top of the file: the building."""
 
@@ -139,3 +163,4 @@ class BuildingTable(Table):
     isolation: IsolationTable = Field(default=IsolationTable(), description="the isolation layer")
     source: SourceTable | None = Field(default=None, description="where records are fetched")
     channel: Annotated[list[ChannelTable], Field(min_length=1)] = Field(description="the sensors")
+    receiver: list[ReceiverTable] = Field(default=[], description="who is told of the building; see alerts.md")

@@ -7,7 +7,7 @@ from pathlib import Path
 from sqlalchemy import select, update
 from sqlalchemy.orm import Session
 
-from service import building_file
+from service import building_file, receivers
 from service.building_file import BuildingFile
 from service.database import Building, Recording, Revision
 
@@ -95,6 +95,7 @@ def _describe(session: Session, building: Building, number: int, text: str, fold
     revision = Revision(building=building, number=number, toml=text, folder=str(folder), created_at=now)
     session.add(revision)
     session.flush()
+    receivers.follow_file(session, building.id, _read(toml=text, folder=str(folder)).receivers, now)
     return revision
 
 

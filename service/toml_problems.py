@@ -84,7 +84,9 @@ def _wanted(detail: ErrorDetails, document: type[BaseModel]) -> str:
     if detail["type"] == "missing":
         return f"is missing{meaning}"
     wanted = detail["msg"].removeprefix("Value error, ")
-    return f"{wanted[:1].lower()}{wanted[1:]}, got {detail['input']!r}{meaning}"
+    found = detail["input"]
+    got = "a table" if isinstance(found, dict) else repr(found)  # a table may hold a secret
+    return f"{wanted[:1].lower()}{wanted[1:]}, got {got}{meaning}"
 
 
 def _table_of(path: Path, document: type[BaseModel]) -> type[BaseModel]:

@@ -49,11 +49,13 @@ def every() -> None:
 
 @app.command()
 def show(code: Code) -> None:
-    """Print the description of a building, as its latest file gave it."""
-    from service import buildings
+    """Print the description of a building, as its latest file gave it but for secrets."""
+    from service import buildings, receivers
 
     with _session() as session:
-        typer.echo(buildings.current(session, buildings.find(session, code)).toml, nl=False)
+        found = buildings.find(session, code)
+        rules = buildings.described(session, found).receivers
+        typer.echo(receivers.without_secrets(buildings.current(session, found).toml, rules), nl=False)
 
 
 @app.command()

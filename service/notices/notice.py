@@ -2,17 +2,14 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal, get_args
+from typing import Any, Literal
+
+from service.receiver_rules import Severity
 
 Kind = Literal["event", "alert", "data", "drill", "test"]
 """An earthquake, an alert on the building or its sensors, data that stopped, a drill, a test of one receiver."""
 Sequence = Literal["new", "updated", "cancelled", "repeat"]
 """`repeat` reminds of what still holds; that a delivery is tried again is not said here."""
-Severity = Literal["all_clear", "note", "warning", "alarm"]
-"""From the least to the most. An alert that is resolved is told as `all_clear`."""
-
-KINDS: tuple[Kind, ...] = get_args(Kind)
-SEVERITIES: tuple[Severity, ...] = get_args(Severity)
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,6 +22,7 @@ class Notice:
     kind: Kind
     sequence: Sequence
     severity: Severity
+    """An alert that is resolved is told as `all_clear`."""
     subject: str
     """One line, without the building's name: that is put before it."""
     sentences: tuple[str, ...]

@@ -9,6 +9,7 @@ import orjson
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
+from service import receivers
 from service.database import Building, Delivery, Message, Receiver
 from service.notices.notice import Notice
 
@@ -36,11 +37,11 @@ def put(session: Session, notice: Notice, now: datetime) -> Message:
     last = session.scalars(select(Message).where(*of_key).order_by(Message.number.desc()).limit(1)).one_or_none()
     if last is not None and last.digest == _digest(notice):
         return last
-    told = select(Delivery.receiver_id).join(Delivery.message).where(*of_key)
+    told = set(session.scalars(select(Delivery.receiver_id).join(Delivery.message).where(*of_key)))
     wanting = [
         receiver
-        for receiver in _receivers(session, notice.building_id)
-        if _wants(receiver, notice) or receiver.id in session.scalars(told).all()
+        for receiver in receivers.of_building(session, notice.building_id)
+        if _wants(receiver, notice) or receiver.id in told
     ]
     return put_for(session, notice, wanting, now)
 
@@ -78,11 +79,6 @@ def _message(notice: Notice, number: int, now: datetime) -> Message:
         digest=_digest(notice),
         created_at=now,
     )
-
-
-def _receivers(session: Session, building_id: int) -> Sequence[Receiver]:
-    of_building = (Receiver.building_id == building_id, Receiver.removed_at.is_(None))
-    return session.scalars(select(Receiver).where(*of_building).order_by(Receiver.id)).all()
 
 
 def _wants(receiver: Receiver, notice: Notice) -> bool:

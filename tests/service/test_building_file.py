@@ -16,6 +16,7 @@ from service.building_tables import (
     DesignTable,
     IsolationTable,
     LevelTable,
+    ReceiverTable,
     SourceTable,
 )
 from service.formats import Gain
@@ -280,7 +281,7 @@ def test_whatever_stands_for_a_table_is_a_problem_not_a_crash(key: str, value: s
 
 @pytest.mark.parametrize(
     "table",
-    [BuildingTable, LevelTable, IsolationTable, DesignTable, SourceTable, ChannelTable],
+    [BuildingTable, LevelTable, IsolationTable, DesignTable, SourceTable, ChannelTable, ReceiverTable],
     ids=lambda t: t.__name__,
 )
 def test_every_key_is_documented(table: type[BaseModel]) -> None:

@@ -12,8 +12,9 @@ from sqlalchemy.orm import Session, sessionmaker
 
 from service import buildings
 from service.database import Delivery, Message, Receiver
-from service.notices.notice import KINDS, SEVERITIES, Notice
+from service.notices.notice import Notice
 from service.notices.outbox import put
+from service.receiver_rules import SEVERITIES, WANTED_KINDS
 
 NOW = datetime(2024, 1, 1, tzinfo=UTC)
 
@@ -25,7 +26,7 @@ def building(sessions: sessionmaker[Session]) -> int:
 
 
 def add(session: Session, building_id: int, name: str, **rule: list[str]) -> Receiver:
-    wanted = {"kinds": list(KINDS), "severities": list(SEVERITIES)} | rule
+    wanted = {"kinds": list(WANTED_KINDS), "severities": list(SEVERITIES)} | rule
     receiver = Receiver(
         building_id=building_id,
         name=name,

@@ -1,0 +1,98 @@
+"""What may a receiver of messages be, and what does it want to hear of?"""
+
+import base64
+import binascii
+import re
+from dataclasses import dataclass, field
+from typing import Literal, get_args
+from urllib.parse import urlsplit
+
+ReceiverKind = Literal["email", "webhook", "alertmanager", "apprise"]
+WantedKind = Literal["event", "alert", "data", "drill"]
+"""Of notices: an earthquake, an alert on the building or its sensors, data that stopped, a drill."""
+Severity = Literal["all_clear", "note", "warning", "alarm"]
+"""From the least to the most."""
+
+WANTED_KINDS: tuple[WantedKind, ...] = get_args(WantedKind)
+SEVERITIES: tuple[Severity, ...] = get_args(Severity)
+STANDING: tuple[WantedKind, ...] = ("alert", "data", "drill")
+"""What an Alertmanager is for: it keeps what stands, and an earthquake does not."""
+VARIABLE = "env:"
+"""Before the name of a variable of the environment that holds an address or a secret."""
+SECRET = "whsec_"
+"""Before the base64 of a key of Standard Webhooks."""
+KEY_BYTES = range(24, 65)
+"""How long a key of Standard Webhooks may be."""
+MAIL = re.compile(r"[^@\s<>,;:\"]+@[^@\s<>,;:\"]+", re.ASCII)
+SERVICE = re.compile(r"[a-z][a-z0-9]*://\S+", re.IGNORECASE)
+
+
+@dataclass(frozen=True, slots=True)
+class ReceiverRule:
+    """Who is told, where, and of what."""
+
+    name: str
+    kind: ReceiverKind
+    address: str = field(repr=False)
+    """It may hold a password or a token."""
+    secret: str | None = field(repr=False)
+    kinds: tuple[WantedKind, ...]
+    severities: tuple[Severity, ...]
+
+
+def wanted_kinds(kind: ReceiverKind) -> tuple[WantedKind, ...]:
+    """What a receiver hears of unless it says otherwise."""
+    return STANDING if kind == "alertmanager" else WANTED_KINDS
+
+
+def wrong_address(kind: str, address: str) -> str | None:
+    """What is wrong with an address, without repeating it; None if nothing is."""
+    if address.startswith(VARIABLE):
+        return _wrong_variable(address)
+    if kind == "email":
+        return None if MAIL.fullmatch(address) else "one mail address is wanted, such as name@example.org"
+    if kind == "apprise":
+        return None if SERVICE.fullmatch(address) else "an address of Apprise is wanted, such as slack://TOKEN"
+    return None if _is_web_address(address) else "an address such as https://example.org/menshin is wanted"
+
+
+def wrong_secret(kind: str, secret: str | None) -> str | None:
+    """What is wrong with a secret, without repeating it; None if nothing is."""
+    if kind != "webhook":
+        return None if secret is None else "only a webhook is signed; leave it out"
+    if secret is None:
+        return "a webhook is signed; whsec_ and the base64 of 24 to 64 random bytes would do"
+    if secret.startswith(VARIABLE):
+        return _wrong_variable(secret)
+    try:
+        key = base64.b64decode(secret.removeprefix(SECRET), validate=True)
+    except (binascii.Error, ValueError):
+        key = b""
+    if not secret.startswith(SECRET) or len(key) not in KEY_BYTES:
+        return "must be whsec_ and the base64 of 24 to 64 bytes"
+    return None
+
+
+def shown_address(kind: str, address: str) -> str:
+    """An address as it may be shown: of a web address only the server, of a chat service only its name."""
+    if kind == "email" or address.startswith(VARIABLE):
+        return address
+    if kind == "apprise":
+        return f"{address.partition('://')[0]}://…"
+    parts = urlsplit(address)
+    host = f"[{parts.hostname}]" if ":" in (parts.hostname or "") else parts.hostname
+    port = "" if parts.port is None else f":{parts.port}"
+    return f"{parts.scheme}://{host}{port}/{'…' if parts.path.strip('/') or parts.query else ''}"
+
+
+def _wrong_variable(value: str) -> str | None:
+    name = value.removeprefix(VARIABLE)
+    return None if re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name) else "must name a variable, as in env:TOWER_SECRET"
+
+
+def _is_web_address(address: str) -> bool:
+    try:
+        parts = urlsplit(address)
+        return parts.scheme in ("https", "http") and bool(parts.hostname) and parts.port != 0 and address.isprintable()
+    except ValueError:  # a port that is none
+        return False
