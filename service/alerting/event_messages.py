@@ -1,8 +1,27 @@
-"""What people are told after an earthquake, and when they are told again."""
+"""When are people told of an earthquake, and when again?"""
 
+from collections.abc import Sequence
 from datetime import datetime, timedelta
 
 from sqlalchemy.orm import Session
+
+from service.alerting.alert_messages import tell_of_alert
+from service.alerting.event_notice import Before, event_notice, key
+from service.alerting.event_reading import event_facts
+from service.database import Event, Message
+from service.notices import outbox
+from service.queries import alerts
+
+ENDED = ("analysed", "refused", "failed")
+"""States of events of which nothing more is under way."""
+
+
+def tell(session: Session, building_id: int, message_age: timedelta, now: datetime) -> None:
+    """Tell people everything that is new of a building; what was said already is not said again."""
+    for event_id in alerts.events_to_tell(session, building_id, now - message_age):
+        tell_of_event(session, event_id, message_age, now)
+    for alert in alerts.alerts_without_event(session, building_id):
+        tell_of_alert(session, alert, now)
 
 
 def tell_of_event(session: Session, event_id: int, message_age: timedelta, now: datetime) -> None:
@@ -17,3 +36,20 @@ def tell_of_event(session: Session, event_id: int, message_age: timedelta, now: 
         message_age: settings.message_age.
         now: aware time.
     """
+    event = session.get_one(Event, event_id)
+    if event.state not in ENDED:
+        return
+    messages = alerts.messages(session, event.building_id, key(event_id))
+    before = _before(messages)
+    facts = event_facts(session, event, before.alerts, messages[0].created_at if messages else now, now)
+    has_alert = before.alerts or any(one.is_news or one.is_held_back for one in facts.alerts)
+    if has_alert or event.end >= now - message_age:
+        outbox.put(session, event_notice(facts, before), now)
+
+
+def _before(messages: Sequence[Message]) -> Before:
+    return Before(
+        is_nothing=not messages,
+        gave_result=any(message.data["refusal"] is None for message in messages),
+        alerts=frozenset(one["id"] for message in messages for one in message.data["alerts"]),
+    )

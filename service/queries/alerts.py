@@ -1,11 +1,12 @@
 """What is asked about the alerts."""
 
 from collections.abc import Collection, Sequence
+from datetime import datetime
 
-from sqlalchemy import select
+from sqlalchemy import or_, select
 from sqlalchemy.orm import Session
 
-from service.database import Alert, AlertChange, Analysis, Event, Inspection
+from service.database import Alert, AlertChange, Analysis, Event, Inspection, Message, Silence
 
 
 def open_alerts(session: Session, building_id: int, kinds: Collection[str]) -> Sequence[Alert]:
@@ -36,3 +37,52 @@ def has_newer_results(session: Session, alert: Alert) -> bool:
     newer = select(Analysis.id).join(Event, Event.id == Analysis.event_id)
     question = newer.where(*older, Analysis.created_at > alert.updated_at).limit(1)
     return session.scalar(question) is not None
+
+
+def raised_by(session: Session, event_id: int) -> Sequence[Alert]:
+    """Alerts that an event raised, ended ones too, by number."""
+    return session.scalars(select(Alert).where(Alert.raised_event_id == event_id).order_by(Alert.id)).all()
+
+
+def of_numbers(session: Session, numbers: Collection[int]) -> Sequence[Alert]:
+    """Alerts of these numbers, in their order."""
+    return session.scalars(select(Alert).where(Alert.id.in_(numbers)).order_by(Alert.id)).all()
+
+
+def standing_before(session: Session, event: Event, at: datetime) -> Sequence[Alert]:
+    """Alerts that earlier events of the building had raised and that stood at that time, by number."""
+    stood = (Alert.fired_at <= at, or_(Alert.closed_at.is_(None), Alert.closed_at > at))
+    question = select(Alert).join(Alert.raised_event).where(Alert.building_id == event.building_id, *stood)
+    return session.scalars(question.where(Event.start < event.start).order_by(Alert.id)).all()
+
+
+def silences(session: Session, building_id: int) -> Sequence[Silence]:
+    """Every silence of a building, ended ones too, by number."""
+    return session.scalars(select(Silence).where(Silence.building_id == building_id).order_by(Silence.id)).all()
+
+
+def messages(session: Session, building_id: int, key: str) -> Sequence[Message]:
+    """What people were told under a key, the earliest first."""
+    of_key = (Message.building_id == building_id, Message.key == key)
+    return session.scalars(select(Message).where(*of_key).order_by(Message.number)).all()
+
+
+def events_to_tell(session: Session, building_id: int, since: datetime) -> Sequence[int]:
+    """Numbers of the building's events of which there may be news, the earliest first.
+
+    Those that ended since then, those that raised an alert that is open, and those with which people were told of one.
+    """
+    of_alerts = (Message.building_id == building_id, Message.kind == "alert", Message.key.like("event/%"))
+    told = {
+        int(key.removeprefix("event/")) for key in session.scalars(select(Message.key).where(*of_alerts).distinct())
+    }
+    raised = select(Alert.raised_event_id).where(Alert.building_id == building_id, Alert.closed_at.is_(None))
+    wanted = or_(Event.end >= since, Event.id.in_(raised), Event.id.in_(told))
+    question = select(Event.id).where(Event.building_id == building_id, wanted)
+    return session.scalars(question.order_by(Event.start, Event.id)).all()
+
+
+def alerts_without_event(session: Session, building_id: int) -> Sequence[Alert]:
+    """Alerts that fired and that no event raised: they go by the clock; ended ones too, by number."""
+    question = select(Alert).where(Alert.building_id == building_id, Alert.fired_at.is_not(None))
+    return session.scalars(question.where(Alert.raised_event_id.is_(None)).order_by(Alert.id)).all()

@@ -1,0 +1,88 @@
+"""What is known of an event, and of the alerts that it raised, that people may be told?"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Any
+
+from service.alerting.states import CLOSED, INHIBITED, STANDING
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AlertFacts:
+    """An alert, as far as people are told of it."""
+
+    id: int
+    cause: str
+    kind: str
+    state: str
+    summary: str
+    sentences: tuple[str, ...]
+    evidence: Mapping[str, Any]
+    end: str = ""
+    """Why it ended, by whom; empty as long as it is open."""
+    silenced_until: datetime | None = None
+    """Local time; None where people are told."""
+    silence_reason: str = ""
+
+    @property
+    def standing(self) -> str:
+        """What its state comes to for those who are told; that somebody has taken it on is no news."""
+        return "stands" if self.state in STANDING else "held back" if self.is_held_back else self.state
+
+    @property
+    def is_news(self) -> bool:
+        """Whether it stands, and people are told."""
+        return self.state in STANDING and self.silenced_until is None
+
+    @property
+    def is_silenced(self) -> bool:
+        """Whether it stands, and people are not told."""
+        return self.state in STANDING and self.silenced_until is not None
+
+    @property
+    def is_held_back(self) -> bool:
+        """Whether a sensor may explain it."""
+        return self.state == INHIBITED
+
+    @property
+    def has_ended(self) -> bool:
+        """Whether it was settled or withdrawn."""
+        return self.state in CLOSED
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EventFacts:
+    """An event, as far as people are told of it; SI units, times in the building's zone."""
+
+    id: int
+    building_id: int
+    code: str
+    name: str
+    start: datetime
+    end: datetime
+    refusal: str | None
+    """Why nothing can be said of it; None where it was analysed."""
+    pga: float | None
+    """m/s²."""
+    displacements: Mapping[str, float]
+    """m, the isolators' largest, by direction."""
+    resultant: float | None
+    """m, the largest in plan."""
+    residuals: Mapping[str, float]
+    """m, by direction, where a transducer measured it."""
+    forces: Mapping[str, float]
+    """N, by direction."""
+    remarks: tuple[str, ...]
+    """What screening found wrong with the records."""
+    alerts: tuple[AlertFacts, ...]
+    """That this event raised, the gravest first; of those that have ended only what people were told of."""
+    moved: tuple[AlertFacts, ...]
+    """Of which people were told with this event, and that another event raised, as is known now."""
+    earlier: tuple[str, ...]
+    """What alerts of earlier events are about that stood when people were told of this one first."""
+
+    @property
+    def largest(self) -> float | None:
+        """m, the isolators' largest displacement; None where nothing measured it."""
+        return max(self.displacements.values(), default=None) if self.resultant is None else self.resultant

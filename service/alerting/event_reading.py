@@ -1,0 +1,93 @@
+"""What the database knows of an event that people may be told."""
+
+from collections.abc import Collection, Sequence
+from datetime import datetime
+from zoneinfo import ZoneInfo
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from service import buildings
+from service.alerting.event_facts import AlertFacts, EventFacts
+from service.alerting.silences import silence_of
+from service.alerting.states import CLOSED, PENDING
+from service.alerting.words import of_cause
+from service.database import Alert, Analysis, Building, Event, Silence
+from service.queries import alerts, analysis_results, layer_results
+
+GRAVITY = ("degradation", "sensor", "model", "recovery", "data")
+"""Kinds of alerts, the gravest first."""
+
+
+def event_facts(
+    session: Session, event: Event, told: Collection[int], first_told_at: datetime, now: datetime
+) -> EventFacts:
+    """What people may be told of an event.
+
+    Args:
+        session: to read with.
+        event: one that was analysed, refused, or failed.
+        told: numbers of the alerts that people were told of with it before.
+        first_told_at: when they were told of it first; `now` if they were not.
+        now: aware time.
+    """
+    building = session.get_one(Building, event.building_id)
+    zone = ZoneInfo(buildings.described(session, building).timezone)
+    current = Analysis.event_id == event.id, Analysis.current, Analysis.refusal.is_(None)
+    analysis = session.scalars(select(Analysis).where(*current)).one_or_none() if event.state == "analysed" else None
+    results = analysis_results.direction_results(session, analysis.id) if analysis else ()
+    layer = layer_results.layer_result(session, analysis.id) if analysis else None
+    silences = alerts.silences(session, building.id)
+    raised = [one for one in alerts.raised_by(session, event.id) if _is_told_of(one, told)]
+    moved = [one for one in alerts.of_numbers(session, told) if one.raised_event_id != event.id]
+    return EventFacts(
+        id=event.id,
+        building_id=building.id,
+        code=building.code,
+        name=building.name,
+        start=event.start.astimezone(zone),
+        end=event.end.astimezone(zone),
+        refusal=None if analysis else (event.reason or "no reason was noted").rstrip("."),
+        pga=analysis.pga if analysis else None,
+        displacements={one.direction: one.peak_displacement for one in results if one.peak_displacement is not None},
+        resultant=layer.peak_resultant if layer else None,
+        residuals={
+            one.direction: one.residual_displacement for one in results if one.residual_displacement is not None
+        },
+        forces={one.direction: one.peak_force for one in results},
+        remarks=tuple(one["message"] for one in analysis.quality if one["severity"] != "note") if analysis else (),
+        alerts=tuple(sorted((alert_facts(one, silences, zone, now) for one in raised), key=_gravity)),
+        moved=tuple(alert_facts(one, silences, zone, now) for one in moved),
+        earlier=tuple(of_cause(one.cause) for one in alerts.standing_before(session, event, first_told_at)),
+    )
+
+
+def alert_facts(alert: Alert, silences: Sequence[Silence], zone: ZoneInfo, now: datetime) -> AlertFacts:
+    """An alert as people may be told of it."""
+    silence = silence_of(alert.cause, silences, now)
+    return AlertFacts(
+        id=alert.id,
+        cause=alert.cause,
+        kind=alert.kind,
+        state=alert.state,
+        summary=alert.summary,
+        sentences=tuple(alert.sentences),
+        evidence=alert.evidence,
+        end=_end(alert) if alert.state in CLOSED else "",
+        silenced_until=silence.ends_at.astimezone(zone) if silence else None,
+        silence_reason=silence.reason.rstrip(".") if silence else "",
+    )
+
+
+def _is_told_of(alert: Alert, told: Collection[int]) -> bool:
+    return alert.state != PENDING and (alert.state not in CLOSED or alert.id in told)
+
+
+def _end(alert: Alert) -> str:
+    """Why it ended, and who said so."""
+    last = alert.changes[-1]
+    return last.note if last.by is None else f"{last.by}: {last.note}"
+
+
+def _gravity(alert: AlertFacts) -> tuple[int, int]:
+    return GRAVITY.index(alert.kind), alert.id

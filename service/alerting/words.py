@@ -1,0 +1,63 @@
+"""How are a cause, a time and a length told to people?"""
+
+from collections.abc import Mapping, Sequence
+from datetime import datetime, timedelta
+
+MM = 1e3
+TITLES: Mapping[str, str] = {
+    "stiffness": "stiffness of the isolators",
+    "damping": "damping of the isolators",
+    "frequency": "natural frequency of the building",
+    "residual_displacement": "place at which the isolators rest",
+    "gain": "sensitivity of sensor",
+    "noise": "noise of sensor",
+    "model_error": "model of the isolators",
+    "source": "monitoring server",
+    "record": "records",
+    "channel": "sensor",
+    "clock": "clock",
+    "worker": "analyses that wait",
+    "disk": "disk space",
+}
+"""Of the first part of a cause."""
+
+
+def of_cause(cause: str) -> str:
+    """`stiffness of the isolators, direction x`; a cause that has no words yet stands for itself."""
+    first, _, rest = cause.partition("/")
+    title = TITLES.get(first)
+    if title is None:
+        return cause
+    if not rest:
+        return title
+    if title.endswith("sensor"):
+        return f"{title} {rest}"
+    direction, _, number = rest.partition("/")
+    return f"{title}, direction {direction}" + (f", mode {number}" if number else "")
+
+
+def of_time(local: datetime) -> str:
+    """`5 January 2024, 14:03 (JST)`, of a time in the building's zone."""
+    zone = f"{local:%Z}"
+    named = f"UTC{zone}" if zone[:1] in "+-" else zone
+    return f"{local.day} {local:%B %Y, %H:%M} ({named})"
+
+
+def of_length(metres: float) -> str:
+    """In mm: `24 mm`, `2.4 mm`; more than that nobody feels."""
+    millimetres = metres * MM
+    return f"{millimetres:.0f} mm" if abs(millimetres) >= 9.95 else f"{millimetres:.1f} mm"
+
+
+def of_duration(span: timedelta) -> str:
+    """In the largest unit that gives two or more of it: `3 days`, `90 minutes`, `40 seconds`."""
+    seconds = span.total_seconds()
+    for unit, size in (("days", 86400), ("hours", 3600), ("minutes", 60)):
+        if seconds >= 2 * size:
+            return f"{seconds / size:.0f} {unit}"
+    return f"{seconds:.0f} seconds"
+
+
+def listed(names: Sequence[str]) -> str:
+    """`a`, `a and b`, `a, b and c`."""
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"

@@ -1,0 +1,217 @@
+"""What people are told of earthquakes: first, again, and not again."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from datetime import timedelta
+
+import pytest
+from alarmed import analysed, building, earthquake, three_earthquakes
+from findings import DAY, START, gain, softer
+from sqlalchemy.orm import Session, sessionmaker
+
+from service.alerting import handling
+from service.alerting.event_messages import tell, tell_of_event
+from service.alerting.found import Found
+from service.alerting.reconciling import reconcile
+from service.database import Alert, Building, Event, Message
+
+AGE = timedelta(days=2)
+SOON = timedelta(minutes=10)
+
+
+@pytest.fixture
+def session(sessions: sessionmaker[Session]) -> Iterator[Session]:
+    with sessions.begin() as opened:
+        yield opened
+
+
+@pytest.fixture
+def of(session: Session) -> Building:
+    return building(session)
+
+
+def messages(session: Session) -> list[Message]:
+    session.flush()
+    return session.query(Message).order_by(Message.id).all()
+
+
+def test_all_clear_is_told_once_in_local_time(session: Session, of: Building) -> None:
+    event = earthquake(session, of, START, 0.0237)
+    for _ in range(3):
+        tell_of_event(session, event.id, AGE, START + SOON)
+    (told,) = messages(session)
+    assert (told.key, told.kind, told.sequence, told.severity) == (f"event/{event.id}", "event", "new", "all_clear")
+    assert told.subject == "Earthquake of 1 January 2024, 09:00 (JST): isolators moved 24 mm, nothing unusual"
+    assert "moved by 24 mm at most" in told.sentences[0]
+    assert {"name": "Largest isolator displacement, direction x", "value": "23.7 mm"} in told.facts
+    assert told.data["peak_displacement"] == {"x": 0.0237}
+    assert told.picture_direction == "x"
+
+
+def test_a_new_analysis_is_told_only_if_it_says_something_else(session: Session, of: Building) -> None:
+    event = earthquake(session, of, START, 0.0237)
+    tell_of_event(session, event.id, AGE, START + SOON)
+    analysed(session, event, START + 2 * SOON, 0.0237 + 1e-6)
+    tell_of_event(session, event.id, AGE, START + 2 * SOON)
+    assert len(messages(session)) == 1
+    analysed(session, event, START + 3 * SOON, 0.031)
+    tell_of_event(session, event.id, AGE, START + 3 * SOON)
+    assert [(one.sequence, one.severity) for one in messages(session)] == [
+        ("new", "all_clear"),
+        ("updated", "all_clear"),
+    ]
+    assert "31 mm" in messages(session)[1].subject
+
+
+def test_an_event_whose_records_turn_out_useless_is_cancelled(session: Session, of: Building) -> None:
+    event = earthquake(session, of, START)
+    tell_of_event(session, event.id, AGE, START + SOON)
+    analysed(session, event, START + 2 * SOON, refusal="the base slab's record is missing.")
+    for _ in range(3):
+        tell_of_event(session, event.id, AGE, START + 2 * SOON)
+    first, second = messages(session)
+    assert (first.sequence, second.sequence, second.severity) == ("new", "cancelled", "note")
+    assert "cannot be used: the base slab's record is missing." in second.sentences[0]
+
+
+def test_a_refused_event_is_told_and_not_cancelled(session: Session, of: Building) -> None:
+    event = earthquake(session, of, START)
+    analysed(session, event, START, refusal="the base slab's record is missing")
+    for _ in range(2):
+        tell_of_event(session, event.id, AGE, START + SOON)
+    (told,) = messages(session)
+    assert (told.sequence, told.severity) == ("new", "note")
+
+
+def test_an_unmeasured_displacement_is_said_to_be(session: Session, of: Building) -> None:
+    event = earthquake(session, of, START, None)
+    tell_of_event(session, event.id, AGE, START + SOON)
+    (told,) = messages(session)
+    assert "was not measured" in told.sentences[0]
+    assert told.picture_direction is None
+
+
+def test_an_event_that_is_still_analysed_is_not_told(session: Session, of: Building) -> None:
+    event = earthquake(session, of, START)
+    event.state = "queued"
+    tell_of_event(session, event.id, AGE, START + SOON)
+    assert messages(session) == []
+
+
+def raised(session: Session, of: Building, *found: Found, softer_by: float = 8.0) -> tuple[int, ...]:
+    """Three earthquakes and what they show."""
+    events = three_earthquakes(session, of)
+    owned = [_owned(one, events) for one in (softer(softer_by), *found)]
+    reconcile(session, of.id, owned, "events", START + 3 * DAY)
+    session.flush()
+    return events
+
+
+def _owned(found: Found, events: tuple[int, ...]) -> Found:
+    return replace(
+        found,
+        onset_event_id=events[0],
+        raised_event_id=events[(found.raised_event_id or 1) - 1],
+        event_ids=events[: len(found.event_ids)],
+    )
+
+
+def test_an_import_of_years_tells_of_its_alert_alone(session: Session, of: Building) -> None:
+    events = raised(session, of)
+    for _ in range(3):
+        tell(session, of.id, AGE, START + 1000 * DAY)
+    (told,) = messages(session)
+    assert (told.key, told.kind, told.severity) == (f"event/{events[2]}", "alert", "alarm")
+    assert told.subject.endswith(": The isolators are 8 % softer in direction x")
+    assert "ought to be looked at" in " ".join(told.sentences)
+    assert told.link == f"/alerts/{session.query(Alert).one().id}"
+
+
+def test_alerts_of_one_earthquake_are_one_message(session: Session, of: Building) -> None:
+    events = three_earthquakes(session, of)
+    found = (softer(), softer(cause="damping/x", summary="The isolators damp 9 % less in direction x"))
+    reconcile(session, of.id, [_owned(one, events) for one in found], "events", START + 3 * DAY)
+    session.flush()
+    tell(session, of.id, AGE, START + 1000 * DAY)
+    (told,) = messages(session)
+    assert told.subject.endswith("softer in direction x (and 1 more)")
+    assert len(told.data["alerts"]) == 2
+    assert told.link == f"/?building={of.code}"
+
+
+def test_acknowledging_is_no_news_and_an_inspection_is(session: Session, of: Building) -> None:
+    raised(session, of)
+    alert, now = session.query(Alert).one(), START + 1000 * DAY
+    tell(session, of.id, AGE, now)
+    handling.acknowledge(session, alert, "Jo", "on my way", now)
+    tell(session, of.id, AGE, now)
+    assert len(messages(session)) == 1
+    handling.inspect(session, alert, "Jo", "confirmed", "bearings 3 and 4 were replaced", True, now + DAY)
+    for _ in range(2):
+        tell(session, of.id, AGE, now + DAY)
+    _, told = messages(session)
+    assert (told.sequence, told.severity) == ("updated", "all_clear")
+    assert "This is settled" in " ".join(told.sentences)
+    assert "Jo: bearings 3 and 4 were replaced" in " ".join(told.sentences)
+
+
+@pytest.mark.parametrize("how", ["data", "review"])
+def test_an_alert_that_never_was_is_cancelled(session: Session, of: Building, how: str) -> None:
+    events, now = raised(session, of), START + 1000 * DAY
+    tell(session, of.id, AGE, now)
+    if how == "data":
+        analysed(session, session.get_one(Event, events[1]), now)
+        reconcile(session, of.id, [], "events", now + SOON)
+    else:
+        handling.inspect(session, session.query(Alert).one(), "Jo", "unfounded", "a test load", False, now)
+    session.flush()
+    for _ in range(2):
+        tell(session, of.id, AGE, now + SOON)
+    _, told = messages(session)
+    assert (told.sequence, told.severity) == ("cancelled", "all_clear")
+    assert "This is cancelled, it never was so" in " ".join(told.sentences)
+
+
+def test_what_a_sensor_may_explain_is_told_so(session: Session, of: Building) -> None:
+    events = raised(session, of, gain(began_at=START + 2 * DAY, raised_event_id=3))
+    tell(session, of.id, AGE, START + 1000 * DAY)
+    (told,) = messages(session)
+    assert told.key == f"event/{events[2]}"
+    assert (told.kind, told.severity) == ("alert", "warning")
+    assert "a sensor that took part measures wrongly" in " ".join(told.sentences)
+
+
+def test_what_is_silenced_is_told_when_the_silence_ends(session: Session, of: Building) -> None:
+    raised(session, of)
+    now = START + 1000 * DAY
+    handling.silence(session, of, "stiffness/*", now + DAY, "a load test", "Jo", now)
+    tell(session, of.id, AGE, now)
+    assert messages(session) == []
+    tell(session, of.id, AGE, now + DAY)
+    (told,) = messages(session)
+    assert told.severity == "alarm"
+
+
+def test_a_fresh_event_says_that_something_is_silenced(session: Session, of: Building) -> None:
+    raised(session, of)
+    now = START + 3 * DAY
+    handling.silence(session, of, "stiffness/x", now + DAY, "a load test", "Jo", now)
+    tell(session, of.id, AGE, now)
+    told = messages(session)[-1]
+    assert (told.kind, told.severity) == ("event", "note")
+    assert "nothing unusual" not in told.subject + " ".join(told.sentences)
+    assert "a load test" in " ".join(told.sentences)
+    assert told.data["alerts"] == []
+
+
+def test_a_later_event_names_what_still_stands_and_is_not_told_again_for_it(session: Session, of: Building) -> None:
+    raised(session, of)
+    later = earthquake(session, of, START + 10 * DAY)
+    now = START + 10 * DAY + SOON
+    tell_of_event(session, later.id, AGE, now)
+    (told,) = messages(session)
+    assert told.severity == "all_clear"
+    assert "still stands, and waits for somebody: stiffness of the isolators, direction x." in told.sentences[-1]
+    handling.inspect(session, session.query(Alert).one(), "Jo", "confirmed", "replaced", True, now + SOON)
+    tell_of_event(session, later.id, AGE, now + SOON)
+    assert len(messages(session)) == 1
