@@ -15,6 +15,7 @@ from sqlalchemy.exc import OperationalError
 from sqlalchemy.orm import Session, sessionmaker
 
 from service import leases
+from service.alerting import rounds
 from service.database import Building
 from service.looking import Look
 from service.settings import Settings
@@ -25,6 +26,8 @@ POLLING = "polling"
 LEASE = timedelta(seconds=60)
 ROUND = 5.0
 """s between two looks at the lease, at the list of buildings and at the events that wait."""
+CHECKS = "checks/"
+"""Of the scheduler's job beside those of the buildings; no code has a slash."""
 AT_ONCE = 10
 """Buildings that are looked at together."""
 
@@ -44,7 +47,10 @@ class Poller:
     def run(self, stop: Signal) -> None:
         """Poll until `stop` is set; looks that are under way then are left at their next step."""
         look = Look(self.sessions, self.settings, self.clock, stop.wait, stop.is_set)
-        executors = {"default": {"type": "threadpool", "max_workers": AT_ONCE}}
+        executors = {
+            name: {"type": "threadpool", "max_workers": number}
+            for name, number in (("default", AT_ONCE), ("checks", 1))
+        }
         scheduler = BackgroundScheduler(
             executors=executors, job_defaults={"coalesce": True, "max_instances": 1}, timezone=UTC
         )
@@ -67,21 +73,36 @@ class Poller:
         if holds != self.holds:
             log.info("polling here" if holds else "another process polls")
             self.holds = holds
-        running = {job.id for job in scheduler.get_jobs()}
-        for code in running - codes:
-            scheduler.remove_job(code)
-        for code in sorted(codes - running):
-            scheduler.add_job(
-                self._look,
-                "interval",
-                args=(look, code),
-                id=code,
-                seconds=self.settings.poll_interval,
-                next_run_time=self.clock(),
-                misfire_grace_time=None,
-            )
+        running, wanted = {job.id for job in scheduler.get_jobs()}, codes | ({CHECKS} if holds else set())
+        for name in running - wanted:
+            scheduler.remove_job(name)
+        for name in sorted(wanted - running):
+            self._start(scheduler, look, name)
         if holds:
             look.queue_ready()
+
+    def _start(self, scheduler: BackgroundScheduler, look: Look, name: str) -> None:
+        """A clock for a building, or for the checks; these have a thread of their own, for looks may hang."""
+        checks = name == CHECKS
+        scheduler.add_job(
+            self._check if checks else self._look,
+            "interval",
+            args=() if checks else (look, name),
+            id=name,
+            executor="checks" if checks else "default",
+            seconds=self.settings.check_interval if checks else self.settings.poll_interval,
+            next_run_time=self.clock(),
+            misfire_grace_time=None,
+        )
+
+    def _check(self) -> None:
+        with self._forgiving():
+            try:
+                rounds.go_round(self.sessions, self.settings, self.clock())
+            except OperationalError:
+                raise
+            except Exception:  # like the one below: the next round tries again
+                log.exception("looking whether data stopped went wrong")
 
     def _look(self, look: Look, code: str) -> None:
         with self._forgiving():

@@ -116,6 +116,32 @@ class Settings(BaseSettings):
     )
     dask_address: str | None = Field(default=None, description="address of the Dask scheduler, for executor = dask")
 
+    message_age: Seconds = Field(
+        default=172_800.0, description="s after its end for which an earthquake is told of; an older one if it alarms"
+    )
+    check_interval: Seconds = Field(default=60.0, description="s between two looks whether data stopped anywhere")
+    source_patience: Seconds = Field(
+        default=3600.0, description="s for which a source may fail, or a look at it last, before people are told"
+    )
+    continuous_patience: Seconds = Field(
+        default=7200.0, description="s without a good record from a continuous source before people are told"
+    )
+    quiet_patience: Seconds = Field(
+        default=31_536_000.0, description="s without a good record from a source of events before people are told"
+    )
+    channel_misses: Count = Field(
+        default=3, description="earthquakes in a row without a good record of a channel before people are told"
+    )
+    clock_tolerance: Seconds = Field(
+        default=60.0, description="s by which the recorder's or the server's clock may be off before people are told"
+    )
+    worker_patience: Seconds = Field(
+        default=1800.0, description="s for which work may wait while no worker does any before people are told"
+    )
+    disk_reserve: int = Field(
+        default=2 * 2**30, ge=0, description="bytes that ought to be free for an SQLite database, else people are told"
+    )
+
     effects_folder: Path | None = Field(
         default=None, description="folder with effects of your own, one Python file each; see effects-own.md"
     )

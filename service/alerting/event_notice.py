@@ -6,7 +6,8 @@ from datetime import UTC
 
 from service.alerting.event_facts import AlertFacts, EventFacts
 from service.alerting.words import listed, of_cause, of_length, of_time
-from service.notices.notice import Notice, Sequence, Severity
+from service.notices.notice import Notice, Sequence
+from service.receiver_rules import Severity
 
 SEVERITIES: dict[str, Severity] = {"degradation": "alarm", "sensor": "warning", "model": "warning", "recovery": "note"}
 GRAVEST: tuple[Severity, ...] = ("alarm", "warning", "note", "all_clear")

@@ -1,0 +1,105 @@
+"""What the database and the disk know of data that stopped, at one building?"""
+
+import shutil
+from collections.abc import Sequence
+from dataclasses import replace
+from datetime import datetime, timedelta
+from pathlib import Path
+
+from sqlalchemy import make_url
+from sqlalchemy.orm import Session
+
+from service import buildings
+from service.alerting import stopped
+from service.alerting.found import KINDS, Found
+from service.alerting.stopped import Patience, Sighting, Source, Work
+from service.building_file import BuildingFile
+from service.database import Building, SourceState
+from service.queries import alerts, stopping
+from service.settings import Settings
+
+LOOKED_AT = 50
+"""Of the latest earthquakes, to find since when a channel is dead."""
+
+
+def found_by_clock(session: Session, building: Building, settings: Settings, now: datetime) -> tuple[Found, ...]:
+    """Everything that stopped, as far as it is stored now; what goes on keeps the time at which it began."""
+    told = {one.cause: one.began_at for one in alerts.open_alerts(session, building.id, KINDS["clock"])}
+    every = _stopped(session, building, settings, told.get("disk"), now)
+    return tuple(replace(one, began_at=min(one.began_at, told.get(one.cause, one.began_at))) for one in every)
+
+
+def _stopped(
+    session: Session, building: Building, settings: Settings, full_since: datetime | None, now: datetime
+) -> Sequence[Found]:
+    described, patience = buildings.described(session, building), _patience(settings)
+    found: list[Found] = []
+    if described.source is not None:
+        source = _source(session, building, described)
+        found += stopped.stopped_source(source, patience, now)
+        found += stopped.stopped_records(source, patience, now)
+        found += stopped.wrong_clocks(source, patience)
+    channels = [channel.id for channel in described.description.channels]
+    seen = stopping.channels_ever(session, building.id)
+    found += stopped.dead_channels(_sightings(session, building), channels, seen, patience)
+    found += stopped.stuck_work(_work(session, building, settings, now), patience, now)
+    if (free := free_bytes(settings)) is not None:
+        found += stopped.full_disk(free, patience, full_since, now)
+    return found
+
+
+def free_bytes(settings: Settings) -> int | None:
+    """Of the disk that the database's file is on; None of a server, which is not ours to look after."""
+    address = make_url(settings.database_url)
+    if address.get_backend_name() != "sqlite" or not address.database or address.database == ":memory:":
+        return None
+    return shutil.disk_usage(Path(address.database).parent).free
+
+
+def _patience(settings: Settings) -> Patience:
+    return Patience(
+        source=timedelta(seconds=settings.source_patience),
+        continuous=timedelta(seconds=settings.continuous_patience),
+        quiet=timedelta(seconds=settings.quiet_patience),
+        misses=settings.channel_misses,
+        clock=timedelta(seconds=settings.clock_tolerance),
+        worker=timedelta(seconds=settings.worker_patience),
+        reserve=settings.disk_reserve,
+    )
+
+
+def _source(session: Session, building: Building, described: BuildingFile) -> Source:
+    state = session.get(SourceState, building.id)
+    last = stopping.last_good_recording(session, building.id)
+    return Source(
+        is_continuous=described.source is not None and described.source.data == "continuous",
+        watched_since=building.created_at,
+        attempted_at=state.attempted_at if state else None,
+        succeeded_at=state.succeeded_at if state else None,
+        failing_since=state.failing_since if state else None,
+        error=state.error if state else None,
+        last_record=last.end if last else None,
+        ahead=last.end - last.received_at if last and last.end else timedelta(0),
+        came_at=last.received_at if last else None,
+        server_ahead=None,
+    )
+
+
+def _sightings(session: Session, building: Building) -> list[Sighting]:
+    """The latest earthquakes, each with its channels but those that screening found dead."""
+    rows = stopping.latest_events(session, building.id, LOOKED_AT)
+    there = stopping.channels_of(session, [row.id for row in rows])
+    return [
+        Sighting(event=row.id, start=row.start, channels=there.get(row.id, set()) - _dead(row.quality)) for row in rows
+    ]
+
+
+def _dead(quality: Sequence[dict[str, object]] | None) -> set[object]:
+    return {finding["channel"] for finding in quality or () if finding["kind"] == "dead"}
+
+
+def _work(session: Session, building: Building, settings: Settings, now: datetime) -> Work:
+    return Work(
+        oldest=stopping.oldest_undone_job(session, building.id, now),
+        last_progress=stopping.last_progress(session, timedelta(seconds=settings.lease)),
+    )
