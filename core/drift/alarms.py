@@ -13,11 +13,12 @@ from core.arrays import Matrix
 from core.drift.alarm import Alarm
 from core.drift.baseline import Baseline
 from core.drift.event_value import Deviation, covariance, relative
-from core.drift.points import Dated
-from core.drift.rules import SLOW, Rule, ramps, rules, steps
-from core.drift.sequential import CLIP, LOCATING_CLIP, Innovations, change, evidence, innovations
+from core.drift.points import Dated, Points
+from core.drift.rules import SLOW, WITHIN, WITHIN_RATE, Rule, ramps, rules, steps
+from core.drift.sequential import CLIP, LOCATING_CLIP, Change, Innovations, change, evidence, innovations
 from core.drift.watched import Quantity
-from core.drift.words import message
+from core.drift.within import contrasts, damage
+from core.drift.words import message, message_within
 
 GATHERING = -0.7
 """Standard deviations from a rule's threshold at which its evidence is told while it gathers."""
@@ -66,6 +67,49 @@ def alarms(
     ends = [*(crossing.onset for crossing, _ in crossings[1:]), deviation.size]
     return tuple(
         _alarm(crossing, white, end, baseline, dated) for (crossing, white), end in zip(crossings, ends, strict=False)
+    )
+
+
+def alarms_within(
+    known: Quantity, baseline: Baseline, points: Points, dated: Sequence[Dated], judged: Sequence[int]
+) -> tuple[Alarm, ...]:
+    """Of damage that single events show in themselves; of quantities whose cycles can be compared.
+
+    Args:
+        known: the quantity.
+        baseline: of the series.
+        points: all that was observed.
+        dated: its events.
+        judged: which of them are judged.
+    """
+    if not known.follows_amplitude or known.harm != "less":
+        return ()
+    every = contrasts(points, len(dated), baseline)
+    reference = set(baseline.events)
+    healthy = [one for one, when in zip(every, dated, strict=True) if one is not None and when.event in reference]
+    raised = []
+    for n in judged:
+        one = every[n]
+        lost = None if one is None else damage(one, healthy, known.scatter)
+        if lost is not None:
+            raised.append(_alarm_within(lost, dated[n], baseline))
+    return tuple(raised)
+
+
+def _alarm_within(lost: Change, when: Dated, baseline: Baseline) -> Alarm:
+    drift, low, high = (relative(value, baseline) for value in (lost.size, lost.low, lost.high))
+    return Alarm(
+        rule=WITHIN,
+        is_firing=True,
+        onset=when.event,
+        raised=when.event,
+        events=(when.event,),
+        drift=drift,
+        low=low,
+        high=high,
+        false_alarms=WITHIN_RATE,
+        causes=(),
+        message=message_within(baseline.design.quantity, when.time, drift, low, high),
     )
 
 

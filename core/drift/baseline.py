@@ -15,7 +15,7 @@ from core.drift.points import Points
 from core.drift.scatter import BENDS, Scatter, normal_equations, scatter, sums
 from core.drift.watched import Quantity
 
-FEWEST = 10
+FEWEST = 20
 """Events of a reference: with fewer their scatter is not known."""
 DETERMINED = 0.5
 """Of the scatter of events: what the baseline may add to an event's standard deviation when it counts as determined."""

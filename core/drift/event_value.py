@@ -3,11 +3,10 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
-from itertools import pairwise
 
 import numpy as np
 
-from core.arrays import Matrix, Vector
+from core.arrays import Indices, Mask, Matrix, Vector
 from core.drift.baseline import HUBER, Baseline
 from core.drift.points import Points
 from core.quality import Finding
@@ -68,20 +67,22 @@ class Deviation:
 
 def deviations(points: Points, count: int, baseline: Baseline) -> list[Deviation]:
     """Of each of `count` events, all with one observation at least."""
-    columns = baseline.design.columns(points)
-    residual = points.value - baseline.design.offset(points) - columns @ baseline.coefficients
-    variance = points.variance + baseline.scatter.own**2
-    within = is_within(points.amplitude, baseline)
-    edges = np.searchsorted(points.event, np.arange(count + 1))
-    unknown = _of_unknown_temperature(points, baseline)
-    found = []
-    for first, end in pairwise(edges):
-        rows = np.arange(first, end)
-        inside = rows[within[first:end]]
-        chosen = inside if inside.size else rows
-        value, own, row = _mean(residual[chosen], variance[chosen], columns[chosen])
-        found.append(Deviation(value, own + float(unknown[chosen].mean()), row, chosen.size, not inside.size))
-    return found
+    inside = is_within(points.amplitude, baseline)
+    is_beyond = np.bincount(points.event[inside], minlength=count) == 0
+    chosen = points.chosen(inside | is_beyond[points.event])
+    columns = baseline.design.columns(chosen)
+    residual = chosen.value - baseline.design.offset(chosen) - columns @ baseline.coefficients
+    variance = chosen.variance + baseline.scatter.own**2
+    value, weight = _means(residual, variance, chosen.event)
+    edges = np.searchsorted(chosen.event, np.arange(count))
+    whole = np.add.reduceat(weight, edges)
+    rows = np.add.reduceat(weight[:, None] * columns, edges) / whole[:, None]
+    unknown = np.add.reduceat(weight * _of_unknown_temperature(chosen, baseline), edges) / whole
+    counts = np.bincount(chosen.event)
+    return [
+        Deviation(float(value[n]), float(1 / whole[n] + unknown[n]), rows[n], int(counts[n]), bool(is_beyond[n]))
+        for n in range(count)
+    ]
 
 
 def covariance(found: Sequence[Deviation], baseline: Baseline) -> Matrix:
@@ -91,7 +92,7 @@ def covariance(found: Sequence[Deviation], baseline: Baseline) -> Matrix:
     return np.asarray(rows @ baseline.covariance @ rows.T + np.diag(own))
 
 
-def is_within(amplitude: Vector, baseline: Baseline) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+def is_within(amplitude: Vector, baseline: Baseline) -> Mask:
     """(n,) whether the baseline has seen such amplitudes, given by their natural logarithm."""
     return (amplitude >= baseline.design.low - MARGIN) & (amplitude <= baseline.design.high + MARGIN)
 
@@ -101,14 +102,21 @@ def relative(value: float, baseline: Baseline) -> float:
     return float(np.expm1(value)) if baseline.design.quantity.is_logarithmic else value
 
 
-def _mean(residual: Vector, variance: Vector, columns: Matrix) -> tuple[float, float, Vector]:
-    """Huber's mean from the median on, its variance and the mean of the columns with the same weights."""
-    middle = float(np.median(residual))
+def _means(residual: Vector, variance: Vector, event: Indices) -> tuple[Vector, Vector]:
+    """Huber's mean of each event, from its median on, and the weights of the observations; events in order."""
+    edges = np.searchsorted(event, np.arange(event[-1] + 1))
+    middle = _medians(residual, event, edges)
+    std = np.sqrt(variance)
     for _ in range(ROUNDS):
-        weight = 1 / (variance * np.maximum(1.0, np.abs(residual - middle) / (HUBER * np.sqrt(variance))))
-        share = weight / weight.sum()
-        middle = float(share @ residual)
-    return middle, float(1 / weight.sum()), share @ columns
+        weight = 1 / (variance * np.maximum(1.0, np.abs(residual - middle[event]) / (HUBER * std)))
+        middle = np.add.reduceat(weight * residual, edges) / np.add.reduceat(weight, edges)
+    return middle, weight
+
+
+def _medians(values: Vector, event: Indices, edges: Indices) -> Vector:
+    ranked = values[np.lexsort((values, event))]
+    counts = np.diff([*edges, values.size])
+    return np.asarray(ranked[edges + (counts - 1) // 2] + ranked[edges + counts // 2]) / 2
 
 
 def _of_unknown_temperature(points: Points, baseline: Baseline) -> Vector:

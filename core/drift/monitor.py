@@ -8,10 +8,11 @@ from math import ceil
 import numpy as np
 
 from core.drift.alarm import Alarm
-from core.drift.alarms import alarms
+from core.drift.alarms import alarms, alarms_within
 from core.drift.baseline import FEWEST, Baseline, fitted
+from core.drift.causes import causes_of_events, with_causes
 from core.drift.event_value import Deviation, EventNotes, EventValue, covariance, deviations, relative
-from core.drift.points import Dated, Points, dated_events, points
+from core.drift.points import Dated, Points, points
 from core.drift.series import Series
 from core.drift.watched import Quantity, quantity
 
@@ -57,24 +58,26 @@ def monitor(series: Series, reference: Reference, notes: Mapping[int, EventNotes
         ModelError: the quantity is none that is watched.
     """
     known = quantity(series.quantity)
-    dated = _with_observations(series)
-    every = points(series, dated)
+    every, dated = points(series)
     healthy = [n for n, one in enumerate(dated) if _is_healthy(one, reference, notes)]
     if len(healthy) < FEWEST:
         return Monitoring(series, None, FEWEST - len(healthy), (), ())
     baseline = _baseline(known, every, dated, healthy, _sizes(len(healthy), reference))
     found = deviations(every, len(dated), baseline)
-    values = _values(found, dated, baseline, notes)
+    noted = [notes.get(one.event, NOTHING) for one in dated]
+    causes = causes_of_events(every, dated, found, baseline, noted)
+    values = _values(found, dated, baseline, noted, causes)
     judged = _judged(values, baseline) if reference.end is not None or not baseline.wanted else []
-    raised = alarms(known, baseline, [dated[n] for n in judged], [found[n] for n in judged])
-    return Monitoring(series, baseline, baseline.wanted, values, raised)
-
-
-def _with_observations(series: Series) -> list[Dated]:
-    """Events with a usable observation."""
-    dated = dated_events(series)
-    used = set(points(series, dated).event.tolist())
-    return [one for n, one in enumerate(dated) if n in used]
+    raised = [
+        *alarms(known, baseline, [dated[n] for n in judged], [found[n] for n in judged]),
+        *alarms_within(known, baseline, every, dated, judged),
+    ]
+    place = {one.event: n for n, one in enumerate(dated)}
+    raised.sort(key=lambda alarm: place[alarm.raised])
+    told = dict(zip(place, causes, strict=True))
+    return Monitoring(
+        series, baseline, baseline.wanted, values, tuple(with_causes(alarm, baseline, told) for alarm in raised)
+    )
 
 
 def _is_healthy(one: Dated, reference: Reference, notes: Mapping[int, EventNotes]) -> bool:
@@ -108,23 +111,27 @@ def _baseline(
 
 
 def _values(
-    found: Sequence[Deviation], dated: Sequence[Dated], baseline: Baseline, notes: Mapping[int, EventNotes]
+    found: Sequence[Deviation],
+    dated: Sequence[Dated],
+    baseline: Baseline,
+    noted: Sequence[EventNotes],
+    causes: Sequence[tuple[str, ...]],
 ) -> tuple[EventValue, ...]:
     std = np.sqrt(np.diag(covariance(found, baseline)))
-    reference = set(baseline.events)
+    reference, is_logarithmic = set(baseline.events), baseline.design.quantity.is_logarithmic
     return tuple(
         EventValue(
             event=when.event,
             time=when.time,
             value=relative(one.value, baseline),
-            std=float(error) * (1 + relative(one.value, baseline) if baseline.design.quantity.is_logarithmic else 1.0),
+            std=float(error * np.exp(one.value) if is_logarithmic else error),
             count=one.count,
             is_reference=when.event in reference,
             is_beyond=one.is_beyond,
-            is_inhibited=bool(notes.get(when.event, NOTHING).inhibiting),
-            causes=tuple(finding.message for finding in notes.get(when.event, NOTHING).inhibiting),
+            is_inhibited=bool(note.inhibiting),
+            causes=cause,
         )
-        for when, one, error in zip(dated, found, std, strict=True)
+        for when, one, error, note, cause in zip(dated, found, std, noted, causes, strict=True)
     )
 
 

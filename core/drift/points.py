@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from datetime import UTC, datetime
+from datetime import datetime
 
 import numpy as np
 
@@ -59,37 +59,38 @@ class Dated:
     """Of its first observation."""
 
 
-def dated_events(series: Series) -> tuple[Dated, ...]:
-    """The events of a series in order of time."""
+def _dated(observations: Sequence[Observation]) -> tuple[Dated, ...]:
     first: dict[int, datetime] = {}
-    for one in series.observations:
+    for one in observations:
         first[one.event] = min(one.time, first.get(one.event, one.time))
     return tuple(Dated(event, time) for event, time in sorted(first.items(), key=lambda pair: (pair[1], pair[0])))
 
 
-def points(series: Series, events: Sequence[Dated]) -> Points:
-    """What can be used of a series.
+def points(series: Series) -> tuple[Points, tuple[Dated, ...]]:
+    """What can be used of a series, and the events that it is from in order of time.
 
     The same observation twice counts once. Where logarithms are watched, values that are not positive and values
     with a standard deviation of more than half of them are left out, and so are observations without the amplitude
     that their quantity follows.
     """
     known = quantity(series.quantity)
+    usable = [one for one in set(series.observations) if _is_usable(one, known)]
+    events = _dated(usable)
     place = {dated.event: n for n, dated in enumerate(events)}
-    usable = [one for one in dict.fromkeys(series.observations) if _is_usable(one, known)]
     # The values break ties of time, so that the order of arrival decides nothing, not even a rounding.
     usable.sort(key=lambda one: (place[one.event], one.time, one.value, one.std, one.amplitude or 0.0))
     value, std, amplitude = (
         np.array([getattr(one, name) or 0.0 for one in usable]) for name in ("value", "std", "amplitude")
     )
-    return Points(
+    found = Points(
         event=np.array([place[one.event] for one in usable], dtype=np.intp),
-        time=np.array([one.time.astimezone(UTC).timestamp() for one in usable]),
+        time=np.array([one.time.timestamp() for one in usable]),
         value=np.log(value) if known.is_logarithmic else value,
         variance=(std / value) ** 2 if known.is_logarithmic else std**2,
         amplitude=np.log(amplitude) if known.follows_amplitude else np.zeros(len(usable)),
         temperature=np.array([np.nan if one.temperature is None else one.temperature for one in usable]),
     )
+    return found, events
 
 
 def _is_usable(one: Observation, known: Quantity) -> bool:

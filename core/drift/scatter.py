@@ -58,13 +58,11 @@ class Sums:
 
 
 def sums(columns: Matrix, value: Vector, weight: Vector, event: Indices, count: int) -> Sums:
-    """Of (n,) observations with (n, p) columns in `count` events."""
+    """Of (n,) observations with (n, p) columns, sorted by their `count` events, each of which has one at least."""
     weighted = columns * weight[:, None]
-    of_events = np.zeros((count, columns.shape[1]))
-    np.add.at(of_events, event, weighted)
     return Sums(
         information=columns.T @ weighted,
-        of_events=of_events,
+        of_events=np.add.reduceat(weighted, np.searchsorted(event, np.arange(count))),
         weight=np.asarray(np.bincount(event, weight, count), dtype=float),
         product=weighted.T @ value,
         of_values=np.asarray(np.bincount(event, weight * value, count), dtype=float),
@@ -80,8 +78,7 @@ def normal_equations(found: Sums, events: Vector) -> tuple[Matrix, Vector]:
         found: sums of the reference.
         events: (m,) variance of each event's common error.
     """
-    share = events / (1 + events * found.weight)
-    shared = found.of_events * share[:, None]
+    shared = found.of_events * (events / (1 + events * found.weight))[:, None]
     return found.information - found.of_events.T @ shared, found.product - shared.T @ found.of_values
 
 
@@ -107,14 +104,13 @@ def scatter(
         precisions: (bends, p, p) of the coefficients beforehand, for each of BENDS.
         known: which quantity it is.
     """
-    tried = known.scatter * FACTORS
+    tried = np.outer((known.scatter * FACTORS) ** 2, doubt)
+    prior = np.linalg.slogdet(precisions).logabsdet
     score = np.empty((OWN_FACTORS.size, FACTORS.size, BENDS.size))
     for i, factor in enumerate(OWN_FACTORS):
         weight = trust / (own + (factor * known.own_scatter) ** 2)
         found = sums(columns, value, weight, event, doubt.size)
-        believed = -0.5 * (np.log(factor) / OWN_SPREAD) ** 2
-        for j, of_events in enumerate(tried):
-            score[i, j] = believed + _evidence(found, of_events**2 * doubt, precisions)
+        score[i] = 0.5 * prior + _evidence(found, tried, precisions) - 0.5 * (np.log(factor) / OWN_SPREAD) ** 2
     score -= 0.5 * (np.log(FACTORS) / SPREAD)[None, :, None] ** 2
     share = np.exp(score - score.max())
     share /= share.sum()
@@ -135,14 +131,21 @@ def _mean(share: Tensor, known: Quantity) -> Scatter:
     )
 
 
-def _evidence(found: Sums, events: Vector, precisions: Tensor) -> Vector:
-    """(bends,) log likelihood with coefficients and common errors integrated out."""
-    information, product = normal_equations(found, events)
+def _evidence(found: Sums, events: Matrix, precisions: Tensor) -> Matrix:
+    """(scatters, bends) log likelihood with coefficients and common errors integrated out, but for the prior's volume.
+
+    Args:
+        found: sums of the reference.
+        events: (scatters, m) variance of each event's common error.
+        precisions: (bends, p, p) of the coefficients beforehand.
+    """
     share = events / (1 + events * found.weight)
-    lower = np.linalg.cholesky(precisions + information)
-    prior = np.linalg.cholesky(precisions)
-    solved = np.linalg.solve(lower, np.broadcast_to(product[:, None], (*lower.shape[:2], 1)))[..., 0]
-    determinants = (np.log(np.diagonal(lower, axis1=1, axis2=2)) - np.log(np.diagonal(prior, axis1=1, axis2=2))).sum(1)
-    square = found.square - float(share @ found.of_values**2) - (solved**2).sum(axis=1)
-    volume = found.log_weight - float(np.log1p(events * found.weight).sum())
-    return np.asarray(0.5 * volume - determinants - 0.5 * square)
+    size = found.product.size
+    outer = (found.of_events[:, :, None] * found.of_events[:, None, :]).reshape(-1, size**2)
+    information = found.information - (share @ outer).reshape(-1, size, size)
+    product = found.product - (share * found.of_values) @ found.of_events
+    whole = information[:, None] + precisions
+    solved = np.linalg.solve(whole, np.broadcast_to(product[:, None, :, None], (*whole.shape[:3], 1)))[..., 0]
+    square = (found.square - share @ found.of_values**2)[:, None] - np.einsum("ijk,ik->ij", solved, product)
+    volume = found.log_weight - np.log1p(events * found.weight).sum(axis=1)
+    return np.asarray(0.5 * (volume[:, None] - np.linalg.slogdet(whole).logabsdet - square))

@@ -14,11 +14,11 @@ from scipy.stats import t as student
 
 from core.arrays import Indices, Matrix, Vector
 
-CLIP = 3.0
+CLIP = 4.0
 """Standard deviations that an innovation counts at most when it is decided whether there is a change."""
 LOCATING_CLIP = 8.0
 """The same when it is decided where a change began."""
-SUPPORT = 1.0
+SUPPORT = 1.5
 """Standard deviations by which an event must deviate to speak for a change."""
 LEVEL = 0.95
 """Of the interval of a change."""

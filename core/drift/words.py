@@ -12,6 +12,15 @@ def message(known: Quantity, rule: Rule, onset: datetime, drift: float, low: flo
     return f"the {known.title} has changed by {interval(known, drift, low, high)}, {pace} {onset:%Y-%m-%d %H:%M} UTC"
 
 
+def message_within(known: Quantity, when: datetime, drift: float, low: float, high: float) -> str:
+    """One sentence of a change within an event."""
+    change = interval(known, drift, low, high)
+    return (
+        f"within the event of {when:%Y-%m-%d %H:%M} UTC the {known.title} changed by {change}: its cycles after the "
+        "largest against those before it, at matched amplitude"
+    )
+
+
 def interval(known: Quantity, drift: float, low: float, high: float) -> str:
     """As in "−8.1 % (95 %: −9.9 to −6.2 %)"."""
     scale, unit = (100.0, "%") if known.is_logarithmic else (1000.0, "mm")

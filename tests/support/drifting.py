@@ -23,7 +23,7 @@ class Plan:
     own: tuple[float, float] = (0.01, 0.03)
     """The same from cycle to cycle."""
     outliers: float = 0.02
-    """Share of the events with five times the scatter."""
+    """Share of the events with three times the scatter."""
     per_year: tuple[float, float] = (10.0, 60.0)
     has_thermometer: bool = True
     giant: bool = True
@@ -63,7 +63,7 @@ def history(plan: Plan, seed: int) -> History:
     if giant is not None:
         peak[giant] = peak.max() * rng.uniform(2, 5)
     scatter, own = rng.uniform(*plan.scatter), rng.uniform(*plan.own)
-    common = scatter * rng.standard_normal(plan.events) * np.where(rng.random(plan.events) < plan.outliers, 5.0, 1.0)
+    common = scatter * rng.standard_normal(plan.events) * np.where(rng.random(plan.events) < plan.outliers, 3.0, 1.0)
     common += thermal * (temperature - 15.0)
     if giant is not None:
         common[giant + 1 :] -= plan.scragging * 0.5 ** ((time[giant + 1 :] - time[giant]) / 30.0)

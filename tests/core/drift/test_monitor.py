@@ -22,7 +22,7 @@ def test_few_events_are_no_baseline_and_say_how_many_are_wanted() -> None:
     lived = history(Plan(events=30), 4)
     found = monitor(cut(series(lived), 4), Reference(), {})
     assert found.baseline is None
-    assert found.wanted == 6
+    assert found.wanted == 16
     assert found.values == found.alarms == ()
 
 

@@ -1,0 +1,99 @@
+"""Did an event damage what it shook: do its later cycles differ from its earlier ones at matched amplitude?
+
+Each cycle is compared with the baseline at its own amplitude, so that what the curve explains drops out. Healthy layers
+soften a little within an event too (rubber is scragged, lead warms); how much, and how differently, the reference's
+events tell. Of cycles larger than any in the reference nothing is known, but they may have softened what follows.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import t as student
+
+from core.arrays import Indices, Vector
+from core.drift.baseline import Baseline
+from core.drift.event_value import is_within
+from core.drift.points import Points
+from core.drift.rules import WITHIN_RATE
+from core.drift.sequential import LEVEL, Change
+
+FEWEST = 3
+"""Cycles before the largest, and after it."""
+USUAL = 0.02
+"""Standard deviation among buildings of the mean change within a healthy event; relative."""
+BELIEVED = 4.0
+"""Events that the quantity's typical scatter counts for beside the reference's own."""
+SOFTENING = 0.03
+"""Standard deviation of the change that healthy softening brings for each unit of the natural logarithm by which the
+largest cycle exceeds the reference."""
+OUTLYING = 3.0
+"""Standard deviations that a reference's event counts at most."""
+HUNDRED = 100
+"""Events of the sequence that a false-alarm rate is stated for."""
+
+
+@dataclass(frozen=True, slots=True)
+class Contrast:
+    """Of the cycles after an event's largest to those before."""
+
+    value: float
+    variance: float
+    excess: float
+    """By which the largest exceeds the reference, natural logarithm; 0 if it does not."""
+
+
+def contrasts(points: Points, count: int, baseline: Baseline) -> list[Contrast | None]:
+    """Of each of `count` events; None where too few cycles within the baseline's range come before or after."""
+    columns = baseline.design.columns(points)
+    residual = points.value - baseline.design.offset(points) - columns @ baseline.coefficients
+    variance = points.variance + baseline.scatter.own**2
+    inside = is_within(points.amplitude, baseline)
+    edges = np.searchsorted(points.event, np.arange(count + 1))
+    found: list[Contrast | None] = []
+    for n in range(count):
+        rows = np.arange(edges[n], edges[n + 1])
+        largest = rows[points.amplitude[rows].argmax()]
+        within = rows[inside[rows]]
+        parts = (
+            within[points.time[within] < points.time[largest]],
+            within[points.time[within] > points.time[largest]],
+        )
+        if min(part.size for part in parts) < FEWEST:
+            found.append(None)
+            continue
+        (first, of_first), (last, of_last) = (_mean(residual, variance, part) for part in parts)
+        turned = columns[parts[1]].mean(axis=0) - columns[parts[0]].mean(axis=0)
+        of_curve = float(turned @ baseline.covariance @ turned)
+        excess = max(0.0, float(points.amplitude[largest]) - baseline.design.high)
+        found.append(Contrast(last - first, of_first + of_last + of_curve, excess))
+    return found
+
+
+def damage(found: Contrast, healthy: list[Contrast], typical: float) -> Change | None:
+    """The loss within an event, where there surely is one.
+
+    Args:
+        found: of the event.
+        healthy: of the reference's events.
+        typical: standard deviation from event to event that is typical of the quantity.
+    """
+    values = np.array([one.value for one in healthy])
+    variances = np.array([one.variance for one in healthy])
+    middle = float(np.median(values)) if healthy else 0.0
+    beyond = np.minimum((values - middle) ** 2 - variances, OUTLYING**2 * typical**2)
+    scatter = (BELIEVED * typical**2 + float(np.maximum(beyond, 0.0).sum())) / (BELIEVED + len(healthy))
+    weight = 1 / (variances + scatter)
+    of_mean = 1 / (float(weight.sum()) + USUAL**-2)
+    usual = of_mean * float(weight @ values)
+    freedom = BELIEVED + len(healthy)
+    std = np.sqrt(found.variance + scatter + of_mean + (SOFTENING * found.excess) ** 2)
+    size = found.value - usual
+    if size > -std * student.isf(WITHIN_RATE / HUNDRED, freedom):
+        return None
+    half = float(std * student.isf((1 - LEVEL) / 2, freedom))
+    return Change(size, size - half, size + half)
+
+
+def _mean(residual: Vector, variance: Vector, part: Indices) -> tuple[float, float]:
+    """Median, and the variance of a median of normal values (π/2 that of their mean)."""
+    return float(np.median(residual[part])), float(np.pi / 2 * variance[part].mean() / part.size)
