@@ -14,10 +14,11 @@ from scipy.optimize import nnls
 from core.arrays import Matrix, Vector
 from core.effect import LogNormal, Parameter
 from core.effects import EFFECTS
-from core.fitting import Fit, fitted, parameter, signature, tangents
+from core.fitting import Fit, signature, tangents
 from core.isolator import Isolator
 from core.layer_columns import Evidence
 from core.observation import Observation
+from core.projected_misfit import parameter
 
 GRID = (5, 3, 2)
 """Values of a candidate's parameter that are tried, if it has one, two or more that are not proportional."""
@@ -94,17 +95,6 @@ def _gain(residual: Vector, basis: Matrix, signature: Matrix, one_sided: Sequenc
     both = np.flatnonzero(~np.array(one_sided)[there])
     _, left = nnls(np.hstack([across.R, -across.R[:, both]]), asked)
     return max(0.0, float(asked @ asked - left**2))
-
-
-def candidate(evidence: Evidence, found: Sequence[Preview]) -> Fit:
-    """The model with one more effect, everything fitted, from the best places to begin.
-
-    Args:
-        evidence: the records, weighed.
-        found: previews of the effect.
-    """
-    fits = (fitted(evidence, one.model) for one in found)
-    return min(fits, key=lambda fit: fit.chi_square)
 
 
 def starts(effect: str, observations: Sequence[Observation]) -> Iterator[Mapping[str, float]]:

@@ -7,11 +7,13 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from core.descent import Outcome
 from core.driven import force_history
 from core.effects import EFFECTS
-from core.fitting import Fit, parameter
+from core.fitting import Fit
 from core.isolator import Isolator
 from core.observation import Observation
+from core.projected_misfit import parameter
 
 FED = 0.05
 """Of the work that passes through the layer: what a force may feed into the motion for its numerical error."""
@@ -32,7 +34,8 @@ def _reasons(effect: str, fit: Fit, observations: Sequence[Observation]) -> Iter
     values, about = fit.model.effects[effect], EFFECTS[effect]
     if about.linear and all(values[name] == 0 for name in about.linear):
         yield "it has no strength left: the records ask for the opposite of it"
-    for one in (parameter((effect, name)) for name in values if name not in (*about.held, *about.linear)):
+    searched = [] if fit.outcome is Outcome.STOPPED else [name for name in values if (effect, name) in fit.free]
+    for one in (parameter((effect, name)) for name in searched if name not in about.linear):
         if values[one.name] in one.bounds:
             side = "smallest" if values[one.name] == one.bounds[0] else "largest"
             yield f"{one.name} went to the {side} that it may be ({one.meaning})"

@@ -11,10 +11,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.arrays import Vector
-from core.candidates import candidate, previews
+from core.candidates import previews
+from core.descent import Outcome
 from core.fitting import Fit, at_values, fitted
 from core.isolator import Isolator
 from core.layer_columns import Evidence
+from core.projected_misfit import search_of
+from core.race import raced
 from core.weighed_fit import inflation, weighed_by
 
 DECISIVE = 10.0
@@ -101,12 +104,15 @@ def ranked(by_noise: Evidence, model: Isolator, effects: Sequence[str]) -> Ranki
     seen = previews(evidence, base, effects)
     least = max(VISIBLE * base.chi_square, PROMISING * seen[0][0].gain) if seen else 0.0
     promising = [found for n, found in enumerate(seen[:SEARCHED]) if n == 0 or found[0].gain > least]
-    fits = {found[0].effect: candidate(evidence, found) for found in promising}
+    fits = raced(evidence, {found[0].effect: [place.model for place in found] for found in promising})
     if fits:
         best = min(fits.values(), key=lambda fit: fit.chi_square)
         evidence = weighed_by(by_noise, at_values(by_noise, best.model))
     base = fitted(evidence, base.model)
-    final = {name: fitted(evidence, fit.model) for name, fit in fits.items()}
+    final = {
+        name: (at_values if fit.outcome is Outcome.STOPPED else fitted)(evidence, fit.model)
+        for name, fit in fits.items()
+    }
     final |= {found[0].effect: at_values(evidence, found[0].model) for found in seen[len(fits) :]}
     best = min([base, *final.values()], key=lambda fit: fit.chi_square)
     τ = inflation(evidence, best)
@@ -121,6 +127,6 @@ def ranked(by_noise: Evidence, model: Isolator, effects: Sequence[str]) -> Ranki
 
 
 def _judged(name: str, evidence: Evidence, base: Fit, fit: Fit, τ: float) -> Judged:
-    more = len(fit.free) - len(base.free)
+    more = search_of(fit.model).count - search_of(base.model).count
     delta = (fit.chi_square - base.chi_square) / τ + more * np.log(evidence.target.size / τ)
     return Judged(name, fit, float(delta))

@@ -6,8 +6,10 @@ from math import sqrt
 
 import numpy as np
 
-from core.fitting import Fit, Outcome, parameter
+from core.descent import Outcome
+from core.fitting import Fit
 from core.isolator import Key
+from core.projected_misfit import parameter
 from service.pages.units import shown, unit
 from service.workbench.values import rounded
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from observed import BOUC_WEN, observations
 
-from core.fitting import Outcome, fitted
+from core.descent import Outcome
+from core.fitting import fitted
 from core.isolator import Isolator
 from core.layer_columns import Evidence
 

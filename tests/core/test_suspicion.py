@@ -12,10 +12,11 @@ from simulated import FLOORS, START
 
 from core.analysis import DirectionAnalysis, EventAnalysis
 from core.arrays import Vector
+from core.descent import Outcome
 from core.description import BuildingDescription, IsolationDesign
 from core.estimator import RestoringForce
 from core.first_model import first_model
-from core.fitting import Fit, Outcome
+from core.fitting import Fit
 from core.isolator import Isolator
 from core.quality import Finding
 from core.storeys import StoreyStiffness

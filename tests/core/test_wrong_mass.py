@@ -10,9 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from core.arrays import Vector
+from core.descent import Outcome
 from core.description import IsolationDesign
 from core.first_model import first_model
-from core.fitting import Fit, Outcome
+from core.fitting import Fit
 from core.isolator import Isolator
 from core.wrong_mass import wrong_mass
 
