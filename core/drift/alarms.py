@@ -9,10 +9,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from core.arrays import Matrix
+from core.arrays import Matrix, Vector
 from core.drift.alarm import Alarm
 from core.drift.baseline import Baseline
-from core.drift.event_value import Deviation, covariance, relative
+from core.drift.event_value import relative
 from core.drift.points import Dated, Points
 from core.drift.rules import SLOW, WITHIN, WITHIN_RATE, Rule, ramps, rules, steps
 from core.drift.sequential import CLIP, LOCATING_CLIP, Change, Innovations, change, evidence, innovations
@@ -37,19 +37,17 @@ class Crossing:
 
 
 def alarms(
-    known: Quantity, baseline: Baseline, dated: Sequence[Dated], found: Sequence[Deviation]
+    known: Quantity, baseline: Baseline, dated: Sequence[Dated], deviation: Vector, shared: Matrix
 ) -> tuple[Alarm, ...]:
     """Of a series, in the order in which they were raised.
 
     Args:
         known: the quantity.
         baseline: of the series.
-        dated: the events that are judged, in order of time.
-        found: their deviations.
+        dated: n events that are judged, in order of time.
+        deviation: (n,) of each.
+        shared: (n, n) their covariance while the building is healthy.
     """
-    if not found:
-        return ()
-    deviation, shared = np.array([one.value for one in found]), covariance(found, baseline)
     crossings: list[tuple[Crossing, Innovations]] = []
     start = 0
     while start < deviation.size:

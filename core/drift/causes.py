@@ -10,9 +10,10 @@ from core.drift.alarm import Alarm
 from core.drift.baseline import Baseline
 from core.drift.event_value import Deviation, EventNotes
 from core.drift.points import Dated, Points
+from core.drift.softening import excesses
 
-LARGER = 1.25
-"""By which an event's largest amplitude must exceed all before to be called the largest so far."""
+LARGER = 0.2
+"""Natural logarithm by which an event's largest amplitude exceeds the reference's and all before when it is told."""
 RECOVERY = timedelta(days=90)
 """In which most of what scragging takes is taken to come back."""
 LAYER = ("stiffness", "damping")
@@ -32,7 +33,7 @@ def causes_of_events(
     known = baseline.design.quantity
     edges = np.searchsorted(points.event, np.arange(len(dated)))
     is_cold = known.follows_temperature & np.isnan(points.temperature[edges])
-    largest = _largest(np.maximum.reduceat(points.amplitude, edges)) if known.name in LAYER else set()
+    largest = np.flatnonzero(excesses(points, len(dated), baseline) > LARGER).tolist() if known.softening else []
     every = []
     for n, (when, deviation, note) in enumerate(zip(dated, found, notes, strict=True)):
         recent = [m for m in largest if m < n and when.time - dated[m].time <= RECOVERY]
@@ -42,12 +43,6 @@ def causes_of_events(
         causes += [SCRAGGING] if n in largest else [AFTER_SCRAGGING] if recent else []
         every.append(tuple(causes))
     return every
-
-
-def _largest(amplitude: np.ndarray[tuple[int], np.dtype[np.float64]]) -> set[int]:
-    """Events whose amplitude, a natural logarithm, exceeds that of all before; the first does not count."""
-    before = np.maximum.accumulate(amplitude)[:-1]
-    return set((1 + np.flatnonzero(amplitude[1:] > before + np.log(LARGER))).tolist())
 
 
 def with_causes(alarm: Alarm, baseline: Baseline, of_events: dict[int, tuple[str, ...]]) -> Alarm:

@@ -24,7 +24,7 @@ taken to be there."""
 DEGREE = 3
 LEVEL = 3.0
 """Standard deviation of a coefficient about the reference's median, so that level and slope are hardly bound."""
-SWING = 8.0
+SWING = 10.0
 """K, standard deviation of a layer's temperature over the year, where nothing measured it."""
 MEASURED = 0.8
 """Share of the reference's observations with a temperature from which on its influence is found from them."""

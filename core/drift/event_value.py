@@ -85,11 +85,17 @@ def deviations(points: Points, count: int, baseline: Baseline) -> list[Deviation
     ]
 
 
-def covariance(found: Sequence[Deviation], baseline: Baseline) -> Matrix:
-    """(n, n) of the deviations of healthy events: all share the baseline's error, each has its own scatter."""
+def covariance(found: Sequence[Deviation], softened: Matrix, baseline: Baseline) -> Matrix:
+    """(n, n) of the deviations of healthy events: they share the baseline's error, and what large ones left behind.
+
+    Args:
+        found: n deviations.
+        softened: (n, earthquakes) of `core.drift.softening`.
+        baseline: that they are from.
+    """
     rows = np.array([one.row for one in found])
     own = np.array([one.variance for one in found]) + baseline.scatter.events**2
-    return np.asarray(rows @ baseline.covariance @ rows.T + np.diag(own))
+    return np.asarray(rows @ baseline.covariance @ rows.T + softened @ softened.T + np.diag(own))
 
 
 def is_within(amplitude: Vector, baseline: Baseline) -> Mask:

@@ -7,6 +7,7 @@ from math import ceil
 
 import numpy as np
 
+from core.arrays import Vector
 from core.drift.alarm import Alarm
 from core.drift.alarms import alarms, alarms_within
 from core.drift.baseline import FEWEST, Baseline, fitted
@@ -14,6 +15,7 @@ from core.drift.causes import causes_of_events, with_causes
 from core.drift.event_value import Deviation, EventNotes, EventValue, covariance, deviations, relative
 from core.drift.points import Dated, Points, points
 from core.drift.series import Series
+from core.drift.softening import softening
 from core.drift.watched import Quantity, quantity
 
 GROWTH = 1.15
@@ -66,10 +68,12 @@ def monitor(series: Series, reference: Reference, notes: Mapping[int, EventNotes
     found = deviations(every, len(dated), baseline)
     noted = [notes.get(one.event, NOTHING) for one in dated]
     causes = causes_of_events(every, dated, found, baseline, noted)
-    values = _values(found, dated, baseline, noted, causes)
+    shared = covariance(found, softening(every, dated, baseline), baseline)
+    values = _values(found, np.sqrt(np.diag(shared)), dated, baseline, noted, causes)
     judged = _judged(values, baseline) if reference.end is not None or not baseline.wanted else []
+    deviation = np.array([one.value for one in found])
     raised = [
-        *alarms(known, baseline, [dated[n] for n in judged], [found[n] for n in judged]),
+        *alarms(known, baseline, [dated[n] for n in judged], deviation[judged], shared[np.ix_(judged, judged)]),
         *alarms_within(known, baseline, every, dated, judged),
     ]
     place = {one.event: n for n, one in enumerate(dated)}
@@ -112,12 +116,12 @@ def _baseline(
 
 def _values(
     found: Sequence[Deviation],
+    std: Vector,
     dated: Sequence[Dated],
     baseline: Baseline,
     noted: Sequence[EventNotes],
     causes: Sequence[tuple[str, ...]],
 ) -> tuple[EventValue, ...]:
-    std = np.sqrt(np.diag(covariance(found, baseline)))
     reference, is_logarithmic = set(baseline.events), baseline.design.quantity.is_logarithmic
     return tuple(
         EventValue(

@@ -25,6 +25,9 @@ class Quantity:
     """Typical standard deviation from one healthy event to another beside all that is known; relative, or SI units."""
     own_scatter: float
     """The same from one observation to another within an event, beside their own standard deviations."""
+    softening: float = 0.0
+    """Standard deviation of what comes back after an earthquake larger than all before, for each unit of the natural
+    logarithm by which it was larger; relative."""
     per_kelvin: tuple[float, float] = (0.0, 0.0)
     """Mean and standard deviation, among buildings, of the change with one kelvin; relative."""
 
@@ -39,6 +42,7 @@ _every = (
         harm="less",
         scatter=0.01,
         own_scatter=0.01,
+        softening=0.015,
         per_kelvin=(-0.004, 0.004),
     ),
     Quantity(
@@ -50,6 +54,7 @@ _every = (
         harm="less",
         scatter=0.03,
         own_scatter=0.05,
+        softening=0.015,
         per_kelvin=(-0.004, 0.006),
     ),
     Quantity(
