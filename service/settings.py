@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Annotated, Literal, Self
 
 from platformdirs import user_data_path
-from pydantic import Field, model_validator
+from pydantic import Field, SecretStr, model_validator
 from pydantic_settings import (
     BaseSettings,
     EnvSettingsSource,
@@ -148,6 +148,40 @@ class Settings(BaseSettings):
     estimator: str = Field(default="smoother", description="estimator of the restoring force: smoother or cms")
     rate: Annotated[float, Field(gt=0)] = Field(default=100.0, description="Hz, to which records are resampled")
     band: tuple[float, float] = Field(default=(0.1, 30.0), description="Hz, pass band of everything that is estimated")
+
+    public_url: str | None = Field(
+        default=None,
+        description="address at which people reach the pages, such as https://menshin.example.org; messages link to it",
+    )
+    smtp_host: str | None = Field(default=None, description="mail server that takes our mail; without it none is sent")
+    smtp_port: int = Field(default=587, ge=1, le=65535, description="port of the mail server")
+    smtp_security: Literal["starttls", "tls", "none"] = Field(
+        default="starttls", description="starttls, tls (from the first byte, often port 465) or none"
+    )
+    smtp_user: str | None = Field(default=None, description="name to log in with at the mail server")
+    smtp_password: SecretStr | None = Field(default=None, description="password to log in with at the mail server")
+    mail_from: str = Field(default="menshin@localhost", description="address that mail comes from")
+    inside_allowed: tuple[str, ...] = Field(
+        default=(),
+        description="names of hosts, and networks such as 10.1.0.0/16, that messages may go to although they are not "
+        "public",
+    )
+    plain_http_allowed: bool = Field(
+        default=False, description="whether messages may go to addresses that begin with http://"
+    )
+    notice_timeout: Seconds = Field(default=30.0, description="s that an attempt to deliver a message may take")
+    notice_attempts: Count = Field(default=30, description="times that a message is tried at a receiver")
+    notice_delay: Seconds = Field(
+        default=10.0, description="s before the second attempt; the next ones wait twice as long, less by chance"
+    )
+    notice_longest_delay: Seconds = Field(default=3600.0, description="s between two attempts at most")
+    alertmanager_interval: Seconds = Field(
+        default=60.0, description="s after which an Alertmanager is told again of what still stands"
+    )
+    heartbeat_url: SecretStr | None = Field(
+        default=None, description="address outside that is asked as long as the service really works; see alerts.md"
+    )
+    heartbeat_interval: Seconds = Field(default=60.0, description="s between two heartbeats")
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
