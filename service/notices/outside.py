@@ -44,8 +44,8 @@ def posted(url: str, headers: Mapping[str, str], body: bytes, reach: Reach, seco
     """
     try:
         address = httpx.URL(url)
-    except httpx.InvalidURL as error:
-        return Answer("not_taken", f"no web address: {error}", is_final=True)
+    except httpx.InvalidURL:  # whose message repeats the address
+        return Answer("not_taken", "its address is no web address", is_final=True)
     if address.scheme != "https" and not (address.scheme == "http" and reach.plain_http):
         return Answer("not_taken", f"{address.scheme}:// is not allowed: plain_http_allowed would do for http://")
     try:

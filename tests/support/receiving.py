@@ -133,7 +133,7 @@ def mailbox(tls: ssl.SSLContext | None = None, password: str | None = None) -> I
 
     def login(server: SMTP, session: Session, envelope: Envelope, mechanism: str, given: LoginPassword) -> AuthResult:
         made.logins.append(given.login.decode())
-        return AuthResult(success=given.password.decode() == password)
+        return AuthResult(success=given.password.decode() == password, handled=False)
 
     controller = Controller(
         made,

@@ -1,0 +1,131 @@
+"""Sends what is in the outbox: claims a delivery, sends outside any transaction, writes what came of it."""
+
+import logging
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass, field
+from datetime import UTC, datetime, timedelta
+from random import Random
+from threading import Event as Signal
+from time import monotonic
+
+from sqlalchemy.exc import OperationalError
+from sqlalchemy.orm import Session, sessionmaker
+
+from service.database import Delivery
+from service.notices import claims, writing
+from service.notices.answer import Answer
+from service.notices.claims import Claim, Patience
+from service.notices.senders import SENDERS
+from service.notices.writing import MissingVariableError
+from service.sessions import reading
+from service.settings import Settings
+
+log = logging.getLogger(__name__)
+
+IDLE = 0.5
+"""s between two looks at the outbox."""
+AT_ONCE = 8
+"""Deliveries under way together, so that one slow receiver holds up no other."""
+SPARE = timedelta(seconds=60)
+"""That a lease outlasts the longest attempt: for the picture, and for a busy machine."""
+LONGEST_PAUSE = 30.0
+"""s between two attempts to reach a database that is away."""
+
+
+@dataclass(slots=True)
+class Notifier:
+    """Delivers until it is told to stop.
+
+    A delivery is tried at least once. That it is tried again although it may have arrived is said with the message: the
+    attempt is written down before anything is sent, and its end is written only under a claim that still holds.
+    """
+
+    sessions: sessionmaker[Session]
+    settings: Settings
+    clock: Callable[[], datetime] = lambda: datetime.now(UTC)
+    rng: Random = field(default_factory=Random)
+    failing: set[str] = field(default_factory=set)
+    """Receivers whose last attempt went wrong."""
+
+    def run(self, stop: Signal) -> None:
+        """Deliver until `stop` is set; attempts that are under way then are brought to their end."""
+        pause = IDLE
+        with ThreadPoolExecutor(AT_ONCE, thread_name_prefix="delivery") as pool:
+            under_way: set[Future[None]] = set()
+            while not stop.is_set():
+                try:
+                    under_way = {one for one in under_way if not one.done()}
+                    while len(under_way) < AT_ONCE and (claim := self._claim()) is not None:
+                        under_way.add(pool.submit(self._deliver, claim))
+                    if pause != IDLE:
+                        log.warning("the database is back")
+                    pause = IDLE
+                except OperationalError as error:
+                    if pause == IDLE:
+                        log.warning("the database is out of reach, trying again: %s", error.orig)
+                    pause = min(2 * pause, LONGEST_PAUSE)
+                stop.wait(pause)
+
+    def run_until_idle(self) -> int:
+        """Deliver until nothing is due; the number of attempts."""
+        attempts = 0
+        while (claim := self._claim()) is not None:
+            self._deliver(claim)
+            attempts += 1
+        return attempts
+
+    def _claim(self) -> Claim | None:
+        lease = timedelta(seconds=self.settings.notice_timeout) + SPARE
+        with self.sessions.begin() as session:
+            return claims.claim(session, self.clock(), lease, self._patience)
+
+    def _deliver(self, claim: Claim) -> None:
+        """One attempt, from the letter to the log; an end that cannot be written is found missing by who comes next."""
+        begun = monotonic()
+        answer = self._sent(claim)
+        seconds = monotonic() - begun
+        try:
+            with self.sessions.begin() as session:
+                held = claims.finish(session, claim, answer, seconds, self.clock(), self._patience, self.rng)
+        except OperationalError as error:
+            log.warning("the end of an attempt could not be written, its lease will lapse: %s", error.orig)
+            return
+        if not held:
+            log.warning("delivery %d was taken over by another notifier", claim.delivery_id)
+        self._tell(claim.receiver, answer)
+
+    def _sent(self, claim: Claim) -> Answer:
+        try:
+            with reading(self.sessions)() as session:
+                delivery = session.get_one(Delivery, claim.delivery_id)
+                to = writing.addressee(delivery.receiver)
+                letter = writing.letter(session, delivery, self.settings.public_url, claim.is_repeat)
+        except MissingVariableError as missing:
+            return Answer("not_taken", str(missing))
+        except Exception:  # a bug at one message stops no other, and is shown
+            log.exception("delivery %d could not be written", claim.delivery_id)
+            return Answer("not_taken", "it could not be written; the log has why")
+        try:
+            return SENDERS[to.kind](letter, to, self.settings, self.clock())
+        except Exception:  # like the one before
+            log.exception("delivery %d could not be sent", claim.delivery_id)
+            return Answer("unknown", "an error of ours; the log has it")
+
+    def _tell(self, receiver: str, answer: Answer) -> None:
+        """One line when a receiver begins to fail, and one when it takes messages again."""
+        if answer.outcome != "delivered" and receiver not in self.failing:
+            self.failing.add(receiver)
+            log.warning("messages to %s do not arrive: %s", receiver, answer.text)
+        if answer.outcome == "delivered" and receiver in self.failing:
+            self.failing.discard(receiver)
+            log.info("messages to %s arrive again", receiver)
+
+    @property
+    def _patience(self) -> Patience:
+        given = self.settings
+        return Patience(
+            given.notice_attempts,
+            timedelta(seconds=given.notice_delay),
+            timedelta(seconds=given.notice_longest_delay),
+        )

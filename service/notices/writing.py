@@ -1,0 +1,84 @@
+"""How does a stored message become the letter that goes to a receiver?"""
+
+import os
+from collections.abc import Sequence
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from service import buildings
+from service.database import Delivery, Message, Receiver
+from service.notices import pictures
+from service.notices.letter import Addressee, Letter
+from service.receiver_rules import VARIABLE
+
+SHOWN_TO = frozenset({"email"})
+"""Kinds of receivers that see the picture."""
+
+
+class MissingVariableError(Exception):
+    """The building file names a variable of the environment that is not there."""
+
+
+def letter(session: Session, delivery: Delivery, public_url: str | None, is_repeat: bool) -> Letter:
+    """The letter of a delivery.
+
+    Args:
+        session: that reads.
+        delivery: with its message and its receiver.
+        public_url: address at which people reach the pages.
+        is_repeat: whether it may be the second of its kind.
+    """
+    message = delivery.message
+    before = _until(session, message)
+    picture = None
+    if delivery.receiver.kind in SHOWN_TO and message.picture_event_id and message.picture_direction:
+        picture = pictures.loop(session, message.picture_event_id, message.picture_direction, message.kind)
+    return Letter(
+        identity=message.identity,
+        first_identity=before[0].identity,
+        key=message.key,
+        number=message.number,
+        building_code=message.building.code,
+        building_name=message.building.name,
+        timezone=buildings.described(session, message.building).timezone,
+        kind=message.kind,
+        sequence=message.sequence,
+        severity=message.severity,
+        gravest=next((one.severity for one in reversed(before) if one.severity != "all_clear"), message.severity),
+        subject=message.subject,
+        sentences=tuple(message.sentences),
+        facts=tuple((fact["name"], fact["value"]) for fact in message.facts),
+        link=f"{public_url.rstrip('/')}{message.link}" if public_url and message.link else "",
+        data=message.data,
+        began_at=before[0].created_at,
+        written_at=message.created_at,
+        is_repeat=is_repeat,
+        picture=picture,
+    )
+
+
+def addressee(receiver: Receiver) -> Addressee:
+    """Where a receiver is reached, with what the environment holds for it.
+
+    Raises:
+        MissingVariableError: it holds nothing under that name.
+    """
+    secret = None if receiver.secret is None else _meant(receiver.secret)
+    return Addressee(receiver.name, receiver.kind, _meant(receiver.address), secret)
+
+
+def _until(session: Session, message: Message) -> Sequence[Message]:
+    """The messages of one key up to this one, in their order."""
+    of_key = (Message.building_id == message.building_id, Message.key == message.key)
+    question = select(Message).where(*of_key, Message.number <= message.number)
+    return session.scalars(question.order_by(Message.number)).all()
+
+
+def _meant(value: str) -> str:
+    if not value.startswith(VARIABLE):
+        return value
+    name = value.removeprefix(VARIABLE)
+    if name not in os.environ:
+        raise MissingVariableError(f"the environment has no {name}, which the building file names")
+    return os.environ[name]
