@@ -8,6 +8,11 @@ from sqlalchemy.orm import Session
 
 from service.database import Lease
 
+POLLING = "polling"
+"""The poller's."""
+WORKING = "working"
+"""Held by one of the workers as long as any of them is alive."""
+
 
 def hold(session: Session, name: str, holder: str, now: datetime, duration: timedelta) -> bool:
     """Take or extend a right; False while another process holds it."""

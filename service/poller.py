@@ -17,12 +17,12 @@ from sqlalchemy.orm import Session, sessionmaker
 from service import leases
 from service.alerting import rounds
 from service.database import Building
+from service.leases import POLLING
 from service.looking import Look
 from service.settings import Settings
 
 log = logging.getLogger(__name__)
 
-POLLING = "polling"
 LEASE = timedelta(seconds=60)
 ROUND = 5.0
 """s between two looks at the lease, at the list of buildings and at the events that wait."""

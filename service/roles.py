@@ -60,8 +60,10 @@ def wait_for(stop: Signal) -> None:
 
 
 @contextmanager
-def running(settings: Settings, stop: Signal, *, poll: bool = False, work: bool = False) -> Iterator[None]:
-    """The poller and the worker beside what the caller does; both have ended afterwards."""
+def running(
+    settings: Settings, stop: Signal, *, poll: bool = False, work: bool = False, notify: bool = False
+) -> Iterator[None]:
+    """The poller, the worker and the notifier beside what the caller does; all have ended afterwards."""
     logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
     logging.getLogger("apscheduler").setLevel(logging.ERROR)  # a look longer than the interval skips one: no fault
     logging.getLogger("httpx").setLevel(logging.WARNING)
@@ -69,6 +71,7 @@ def running(settings: Settings, stop: Signal, *, poll: bool = False, work: bool 
         parts = [
             *([Thread(target=_guarded, args=(_poll, opened, settings, stop), name="poller")] if poll else []),
             *([Thread(target=_guarded, args=(_work, opened, settings, stop), name="worker")] if work else []),
+            *([Thread(target=_guarded, args=(_notify, opened, settings, stop), name="notifier")] if notify else []),
         ]
         for part in parts:
             part.start()
@@ -143,3 +146,9 @@ def _work(opened: sessionmaker[Session], settings: Settings, stop: Signal) -> No
             Worker(opened, made, settings, notes=Path(notes)).run(stop)
         finally:
             made().shutdown(wait=True, **({"kill_workers": True} if settings.executor == "local" else {}))
+
+
+def _notify(opened: sessionmaker[Session], settings: Settings, stop: Signal) -> None:
+    from service.notices.notifier import Notifier
+
+    Notifier(opened, settings).run(stop)

@@ -1,6 +1,8 @@
 """Does the work that waits: claims a job, has it computed elsewhere, writes the result under its claim."""
 
 import logging
+import os
+import socket
 from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import dataclass, field, replace
@@ -14,10 +16,11 @@ from sqlalchemy.exc import OperationalError
 from sqlalchemy.orm import Session, sessionmaker
 
 from core.errors import CoreError
-from service import jobs
+from service import jobs, leases
 from service.executors import Executors
 from service.jobs import Claim
 from service.kinds import KINDS
+from service.leases import WORKING
 from service.progress import Note, silent
 from service.running import Running
 from service.sessions import reading
@@ -47,6 +50,7 @@ class Worker:
     """Folder in which computations tell what they are doing; None: who waits is told of whole stages."""
     running: dict[Future[Any], Running] = field(default_factory=dict)
     extended_at: datetime | None = None
+    holder: str = field(default_factory=lambda: f"{socket.gethostname()}:{os.getpid()}")
 
     def run(self, stop: Signal) -> None:
         """Work until `stop` is set; jobs that are not finished then are put back."""
@@ -118,6 +122,8 @@ class Worker:
         now = self.clock()
         if self.extended_at is not None and now - self.extended_at < self._lease / 3:
             return
+        with self.sessions.begin() as session:
+            leases.hold(session, WORKING, self.holder, now, self._lease)
         self.extended_at = now
         for future, job in list(self.running.items()):
             with self.sessions.begin() as session:
@@ -133,6 +139,8 @@ class Worker:
             for job in self.running.values():
                 with self.sessions.begin() as session:
                     jobs.release(session, job.claim)
+            with self.sessions.begin() as session:
+                leases.give_up(session, WORKING, self.holder)
         except OperationalError as error:
             log.warning("the database is out of reach, the claims will lapse by themselves: %s", error.orig)
         self.running.clear()

@@ -15,11 +15,11 @@ def up(
     workers: Annotated[int | None, typer.Option(help="Analyses that run at the same time.")] = None,
     port: Annotated[int | None, typer.Option(help="Port of the API.")] = None,
 ) -> None:
-    """Run everything in one process tree: API, poller and worker."""
+    """Run everything in one process tree: API, poller, worker and notifier."""
     from service.roles import api, running, signalled
 
     settings = settings_in_force(workers=workers, port=port)
-    with signalled() as stop, running(settings, stop, poll=True, work=True):
+    with signalled() as stop, running(settings, stop, poll=True, work=True, notify=True):
         api(settings, stop)
 
 
@@ -65,6 +65,24 @@ def work(
             typer.echo(f"{worked_off(sessions, settings)} jobs done")
         return
     with signalled() as stop, running(settings, stop, work=True):
+        wait_for(stop)
+
+
+@app.command()
+def notify(
+    once: Annotated[bool, typer.Option("--once", "--until-idle", help="End when no message is due.")] = False,
+) -> None:
+    """Deliver the messages that wait."""
+    from service.roles import migrated, running, signalled, wait_for
+
+    settings = settings_in_force()
+    if once:
+        from service.notices.notifier import Notifier
+
+        with migrated(settings) as sessions:
+            typer.echo(f"{Notifier(sessions, settings).run_until_idle()} attempts made")
+        return
+    with signalled() as stop, running(settings, stop, notify=True):
         wait_for(stop)
 
 

@@ -35,7 +35,7 @@ def perform(stage: Stage, settings: Settings, tale: Tale, console: Console) -> N
         sessions = stack.enter_context(roles.migrated(settings))
         with sessions.begin() as session:
             put_under_watch(session, stage.folder, server)
-        stack.enter_context(roles.running(settings, stop, poll=True, work=True))
+        stack.enter_context(roles.running(settings, stop, poll=True, work=True, notify=True))
         teller = Thread(target=tale, args=(stage, sessions, stop, console), name="teller")
         teller.start()
         stack.callback(teller.join)

@@ -1,8 +1,9 @@
 """Sends what is in the outbox: claims a delivery, sends outside any transaction, writes what came of it."""
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
 from random import Random
@@ -17,6 +18,7 @@ from service.notices import claims, writing
 from service.notices.answer import Answer
 from service.notices.claims import Claim, Patience
 from service.notices.senders import SENDERS
+from service.notices.upkeep import Upkeep
 from service.notices.writing import MissingVariableError
 from service.sessions import reading
 from service.settings import Settings
@@ -50,22 +52,26 @@ class Notifier:
 
     def run(self, stop: Signal) -> None:
         """Deliver until `stop` is set; attempts that are under way then are brought to their end."""
-        pause = IDLE
-        with ThreadPoolExecutor(AT_ONCE, thread_name_prefix="delivery") as pool:
+        pause, upkeep = IDLE, Upkeep(self.sessions, self.settings, self.clock)
+        with ThreadPoolExecutor(AT_ONCE + 1, thread_name_prefix="delivery") as pool:
             under_way: set[Future[None]] = set()
+            upkeeping = pool.submit(self._keep_up, upkeep)
             while not stop.is_set():
                 try:
-                    under_way = {one for one in under_way if not one.done()}
-                    while len(under_way) < AT_ONCE and (claim := self._claim()) is not None:
-                        under_way.add(pool.submit(self._deliver, claim))
-                    if pause != IDLE:
-                        log.warning("the database is back")
-                    pause = IDLE
+                    under_way = self._begun(pool, under_way)
                 except OperationalError as error:
                     if pause == IDLE:
                         log.warning("the database is out of reach, trying again: %s", error.orig)
                     pause = min(2 * pause, LONGEST_PAUSE)
+                else:
+                    if pause != IDLE:
+                        log.warning("the database is back")
+                    pause = IDLE
+                if upkeeping.done():
+                    upkeeping = pool.submit(self._keep_up, upkeep)
                 stop.wait(pause)
+        with suppress(OperationalError):  # then the right lapses by itself
+            upkeep.end()
 
     def run_until_idle(self) -> int:
         """Deliver until nothing is due; the number of attempts."""
@@ -74,6 +80,21 @@ class Notifier:
             self._deliver(claim)
             attempts += 1
         return attempts
+
+    def _begun(self, pool: ThreadPoolExecutor, under_way: Collection[Future[None]]) -> set[Future[None]]:
+        """The attempts under way, with as many new ones as there is room for."""
+        going = {one for one in under_way if not one.done()}
+        while len(going) < AT_ONCE and (claim := self._claim()) is not None:
+            going.add(pool.submit(self._deliver, claim))
+        return going
+
+    def _keep_up(self, upkeep: Upkeep) -> None:
+        try:
+            upkeep.step()
+        except OperationalError:  # told where the outbox is looked at
+            return
+        except Exception:  # a bug here stops no message
+            log.exception("what a notifier does by the clock went wrong")
 
     def _claim(self) -> Claim | None:
         lease = timedelta(seconds=self.settings.notice_timeout) + SPARE

@@ -9,8 +9,8 @@ from sqlalchemy.exc import SQLAlchemyError
 
 from service import auth, migrate
 from service.errors import documented, problem
+from service.leases import POLLING
 from service.parameters import Reading
-from service.poller import POLLING
 from service.queries import work
 from service.schemas.operations import Health
 

@@ -11,7 +11,7 @@ from sqlalchemy.orm import Session, sessionmaker
 from service import keys, leases
 from service.auth import Role
 from service.database import Analysis, Building, Event, Job, Recording, Revision, SourceState
-from service.poller import POLLING
+from service.leases import POLLING
 
 START = datetime(2011, 3, 11, 5, 46, 24, tzinfo=UTC)
 END = START + timedelta(minutes=3)

@@ -13,7 +13,8 @@ from sqlalchemy.orm import Session, sessionmaker
 
 from service import buildings, leases
 from service.database import Event, Lease
-from service.poller import LEASE, POLLING, Poller
+from service.leases import POLLING
+from service.poller import LEASE, Poller
 from service.settings import Settings
 
 NOW = datetime(2024, 1, 1, tzinfo=UTC)

@@ -21,7 +21,7 @@ from sqlalchemy.orm import Session, sessionmaker
 
 from service import keys, leases
 from service.auth import Role
-from service.poller import POLLING
+from service.leases import POLLING
 
 pytestmark = pytest.mark.slow
 

@@ -1,0 +1,32 @@
+"""What still stands at a receiver that forgets what it is not told again?"""
+
+from collections.abc import Sequence
+from datetime import datetime
+
+from sqlalchemy import exists, select, update
+from sqlalchemy.orm import Session, aliased
+
+from service.database import Delivery, Message, Receiver
+from service.notices.alertmanager import STANDING
+
+
+def due(session: Session, since: datetime) -> Sequence[Delivery]:
+    """Deliveries to Alertmanagers of what is not over and has no later news, last repeated before `since`."""
+    later = aliased(Message)
+    has_later = exists().where(
+        later.building_id == Message.building_id, later.key == Message.key, later.number > Message.number
+    )
+    question = (
+        select(Delivery)
+        .join(Delivery.message)
+        .join(Delivery.receiver)
+        .where(Receiver.kind == "alertmanager", Receiver.removed_at.is_(None))
+        .where(Message.kind.in_(STANDING), Message.sequence != "cancelled", Message.severity != "all_clear")
+        .where(Delivery.state == "delivered", Delivery.kept_at <= since, ~has_later)
+    )
+    return session.scalars(question.order_by(Delivery.id)).all()
+
+
+def kept(session: Session, delivery_id: int, now: datetime) -> None:
+    """It was repeated."""
+    session.execute(update(Delivery).where(Delivery.id == delivery_id).values(kept_at=now))
