@@ -11,6 +11,7 @@ from fastapi.staticfiles import StaticFiles
 from service import auth, errors, metrics
 from service.answers import Answers
 from service.auth import Keys
+from service.heard import Heard
 from service.metrics import Measured
 from service.own_effects import add_own_effects
 from service.pages.rendering import FOLDER
@@ -78,6 +79,7 @@ def create(settings: Settings) -> FastAPI:
     app.state.answers = Answers()
     app.state.keys = Keys(app.state.reading)
     app.state.metrics = metrics.registry(app.state.reading)
+    app.add_middleware(Heard)
     app.add_middleware(Measured, registry=app.state.metrics)
     errors.install(app)
     api = APIRouter(prefix="/api/v1", dependencies=[Depends(auth.viewer)])

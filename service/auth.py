@@ -119,8 +119,14 @@ def is_cross_site(request: Request) -> bool:
     return request.method not in SAFE and origin is not None and urlsplit(origin).netloc != request.headers.get("host")
 
 
+def caller(request: Request) -> Caller:
+    """Who asked, of a request that was let in."""
+    found: Caller = request.state.caller
+    return found
+
+
 async def identify(request: Request) -> Caller:
-    """Who is asking.
+    """Who is asking; the request remembers it.
 
     Raises
     ------
@@ -134,6 +140,7 @@ async def identify(request: Request) -> Caller:
     keys: Mapping[str, Caller] = await request.app.state.keys.in_force()
     if not keys:
         if is_local(request):
+            request.state.caller = LOCAL
             return LOCAL
         raise ForbiddenError(
             "The service has no API key yet, so it answers only programs on its own machine that ask it directly, "
@@ -146,7 +153,8 @@ async def identify(request: Request) -> Caller:
             f"{found} came with the request; 'Authorization: Bearer KEY' or 'X-API-Key: KEY' would do."
         )
     callers: list[Caller] = [keys[digest(key)] for key in given]
-    return min(callers, key=lambda caller: caller.role)
+    request.state.caller = min(callers, key=lambda one: one.role)
+    return caller(request)
 
 
 def at_least(role: Role) -> Callable[[Request], Coroutine[Any, Any, Caller]]:

@@ -8,6 +8,8 @@ from fastapi import Depends, Path, Query, Request
 from pydantic import BeforeValidator, WithJsonSchema
 from sqlalchemy.orm import Session, sessionmaker
 
+from service import auth, heard
+from service.auditing import Deed, audited
 from service.queries.question import Place, Span
 
 RFC_3339 = re.compile(r"\d{4}-\d\d-\d\d([Tt ]\d\d:\d\d(:\d\d(\.\d+)?)?([Zz]|[+-]\d\d:\d\d)?)?", re.ASCII)
@@ -100,9 +102,13 @@ async def of_reading(request: Request) -> sessionmaker[Session]:
 
 
 async def of_writing(request: Request) -> sessionmaker[Session]:
-    """Sessions that may write."""
-    found: sessionmaker[Session] = request.app.state.sessions
-    return found
+    """Sessions that may write, and tell the audit trail who did."""
+
+    def deed() -> Deed:
+        address = request.client.host if request.client else "unknown"
+        return Deed(auth.caller(request).name, address, request.method, request.url.path, heard.said(request.scope))
+
+    return audited(request.app.state.sessions, deed)
 
 
 EventSpan = Annotated[Span, Depends(of_span)]

@@ -10,6 +10,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
+from service.commands.audited import of_command
 from service.commands.in_force import settings_in_force
 
 if TYPE_CHECKING:
@@ -22,17 +23,17 @@ Code = Annotated[str, typer.Argument(help="Code of the building.")]
 
 
 @app.command()
-def add(file: File) -> None:
+def add(context: typer.Context, file: File) -> None:
     """Put a building under watch."""
     from service import buildings
 
-    with _session() as session:
+    with _session(context) as session:
         building = buildings.add(session, file.read_text("utf-8"), file.parent.resolve(), datetime.now(UTC))
         Console().print(f"{building.code} is under watch: {building.name}")
 
 
 @app.command("list")
-def every() -> None:
+def every(context: typer.Context) -> None:
     """List the buildings under watch."""
     from sqlalchemy import select
 
@@ -40,7 +41,7 @@ def every() -> None:
     from service.database import Building
 
     table = Table("code", "name", "revision", "since (UTC)")
-    with _session() as session:
+    with _session(context) as session:
         for building in session.scalars(select(Building).order_by(Building.code)):
             number = str(buildings.current(session, building).number)
             table.add_row(building.code, building.name, number, f"{building.created_at:%Y-%m-%d %H:%M}")
@@ -48,23 +49,23 @@ def every() -> None:
 
 
 @app.command()
-def show(code: Code) -> None:
+def show(context: typer.Context, code: Code) -> None:
     """Print the description of a building, as its latest file gave it but for secrets."""
     from service import buildings, receivers
 
-    with _session() as session:
+    with _session(context) as session:
         found = buildings.find(session, code)
         rules = buildings.described(session, found).receivers
         typer.echo(receivers.without_secrets(buildings.current(session, found).toml, rules), nl=False)
 
 
 @app.command()
-def update(code: Code, file: File) -> None:
+def update(context: typer.Context, code: Code, file: File) -> None:
     """Give a building a new description; earlier results keep the one they were made with."""
     from service import building_file, buildings
 
     text, folder = file.read_text("utf-8"), file.parent.resolve()
-    with _session() as session:
+    with _session(context) as session:
         buildings.find(session, code)
         described = building_file.read(text, folder).description.code
         if described != code:
@@ -74,7 +75,7 @@ def update(code: Code, file: File) -> None:
 
 
 @contextmanager
-def _session() -> Iterator["Session"]:
+def _session(context: typer.Context) -> Iterator["Session"]:
     """A transaction on the database of the settings; what is refused ends the command with exit code 1."""
     from service.building_file import BuildingFileError
     from service.buildings import BuildingError
@@ -85,7 +86,7 @@ def _session() -> Iterator["Session"]:
     upgrade(url)
     made = sessions(url)
     try:
-        with made.begin() as session:
+        with of_command(context, made).begin() as session:
             yield session
     except (BuildingFileError, BuildingError) as error:
         typer.echo(str(error), err=True)

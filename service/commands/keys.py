@@ -9,6 +9,8 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
+from service.commands.audited import of_command
+
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
 
@@ -21,25 +23,25 @@ RoleName = Annotated[
 
 
 @app.command()
-def create(name: Name, role: RoleName) -> None:
+def create(context: typer.Context, name: Name, role: RoleName) -> None:
     """Make a key and print it: it cannot be shown again."""
     from service import keys
     from service.auth import Role
 
     if role not in Role.__members__:
         raise typer.BadParameter(f"{role!r} is no role; {', '.join(Role.__members__)} are", param_hint="--role")
-    with _session() as session:
+    with _session(context) as session:
         key = keys.create(session, name, Role[role], datetime.now(UTC))
     typer.echo(key)
 
 
 @app.command("list")
-def every() -> None:
+def every(context: typer.Context) -> None:
     """Every key, without its secret part."""
     from service import keys
 
     table = Table("name", "role", "begins with", "created (UTC)", "revoked (UTC)")
-    with _session() as session:
+    with _session(context) as session:
         found = keys.every(session)
     for key in found:
         revoked = "" if key.revoked_at is None else f"{key.revoked_at:%Y-%m-%d %H:%M}"
@@ -48,17 +50,17 @@ def every() -> None:
 
 
 @app.command()
-def revoke(name: Name) -> None:
+def revoke(context: typer.Context, name: Name) -> None:
     """Make a key worthless, within a second."""
     from service import keys
 
-    with _session() as session:
+    with _session(context) as session:
         keys.revoke(session, name, datetime.now(UTC))
     typer.echo(f"The key {name!r} is revoked.")
 
 
 @contextmanager
-def _session() -> Iterator["Session"]:
+def _session(context: typer.Context) -> Iterator["Session"]:
     """A transaction on the database of the settings; a wrong name ends the command with exit code 1."""
     from service.keys import KeyNameError
     from service.migrate import upgrade
@@ -69,7 +71,7 @@ def _session() -> Iterator["Session"]:
     upgrade(url)
     made = sessions(url)
     try:
-        with made.begin() as session:
+        with of_command(context, made).begin() as session:
             yield session
     except KeyNameError as error:
         typer.echo(str(error), err=True)

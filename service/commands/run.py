@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from service.commands.audited import of_command
 from service.commands.in_force import settings_in_force
 
 app = typer.Typer(no_args_is_help=True)
@@ -88,6 +89,7 @@ def notify(
 
 @app.command("import")
 def import_files(
+    context: typer.Context,
     files: Annotated[list[Path], typer.Argument(exists=True, dir_okay=False, help="Records or StationXML.")],
     building: Annotated[str, typer.Option(help="Code of the building.")],
 ) -> None:
@@ -100,7 +102,8 @@ def import_files(
 
     settings = settings_in_force()
     refused = False
-    with migrated(settings) as sessions:
+    with migrated(settings) as opened:
+        sessions = of_command(context, opened)
         look = Look(sessions, settings)
         try:
             with sessions() as session:

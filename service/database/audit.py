@@ -9,7 +9,7 @@ from service.database.base import Base
 
 
 class AuditEntry(Base):
-    """Something that a person did, through the API, a page or a command, that was to change anything."""
+    """Something that a person changed, through the API, a page or a command; written with the change or not at all."""
 
     __tablename__ = "audit_entry"
     id: Mapped[int] = mapped_column(primary_key=True)
@@ -19,10 +19,8 @@ class AuditEntry(Base):
     address: Mapped[str]
     """From where: an address, or the name of the machine for a command."""
     action: Mapped[str]
-    """The operation, such as `acknowledge_alert` or `menshin building add`."""
+    """`POST`, `PUT`, ..., or the command, such as `menshin building add`."""
     target: Mapped[str]
-    """What it was done to: a path of the API, or the command's arguments."""
+    """What it was done to: a path of the API or a page; empty for a command."""
     details: Mapped[dict[str, Any]]
-    """What was asked for, without secrets."""
-    outcome: Mapped[str]
-    """`done`, or why not."""
+    """What was asked for, or the command's arguments, without secrets."""

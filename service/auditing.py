@@ -1,0 +1,108 @@
+"""Who changed what: every session through which a person writes adds to the audit trail as it commits.
+
+The entry stands in the transaction of the change: there is neither the one without the other. A request that changes
+nothing, because it repeats an earlier one, leaves none.
+"""
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import Any
+from urllib.parse import urlsplit
+
+from sqlalchemy import event
+from sqlalchemy.orm import ORMExecuteState, Session, sessionmaker
+
+from service.database import AuditEntry
+
+DEED, CLOCK, CHANGED = "deed", "clock", "changed"
+"""What a session's `info` holds for us."""
+SECRET = re.compile(r"secret|password|token|key|authorization", re.IGNORECASE)
+"""Names whose values are kept from the trail."""
+LONGEST = 500
+"""Characters that are kept of a text."""
+
+
+@dataclass(frozen=True, slots=True)
+class Deed:
+    """What somebody is about to do."""
+
+    by: str
+    address: str
+    action: str
+    target: str
+    details: Mapping[str, Any]
+
+
+class AuditedSession(Session):
+    """A session through which a person writes."""
+
+
+def audited(
+    sessions: sessionmaker[Session],
+    deed: Callable[[], Deed | None],
+    clock: Callable[[], datetime] = lambda: datetime.now(UTC),
+) -> sessionmaker[Session]:
+    """The same sessions, whose changes are told to the audit trail.
+
+    Args:
+        sessions: that may write.
+        deed: who does what; asked whenever there is something to commit, None where the trail has it already.
+        clock: aware time.
+    """
+    info = {DEED: deed, CLOCK: clock}
+    return sessionmaker(sessions.kw["bind"], class_=AuditedSession, expire_on_commit=False, info=info)
+
+
+def without_secrets(value: Any) -> Any:  # noqa: ANN401  whatever JSON may hold
+    """The same, with secrets hidden, of addresses only the server, and long texts cut."""
+    match value:
+        case Mapping():
+            return {key: "(hidden)" if SECRET.search(key) else without_secrets(member) for key, member in value.items()}
+        case list() | tuple():
+            return [without_secrets(member) for member in value]
+        case str():
+            return _server(value)[:LONGEST]
+    return value
+
+
+def _server(text: str) -> str:
+    """Of an address what tells where it leads: its path, query and user may be secrets."""
+    try:
+        parts = urlsplit(text)
+    except ValueError:
+        return text
+    return f"{parts.scheme}://{parts.hostname}/..." if parts.scheme and parts.netloc else text
+
+
+def _entry(deed: Deed, now: datetime) -> AuditEntry:
+    return AuditEntry(
+        at=now,
+        by=deed.by,
+        address=deed.address,
+        action=deed.action,
+        target=deed.target,
+        details=without_secrets(deed.details),
+    )
+
+
+def _note_flush(session: Session, *_: object) -> None:
+    session.info[CHANGED] = True
+
+
+def _note_statement(state: ORMExecuteState) -> None:
+    if state.is_insert or state.is_update or state.is_delete:
+        state.session.info[CHANGED] = True
+
+
+def _write(session: Session) -> None:
+    """Add the entry, if anything was or is about to be changed."""
+    waiting = session.new or session.deleted or any(session.is_modified(one) for one in session.dirty)
+    if (session.info.pop(CHANGED, False) or waiting) and (deed := session.info[DEED]()) is not None:
+        session.add(_entry(deed, session.info[CLOCK]()))
+
+
+event.listen(AuditedSession, "after_flush", _note_flush)
+event.listen(AuditedSession, "do_orm_execute", _note_statement)
+event.listen(AuditedSession, "before_commit", _write)
