@@ -10,8 +10,8 @@ from sqlalchemy.orm import Session
 
 from service.database import Event, Job, ModelVersion
 
-ANALYSE, COMPARE, FIT, EXTEND, DIAGNOSE = "analyse", "compare", "fit", "extend", "diagnose"
-"""Kinds of work: the first on an event, the others on a model."""
+ANALYSE, COMPARE, FIT, EXTEND, DIAGNOSE, WATCH = "analyse", "compare", "fit", "extend", "diagnose", "watch"
+"""Kinds of work: the first on an event, the last on a building, the others on a model."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,6 +22,7 @@ class Claim:
     kind: str
     event_id: int | None
     model_id: int | None
+    building_id: int | None
     arguments: Mapping[str, Any]
     token: int
     """How often the job had been claimed when this claim was made."""
@@ -60,6 +61,26 @@ def enqueue_work(
     )
 
 
+def enqueue_watch(session: Session, building_id: int, asked_by: str | None, now: datetime) -> Job:
+    """Queue the monitoring of a building for drift, in the transaction that stores what it is to see.
+
+    The building's latest such job will do if it still waits. It is locked: nobody takes it before what this transaction
+    stores can be seen.
+
+    Args:
+        session: of the transaction.
+        building_id: of a stored building.
+        asked_by: name of the key that asked for it; None where nobody had to.
+        now: aware time.
+    """
+    of_building = (Job.kind == WATCH, Job.building_id == building_id)
+    question = select(Job).where(*of_building).order_by(Job.id.desc()).limit(1).with_for_update(of=Job)
+    latest = session.scalar(question.execution_options(populate_existing=True))
+    if latest is not None and latest.state == "waiting":
+        return latest
+    return _added(session, Job(kind=WATCH, building_id=building_id, arguments={}, asked_by=asked_by, created_at=now))
+
+
 def claim(session: Session, now: datetime, lease: timedelta) -> Claim | None:
     """Take a job that nobody holds, the oldest of those claimed least; None if there is none.
 
@@ -76,7 +97,7 @@ def claim(session: Session, now: datetime, lease: timedelta) -> Claim | None:
     if job is None:
         return None
     job.state, job.claimed_until, job.claims = "running", now + lease, job.claims + 1
-    return Claim(job.id, job.kind, job.event_id, job.model_id, job.arguments, job.claims, job.failures)
+    return Claim(job.id, job.kind, job.event_id, job.model_id, job.building_id, job.arguments, job.claims, job.failures)
 
 
 def extend(session: Session, held: Claim, now: datetime, lease: timedelta) -> bool:
@@ -134,6 +155,10 @@ def _queued(session: Session, job: Job) -> Job:
     for waiting in session.scalars(select(Job).where(*alike)):
         if waiting.arguments == job.arguments:
             return waiting
+    return _added(session, job)
+
+
+def _added(session: Session, job: Job) -> Job:
     job.state, job.claims, job.failures = "waiting", 0, 0
     session.add(job)
     session.flush()

@@ -7,13 +7,14 @@ from types import MappingProxyType
 from sqlalchemy.orm import Session
 
 from core.analysis import EventAnalysis, analyse
-from service import model_diagnoses, model_fits, model_results, model_work, results
-from service.database import Job
-from service.jobs import ANALYSE, COMPARE, DIAGNOSE, EXTEND, FIT, Claim
+from service import jobs, model_diagnoses, model_fits, model_results, model_work, results
+from service.database import Job, ModelVersion
+from service.jobs import ANALYSE, COMPARE, DIAGNOSE, EXTEND, FIT, WATCH, Claim
 from service.model_inputs import WorkInputs, diagnosis_inputs, work_inputs
 from service.model_work import Comparison
 from service.results import Inputs
 from service.stages import Kind, Stage
+from service.watching import monitoring
 
 
 def _analysis_stages(inputs: Inputs) -> Sequence[Stage]:
@@ -28,6 +29,8 @@ def _store_analysis(
     session.flush()
     if analysis.current and analysis.refusal is None:
         model_results.follow(session, analysis.event, now)
+    if analysis.current:
+        jobs.enqueue_watch(session, analysis.event.building_id, None, now)
 
 
 def _store_comparison(
@@ -35,6 +38,9 @@ def _store_comparison(
 ) -> None:
     model_results.store_comparisons(session, inputs.model_id, found[-1].each, inputs.roles, now)
     session.get_one(Job, claim.job_id).result = {"fails": list(found[-1].fails)}
+    model = session.get_one(ModelVersion, inputs.model_id)
+    if model.state == "current":
+        jobs.enqueue_watch(session, model.building_id, None, now)
 
 
 KINDS: Mapping[str, Kind] = MappingProxyType(
@@ -44,6 +50,7 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
         FIT: Kind(work_inputs, model_fits.fit_stages, model_fits.store_fit),
         EXTEND: Kind(work_inputs, model_fits.extension_stages, model_fits.store_extension),
         DIAGNOSE: Kind(diagnosis_inputs, model_diagnoses.stages, model_diagnoses.store),
+        WATCH: Kind(monitoring.inputs, monitoring.stages, monitoring.store),
     }
 )
 """By the name that a job has."""

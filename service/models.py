@@ -10,6 +10,7 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from core.isolator import Isolator
+from service import jobs
 from service.database import Building, ModelVersion
 from service.version import VERSION
 
@@ -71,6 +72,7 @@ def accept(session: Session, model: ModelVersion, by: str, now: datetime) -> Non
         former.state = "retired"
     session.flush()  # before the next one comes into force: there is never more than one
     model.state, model.accepted_by, model.accepted_at = "current", by, now
+    jobs.enqueue_watch(session, model.building_id, by, now)
 
 
 def _by_effect(deviations: Mapping[tuple[str, str], float]) -> dict[str, Any]:

@@ -15,6 +15,7 @@ from service.database.keys import ApiKey
 from service.database.models import ModelComparison, ModelVersion
 from service.database.notices import Delivery, DeliveryAttempt, Message, Receiver
 from service.database.received import Content, FetchedFile, Recording, SourceState
+from service.database.watching import DriftAlarm, DriftValue, ReferencePeriod, WatchedSeries
 
 __all__ = [
     "Alert",
@@ -30,6 +31,8 @@ __all__ = [
     "DeliveryAttempt",
     "DiagnosisPicture",
     "DirectionResult",
+    "DriftAlarm",
+    "DriftValue",
     "Event",
     "EventRecording",
     "FetchedFile",
@@ -44,9 +47,11 @@ __all__ = [
     "ModelVersion",
     "Receiver",
     "Recording",
+    "ReferencePeriod",
     "Revision",
     "SensorResult",
     "Silence",
     "SourceState",
+    "WatchedSeries",
     "Waveform",
 ]

@@ -12,7 +12,7 @@ from service.database.models import ModelVersion
 
 
 class Job(Base):
-    """Work to be done on an event or a model; claimed under a lease, its claims count is the fencing token."""
+    """Work on an event, a model or a building; claimed under a lease, its claims count is the fencing token."""
 
     __tablename__ = "job"
     __table_args__ = (Index(None, "state", "id"),)
@@ -21,6 +21,7 @@ class Job(Base):
     """One of service.kinds."""
     event_id: Mapped[int | None] = mapped_column(ForeignKey("event.id"), index=True)
     model_id: Mapped[int | None] = mapped_column(ForeignKey("model_version.id"), index=True)
+    building_id: Mapped[int | None] = mapped_column(ForeignKey("building.id"), index=True)
     asked_by: Mapped[str | None]
     """Name of the key that asked for it; None where nobody had to."""
     arguments: Mapped[dict[str, Any]]

@@ -21,8 +21,9 @@ class JobOut(Answer):
 
     id: int = Field(description="Its number.")
     kind: str = Field(description="Of which kind it is.")
-    event_id: int | None = Field(description="Number of the event; null where it works on a model.")
-    model_id: int | None = Field(description="Number of the model; null where it works on an event.")
+    event_id: int | None = Field(description="Number of the event; null where it works on something else.")
+    model_id: int | None = Field(description="Number of the model; null where it works on something else.")
+    building_id: int | None = Field(description="Number of the building; null where it works on something else.")
     asked_by: str | None = Field(description="Name of the key that asked for it; null where nobody had to.")
     state: str = Field(description="`waiting`, `running`, `done` or `failed`.")
     arguments: dict[str, Any] = Field(description="What was asked for: of an analysis, what differs from the settings.")

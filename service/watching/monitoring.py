@@ -1,0 +1,149 @@
+"""What monitoring a building for drift is made from, what is computed, and what of it goes back to the database."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+
+from core.drift.alarm import Alarm
+from core.drift.event_value import EventNotes, EventValue
+from core.drift.monitor import Monitoring, Reference, monitor
+from core.drift.series import Series
+from sqlalchemy import delete, select
+from sqlalchemy.orm import Session
+
+from core.quality import Finding
+from service.buildings import described
+from service.database import Building, DriftAlarm, DriftValue, Job, WatchedSeries
+from service.jobs import WATCH, Claim
+from service.queries import drift
+from service.settings import Settings
+from service.stages import Stage
+from service.version import VERSION
+from service.watching import baseline_json
+from service.watching.references import in_force, reference
+from service.watching.series import channels_of, watched_series
+
+
+@dataclass(frozen=True, slots=True)
+class Watched:
+    """One series with all that it is monitored by."""
+
+    series: Series
+    reference: Reference
+    notes: Mapping[int, EventNotes]
+    """By event."""
+    reference_id: int | None
+    channels: tuple[str, ...]
+    """That it is measured with."""
+
+
+@dataclass(frozen=True, slots=True)
+class WatchInputs:
+    """All series of a building."""
+
+    building_id: int
+    watched: tuple[Watched, ...]
+
+
+def inputs(session: Session, claim: Claim, settings: Settings) -> WatchInputs:
+    """What is watched at the building of a claimed job, as it is stored now."""
+    building = session.get_one(Building, claim.building_id)
+    description = described(session, building).description
+    findings = {row.event: [Finding(**one) for one in row.quality] for row in drift.findings(session, building.id)}
+    periods = drift.reference_periods(session, building.id)
+    watched = []
+    for series in watched_series(session, building.id):
+        period, channels = in_force(periods, series.quantity), channels_of(series, description)
+        watched.append(
+            Watched(
+                series, reference(period), _notes(findings, channels), None if period is None else period.id, channels
+            )
+        )
+    return WatchInputs(building.id, tuple(watched))
+
+
+def stages(inputs: WatchInputs) -> Sequence[Stage]:
+    """All series at once: each takes a fraction of a second."""
+    return (Stage("Looking for drift", monitored, lambda _, tell: (inputs.watched,)),)
+
+
+def monitored(watched: Sequence[Watched]) -> tuple[Monitoring, ...]:
+    """Baseline, values and alarms of each series."""
+    return tuple(monitor(one.series, one.reference, one.notes) for one in watched)
+
+
+def store(
+    session: Session, claim: Claim, inputs: WatchInputs, results: Sequence[Sequence[Monitoring]], now: datetime
+) -> None:
+    """Put what was found in the place of the building's earlier rows, unless a later job has seen more."""
+    if _is_overtaken(session, claim, inputs.building_id):
+        return
+    forget(session, inputs.building_id)
+    for watched, found in zip(inputs.watched, results[-1], strict=True):
+        session.add(_series(watched, found, inputs.building_id, claim.job_id, now))
+    session.flush()
+
+
+def forget(session: Session, building_id: int) -> None:
+    """Remove the drift rows of a building; all of them can be computed again."""
+    own = select(WatchedSeries.id).where(WatchedSeries.building_id == building_id)
+    session.execute(delete(DriftAlarm).where(DriftAlarm.series_id.in_(own)))
+    session.execute(delete(DriftValue).where(DriftValue.series_id.in_(own)))
+    session.execute(delete(WatchedSeries).where(WatchedSeries.building_id == building_id))
+
+
+def _is_overtaken(session: Session, claim: Claim, building_id: int) -> bool:
+    """Whether a later job does the same with what is stored by then; one that was given up does nothing."""
+    later = (Job.kind == WATCH, Job.building_id == building_id, Job.id > claim.job_id, Job.state != "failed")
+    return session.scalar(select(Job.id).where(*later).limit(1)) is not None
+
+
+def _notes(findings: Mapping[int, Sequence[Finding]], channels: Sequence[str]) -> dict[int, EventNotes]:
+    """Of the sensors that a series is measured with."""
+    own = {event: tuple(one for one in found if one.channel in channels) for event, found in findings.items()}
+    return {event: EventNotes(found) for event, found in own.items() if found}
+
+
+def _series(watched: Watched, found: Monitoring, building_id: int, job_id: int, now: datetime) -> WatchedSeries:
+    return WatchedSeries(
+        building_id=building_id,
+        job_id=job_id,
+        created_at=now,
+        version=VERSION,
+        quantity=found.series.quantity,
+        subject=found.series.subject,
+        reference_id=watched.reference_id,
+        wanted=found.wanted,
+        baseline=None if found.baseline is None else baseline_json.written(found.baseline),
+        values=[_value(value) for value in found.values],
+        alarms=[_alarm(alarm) for alarm in found.alarms],
+    )
+
+
+def _value(value: EventValue) -> DriftValue:
+    return DriftValue(
+        event_id=value.event,
+        value=value.value,
+        std=value.std,
+        count=value.count,
+        is_reference=value.is_reference,
+        is_beyond=value.is_beyond,
+        is_inhibited=value.is_inhibited,
+        causes=list(value.causes),
+    )
+
+
+def _alarm(alarm: Alarm) -> DriftAlarm:
+    return DriftAlarm(
+        rule=alarm.rule,
+        is_firing=alarm.is_firing,
+        onset_event_id=alarm.onset,
+        raised_event_id=alarm.raised,
+        event_ids=list(alarm.events),
+        drift=alarm.drift,
+        low=alarm.low,
+        high=alarm.high,
+        false_alarms=alarm.false_alarms,
+        causes=list(alarm.causes),
+        message=alarm.message,
+    )
