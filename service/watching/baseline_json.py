@@ -5,6 +5,7 @@ from dataclasses import asdict
 from typing import Any
 
 import numpy as np
+
 from core.drift.baseline import Baseline
 from core.drift.design import Design
 from core.drift.scatter import Scatter

@@ -4,13 +4,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 
+from sqlalchemy import delete, select
+from sqlalchemy.orm import Session
+
 from core.drift.alarm import Alarm
 from core.drift.event_value import EventNotes, EventValue
 from core.drift.monitor import Monitoring, Reference, monitor
 from core.drift.series import Series
-from sqlalchemy import delete, select
-from sqlalchemy.orm import Session
-
 from core.quality import Finding
 from service.buildings import described
 from service.database import Building, DriftAlarm, DriftValue, Job, WatchedSeries

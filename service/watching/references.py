@@ -3,10 +3,10 @@
 from collections.abc import Sequence
 from datetime import datetime
 
-from core.drift.monitor import Reference
-from core.drift.watched import QUANTITIES
 from sqlalchemy.orm import Session
 
+from core.drift.monitor import Reference
+from core.drift.watched import QUANTITIES
 from service import jobs
 from service.database import Building, ReferencePeriod
 from service.errors import ConflictError

@@ -10,10 +10,10 @@ from datetime import datetime, timedelta
 from itertools import chain
 from math import isfinite
 
-from core.drift.series import Observation, Series
 from sqlalchemy.orm import Session
 
 from core.description import BuildingDescription
+from core.drift.series import Observation, Series
 from core.misfit import Misfit
 from service import mode_tracks
 from service.mode_tracks import DIRECTIONS, Sighting
