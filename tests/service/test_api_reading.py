@@ -73,7 +73,8 @@ def lists(asking: httpx.Client) -> None:
     assert (source["kind"], source["failing_since"], source["error"]) == ("folder", None, None)
     assert source["succeeded_at"].endswith("Z")
     jobs = answer(asking, f"{API}/jobs")["items"]
-    assert [job["state"] for job in jobs] == ["done"] * 4
+    assert [(job["kind"], job["state"]) for job in jobs] == [("watch", "done"), *[("analyse", "done")] * 4]
+    assert [job["building_id"] for job in jobs] == [1, None, None, None, None]
     assert answer(asking, f"{API}/jobs/{jobs[0]['id']}") == jobs[0]
     assert answer(asking, f"{API}/jobs", event=2)["items"] == [job for job in jobs if job["event_id"] == 2]
 

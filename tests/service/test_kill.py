@@ -21,6 +21,7 @@ from service import buildings, migrate
 from service import sessions as opened
 from service.database import Analysis, Event, Job
 from service.ingest import ingest
+from service.jobs import ANALYSE
 from service.settings import Settings
 
 if TYPE_CHECKING:
@@ -52,12 +53,12 @@ def with_jobs(sessions: sessionmaker[Session], count: int = JOBS) -> None:
 
 def states(sessions: sessionmaker[Session]) -> Counter[str]:
     with sessions() as session:
-        return Counter(session.scalars(select(Job.state)))
+        return Counter(session.scalars(select(Job.state).where(Job.kind == ANALYSE)))
 
 
 def claims(sessions: sessionmaker[Session]) -> int:
     with sessions() as session:
-        return session.scalar(select(func.sum(Job.claims))) or 0
+        return session.scalar(select(func.sum(Job.claims)).where(Job.kind == ANALYSE)) or 0
 
 
 def finished(sessions: sessionmaker[Session]) -> bool:
@@ -66,7 +67,7 @@ def finished(sessions: sessionmaker[Session]) -> bool:
 
 def assert_exactly_once(sessions: sessionmaker[Session]) -> None:
     with sessions() as session:
-        assert session.scalar(select(func.count()).select_from(Job)) == JOBS
+        assert session.scalar(select(func.count()).select_from(Job).where(Job.kind == ANALYSE)) == JOBS
         results = session.execute(select(Analysis.event_id, func.count()).group_by(Analysis.event_id)).all()
         assert [count for _, count in results] == [1] * JOBS
         assert all(session.scalars(select(Analysis.current)))

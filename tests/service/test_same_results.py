@@ -47,7 +47,7 @@ def test_folder_and_fdsn_web_services(sessions: sessionmaker[Session]) -> None:
             buildings.add(session, text, BNCS, datetime.now(UTC))
             buildings.add(session, server.replace('code = "BNCS"', 'code = "SERVED"'), Path("/"), datetime.now(UTC))
         Look(sessions, settings).at_all()
-    assert worked_off(sessions, settings) == 6
+    assert worked_off(sessions, settings) == 8  # and a look for drift at each
     found = forces(sessions)
     assert len(found) == 6
     for from_folder, from_server in zip(found[::2], found[1::2], strict=True):
