@@ -9,13 +9,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from core.arrays import Matrix, Vector
+from core.arrays import Matrix
 from core.drift.alarm import Alarm
 from core.drift.baseline import Baseline
 from core.drift.event_value import relative
+from core.drift.judged import Judged, gathering, strengths
 from core.drift.points import Dated, Points
 from core.drift.rules import SLOW, WITHIN, WITHIN_RATE, Rule, ramps, rules, steps
-from core.drift.sequential import CLIP, LOCATING_CLIP, Change, Innovations, change, evidence, innovations
+from core.drift.sequential import LOCATING_CLIP, Change, Innovations, change
 from core.drift.watched import Quantity
 from core.drift.within import contrasts, damage
 from core.drift.words import message, message_within
@@ -36,35 +37,27 @@ class Crossing:
     is_firing: bool
 
 
-def alarms(
-    known: Quantity, baseline: Baseline, dated: Sequence[Dated], deviation: Vector, shared: Matrix
-) -> tuple[Alarm, ...]:
-    """Of a series, in the order in which they were raised.
-
-    Args:
-        known: the quantity.
-        baseline: of the series.
-        dated: n events that are judged, in order of time.
-        deviation: (n,) of each.
-        shared: (n, n) their covariance while the building is healthy.
-    """
+def alarms(known: Quantity, baseline: Baseline, judged: Judged) -> tuple[Alarm, ...]:
+    """Of a series, in the order in which they were raised."""
     crossings: list[tuple[Crossing, Innovations]] = []
-    start = 0
-    while start < deviation.size:
-        white = innovations(deviation, shared, baseline.scatter.freedom, CLIP)
+    start, left = 0, judged
+    while start < judged.deviation.size:
         senses = [crossing.rule.sense for crossing, _ in crossings]
+        white = left.innovations()
         crossing = _crossing(white, rules(known, senses), start)
         if crossing is None:
             break
-        crossing = _located(crossing, innovations(deviation, shared, baseline.scatter.freedom, LOCATING_CLIP), start)
+        crossing = _located(crossing, left.innovations(LOCATING_CLIP), start)
         crossings.append((crossing, white))
         if not crossing.is_firing:
             break
-        shared = shared + _nuisance(crossing, deviation.size, baseline)
+        left = replace(left, covariance=left.covariance + _nuisance(crossing, judged.deviation.size, baseline))
         start = crossing.raised + 1
-    ends = [*(crossing.onset for crossing, _ in crossings[1:]), deviation.size]
+    following = [crossing.onset for crossing, _ in crossings[1:]]
+    ends = [*following, judged.deviation.size][: len(crossings)]
     return tuple(
-        _alarm(crossing, white, end, baseline, dated) for (crossing, white), end in zip(crossings, ends, strict=False)
+        _alarm(crossing, white, end, baseline, judged.dated)
+        for (crossing, white), end in zip(crossings, ends, strict=True)
     )
 
 
@@ -113,33 +106,24 @@ def _alarm_within(lost: Change, when: Dated, baseline: Baseline) -> Alarm:
 
 def _crossing(white: Innovations, looked_for: Sequence[Rule], start: int) -> Crossing | None:
     """The first; of rules that are sure at the same event the surest; else what gathers at the latest event."""
-    best: tuple[int, float, Crossing] | None = None
-    last = white.raw.size - 1
-    for rule in looked_for:
-        root, speaking = evidence(white, rule.pattern(white.raw.size), rule.sense)
-        root[:, :start] = 0.0
-        sure = np.where(speaking >= rule.speaking, root, 0.0)
-        reached = np.flatnonzero(sure[start:].max(axis=1) >= rule.threshold)
-        now = start + int(reached[0]) if reached.size else last
-        weighed = sure if reached.size else root
-        onset = int(weighed[now].argmax())
-        excess = float(weighed[now, onset]) - rule.threshold
-        if excess < GATHERING:
-            continue
-        rank = (now if reached.size else last + 1, -excess)
-        if best is None or rank < best[:2]:
-            best = (*rank, Crossing(rule, onset, now, bool(reached.size)))
-    return None if best is None else best[2]
+    found = [(rule, strengths(white, rule, start) - rule.threshold) for rule in looked_for]
+    reached = [int(np.flatnonzero(surest >= 0)[0]) for _, excess in found if (surest := excess.max(axis=1)).max() >= 0]
+    if reached:
+        now = min(reached)
+        rule, excess = max(found, key=lambda pair: float(pair[1][now].max()))
+        return Crossing(rule, int(excess[now].argmax()), now, is_firing=True)
+    last = [(rule, gathering(white, rule, start) - rule.threshold) for rule in looked_for]
+    rule, gathered = max(last, key=lambda pair: float(pair[1].max()))
+    if gathered.max() < GATHERING:
+        return None
+    return Crossing(rule, int(gathered.argmax()), white.raw.size - 1, is_firing=False)
 
 
 def _located(crossing: Crossing, white: Innovations, start: int) -> Crossing:
-    """With the likeliest onset, large deviations counting nearly in full."""
-    rule = crossing.rule
-    root, speaking = evidence(white, rule.pattern(white.raw.size), rule.sense)
-    enough = speaking[crossing.raised] >= (rule.speaking if crossing.is_firing else 1)
-    enough[:start] = False
-    onset = int(np.where(enough, root[crossing.raised], -1.0).argmax())
-    return replace(crossing, onset=onset)
+    """With the likeliest onset as of when it was raised, large deviations counting nearly in full."""
+    if crossing.is_firing:
+        return replace(crossing, onset=int(strengths(white, crossing.rule, start)[crossing.raised].argmax()))
+    return replace(crossing, onset=int(gathering(white, crossing.rule, start).argmax()))
 
 
 def _nuisance(crossing: Crossing, count: int, baseline: Baseline) -> Matrix:

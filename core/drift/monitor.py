@@ -13,6 +13,7 @@ from core.drift.alarms import alarms, alarms_within
 from core.drift.baseline import FEWEST, Baseline, fitted
 from core.drift.causes import causes_of_events, with_causes
 from core.drift.event_value import Deviation, EventNotes, EventValue, covariance, deviations, relative
+from core.drift.judged import Judged
 from core.drift.points import Dated, Points, points
 from core.drift.series import Series
 from core.drift.softening import softening
@@ -46,6 +47,8 @@ class Monitoring:
     """In order of time; empty without a baseline."""
     alarms: tuple[Alarm, ...]
     """In the order in which they were raised."""
+    judged: Judged | None = None
+    """What the rules judged; None without a baseline."""
 
 
 def monitor(series: Series, reference: Reference, notes: Mapping[int, EventNotes]) -> Monitoring:
@@ -70,17 +73,19 @@ def monitor(series: Series, reference: Reference, notes: Mapping[int, EventNotes
     causes = causes_of_events(every, dated, found, baseline, noted)
     shared = covariance(found, softening(every, dated, baseline), baseline)
     values = _values(found, np.sqrt(np.diag(shared)), dated, baseline, noted, causes)
-    judged = _judged(values, baseline) if reference.end is not None or not baseline.wanted else []
-    deviation = np.array([one.value for one in found])
-    raised = [
-        *alarms(known, baseline, [dated[n] for n in judged], deviation[judged], shared[np.ix_(judged, judged)]),
-        *alarms_within(known, baseline, every, dated, judged),
-    ]
+    chosen = _comparable(values, baseline) if reference.end is not None or not baseline.wanted else []
+    judged = Judged(
+        dated=tuple(dated[n] for n in chosen),
+        deviation=np.array([found[n].value for n in chosen]),
+        covariance=shared[np.ix_(chosen, chosen)],
+        freedom=baseline.scatter.freedom,
+    )
+    raised = [*alarms(known, baseline, judged), *alarms_within(known, baseline, every, dated, chosen)]
     place = {one.event: n for n, one in enumerate(dated)}
     raised.sort(key=lambda alarm: place[alarm.raised])
     told = dict(zip(place, causes, strict=True))
     return Monitoring(
-        series, baseline, baseline.wanted, values, tuple(with_causes(alarm, baseline, told) for alarm in raised)
+        series, baseline, baseline.wanted, values, tuple(with_causes(one, baseline, told) for one in raised), judged
     )
 
 
@@ -139,7 +144,7 @@ def _values(
     )
 
 
-def _judged(values: Sequence[EventValue], baseline: Baseline) -> list[int]:
+def _comparable(values: Sequence[EventValue], baseline: Baseline) -> list[int]:
     """Those after the reference that can be compared with it."""
     last = max(n for n, one in enumerate(values) if one.is_reference)
     return [n for n, one in enumerate(values) if n > last and not one.is_beyond and not one.is_inhibited]
