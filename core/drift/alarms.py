@@ -23,6 +23,8 @@ from core.drift.words import message, message_within
 
 GATHERING = -0.7
 """Standard deviations from a rule's threshold at which its evidence is told while it gathers."""
+HINDSIGHT = 10
+"""Events after an alarm was raised that still decide of which kind it is and where it began."""
 NUISANCE = 0.5
 """Standard deviation of the size of a change that is known to be there; relative."""
 
@@ -43,11 +45,11 @@ def alarms(known: Quantity, baseline: Baseline, judged: Judged) -> tuple[Alarm, 
     start, left = 0, judged
     while start < judged.deviation.size:
         senses = [crossing.rule.sense for crossing, _ in crossings]
-        white = left.innovations()
-        crossing = _crossing(white, rules(known, senses), start)
+        white, looked_for = left.innovations(), rules(known, senses)
+        crossing = _crossing(white, looked_for, start)
         if crossing is None:
             break
-        crossing = _located(crossing, left.innovations(LOCATING_CLIP), start)
+        crossing = _located(crossing, left.innovations(LOCATING_CLIP), looked_for, start)
         crossings.append((crossing, white))
         if not crossing.is_firing:
             break
@@ -119,11 +121,22 @@ def _crossing(white: Innovations, looked_for: Sequence[Rule], start: int) -> Cro
     return Crossing(rule, int(gathered.argmax()), white.raw.size - 1, is_firing=False)
 
 
-def _located(crossing: Crossing, white: Innovations, start: int) -> Crossing:
-    """With the likeliest onset as of when it was raised, large deviations counting nearly in full."""
-    if crossing.is_firing:
-        return replace(crossing, onset=int(strengths(white, crossing.rule, start)[crossing.raised].argmax()))
-    return replace(crossing, onset=int(gathering(white, crossing.rule, start).argmax()))
+def _located(crossing: Crossing, white: Innovations, looked_for: Sequence[Rule], start: int) -> Crossing:
+    """With the kind and the onset that are likeliest by what came soon after, large deviations counting nearly in full.
+
+    A slow loss begins like a small sudden one: only what follows tells them apart.
+    """
+    if not crossing.is_firing:
+        return replace(crossing, onset=int(gathering(white, crossing.rule, start).argmax()))
+    seen = min(white.raw.size - 1, crossing.raised + HINDSIGHT)
+    best = (-1.0, crossing)
+    for rule in looked_for:
+        if rule.sense != crossing.rule.sense:
+            continue
+        likely = strengths(white, rule, start)[seen, : crossing.raised]  # two events at least until it was raised
+        found = (float(likely.max()), replace(crossing, rule=rule, onset=int(likely.argmax())))
+        best = max(best, found, key=lambda pair: pair[0])
+    return best[1]
 
 
 def _nuisance(crossing: Crossing, count: int, baseline: Baseline) -> Matrix:

@@ -43,6 +43,7 @@ class Change:
     """A size of a pattern, and its interval."""
 
     size: float
+    std: float
     low: float
     high: float
 
@@ -87,7 +88,8 @@ def change(found: Innovations, pattern: Vector) -> Change:
         size = float((weight * white) @ found.raw / ((weight * white) @ white))
         residual = found.raw - size * white
         weight = 1 / np.maximum(1.0, np.abs(residual) / CLIP)
-    freedom = found.freedom + white.size - 1
     scale = (found.freedom + weight @ residual**2) / (found.freedom + white.size)
-    half = float(student.isf((1 - LEVEL) / 2, freedom) * np.sqrt(scale / ((weight * white) @ white)))
-    return Change(size, size - half, size + half)
+    std = float(np.sqrt(scale / ((weight * white) @ white)))
+    # Most of the error is that of the level before, whose scatter the reference tells with so many degrees of freedom.
+    half = std * float(student.isf((1 - LEVEL) / 2, found.freedom))
+    return Change(size, std, size - half, size + half)

@@ -91,7 +91,7 @@ def damage(found: Contrast, healthy: list[Contrast], typical: float) -> Change |
     if size > -std * student.isf(WITHIN_RATE / HUNDRED, freedom):
         return None
     half = float(std * student.isf((1 - LEVEL) / 2, freedom))
-    return Change(size, size - half, size + half)
+    return Change(size, float(std), size - half, size + half)
 
 
 def _mean(residual: Vector, variance: Vector, part: Indices) -> tuple[float, float]:

@@ -128,6 +128,22 @@ def cut(whole: Series, event: int) -> Series:
     return replace(whole, observations=tuple(one for one in whole.observations if one.event < event))
 
 
+def scaled(whole: Series, of_value: float, of_amplitude: float) -> Series:
+    """In other units."""
+    return replace(
+        whole,
+        observations=tuple(
+            replace(
+                one,
+                value=of_value * one.value,
+                std=of_value * one.std,
+                amplitude=None if one.amplitude is None else of_amplitude * one.amplitude,
+            )
+            for one in whole.observations
+        ),
+    )
+
+
 def _amplitudes(peak: float, rng: np.random.Generator) -> Vector:
     """m, of an event's cycles: they rise fast and fall slowly to some tenths of the largest."""
     count = int(rng.integers(6, 35))
