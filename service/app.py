@@ -16,6 +16,8 @@ from service.metrics import Measured
 from service.own_effects import add_own_effects
 from service.pages.rendering import FOLDER
 from service.routers import (
+    alerts,
+    audit,
     buildings,
     comparisons,
     diagnoses,
@@ -52,6 +54,7 @@ TAGS = [
     {"name": "events", "description": "One earthquake at one building."},
     {"name": "series", "description": "Long series of an event."},
     {"name": "models", "description": "Models of the isolation layer, held against what was measured."},
+    {"name": "alerts", "description": "What people should know, and what was done about it."},
     {"name": "operations", "description": "Sources, jobs and the service's health."},
 ]
 SECURITY = {
@@ -84,7 +87,7 @@ def create(settings: Settings) -> FastAPI:
     errors.install(app)
     api = APIRouter(prefix="/api/v1", dependencies=[Depends(auth.viewer)])
     of_models = (effects, models, model_work, comparisons, diagnoses)
-    for module in (buildings, events, series, layer_motion, *of_models, operations):
+    for module in (buildings, events, series, layer_motion, *of_models, alerts, audit, operations):
         api.include_router(module.router)
     app.include_router(api)
     app.include_router(fdsnws.router, dependencies=[Depends(auth.viewer)])

@@ -16,6 +16,8 @@ from typing import Any
 import orjson
 from fastapi import FastAPI, Request, Response
 from fastapi.exceptions import RequestValidationError
+from sqlalchemy.exc import InterfaceError, OperationalError
+from sqlalchemy.exc import TimeoutError as PoolTimeoutError
 from starlette.exceptions import HTTPException
 from starlette.routing import Match
 
@@ -25,6 +27,9 @@ DETAIL = {
     405: "This path does not answer that method; the header Allow lists those it does.",
     500: "An error of ours; the log of the service has it.",
 }
+AWAY = "The database does not answer; the service goes on by itself once it does, so asking again soon would do."
+RETRY_AFTER = 5
+"""s."""
 METHODS = ("DELETE", "GET", "HEAD", "OPTIONS", "PATCH", "POST", "PUT")
 """That a path may answer."""
 
@@ -127,11 +132,18 @@ def of_ours(_: Request, __: Exception) -> Response:
     return problem(500, DETAIL[500])
 
 
+def of_database(_: Request, __: Exception) -> Response:
+    """The database is away, or too busy: it is worth asking again."""
+    return problem(503, AWAY, {"Retry-After": str(RETRY_AFTER)})
+
+
 def install(app: FastAPI) -> None:
     """Give every error its status and its document."""
     app.add_exception_handler(ServiceError, of_service)
     app.add_exception_handler(HTTPException, of_framework)
     app.add_exception_handler(RequestValidationError, of_request)
+    for unreachable in (OperationalError, InterfaceError, PoolTimeoutError):
+        app.add_exception_handler(unreachable, of_database)
     app.add_exception_handler(Exception, of_ours)
 
 

@@ -1,7 +1,6 @@
 """What the parameters of requests may be, and what they mean: one definition for all routes."""
 
-import re
-from datetime import UTC, datetime
+from datetime import datetime
 from typing import Annotated, Literal
 
 from fastapi import Depends, Path, Query, Request
@@ -11,25 +10,9 @@ from sqlalchemy.orm import Session, sessionmaker
 from service import auth, heard
 from service.auditing import Deed, audited
 from service.queries.question import Place, Span
+from service.times import read_time
 
-RFC_3339 = re.compile(r"\d{4}-\d\d-\d\d([Tt ]\d\d:\d\d(:\d\d(\.\d+)?)?([Zz]|[+-]\d\d:\d\d)?)?", re.ASCII)
 LARGEST = 2**31 - 1
-
-
-def read_time(written: object) -> datetime:
-    """An aware time; UTC where no zone is written.
-
-    Raises:
-        ValueError: it is not written as RFC 3339 says.
-    """
-    if not isinstance(written, str) or not RFC_3339.fullmatch(written):
-        raise ValueError("a date or a time as in 2010-02-27T06:34:11Z is wanted")
-    time = datetime.fromisoformat(written.upper())
-    try:
-        return time.replace(tzinfo=UTC) if time.tzinfo is None else time.astimezone(UTC)
-    except OverflowError:  # at the ends of the calendar the zone does not matter
-        return time.replace(tzinfo=UTC)
-
 
 Time = Annotated[
     datetime,

@@ -29,18 +29,19 @@ def acknowledge(session: Session, alert: Alert, by: str, note: str, now: datetim
 
 
 def inspect(
-    session: Session, alert: Alert, by: str, outcome: Outcome, note: str, begins_reference: bool, now: datetime
+    session: Session, alert: Alert, by: str, outcome: Outcome, note: str, reference_from: datetime | None, now: datetime
 ) -> Inspection:
     """End an alert by what somebody found at the building, or by a review of its data.
 
     What began before and does not get worse is answered by it. The same again is answered by the inspection there is.
+    A new reference period is only noted here; service.watching begins it.
 
     Raises:
         ConflictError: it has ended already.
     """
     _held(session, alert)
     for before in alert.inspections:
-        if (before.outcome, before.note, before.begins_reference) == (outcome, note, begins_reference):
+        if (before.outcome, before.note, before.reference_from) == (outcome, note, reference_from):
             return before
     if alert.closed_at is not None:
         raise ConflictError(f"Alert {alert.id} is {alert.state} since {alert.closed_at:%Y-%m-%d %H:%M} UTC already.")
@@ -50,7 +51,7 @@ def inspect(
         by=by,
         outcome=outcome,
         note=note,
-        begins_reference=begins_reference,
+        reference_from=reference_from,
         evidence=dict(alert.evidence),
     )
     session.add(made)

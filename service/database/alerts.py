@@ -87,8 +87,8 @@ class Inspection(Base):
     outcome: Mapped[str]
     """One of service.alerting.acts.OUTCOMES."""
     note: Mapped[str] = mapped_column(Text)
-    begins_reference: Mapped[bool]
-    """Whether a new reference period began with it."""
+    reference_from: Mapped[datetime | None]
+    """From when on the building counts as healthy again; None: as before."""
     evidence: Mapped[dict[str, Any]]
     """What was known of the alert then: what is worse later on is a new one."""
     alert: Mapped[Alert] = relationship(back_populates="inspections")

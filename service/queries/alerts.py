@@ -4,9 +4,21 @@ from collections.abc import Collection, Sequence
 from datetime import datetime
 
 from sqlalchemy import or_, select
-from sqlalchemy.orm import Session
+from sqlalchemy.orm import Session, joinedload
 
-from service.database import Alert, AlertChange, Analysis, Event, Inspection, Message, Silence
+from service.database import (
+    Alert,
+    AlertChange,
+    Analysis,
+    Delivery,
+    Event,
+    Inspection,
+    Message,
+    Receiver,
+    Silence,
+)
+from service.errors import NotFoundError
+from service.queries.question import Line
 
 
 def open_alerts(session: Session, building_id: int, kinds: Collection[str]) -> Sequence[Alert]:
@@ -37,6 +49,71 @@ def has_newer_results(session: Session, alert: Alert) -> bool:
     newer = select(Analysis.id).join(Event, Event.id == Analysis.event_id)
     question = newer.where(*older, Analysis.created_at > alert.updated_at).limit(1)
     return session.scalar(question) is not None
+
+
+def alert(session: Session, number: int) -> Alert:
+    """An alert.
+
+    Raises:
+        NotFoundError: there is none by that number.
+    """
+    found = session.get(Alert, number)
+    if found is None:
+        raise NotFoundError("alert", number)
+    return found
+
+
+def every(
+    session: Session, building_id: int | None, state: str | None, kind: str | None, before: int | None, limit: int
+) -> Sequence[Alert]:
+    """Alerts, the latest first; the state `open` is every state of an alert that has not ended.
+
+    Args:
+        session: to read with.
+        building_id: of one building; None: of all.
+        state: one of service.alerting.states, or `open`; None: any.
+        kind: one of service.alerting.found.Kind; None: any.
+        before: the number at which the page before ended.
+        limit: rows.
+    """
+    question = select(Alert).options(joinedload(Alert.building))
+    for column, wanted in ((Alert.building_id, building_id), (Alert.kind, kind)):
+        if wanted is not None:
+            question = question.where(column == wanted)
+    if state is not None:
+        question = question.where(Alert.closed_at.is_(None) if state == "open" else Alert.state == state)
+    if before is not None:
+        question = question.where(Alert.id < before)
+    return session.scalars(question.order_by(Alert.id.desc()).limit(limit)).all()
+
+
+def standing(session: Session) -> Sequence[Alert]:
+    """Alerts that people were told of, or that are held back, and that have not ended; by building and number."""
+    stands = (Alert.closed_at.is_(None), Alert.state != "pending")
+    return session.scalars(select(Alert).where(*stands).order_by(Alert.building_id, Alert.id)).all()
+
+
+def tellings(session: Session, building_id: int, key: str) -> Sequence[Line]:
+    """(Message, Delivery | None, name of the receiver | None) of what was told under a key, the earliest first."""
+    question = (
+        select(Message, Delivery, Receiver.name)
+        .outerjoin(Delivery, Delivery.message_id == Message.id)
+        .outerjoin(Receiver, Receiver.id == Delivery.receiver_id)
+        .where(Message.building_id == building_id, Message.key == key)
+    )
+    return session.execute(question.order_by(Message.number, Delivery.id)).all()
+
+
+def silence(session: Session, number: int) -> Silence:
+    """A silence.
+
+    Raises:
+        NotFoundError: there is none by that number.
+    """
+    found = session.get(Silence, number)
+    if found is None:
+        raise NotFoundError("silence", number)
+    return found
 
 
 def raised_by(session: Session, event_id: int) -> Sequence[Alert]:

@@ -146,7 +146,7 @@ def test_acknowledging_is_no_news_and_an_inspection_is(session: Session, of: Bui
     handling.acknowledge(session, alert, "Jo", "on my way", now)
     tell(session, of.id, AGE, now)
     assert len(messages(session)) == 1
-    handling.inspect(session, alert, "Jo", "confirmed", "bearings 3 and 4 were replaced", True, now + DAY)
+    handling.inspect(session, alert, "Jo", "confirmed", "bearings 3 and 4 were replaced", None, now + DAY)
     for _ in range(2):
         tell(session, of.id, AGE, now + DAY)
     _, told = messages(session)
@@ -163,7 +163,7 @@ def test_an_alert_that_never_was_is_cancelled(session: Session, of: Building, ho
         analysed(session, session.get_one(Event, events[1]), now)
         reconcile(session, of.id, [], "events", now + SOON)
     else:
-        handling.inspect(session, session.query(Alert).one(), "Jo", "unfounded", "a test load", False, now)
+        handling.inspect(session, session.query(Alert).one(), "Jo", "unfounded", "a test load", None, now)
     session.flush()
     for _ in range(2):
         tell(session, of.id, AGE, now + SOON)
@@ -212,6 +212,6 @@ def test_a_later_event_names_what_still_stands_and_is_not_told_again_for_it(sess
     (told,) = messages(session)
     assert told.severity == "all_clear"
     assert "still stands, and waits for somebody: stiffness of the isolators, direction x." in told.sentences[-1]
-    handling.inspect(session, session.query(Alert).one(), "Jo", "confirmed", "replaced", True, now + SOON)
+    handling.inspect(session, session.query(Alert).one(), "Jo", "confirmed", "replaced", None, now + SOON)
     tell_of_event(session, later.id, AGE, now + SOON)
     assert len(messages(session)) == 1

@@ -65,7 +65,7 @@ def _act(session: Session, of: Building, act: str | None, now: datetime) -> None
     if alert is not None and act == "acknowledge":
         handling.acknowledge(session, alert, "Jo", "on my way", now)
     if alert is not None and act == "inspect":
-        handling.inspect(session, alert, "Jo", "confirmed", "looked at", False, now)
+        handling.inspect(session, alert, "Jo", "confirmed", "looked at", None, now)
     session.flush()
 
 
@@ -105,7 +105,7 @@ def test_a_sensor_that_is_settled_lets_the_drift_fire(sessions: sessionmaker[Ses
         reconcile(session, of.id, found(("softer", "a gain"), events), "events", NOW)
         session.flush()
         sensor = session.scalars(select(Alert).where(Alert.kind == "sensor")).one()
-        handling.inspect(session, sensor, "Jo", "confirmed", "its new gain stands in the file", False, NOW + STEP)
+        handling.inspect(session, sensor, "Jo", "confirmed", "its new gain stands in the file", None, NOW + STEP)
         reconcile(session, of.id, found(("softer", "a gain"), events), "events", NOW + 2 * STEP)
         session.flush()
         drift = session.scalars(select(Alert).where(Alert.kind == "degradation")).one()
@@ -153,12 +153,12 @@ def test_an_inspection_ends_an_alert_and_is_safe_to_repeat(sessions: sessionmake
         handling.acknowledge(session, alert, "Jo", "calling them", NOW)
         handling.acknowledge(session, alert, "Al", "me too", NOW + STEP)
         assert (alert.acknowledged_by, alert.acknowledgement) == ("Jo", "calling them")
-        made = handling.inspect(session, alert, "Jo", "unfounded", "maintenance", False, NOW + STEP)
-        assert handling.inspect(session, alert, "Jo", "unfounded", "maintenance", False, NOW + 2 * STEP) is made
+        made = handling.inspect(session, alert, "Jo", "unfounded", "maintenance", None, NOW + STEP)
+        assert handling.inspect(session, alert, "Jo", "unfounded", "maintenance", None, NOW + 2 * STEP) is made
         assert [change.state for change in alert.changes] == ["firing", "acknowledged", "withdrawn"]
         for act in (
             lambda: handling.acknowledge(session, alert, "Al", "", NOW),
-            lambda: handling.inspect(session, alert, "Al", "confirmed", "broken", False, NOW),
+            lambda: handling.inspect(session, alert, "Al", "confirmed", "broken", None, NOW),
         ):
             with pytest.raises(ConflictError, match="withdrawn"):
                 act()

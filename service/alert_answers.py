@@ -1,0 +1,60 @@
+"""What the API and the pages say of an alert."""
+
+from datetime import datetime
+
+from sqlalchemy.orm import Session
+
+from service.alerting import alert_messages, event_notice
+from service.alerting.silences import silence_of
+from service.database import Alert, Silence
+from service.queries import alerts
+from service.schemas.alerts import AlertOut, AlertRow, ChangeOut, InspectionOut, SilenceOut, TellingOut
+
+
+def row(found: Alert) -> AlertRow:
+    """An alert as a list has it."""
+    same = {name: getattr(found, name) for name in AlertRow.model_fields if name not in ("building", "raised_event")}
+    return AlertRow(building=found.building.code, raised_event=found.raised_event_id, **same)
+
+
+def whole(session: Session, found: Alert, now: datetime) -> AlertOut:
+    """An alert with its evidence and history."""
+    silence = silence_of(found.cause, alerts.silences(session, found.building_id), now)
+    return AlertOut(
+        **row(found).model_dump(),
+        sentences=found.sentences,
+        evidence=found.evidence,
+        onset_event=found.onset_event_id,
+        events=found.event_ids,
+        channels=found.channels,
+        inhibited_by=found.inhibited_by,
+        acknowledgement=found.acknowledgement,
+        silenced_until=silence.ends_at if silence else None,
+        changes=[ChangeOut.model_validate(change) for change in found.changes],
+        inspections=[InspectionOut.model_validate(one) for one in found.inspections],
+        told=_told(session, found),
+    )
+
+
+def silence_row(found: Silence) -> SilenceOut:
+    """A silence."""
+    same = {name: getattr(found, name) for name in SilenceOut.model_fields if name != "building"}
+    return SilenceOut(building=found.building.code, **same)
+
+
+def _told(session: Session, found: Alert) -> list[TellingOut]:
+    """The messages that told of it: those of its event, or its own."""
+    event = found.raised_event_id
+    key = alert_messages.key(found.id) if event is None else event_notice.key(event)
+    return [
+        TellingOut(
+            message=message.id,
+            written_at=message.created_at,
+            sequence=message.sequence,
+            subject=message.subject,
+            receiver=receiver,
+            state=delivery.state if delivery else None,
+            finished_at=delivery.finished_at if delivery else None,
+        )
+        for message, delivery, receiver in alerts.tellings(session, found.building_id, key)
+    ]
