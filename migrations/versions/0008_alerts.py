@@ -98,7 +98,7 @@ def upgrade() -> None:
         sa.Column("by", sa.String(), nullable=False),
         sa.Column("outcome", sa.String(), nullable=False),
         sa.Column("note", sa.Text(), nullable=False),
-        sa.Column("begins_reference", sa.Boolean(), nullable=False),
+        sa.Column("reference_from", sa.DateTime(timezone=True), nullable=True),
         sa.Column("evidence", sa.JSON(none_as_null=True), nullable=False),
         sa.ForeignKeyConstraint(["alert_id"], ["alert.id"], name=op.f("fk_inspection_alert_id_alert")),
         sa.PrimaryKeyConstraint("id", name=op.f("pk_inspection")),
