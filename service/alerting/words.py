@@ -20,11 +20,15 @@ TITLES: Mapping[str, str] = {
     "disk": "disk space",
 }
 """Of the first part of a cause."""
+RECOVERED = "recovery"
+"""First part of a cause that is about the return of the one that follows."""
 
 
 def of_cause(cause: str) -> str:
     """`stiffness of the isolators, direction x`; a cause that has no words yet stands for itself."""
     first, _, rest = cause.partition("/")
+    if first == RECOVERED:
+        return f"return of the {of_cause(rest)}"
     title = TITLES.get(first)
     if title is None:
         return cause

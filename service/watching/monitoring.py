@@ -2,7 +2,8 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from datetime import datetime
+from datetime import datetime, timedelta
+from zoneinfo import ZoneInfo
 
 from sqlalchemy import delete, select
 from sqlalchemy.orm import Session
@@ -12,15 +13,18 @@ from core.drift.event_value import EventNotes, EventValue
 from core.drift.monitor import Monitoring, Reference, monitor
 from core.drift.series import Series
 from core.quality import Finding
+from service.alerting.event_messages import tell
+from service.alerting.reconciling import reconcile
 from service.buildings import described
-from service.database import Building, DriftAlarm, DriftValue, Job, WatchedSeries
+from service.database import Building, DriftAlarm, DriftValue, Job, ReferencePeriod, WatchedSeries
 from service.jobs import WATCH, Claim
 from service.queries import drift
+from service.reference_periods import in_force, reference
 from service.settings import Settings
 from service.stages import Stage
 from service.version import VERSION
 from service.watching import baseline_json
-from service.watching.references import in_force, reference
+from service.watching.findings import findings
 from service.watching.series import channels_of, watched_series
 
 
@@ -43,23 +47,32 @@ class WatchInputs:
 
     building_id: int
     watched: tuple[Watched, ...]
+    starts: Mapping[int, datetime]
+    """Of every analysed event."""
+    timezone: str
+    """Of the building."""
+    message_age: timedelta
+    """How long ago an event may have ended of which people are told."""
 
 
 def inputs(session: Session, claim: Claim, settings: Settings) -> WatchInputs:
     """What is watched at the building of a claimed job, as it is stored now."""
     building = session.get_one(Building, claim.building_id)
-    description = described(session, building).description
-    findings = {row.event: [Finding(**one) for one in row.quality] for row in drift.findings(session, building.id)}
+    file = described(session, building)
+    events = drift.findings(session, building.id)
+    noted = {row.event: [Finding(**one) for one in row.quality] for row in events}
     periods = drift.reference_periods(session, building.id)
-    watched = []
-    for series in watched_series(session, building.id):
-        period, channels = in_force(periods, series.quantity), channels_of(series, description)
-        watched.append(
-            Watched(
-                series, reference(period), _notes(findings, channels), None if period is None else period.id, channels
-            )
-        )
-    return WatchInputs(building.id, tuple(watched))
+    watched = [
+        _watched(series, channels_of(series, file.description), noted, in_force(periods, series.quantity))
+        for series in watched_series(session, building.id)
+    ]
+    return WatchInputs(
+        building_id=building.id,
+        watched=tuple(watched),
+        starts={row.event: row.event_start for row in events},
+        timezone=file.timezone,
+        message_age=timedelta(seconds=settings.message_age),
+    )
 
 
 def stages(inputs: WatchInputs) -> Sequence[Stage]:
@@ -75,13 +88,16 @@ def monitored(watched: Sequence[Watched]) -> tuple[Monitoring, ...]:
 def store(
     session: Session, claim: Claim, inputs: WatchInputs, results: Sequence[Sequence[Monitoring]], now: datetime
 ) -> None:
-    """Put what was found in the place of the building's earlier rows, unless a later job has seen more."""
+    """Put what was found in the place of the building's earlier rows, and tell people, unless a later job sees more."""
     if _is_overtaken(session, claim, inputs.building_id):
         return
     forget(session, inputs.building_id)
-    for watched, found in zip(inputs.watched, results[-1], strict=True):
-        session.add(_series(watched, found, inputs.building_id, claim.job_id, now))
+    pairs = list(zip(inputs.watched, results[-1], strict=True))
+    session.add_all(_series(watched, found, inputs.building_id, claim.job_id, now) for watched, found in pairs)
+    told = [(found, watched.channels) for watched, found in pairs]
+    reconcile(session, inputs.building_id, findings(told, inputs.starts, ZoneInfo(inputs.timezone)), "events", now)
     session.flush()
+    tell(session, inputs.building_id, inputs.message_age, now)
 
 
 def forget(session: Session, building_id: int) -> None:
@@ -98,10 +114,16 @@ def _is_overtaken(session: Session, claim: Claim, building_id: int) -> bool:
     return session.scalar(select(Job.id).where(*later).limit(1)) is not None
 
 
-def _notes(findings: Mapping[int, Sequence[Finding]], channels: Sequence[str]) -> dict[int, EventNotes]:
-    """Of the sensors that a series is measured with."""
+def _watched(
+    series: Series,
+    channels: tuple[str, ...],
+    findings: Mapping[int, Sequence[Finding]],
+    period: ReferencePeriod | None,
+) -> Watched:
+    """With what was found of the sensors that the series is measured with."""
     own = {event: tuple(one for one in found if one.channel in channels) for event, found in findings.items()}
-    return {event: EventNotes(found) for event, found in own.items() if found}
+    notes = {event: EventNotes(found) for event, found in own.items() if found}
+    return Watched(series, reference(period), notes, None if period is None else period.id, channels)
 
 
 def _series(watched: Watched, found: Monitoring, building_id: int, job_id: int, now: datetime) -> WatchedSeries:
