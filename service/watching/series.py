@@ -5,20 +5,22 @@ analysed makes no difference.
 """
 
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from datetime import datetime, timedelta
 from itertools import chain
 from math import isfinite
+from types import MappingProxyType
 
 from sqlalchemy.orm import Session
 
 from core.description import BuildingDescription
 from core.drift.series import Observation, Series
+from core.drift.watched import QUANTITIES
 from core.misfit import Misfit
 from service import mode_tracks
 from service.mode_tracks import DIRECTIONS, Sighting
 from service.queries import drift, versions
-from service.queries.question import Line, Span
+from service.queries.question import Span
 
 SENSOR_QUANTITIES = frozenset({"gain", "noise"})
 """Those whose subject is a channel; that of all others begins with a direction."""
@@ -27,23 +29,23 @@ Named = tuple[tuple[str, str], Observation]
 """Quantity and subject, and what was observed of them."""
 
 
-def watched_series(session: Session, building_id: int) -> tuple[Series, ...]:
-    """Every series of a building, by quantity and subject.
+def watched_series(
+    session: Session, building_id: int, quantities: Collection[str] = QUANTITIES.keys()
+) -> tuple[Series, ...]:
+    """Every series of a building, or those of some quantities, by quantity and subject.
 
     `stiffness`, `damping`, `residual_displacement` and `model_error` are of a direction, `frequency` of a direction's
     established mode (`x/1`), `noise` and `gain` of a channel.
     """
     temperature = dict(drift.temperatures(session, building_id))
     found: dict[tuple[str, str], list[Observation]] = defaultdict(list)
-    for name, one in chain(
-        _cycles(session, building_id, temperature),
-        _residuals(drift.residuals(session, building_id), temperature),
-        _sensors(drift.sensors(session, building_id), temperature),
-        _frequencies(session, building_id, temperature),
-        _model_errors(session, building_id, temperature),
-    ):
-        found[name].append(one)
-    return tuple(Series(*name, tuple(observations)) for name, observations in sorted(found.items()))
+    for source, told in SOURCES.items():
+        if not told.isdisjoint(quantities):
+            for name, one in source(session, building_id, temperature):
+                found[name].append(one)
+    return tuple(
+        Series(*name, tuple(observations)) for name, observations in sorted(found.items()) if name[0] in quantities
+    )
 
 
 def channels_of(series: Series, description: BuildingDescription) -> tuple[str, ...]:
@@ -63,15 +65,15 @@ def _cycles(session: Session, building_id: int, temperature: Mapping[int, float]
             )
 
 
-def _residuals(rows: Iterable[Line], temperature: Mapping[int, float]) -> Iterator[Named]:
-    for row in rows:
+def _residuals(session: Session, building_id: int, temperature: Mapping[int, float]) -> Iterator[Named]:
+    for row in drift.residuals(session, building_id):
         name = ("residual_displacement", row.direction)
         yield from _observed(name, row.event, row.event_start, row.value, row.std, None, temperature.get(row.event))
 
 
-def _sensors(rows: Iterable[Line], temperature: Mapping[int, float]) -> Iterator[Named]:
+def _sensors(session: Session, building_id: int, temperature: Mapping[int, float]) -> Iterator[Named]:
     """The noise's own standard deviation is nothing beside its scatter from event to event."""
-    for row in rows:
+    for row in drift.sensors(session, building_id):
         known = temperature.get(row.event)
         yield from _observed(("noise", row.channel), row.event, row.event_start, row.noise, 0.0, None, known)
         yield from _observed(("gain", row.channel), row.event, row.event_start, row.gain, row.gain_std, None, known)
@@ -127,3 +129,15 @@ def _observed(
     """The observation, unless it has no value."""
     if value is not None and std is not None and isfinite(value) and isfinite(std):
         yield name, Observation(event, time, value, std, amplitude, temperature)
+
+
+SOURCES: Mapping[Callable[[Session, int, Mapping[int, float]], Iterator[Named]], frozenset[str]] = MappingProxyType(
+    {
+        _cycles: frozenset({"stiffness", "damping"}),
+        _residuals: frozenset({"residual_displacement"}),
+        _sensors: SENSOR_QUANTITIES,
+        _frequencies: frozenset({"frequency"}),
+        _model_errors: frozenset({"model_error"}),
+    }
+)
+"""What reads a building's observations of which quantities, with the temperature of its events."""
