@@ -120,12 +120,15 @@ def _lines(columns: Sequence[str], rows: Sequence[Sequence[Any]]) -> bytes:
     out = io.StringIO()
     writer = csv.writer(out)
     writer.writerow(columns)
-    writer.writerows([_utc(value) for value in row] for row in rows)
+    writer.writerows([_cell(value) for value in row] for row in rows)
     return out.getvalue().encode()
 
 
-def _utc(value: object) -> object:
-    return value.isoformat().replace("+00:00", "Z") if isinstance(value, datetime) else value
+def _cell(value: object) -> object:
+    """Times with a Z, lists with semicolons between."""
+    if isinstance(value, datetime):
+        return value.isoformat().replace("+00:00", "Z")
+    return "; ".join(map(str, value)) if isinstance(value, list) else value
 
 
 def series_lines(columns: Mapping[str, Vector]) -> bytes:

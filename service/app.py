@@ -22,6 +22,7 @@ from service.routers import (
     comparisons,
     diagnoses,
     diagnosis_pages,
+    drift,
     effects,
     events,
     fdsnws,
@@ -53,6 +54,7 @@ TAGS = [
     {"name": "buildings", "description": "Buildings, and what is followed over the years."},
     {"name": "events", "description": "One earthquake at one building."},
     {"name": "series", "description": "Long series of an event."},
+    {"name": "drift", "description": "What changed over the years, against what was expected."},
     {"name": "models", "description": "Models of the isolation layer, held against what was measured."},
     {"name": "alerts", "description": "What people should know, and what was done about it."},
     {"name": "operations", "description": "Sources, jobs and the service's health."},
@@ -87,7 +89,7 @@ def create(settings: Settings) -> FastAPI:
     errors.install(app)
     api = APIRouter(prefix="/api/v1", dependencies=[Depends(auth.viewer)])
     of_models = (effects, models, model_work, comparisons, diagnoses)
-    for module in (buildings, events, series, layer_motion, *of_models, alerts, audit, operations):
+    for module in (buildings, events, series, layer_motion, drift, *of_models, alerts, audit, operations):
         api.include_router(module.router)
     app.include_router(api)
     app.include_router(fdsnws.router, dependencies=[Depends(auth.viewer)])

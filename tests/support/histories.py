@@ -1,13 +1,12 @@
 """Years of earthquakes at a building, analysed without waves: what an analysis finds is made up and truly stored."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import numpy as np
 import simulated
-from described import BASE, GROUND, LAYER
+from described import BASE, GROUND, LAYER, paper
 from sqlalchemy import select
 from sqlalchemy.orm import Session, sessionmaker
 
@@ -19,7 +18,6 @@ from core.motion import MeasuredMotion, ResidualDisplacement
 from core.paper import BUILDING
 from core.sensor_health import SensorHealth
 from service import buildings, jobs
-from service.building_file import read
 from service.database import Building, Event
 from service.jobs import ANALYSE, Claim
 from service.kinds import KINDS
@@ -147,8 +145,7 @@ def claimed(session: Session, now: datetime) -> Claim:
 
 def store(session: Session, claim: Claim, found: EventAnalysis, now: datetime) -> None:
     """Write what an analysis found as the worker does."""
-    description = read(simulated.building_file(), Path("/")).description
-    made_from = Inputs((), description, AnalysisSettings(), _revision(session, claim), ())
+    made_from = Inputs((), paper(), AnalysisSettings(), _revision(session, claim), ())
     if jobs.finish(session, claim, now):
         KINDS[ANALYSE].store(session, claim, made_from, (found,), now)
 
@@ -193,7 +190,3 @@ def _revision(session: Session, claim: Claim) -> int:
     event = session.get_one(Event, claim.event_id)
     return event.building.revisions[-1].id
 
-
-def with_thermometers_off(found: EventAnalysis) -> EventAnalysis:
-    """The same where nothing measured the temperature."""
-    return replace(found, temperature=None)
