@@ -189,4 +189,3 @@ def computed(session: Session, claim: Claim, now: datetime) -> None:
 def _revision(session: Session, claim: Claim) -> int:
     event = session.get_one(Event, claim.event_id)
     return event.building.revisions[-1].id
-
