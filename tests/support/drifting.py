@@ -41,7 +41,11 @@ class History:
     temperature: Vector
     """(events,) °C."""
     common: Vector
-    """(events,) what the events have beside everything else, logarithm."""
+    """(events,) what the cycles of each event have in common, logarithm: scatter, temperature and scragging."""
+    peak: Vector
+    """(events,) m, largest amplitude."""
+    random: Vector
+    """(events,) the scatter's part of what is common."""
     amplitude: tuple[Vector, ...]
     """m, of each event's cycles in order of time."""
     value: tuple[Vector, ...]
@@ -64,14 +68,30 @@ def history(plan: Plan, seed: int) -> History:
         peak[giant] = peak.max() * rng.uniform(2, 5)
     scatter, own = rng.uniform(*plan.scatter), rng.uniform(*plan.own)
     common = scatter * rng.standard_normal(plan.events) * np.where(rng.random(plan.events) < plan.outliers, 3.0, 1.0)
-    common += thermal * (temperature - 15.0)
+    random = common
+    common = random + thermal * (temperature - 15.0)
     if giant is not None:
         common[giant + 1 :] -= plan.scragging * 0.5 ** ((time[giant + 1 :] - time[giant]) / 30.0)
     amplitudes = tuple(_amplitudes(one, rng) for one in peak)
     values = tuple(
         curve(a) + shift + own * rng.standard_normal(a.size) for a, shift in zip(amplitudes, common, strict=True)
     )
-    return History(time, temperature, common, amplitudes, values, own, giant, plan.has_thermometer)
+    return History(time, temperature, common, peak, random, amplitudes, values, own, giant, plan.has_thermometer)
+
+
+def other_direction(plan: Plan, lived: History, seed: int, shared: float) -> History:
+    """The same earthquakes and weather in the other direction; its scatter has a correlation with the first's."""
+    rng = np.random.default_rng([seed, 2])
+    curve, own = stiffness_curve(rng), rng.uniform(*plan.own)
+    fresh = float(np.std(lived.random)) * rng.standard_normal(lived.peak.size)
+    random = shared * lived.random + np.sqrt(1 - shared**2) * fresh
+    common = lived.common - lived.random + random
+    peak = lived.peak * rng.uniform(0.6, 1.4, lived.peak.size)
+    amplitudes = tuple(_amplitudes(one, rng) for one in peak)
+    values = tuple(
+        curve(a) + shift + own * rng.standard_normal(a.size) for a, shift in zip(amplitudes, common, strict=True)
+    )
+    return replace(lived, common=common, peak=peak, random=random, amplitude=amplitudes, value=values, std=own)
 
 
 def series(lived: History, change: Vector | None = None) -> Series:

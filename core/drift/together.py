@@ -1,0 +1,66 @@
+"""Do several series of one building change together: a layer that is damaged softens in every direction?
+
+What scatters from event to event is only in part common to the directions, so that their mean tells a common loss
+sooner than any one of them.
+"""
+
+import numpy as np
+
+from core.arrays import Indices
+from core.drift.alarm import Alarm
+from core.drift.alarms import alarms
+from core.drift.judged import Judged
+from core.drift.monitor import Monitoring
+from core.errors import ModelError
+
+COMMON = 0.5
+"""Correlation of the directions' scatter that is believed beforehand."""
+BELIEVED = 10.0
+"""Events that the belief counts for."""
+
+
+def alarms_together(one: Monitoring, other: Monitoring) -> tuple[Alarm, ...]:
+    """Common changes of two series, judged by their mean over the events that both have.
+
+    The rules and their rates are those of a single series. Empty without a baseline of both.
+
+    Raises:
+        ModelError: they are of different quantities.
+    """
+    if one.series.quantity != other.series.quantity:
+        raise ModelError(f"{one.series.quantity} and {other.series.quantity} have no mean; give two of one quantity")
+    if one.judged is None or other.judged is None or one.baseline is None:
+        return ()
+    judged = _mean(one.judged, other.judged, correlation(one, other))
+    return alarms(one.baseline.design.quantity, one.baseline, judged)
+
+
+def correlation(one: Monitoring, other: Monitoring) -> float:
+    """Of the scatter of two series from event to event, by the events that both references have."""
+    values = [{value.event: value.value for value in side.values if value.is_reference} for side in (one, other)]
+    common = sorted(values[0].keys() & values[1].keys())
+    first, last = (np.array([side[event] for event in common]) for side in values)
+    scale = np.sqrt(float(first @ first) * float(last @ last))
+    found = float(first @ last) / scale if scale > 0 else 0.0
+    return max(0.0, (BELIEVED * COMMON + len(common) * found) / (BELIEVED + len(common)))
+
+
+def _mean(one: Judged, other: Judged, common: float) -> Judged:
+    """Of the events that both have."""
+    here, there = _shared(one, other)
+    first, last = one.covariance[np.ix_(here, here)], other.covariance[np.ix_(there, there)]
+    # What is white in one series has this correlation with what is white in the other.
+    across = common * np.linalg.cholesky(first) @ np.linalg.cholesky(last).T
+    return Judged(
+        dated=tuple(one.dated[n] for n in here),
+        deviation=(one.deviation[here] + other.deviation[there]) / 2,
+        covariance=(first + last + across + across.T) / 4,
+        freedom=(one.freedom + other.freedom) / 2,
+    )
+
+
+def _shared(one: Judged, other: Judged) -> tuple[Indices, Indices]:
+    place = {dated.event: n for n, dated in enumerate(other.dated)}
+    here = [n for n, dated in enumerate(one.dated) if dated.event in place]
+    there = [place[one.dated[n].event] for n in here]
+    return np.array(here, dtype=np.intp), np.array(there, dtype=np.intp)

@@ -1,0 +1,104 @@
+"""Which causes several series leave."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from drifting import START, Plan, history, other_direction, series, stepped
+
+from core.drift.event_value import EventNotes
+from core.drift.explanations import Shift, explanations, notes_of_sensors, shifts
+from core.drift.monitor import Monitoring, Reference, monitor
+from core.drift.together import alarms_together, correlation
+from core.errors import ModelError
+
+PLAN = Plan(events=80, giant=False, outliers=0.0, scatter=(0.01, 0.01))
+ONSET = 45
+
+
+def layer_shifts(x: float, y: float, frequency: float = 0.0) -> tuple[Shift, ...]:
+    return (
+        Shift("stiffness", "x", x, 0.004),
+        Shift("damping", "x", x, 0.02),
+        Shift("stiffness", "y", y, 0.004),
+        Shift("frequency", "x/1", frequency, 0.003),
+    )
+
+
+def possible(found: tuple[Shift, ...]) -> list[str]:
+    return [one.cause for one in explanations(found) if one.is_possible]
+
+
+def test_a_mass_scales_everything() -> None:
+    assert possible(layer_shifts(-0.08, -0.08, -0.04)) == ["mass"]
+    best = explanations(layer_shifts(-0.08, -0.08, -0.04))[0]
+    assert best.size == pytest.approx(np.expm1(0.08), rel=1e-6)
+    assert "+8.3 %" in best.message
+
+
+def test_a_gain_scales_one_direction() -> None:
+    assert possible(layer_shifts(-0.08, 0.0)) == ["gain/x"]
+    assert possible(layer_shifts(0.0, -0.08)) == ["gain/y"]
+
+
+def test_a_softer_layer_alone_rules_both_out() -> None:
+    assert possible(layer_shifts(-0.08, -0.05)) == []
+
+
+def test_one_series_tells_nothing() -> None:
+    assert explanations(layer_shifts(-0.08, 0.0)[:1]) == ()
+
+
+def both(loss: float) -> tuple[Monitoring, Monitoring]:
+    lived = history(PLAN, 31)
+    other = other_direction(PLAN, lived, 31, 0.3)
+    sides = series(lived, stepped(lived, ONSET, loss)), replace(series(other, stepped(other, ONSET, loss)), subject="y")
+    one, two = (monitor(side, Reference(), {}) for side in sides)
+    return one, two
+
+
+def test_shifts_are_measured_in_every_series() -> None:
+    one, other = both(0.06)
+    found = shifts((one, other), one.values[ONSET].time)
+    assert [(shift.quantity, shift.subject) for shift in found] == [("stiffness", "x"), ("stiffness", "y")]
+    for shift in found:
+        assert abs(shift.size - np.log(0.94)) < 3 * shift.std
+    assert shifts((one,), START.replace(year=2090)) == ()
+
+
+def test_a_loss_in_both_directions_is_told_by_their_mean() -> None:
+    one, other = both(0.04)
+    (alarm,) = [alarm for alarm in alarms_together(one, other) if alarm.is_firing]
+    assert alarm.onset in (ONSET - 1, ONSET)
+    assert alarm.low < -0.04 < alarm.high
+    assert 0.0 <= correlation(one, other) < 0.8
+    assert not [alarm for alarm in alarms_together(*both(0.0)) if alarm.is_firing]
+
+
+def test_different_quantities_have_no_mean() -> None:
+    one, other = both(0.0)
+    damping = replace(other, series=replace(other.series, quantity="damping"))
+    with pytest.raises(ModelError, match="damping"):
+        alarms_together(one, damping)
+
+
+def test_a_sensor_that_changed_keeps_its_direction_from_alarming() -> None:
+    """A displacement that reads 8 % too much from an event on: the stiffness seems lost, the sensor's gain alarms."""
+    lived = history(PLAN, 33)
+    rng = np.random.default_rng(33)
+    ratio = 1 + 0.004 * rng.standard_normal(PLAN.events)
+    ratio[ONSET:] *= 1.08
+    stiffness = series(lived, stepped(lived, ONSET, 1 - 1 / 1.08))
+    first = {one.event: one for one in reversed(stiffness.observations)}
+    of_gain = tuple(
+        replace(first[n], value=float(ratio[n]), std=0.002, amplitude=None, temperature=None)
+        for n in range(PLAN.events)
+    )
+    gain = monitor(replace(stiffness, quantity="gain", subject="XX.D.01.HDX", observations=of_gain), Reference(), {})
+    assert [(a.rule, a.onset) for a in gain.alarms if a.is_firing] == [("sudden", ONSET)]
+    notes = notes_of_sensors((gain,))
+    assert set(notes) == set(range(ONSET, PLAN.events))
+    assert isinstance(notes[ONSET], EventNotes)
+    assert notes[ONSET].sensor_findings[0].channel == "XX.D.01.HDX"
+    assert monitor(stiffness, Reference(), {}).alarms
+    assert not monitor(stiffness, Reference(), notes).alarms

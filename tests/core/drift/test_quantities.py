@@ -1,0 +1,50 @@
+"""Every quantity by the same rules: healthy it is quiet, changed for the worse it alarms."""
+
+from datetime import UTC, datetime, timedelta
+
+import numpy as np
+import pytest
+
+from core.drift.monitor import Reference, monitor
+from core.drift.series import Observation, Series
+from core.drift.watched import QUANTITIES, quantity
+
+START = datetime(2010, 1, 1, tzinfo=UTC)
+EVENTS, ONSET = 60, 40
+
+
+def one_a_event(name: str, change: float, seed: int) -> Series:
+    """One observation an event, with the quantity's typical scatter and a change, in scatters, from the onset on."""
+    known, rng = quantity(name), np.random.default_rng(seed)
+    deviation = known.scatter * (rng.standard_normal(EVENTS) + change * (np.arange(EVENTS) >= ONSET))
+    values = 2.0 * np.exp(deviation) if known.is_logarithmic else deviation
+    std = 0.2 * known.scatter * (2.0 if known.is_logarithmic else 1.0)
+    amplitude = 0.01 * np.exp(0.8 * rng.standard_normal(EVENTS)) if known.follows_amplitude else [None] * EVENTS
+    times = [START + timedelta(days=10 * n) for n in range(EVENTS)]
+    return Series(
+        name,
+        "any",
+        tuple(
+            Observation(
+                n, times[n], float(values[n]), std, amplitude[n] if amplitude[n] is None else float(amplitude[n])
+            )
+            for n in range(EVENTS)
+        ),
+    )
+
+
+@pytest.mark.parametrize("name", QUANTITIES)
+def test_healthy_it_is_quiet(name: str) -> None:
+    assert not [a for a in monitor(one_a_event(name, 0.0, 2), Reference(), {}).alarms if a.is_firing]
+
+
+@pytest.mark.parametrize("name", QUANTITIES)
+def test_changed_for_the_worse_it_alarms(name: str) -> None:
+    known = quantity(name)
+    for sense in {"less": (-1,), "more": (1,), "either": (-1, 1)}[known.harm]:
+        (alarm,) = [a for a in monitor(one_a_event(name, 8.0 * sense, 2), Reference(), {}).alarms if a.is_firing]
+        assert (alarm.rule, alarm.onset) == ("sudden", ONSET)
+        assert alarm.raised <= ONSET + 3
+        size = np.expm1(8 * sense * known.scatter) if known.is_logarithmic else 8 * sense * known.scatter
+        assert alarm.low < size < alarm.high
+        assert ("mm" in alarm.message) == (not known.is_logarithmic)
