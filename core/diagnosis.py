@@ -33,9 +33,14 @@ ABOVE_COLOURED = 2.0
 seen, looks like that, and nothing in it depends on the motion."""
 WORTH = 0.05
 """Of the residual: other values of the same parameters that take less than this away are not worth a fit."""
-ANOTHER = 0.2
+ANOTHER = 0.3
 """Of what is left over, its power: an effect beside one that was found must take more, since a law that is not quite
-the true one leaves what others take a little of."""
+the true one leaves what others take a little of;"""
+ANOTHER_OF_LITTLE, MOST_OF_IT = 0.1, 0.6
+"""or more than the first of these and, where what is left stands out of the noise by"""
+STANDS_OUT = 1.1
+"""noise floors, more than the second of what is beyond the noise: so a weak second effect is told from the rest of a
+law that is not quite the true one."""
 LITTLE_TAKEN = 0.5
 """Share of the error beyond the noise that the library's effects leave, from which on the cause is unknown."""
 
@@ -156,7 +161,17 @@ def _goes_on(steps: Sequence[Step], last: Ranking) -> bool:
     """Whether one more effect is to be added."""
     if not last.asked_for or len(steps) >= MOST_EFFECTS:
         return False
-    return not steps or last.asked_for[0].fit.chi_square < (1 - ANOTHER) * last.base.chi_square
+    return not steps or _is_another(last)
+
+
+def _is_another(ranking: Ranking) -> bool:
+    """Whether the best candidate is an effect of its own beside those that were found."""
+    best = ranking.asked_for[0].fit
+    taken = 1 - best.chi_square / ranking.base.chi_square
+    before, after = (ranking.over_floor(fit) for fit in (ranking.base, best))
+    beyond = max(before**2 - 1, 0.0)
+    is_most = before > STANDS_OUT and before**2 - after**2 > MOST_OF_IT * beyond
+    return taken > ANOTHER or (taken > ANOTHER_OF_LITTLE and is_most)
 
 
 def _swapped(
@@ -197,8 +212,8 @@ def _absent(effects: Collection[str], model: Isolator) -> tuple[str, ...]:
 
 
 def _unexplained(ranking: Ranking, allowed: float) -> Unexplained:
-    over_floor = float(np.sqrt(np.mean((ranking.left(ranking.base) / ranking.floor) ** 2)))
-    return Unexplained(explained_share(ranking.evidence, ranking.base), over_floor, allowed)
+    share = explained_share(ranking.evidence, ranking.base)
+    return Unexplained(share, ranking.over_floor(ranking.base), allowed)
 
 
 def _outcome(steps: Sequence[Step], before: Unexplained, left: Unexplained) -> Outcome:

@@ -70,6 +70,10 @@ class Ranking:
         spans = zip(self.evidence.spans, self.evidence.whitenings, strict=True)
         return np.array([np.linalg.norm(fit.residual[span] * w.std) / np.sqrt(w.count) for span, w in spans])
 
+    def over_floor(self, fit: Fit) -> float:
+        """What a fit leaves over in multiples of the noise floor, each record in its own."""
+        return float(np.sqrt(np.mean((self.left(fit) / self.floor) ** 2)))
+
     @property
     def asked_for(self) -> tuple[Judged, ...]:
         """Candidates that the records cannot tell from the best one, the best first; none if nothing is missing."""

@@ -3,8 +3,6 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-import numpy as np
-
 from core.comparison import compare_forces, force_misfit
 from core.effects import EFFECTS
 from core.fitting import Fit
@@ -48,11 +46,6 @@ def candidates(ranking: Ranking, records: Records) -> tuple[Candidate, ...]:
     return tuple(_candidate(one, ranking, records, one.effect in alike) for one in ranking.candidates)
 
 
-def over_floor(fit: Fit, ranking: Ranking) -> float:
-    """What a fit leaves in multiples of the noise floor, each record in its own."""
-    return float(np.sqrt(np.mean((ranking.left(fit) / ranking.floor) ** 2)))
-
-
 def _candidate(judged: Judged, ranking: Ranking, records: Records, in_set: bool) -> Candidate:
     parted, model = groups(records), judged.fit.model
     forces = compare_forces(model, records.observations, records.band)
@@ -65,7 +58,7 @@ def _candidate(judged: Judged, ranking: Ranking, records: Records, in_set: bool)
         delta_bic=judged.delta_bic,
         in_set=in_set,
         after=errors[FITTED],
-        floors=over_floor(judged.fit, ranking),
+        floors=ranking.over_floor(judged.fit),
         after_left_out=errors.get(LEFT_OUT),
         implausible=implausible(judged.effect, judged.fit, records.fitted),
         deviations=deviations(judged.fit, ranking.inflation).get(judged.effect, {}),

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 
-from service.workbench.candidates import Candidate, over_floor
+from service.workbench.candidates import Candidate
 from service.workbench.diagnosing import Diagnosed
 from service.workbench.errors_table import ErrorsTable
 from service.workbench.values import percent, rounded
@@ -18,7 +18,7 @@ def candidates_table(found: Diagnosed, tried: Sequence[Candidate]) -> ErrorsTabl
     """
     without, parted = found.versions[1], groups(found.records)
     errors = [percent(without.error(names).nrmse) for names in parted.values()]
-    floors = over_floor(found.diagnosis.refitted, found.diagnosis.first)
+    floors = found.diagnosis.first.over_floor(found.diagnosis.refitted)
     first = ("none", "", *errors, f"{floors:.3g}", "0", "")
     return ErrorsTable(
         "Effects tried, each added by itself and everything fitted anew",

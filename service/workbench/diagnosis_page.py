@@ -1,7 +1,6 @@
 """A diagnosis as one HTML file: the text, the tables, and the pictures that expose effects."""
 
 from service.svg import svg
-from service.workbench.candidates import over_floor
 from service.workbench.candidates_table import candidates_table
 from service.workbench.diagnosing import Diagnosed
 from service.workbench.diagnosis_words import words
@@ -38,7 +37,7 @@ def figures(found: Diagnosed) -> list[Figure]:
         loop(strongest),
         over_motion(before),
         yield_over_travel(found.refitted.corrections),
-        candidates(found.candidates, over_floor(found.diagnosis.refitted, found.diagnosis.first)),
+        candidates(found.candidates, found.diagnosis.first.over_floor(found.diagnosis.refitted)),
         spectrum(before, found.records.band, after.forces if after else ()),
         histories(last.forces, last.predictions),
     )
