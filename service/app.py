@@ -16,6 +16,7 @@ from service.metrics import Measured
 from service.own_effects import add_own_effects
 from service.pages.rendering import FOLDER
 from service.routers import (
+    alert_pages,
     alerts,
     audit,
     buildings,
@@ -93,7 +94,7 @@ def create(settings: Settings) -> FastAPI:
         api.include_router(module.router)
     app.include_router(api)
     app.include_router(fdsnws.router, dependencies=[Depends(auth.viewer)])
-    for_browsers = (pages, model_pages, diagnosis_pages, pictures, model_pictures, login)
+    for_browsers = (pages, alert_pages, model_pages, diagnosis_pages, pictures, model_pictures, login)
     for module in (*for_browsers, health):  # who may ask is theirs to say
         app.include_router(module.router)
     app.mount("/static", StaticFiles(directory=FOLDER / "static"))

@@ -1,5 +1,6 @@
 """The first page: buildings, the last event and what came of it; no JavaScript."""
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated
@@ -12,7 +13,7 @@ from service.database import Analysis, Building, DirectionResult, Event, LayerRe
 from service.mode_tracks import TrackedMode
 from service.pages.rendering import page
 from service.parameters import Reading
-from service.queries import analysis_results, earthquakes, layer_results, versions, watched
+from service.queries import alerts, analysis_results, earthquakes, layer_results, versions, watched
 from service.queries.question import Span
 from service.routers.login import reader
 from service.schemas.models import Trend
@@ -56,8 +57,17 @@ def home(request: Request, sessions: Reading, building: BuildingCode = None) -> 
             shown = max(shaken, key=lambda row: row.last)[0]
         views = last_events(session, shown) if shown else []
         models = failing_models(session, shown) if shown else []
+        standing = alerts.standing(session)
         return page(
-            request, "home", buildings=found, shown=shown and shown.code, views=views, modes=MODES, models=models
+            request,
+            "home",
+            buildings=found,
+            standing=Counter(alert.building_id for alert in standing),
+            alerts=[alert for alert in standing if shown is not None and alert.building_id == shown.id],
+            shown=shown and shown.code,
+            views=views,
+            modes=MODES,
+            models=models,
         )
 
 

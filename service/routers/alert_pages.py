@@ -1,0 +1,149 @@
+"""The pages of the alerts and their forms; no JavaScript."""
+
+from collections.abc import Callable
+from datetime import UTC, datetime, timedelta
+from typing import Annotated, Any, TypeVar
+from zoneinfo import ZoneInfo
+
+from fastapi import APIRouter, Depends, Request, Response
+from pydantic import BaseModel, ValidationError
+from sqlalchemy.orm import Session
+from starlette.responses import RedirectResponse
+
+from service import alert_answers, alert_requests
+from service.alerting import handling
+from service.alerting.states import MEANINGS
+from service.alerting.words import of_cause, of_time
+from service.auth import Caller, Role
+from service.buildings import described
+from service.database import Alert, Building, DirectionResult
+from service.errors import ConflictError
+from service.pages.rendering import page
+from service.parameters import Code, Reading, Writing
+from service.queries import alerts, analysis_results, earthquakes, watched
+from service.routers.alerts import AlertId, By, SilenceId
+from service.routers.login import reader
+from service.routers.model_pages import Form
+from service.schemas.alerts import AcknowledgeRequest, InspectRequest, SilenceRequest
+
+router = APIRouter(include_in_schema=False)
+
+Wanted = TypeVar("Wanted", bound=BaseModel)
+Reader = Annotated[Caller, Depends(reader)]
+LISTED = 200
+"""Alerts of a building that its page lists, the latest first."""
+REFERENCES: dict[str, Callable[[Alert, datetime], datetime | None]] = {
+    "as_before": lambda alert, now: None,
+    "from_now": lambda alert, now: now,
+    "since_it_began": lambda alert, now: alert.began_at,
+}
+"""What the form offers as the start of a new reference period."""
+
+
+@router.get("/buildings/{code}/alerts")
+def of_building(request: Request, code: Code, sessions: Reading, by: Reader) -> Response:
+    """The building's alerts, those that have not ended first, and its silences."""
+    now = datetime.now(UTC)
+    with sessions() as session:
+        found, _ = watched.building(session, code)
+        rows = alerts.every(session, found.id, None, None, None, LISTED)
+        return page(
+            request,
+            "alerts",
+            building=found,
+            open_alerts=[one for one in rows if one.closed_at is None],
+            ended=[one for one in rows if one.closed_at is not None],
+            silences=[one for one in reversed(alerts.silences(session, found.id)) if one.ends_at > now],
+            causes=sorted({one.cause for one in rows}),
+            may_work=by.role >= Role.engineer,
+            **_words(session, found),
+        )
+
+
+@router.get("/alerts/{alert_id}")
+def of_alert(request: Request, alert_id: AlertId, sessions: Reading, by: Reader) -> Response:
+    """An alert: what happened, what it rests on, its history, who was told, and what can be done about it."""
+    with sessions() as session:
+        found = alerts.alert(session, alert_id)
+        return page(
+            request,
+            "alert",
+            building=found.building,
+            alert=alert_answers.whole(session, found, datetime.now(UTC)),
+            results=_results(session, found),
+            may_work=by.role >= Role.engineer,
+            **_words(session, found.building),
+        )
+
+
+@router.post("/alerts/{alert_id}/acknowledge")
+def acknowledge(alert_id: AlertId, sessions: Writing, by: By, form: Form) -> Response:
+    """Take the alert on, and show it."""
+    wanted = _checked(AcknowledgeRequest, form)
+    with sessions.begin() as session:
+        found = alerts.alert(session, alert_id)
+        handling.acknowledge(session, found, alert_requests.person(by, wanted.name), wanted.note, datetime.now(UTC))
+    return RedirectResponse(f"/alerts/{alert_id}", 303)
+
+
+@router.post("/alerts/{alert_id}/inspect")
+def inspect(request: Request, alert_id: AlertId, sessions: Writing, by: By, form: Form) -> Response:
+    """End the alert by what was found, and show it."""
+    now, age = datetime.now(UTC), timedelta(seconds=request.app.state.settings.message_age)
+    reference = form.pop("reference", "as_before")
+    if reference not in REFERENCES:
+        raise ConflictError(f"There is no choice {reference!r}; {', '.join(REFERENCES)} would do.")
+    wanted = _checked(InspectRequest, form)
+    with sessions.begin() as session:
+        found, who = alerts.alert(session, alert_id), alert_requests.person(by, wanted.name)
+        begins = REFERENCES[reference](found, now)
+        alert_requests.inspect(session, found, who, wanted.outcome, wanted.note, begins, age, now)
+    return RedirectResponse(f"/alerts/{alert_id}", 303)
+
+
+@router.post("/buildings/{code}/silences")
+def silence(code: Code, sessions: Writing, by: By, form: Form) -> Response:
+    """Tell nobody of some alerts for a while, and show all of them."""
+    hours = form.pop("hours", "")
+    if not (hours.isascii() and hours.isdigit() and 0 < int(hours[:6]) <= 24 * 365):
+        raise ConflictError(f"A silence cannot last {hours!r} hours; a whole number up to {24 * 365} would do.")
+    now = datetime.now(UTC)
+    wanted = _checked(SilenceRequest, form | {"until": f"{now + timedelta(hours=int(hours)):%Y-%m-%dT%H:%M:%SZ}"})
+    with sessions.begin() as session:
+        alert_requests.silence(session, code, wanted.pattern, wanted.until, wanted.reason, by.name, now)
+    return RedirectResponse(f"/buildings/{code}/alerts", 303)
+
+
+@router.post("/silences/{silence_id}/end")
+def end(silence_id: SilenceId, sessions: Writing, by: By) -> Response:
+    """Tell people again, and show the alerts."""
+    with sessions.begin() as session:
+        found = alerts.silence(session, silence_id)
+        handling.end_silence(found, by.name, datetime.now(UTC))
+        code = found.building.code
+    return RedirectResponse(f"/buildings/{code}/alerts", 303)
+
+
+def _words(session: Session, building: Building) -> dict[str, Any]:
+    """How a page of the building tells times, causes and states."""
+    zone = ZoneInfo(described(session, building).timezone)
+    return {"when": lambda moment: of_time(moment.astimezone(zone)), "about": of_cause, "meanings": MEANINGS}
+
+
+def _results(session: Session, alert: Alert) -> list[DirectionResult]:
+    """What the event that raised it showed, in the direction that it is about; all where it is of none."""
+    if alert.raised_event_id is None:
+        return []
+    analyses = [one for one in earthquakes.analyses(session, alert.raised_event_id) if one.current]
+    results = [one for analysis in analyses for one in analysis_results.direction_results(session, analysis.id)]
+    measured = [one for one in results if one.peak_displacement is not None]
+    return [one for one in measured if one.direction in alert.cause.split("/")] or measured
+
+
+def _checked(model: type[Wanted], form: dict[str, str]) -> Wanted:
+    """The fields of a form, an empty one as if it were not there; what is wrong with them is told."""
+    try:
+        return model.model_validate({name: value for name, value in form.items() if value})
+    except ValidationError as error:
+        wrong = [f"{'.'.join(map(str, one['loc']))}: {one['msg']}" for one in error.errors()]
+        raise ConflictError(f"The form cannot be taken so: {'; '.join(wrong)}.") from None
