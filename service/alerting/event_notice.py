@@ -147,7 +147,7 @@ def _numbers(facts: EventFacts) -> Iterator[tuple[str, str]]:
     for direction, value in facts.residuals.items():
         yield f"Displacement that remained, direction {direction}", f"{value * MM:.1f} mm"
     for direction, value in facts.forces.items():
-        yield f"Largest restoring force, direction {direction}", f"{value * KN:.3g} kN"
+        yield f"Largest restoring force, direction {direction}", f"{value * KN:,.0f} kN".replace(",", " ")
     for one in facts.alerts:
         yield f"Alert {one.id}", f"{of_cause(one.cause)}: {one.standing}"
 
