@@ -6,6 +6,8 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from random import Random
+from threading import Event, Thread
+from time import monotonic, sleep
 
 import pytest
 from building_files import SMALL
@@ -195,6 +197,24 @@ def test_a_variable_that_is_missing_is_said_to_be(stage: Stage, monkeypatch: pyt
     sent_at = datetime.fromtimestamp(int(posted.headers["webhook-timestamp"]), UTC)
     right = Webhook(KEY).sign(posted.headers["webhook-id"], sent_at, posted.body.decode())
     assert posted.headers["webhook-signature"] == right
+
+
+def test_many_notifiers_at_once_send_nothing_twice(stage: Stage) -> None:
+    stage.told("webhook", stage.program.address)
+    for number in range(12):
+        stage.put(f"Number {number}", key=f"event/{number}")
+    stop = Event()
+    threads = [Thread(target=stage.notifier.run, args=(stop,)) for _ in range(3)]
+    for thread in threads:
+        thread.start()
+    end = monotonic() + 30
+    while set(stage.states()) != {"delivered"}:
+        assert monotonic() < end
+        sleep(0.02)
+    stop.set()
+    for thread in threads:
+        thread.join()
+    assert sorted(stage.heard()) == sorted((f"Number {number}", False) for number in range(12))
 
 
 def claimed(stage: Stage, now: datetime) -> Claim | None:
