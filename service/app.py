@@ -30,13 +30,16 @@ from service.routers import (
     health,
     layer_motion,
     login,
+    messages,
     model_pages,
     model_pictures,
     model_work,
     models,
+    notice_pages,
     operations,
     pages,
     pictures,
+    receivers,
     series,
 )
 from service.schemas.answer import Problem
@@ -58,6 +61,7 @@ TAGS = [
     {"name": "drift", "description": "What changed over the years, against what was expected."},
     {"name": "models", "description": "Models of the isolation layer, held against what was measured."},
     {"name": "alerts", "description": "What people should know, and what was done about it."},
+    {"name": "messages", "description": "Who is told of a building, what they were told, and whether it arrived."},
     {"name": "operations", "description": "Sources, jobs and the service's health."},
 ]
 SECURITY = {
@@ -90,11 +94,13 @@ def create(settings: Settings) -> FastAPI:
     errors.install(app)
     api = APIRouter(prefix="/api/v1", dependencies=[Depends(auth.viewer)])
     of_models = (effects, models, model_work, comparisons, diagnoses)
-    for module in (buildings, events, series, layer_motion, drift, *of_models, alerts, audit, operations):
+    of_notices = (alerts, audit, receivers, messages)
+    for module in (buildings, events, series, layer_motion, drift, *of_models, *of_notices, operations):
         api.include_router(module.router)
     app.include_router(api)
     app.include_router(fdsnws.router, dependencies=[Depends(auth.viewer)])
-    for_browsers = (pages, alert_pages, model_pages, diagnosis_pages, pictures, model_pictures, login)
+    of_people = (alert_pages, notice_pages)
+    for_browsers = (pages, *of_people, model_pages, diagnosis_pages, pictures, model_pictures, login)
     for module in (*for_browsers, health):  # who may ask is theirs to say
         app.include_router(module.router)
     app.mount("/static", StaticFiles(directory=FOLDER / "static"))

@@ -68,12 +68,15 @@ def without_secrets(value: Any) -> Any:  # noqa: ANN401  whatever JSON may hold
 
 
 def _server(text: str) -> str:
-    """Of an address what tells where it leads: its path, query and user may be secrets."""
+    """Of an address what tells where it leads: its path, query and user may be secrets, and so may the host of one
+    that is not of the web, such as slack://TOKEN."""
     try:
         parts = urlsplit(text)
     except ValueError:
         return text
-    return f"{parts.scheme}://{parts.hostname}/..." if parts.scheme and parts.netloc else text
+    if not (parts.scheme and parts.netloc):
+        return text
+    return f"{parts.scheme}://{parts.hostname}/..." if parts.scheme in ("http", "https") else f"{parts.scheme}://..."
 
 
 def _entry(deed: Deed, now: datetime) -> AuditEntry:

@@ -2,7 +2,7 @@
 
 import typer
 
-from service.commands import analyse, building, demo, effects, keys, model, reproduce, run
+from service.commands import analyse, building, demo, drill, effects, keys, model, reproduce, run
 
 app = typer.Typer(
     name="menshin",
@@ -10,7 +10,7 @@ app = typer.Typer(
     pretty_exceptions_show_locals=False,
     help="Structural health monitoring for base-isolated buildings.",
 )
-for group in (demo, run, analyse, reproduce, effects):
+for group in (demo, run, drill, analyse, reproduce, effects):
     app.add_typer(group.app)
 app.add_typer(building.app, name="building")
 app.add_typer(model.app, name="model")

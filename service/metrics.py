@@ -33,6 +33,17 @@ GAUGES: dict[str, tuple[str, str | None, Callable[[Session], Counted]]] = {
     ),
     "menshin_recordings_refused": ("Files of which nothing could be used.", "building", tallies.refused_recordings),
     "menshin_analyses": ("Analyses done, earlier ones of an event too.", "outcome", tallies.analyses_by_outcome),
+    "menshin_deliveries": (
+        "Messages on their way to one receiver each, by state.",
+        "state",
+        tallies.deliveries_by_state,
+    ),
+    "menshin_oldest_waiting_delivery_timestamp_seconds": (
+        "When the oldest message that has not arrived was put into the outbox, Unix time; absent while none waits.",
+        None,
+        tallies.oldest_waiting_delivery,
+    ),
+    "menshin_failed_deliveries": ("Messages that were given up.", "building", tallies.failed_deliveries),
 }
 """Meaning, label and question of every gauge. The age of a time is `time() - METRIC`: it grows between two scrapes."""
 

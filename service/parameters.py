@@ -23,6 +23,9 @@ Code = Annotated[str, Path(description="Code of the building.", pattern=r"^[A-Za
 Id = Annotated[int, Path(description="Number of the event.", ge=1, le=LARGEST, examples=[1])]
 ModelId = Annotated[int, Path(description="Number of the model.", ge=1, le=LARGEST, examples=[1])]
 JobId = Annotated[int, Path(description="Number of the job.", ge=1, le=LARGEST, examples=[1])]
+ReceiverId = Annotated[int, Path(description="Number of the receiver.", ge=1, le=LARGEST, examples=[1])]
+MessageId = Annotated[int, Path(description="Number of the message.", ge=1, le=LARGEST, examples=[1])]
+DeliveryId = Annotated[int, Path(description="Number of the delivery.", ge=1, le=LARGEST, examples=[1])]
 ChannelId = Annotated[
     str,
     Path(description="Id of the channel.", pattern=r"^[!-.0-~]{1,64}$", examples=["XX.BNCS.01.HNX"]),

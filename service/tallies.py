@@ -6,7 +6,7 @@ from typing import Any
 from sqlalchemy import Select, case, func, select
 from sqlalchemy.orm import Session
 
-from service.database import Analysis, Building, Event, Job, Recording, SourceState
+from service.database import Analysis, Building, Delivery, Event, Job, Receiver, Recording, SourceState
 
 Counted = Mapping[str, float]
 """A number by label; by an empty one where there is but one number."""
@@ -51,6 +51,25 @@ def analyses_by_outcome(session: Session) -> Counted:
     """Number of analyses with a result, and of those that refused their event."""
     outcome = case((Analysis.refusal.is_(None), "result"), else_="refused")
     return _counted(session, select(outcome, func.count()).group_by(outcome))
+
+
+def deliveries_by_state(session: Session) -> Counted:
+    """Number of messages on their way to one receiver each, by state."""
+    return _counted(session, select(Delivery.state, func.count()).group_by(Delivery.state))
+
+
+def oldest_waiting_delivery(session: Session) -> Counted:
+    """Unix time at which the oldest message that has not arrived was put into the outbox; empty if none waits."""
+    waiting = Delivery.state.in_(("waiting", "sending"))
+    found = session.scalar(select(func.min(Delivery.created_at)).where(waiting))
+    return {} if found is None else {"": found.timestamp()}
+
+
+def failed_deliveries(session: Session) -> Counted:
+    """Number of messages that were given up, by code of the building."""
+    failed = (Delivery.receiver_id == Receiver.id) & (Delivery.state == "failed")
+    question = select(Building.code, func.count(Delivery.id)).outerjoin(Receiver, Receiver.building_id == Building.id)
+    return _counted(session, question.outerjoin(Delivery, failed).group_by(Building.code))
 
 
 def _counted(session: Session, question: Select[*tuple[Any, ...]]) -> Counted:

@@ -12,6 +12,7 @@ from sqlalchemy import Select, and_, exists, or_, select, update
 from sqlalchemy.orm import Session, aliased, joinedload
 
 from service.database import Delivery, DeliveryAttempt, Message
+from service.errors import ConflictError
 from service.notices.answer import Answer
 from service.receiver_rules import shown_address
 
@@ -80,6 +81,19 @@ def finish(
     if answer.is_final or held.tries >= patience.attempts:
         return _change(session, held, state="failed", finished_at=now)
     return _change(session, held, state="waiting", due_at=now + patience.pause(held.tries, rng))
+
+
+def replay(delivery: Delivery, now: datetime) -> None:
+    """Let a delivery that was given up be tried again, as often as a new one.
+
+    Raises:
+        ConflictError: it was not given up, or its receiver is no longer told.
+    """
+    if delivery.state != "failed":
+        raise ConflictError(f"Delivery {delivery.id} is {delivery.state}; only one that has failed is replayed.")
+    if delivery.receiver.removed_at is not None:
+        raise ConflictError(f"Receiver {delivery.receiver.name!r} is no longer told of the building.")
+    delivery.state, delivery.due_at, delivery.finished_at, delivery.tries = "waiting", now, None, 0
 
 
 def _next(now: datetime) -> Select[Delivery]:

@@ -1,0 +1,54 @@
+"""What people ask of receivers, as rules that the building's receivers can be brought to."""
+
+import base64
+import secrets
+from datetime import datetime
+
+from sqlalchemy.orm import Session
+
+from service import receivers
+from service.database import Receiver
+from service.errors import ConflictError
+from service.receiver_rules import SECRET, SEVERITIES, ReceiverRule, wanted_kinds
+from service.schemas.notices import ReceiverChange, ReceiverRequest
+
+
+def new_secret() -> str:
+    """A key of Standard Webhooks of 256 random bits."""
+    return SECRET + base64.b64encode(secrets.token_bytes(32)).decode()
+
+
+def add(
+    session: Session, building_id: int, wanted: ReceiverRequest, by: str, now: datetime
+) -> tuple[Receiver, str | None]:
+    """Let somebody be told of a building.
+
+    Returns:
+        The receiver, and the secret that was made for it, if one was.
+
+    Raises:
+        ConflictError: the name is taken, or the address or the secret will not do.
+    """
+    made = new_secret() if wanted.kind == "webhook" and wanted.secret is None else None
+    rule = ReceiverRule(
+        name=wanted.name,
+        kind=wanted.kind,
+        address=wanted.address,
+        secret=wanted.secret or made,
+        kinds=tuple(wanted.kinds or wanted_kinds(wanted.kind)),
+        severities=tuple(wanted.severities or SEVERITIES),
+    )
+    return receivers.add(session, building_id, rule, by, now), made
+
+
+def change(receiver: Receiver, wanted: ReceiverChange) -> Receiver:
+    """Change what is asked for of a receiver, and nothing else.
+
+    Raises:
+        ConflictError: nothing is asked for, it is the file's, or the address or the secret will not do.
+    """
+    given = wanted.model_dump(exclude_none=True)
+    if not given:
+        raise ConflictError("Nothing is to be changed; address, secret, kinds or severities would do.")
+    of_now = {name: getattr(receiver, name) for name in ("name", "kind", "address", "secret", "kinds", "severities")}
+    return receivers.change(receiver, ReceiverRule(**(of_now | given)))
