@@ -105,6 +105,8 @@ def test_metrics_tell_what_the_database_holds(database_url: str, sessions: sessi
         ("menshin_recordings_refused", "B"): 0,
         ("menshin_analyses", "refused"): 1,
         ("menshin_analyses", "result"): 1,
+        ("menshin_failed_deliveries", "A"): 0,
+        ("menshin_failed_deliveries", "B"): 0,
     }
 
 
