@@ -81,6 +81,12 @@ def enqueue_watch(session: Session, building_id: int, asked_by: str | None, now:
     return _added(session, Job(kind=WATCH, building_id=building_id, arguments={}, asked_by=asked_by, created_at=now))
 
 
+def is_being_watched(session: Session, building_id: int) -> bool:
+    """Whether the monitoring of a building for drift waits or is under way: what it finds is not known yet."""
+    waits = (Job.kind == WATCH, Job.building_id == building_id, Job.state.in_(("waiting", "running")))
+    return session.scalar(select(Job.id).where(*waits).limit(1)) is not None
+
+
 def claim(session: Session, now: datetime, lease: timedelta) -> Claim | None:
     """Take a job that nobody holds, the oldest of those claimed least; None if there is none.
 

@@ -5,6 +5,7 @@ from datetime import datetime, timedelta
 
 from sqlalchemy.orm import Session
 
+from service import jobs
 from service.alerting.alert_messages import tell_of_alert
 from service.alerting.event_notice import Before, event_notice, key
 from service.alerting.event_reading import event_facts
@@ -17,9 +18,13 @@ ENDED = ("analysed", "refused", "failed")
 
 
 def tell(session: Session, building_id: int, message_age: timedelta, now: datetime) -> None:
-    """Tell people everything that is new of a building; what was said already is not said again."""
-    for event_id in alerts.events_to_tell(session, building_id, now - message_age):
-        tell_of_event(session, event_id, message_age, now)
+    """Tell people everything that is new of a building; what was said already is not said again.
+
+    While a look for drift is under way nothing is said of earthquakes: it ends with telling what it found.
+    """
+    if not jobs.is_being_watched(session, building_id):
+        for event_id in alerts.events_to_tell(session, building_id, now - message_age):
+            tell_of_event(session, event_id, message_age, now)
     for alert in alerts.alerts_without_event(session, building_id):
         tell_of_alert(session, alert, now)
 

@@ -55,8 +55,9 @@ def _sequence(facts: EventFacts, before: Before) -> Sequence:
         return "new"
     if facts.refusal is not None:
         return "cancelled" if before.gave_result else "updated"
-    held = any(one.is_news or (one.id in before.alerts and one.state != "withdrawn") for one in facts.alerts)
-    return "cancelled" if before.alerts and not held else "updated"
+    told = [one for one in (*facts.alerts, *facts.moved) if one.id in before.alerts]
+    never_were = bool(told) and all(one.state == "withdrawn" for one in told)
+    return "cancelled" if never_were and not any(one.is_news for one in facts.alerts) else "updated"
 
 
 def _severity(facts: EventFacts) -> Severity:
@@ -76,7 +77,8 @@ def _subject(facts: EventFacts, ended: list[AlertFacts]) -> str:
     elif held := [one for one in facts.alerts if one.is_held_back or one.is_silenced]:
         outcome = f"{moved}{len(held)} finding{'s' * (len(held) > 1)} held back"
     elif ended:
-        outcome = "its alert is over" if len(ended) == 1 else "its alerts are over"
+        moved_on = any(not one.has_ended for one in ended)
+        outcome = "what it raised is told with another one" if moved_on else "what it raised is over"
     else:
         outcome = f"{moved}nothing unusual"
     return f"Earthquake of {of_time(facts.start)}: {outcome}"
@@ -115,7 +117,7 @@ def _alerts(facts: EventFacts) -> Iterator[str]:
 def _ended(ended: list[AlertFacts]) -> Iterator[str]:
     for one in ended:
         if not one.has_ended:
-            yield f"By better data it was another earthquake that showed this: {one.summary}. It is told with that one."
+            yield f"This is told with another earthquake now, by what is known since: {one.summary}."
         elif one.state == "withdrawn":
             yield f"This is cancelled, it never was so: {one.summary}. {one.end}"
         else:
@@ -145,7 +147,7 @@ def _numbers(facts: EventFacts) -> Iterator[tuple[str, str]]:
     if facts.resultant is not None:
         yield "Largest isolator displacement in plan", f"{facts.resultant * MM:.1f} mm"
     for direction, value in facts.residuals.items():
-        yield f"Displacement that remained, direction {direction}", f"{value * MM:.1f} mm"
+        yield f"Displacement that remained, direction {direction}", f"{round(value * MM, 1) + 0.0:.1f} mm"
     for direction, value in facts.forces.items():
         yield f"Largest restoring force, direction {direction}", f"{value * KN:,.0f} kN".replace(",", " ")
     for one in facts.alerts:

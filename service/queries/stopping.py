@@ -45,7 +45,8 @@ def channels_ever(session: Session, building_id: int) -> set[str]:
 
 def oldest_undone_job(session: Session, building_id: int, now: datetime) -> datetime | None:
     """Since when the building's oldest job waits, or its worker has been silent; None if no job is neglected."""
-    of_building = or_(Event.building_id == building_id, ModelVersion.building_id == building_id)
+    columns = (Job.building_id, Event.building_id, ModelVersion.building_id)
+    of_building = or_(*(column == building_id for column in columns))
     jobs = (
         select(func.min(func.coalesce(Job.claimed_until, Job.created_at)))
         .outerjoin(Event, Event.id == Job.event_id)

@@ -9,6 +9,7 @@ from alarmed import analysed, building, earthquake, three_earthquakes
 from findings import DAY, START, gain, softer
 from sqlalchemy.orm import Session, sessionmaker
 
+from service import jobs
 from service.alerting import handling
 from service.alerting.event_messages import tell, tell_of_event
 from service.alerting.found import Found
@@ -214,4 +215,30 @@ def test_a_later_event_names_what_still_stands_and_is_not_told_again_for_it(sess
     assert "still stands, and waits for somebody: stiffness of the isolators, direction x." in told.sentences[-1]
     handling.inspect(session, session.query(Alert).one(), "Jo", "confirmed", "replaced", None, now + SOON)
     tell_of_event(session, later.id, AGE, now + SOON)
+    assert len(messages(session)) == 1
+
+
+def test_what_another_earthquake_turns_out_to_have_raised_is_told_with_that_one(session: Session, of: Building) -> None:
+    """As when an event comes late, or the loss grows with a later one."""
+    events, now = raised(session, of), START + 1000 * DAY
+    tell(session, of.id, AGE, now)
+    moved = replace(softer(), onset_event_id=events[0], raised_event_id=events[1], event_ids=events[:2])
+    reconcile(session, of.id, [moved], "events", now)
+    session.flush()
+    for _ in range(2):
+        tell(session, of.id, AGE, now)
+    first, *then = messages(session)
+    assert first.key == f"event/{events[2]}"
+    found = {one.key: (one.sequence, one.severity) for one in then}
+    assert found == {f"event/{events[1]}": ("new", "alarm"), f"event/{events[2]}": ("updated", "all_clear")}
+    assert "told with another earthquake now" in " ".join(then[-1].sentences)
+
+
+def test_nothing_is_said_of_earthquakes_while_a_look_for_drift_waits(session: Session, of: Building) -> None:
+    raised(session, of)
+    job = jobs.enqueue_watch(session, of.id, None, START)
+    tell(session, of.id, AGE, START + 1000 * DAY)
+    assert messages(session) == []
+    job.state = "failed"
+    tell(session, of.id, AGE, START + 1000 * DAY)
     assert len(messages(session)) == 1
