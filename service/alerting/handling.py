@@ -4,9 +4,11 @@ from datetime import datetime
 
 from sqlalchemy.orm import Session
 
+from service import reference_periods
 from service.alerting.acts import OUTCOMES, Act, Outcome
 from service.alerting.changing import change, follow_act
 from service.alerting.states import ACKNOWLEDGED, FIRING, MEANINGS
+from service.alerting.words import quantity_of
 from service.database import Alert, Building, Inspection, Silence
 from service.errors import ConflictError
 
@@ -34,7 +36,7 @@ def inspect(
     """End an alert by what somebody found at the building, or by a review of its data.
 
     What began before and does not get worse is answered by it. The same again is answered by the inspection there is.
-    A new reference period is only noted here; service.watching begins it.
+    With `reference_from` the quantity that the alert is about, in every direction, has a new reference from then on.
 
     Raises:
         ConflictError: it has ended already.
@@ -57,6 +59,9 @@ def inspect(
     session.add(made)
     change(alert, OUTCOMES[outcome], by, note, now)
     session.flush()
+    quantity = quantity_of(alert.cause)
+    if reference_from is not None and quantity is not None:
+        reference_periods.begin(session, alert.building, quantity, reference_from, None, note, by, now)
     return made
 
 

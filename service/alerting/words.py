@@ -3,6 +3,8 @@
 from collections.abc import Mapping, Sequence
 from datetime import datetime, timedelta
 
+from core.drift.watched import QUANTITIES
+
 MM = 1e3
 TITLES: Mapping[str, str] = {
     "stiffness": "stiffness of the isolators",
@@ -22,6 +24,14 @@ TITLES: Mapping[str, str] = {
 """Of the first part of a cause."""
 RECOVERED = "recovery"
 """First part of a cause that is about the return of the one that follows."""
+
+
+def quantity_of(cause: str) -> str | None:
+    """The watched quantity that a cause is about; None of what goes by the clock."""
+    first, _, rest = cause.partition("/")
+    if first == RECOVERED:
+        return quantity_of(rest)
+    return first if first in QUANTITIES else None
 
 
 def of_cause(cause: str) -> str:
