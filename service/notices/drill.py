@@ -30,14 +30,14 @@ def drill(session: Session, building: Building, by: str, now: datetime) -> Messa
     """
     told = [one for one in receivers.of_building(session, building.id) if "drill" in one.kinds]
     said = (f"{by} holds this drill.", *INSTEAD)
-    subject = "an alarm, as a drill"
+    subject = "An alarm, as a drill"
     return put_for(session, _notice(session, building.id, "drill", "alarm", subject, said, now), told, now)
 
 
 def trial(session: Session, receiver: Receiver, by: str, now: datetime) -> Message:
     """Put a test into the outbox, for this receiver alone, whatever it wants to hear of."""
     said = (f"{by} asked for this test of {receiver.name}.", INSTEAD[-1])
-    notice = _notice(session, receiver.building_id, "test", "note", f"a test of {receiver.name}", said, now)
+    notice = _notice(session, receiver.building_id, "test", "note", f"A test of {receiver.name}", said, now)
     return put_for(session, notice, [receiver], now)
 
 

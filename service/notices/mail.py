@@ -21,6 +21,8 @@ from service.settings import Settings
 
 COLOURS = {"all_clear": "#2e7d32", "note": "#14569e", "warning": "#b26a00", "alarm": "#b00020"}
 TEMPLATES = Environment(loader=PackageLoader("service.notices"), autoescape=True, trim_blocks=True, lstrip_blocks=True)
+NOT_REAL = "#5b21b6"
+"""Colour of a drill or a test, which nothing real has."""
 FOR_GOOD = range(500, 600)
 """Replies of a mail server that stay the same (RFC 5321, section 4.2.1)."""
 
@@ -76,9 +78,9 @@ def page(letter: Letter, picture: str | None) -> str:
         letter=letter,
         picture=picture,
         mark={"drill": DRILL, "test": TEST}.get(letter.kind),
-        grade=GRADES[letter.severity],
+        grade=GRADES[letter.severity] if letter.is_real else f"a {letter.kind}",
         order=ORDER[letter.sequence],
-        colour=COLOURS[letter.severity],
+        colour=COLOURS[letter.severity] if letter.is_real else NOT_REAL,
     )
 
 

@@ -1,0 +1,65 @@
+"""A drill the whole way: the real command, the real notifier, a mail server and a program that checks signatures."""
+
+import json
+import os
+from pathlib import Path
+
+import pytest
+import watched
+from letters import KEY
+from processes import interrupt, run, started
+from receiving import hook, mailbox
+from standardwebhooks import Webhook
+
+from service import buildings, migrate, receivers
+from service import sessions as opened
+from service.notices.letter import DRILL
+from service.receiver_rules import SEVERITIES, WANTED_KINDS, ReceiverRule
+
+pytestmark = pytest.mark.slow
+
+
+def test_a_drill_arrives_everywhere_with_its_picture_and_cannot_be_taken_for_real(tmp_path: Path) -> None:
+    url = f"sqlite:///{tmp_path / 'menshin.sqlite'}"
+    migrate.upgrade(url)
+    sessions = opened.sessions(url)
+    (tmp_path / "records").mkdir()
+    watched.watch(sessions, tmp_path / "records", watched.earthquakes()[:1])
+    path = os.environ.get("PYTHONPATH", "")
+    with hook() as program, mailbox() as box:
+        rules = (
+            ReceiverRule("manager", "email", "manager@example.org", None, WANTED_KINDS, SEVERITIES),
+            ReceiverRule("program", "webhook", program.address, KEY, WANTED_KINDS, SEVERITIES),
+            ReceiverRule("calm", "email", "calm@example.org", None, ("event",), SEVERITIES),
+        )
+        with sessions.begin() as session:
+            building = buildings.find(session, "PAPER")
+            for rule in rules:
+                receivers.add(session, building.id, rule, "engineer", watched.NOW)
+        alone = run(tmp_path, url, "drill", "--building", "PAPER", "--wait", "0", PYTHONPATH=path)
+        assert alone.returncode == 1, "nobody delivers yet"
+        assert "menshin notify" in alone.stdout
+        settings = {
+            "MENSHIN_INSIDE_ALLOWED": '["localhost"]',
+            "MENSHIN_PLAIN_HTTP_ALLOWED": "true",
+            "MENSHIN_SMTP_HOST": "localhost",
+            "MENSHIN_SMTP_PORT": str(box.port),
+            "MENSHIN_SMTP_SECURITY": "none",
+        }
+        with started(tmp_path, url, "notify", PYTHONPATH=path, **settings) as notifier:
+            held = run(tmp_path, url, "drill", "--building", "PAPER", "--wait", "60", PYTHONPATH=path)
+            assert held.returncode == 0, held.stdout + held.stderr
+            assert held.stdout.count("delivered") == 2
+            assert interrupt(notifier) == 0
+        assert {mail["To"] for mail in box.mails} == {"manager@example.org"}
+        mail = box.mails[-1]
+        assert f"{DRILL}: " in mail["Subject"]
+        [picture] = [part for part in mail.walk() if part.get_content_type() == "image/png"]
+        assert picture.get_content().startswith(b"\x89PNG")
+        assert len(picture.get_content()) > 10_000
+        one = program.posted[-1]
+        assert Webhook(KEY).verify(one.body, dict(one.headers))["type"] == "menshin.drill.v1"
+        assert json.loads(one.body)["data"]["is_real"] is False
+    unknown = run(tmp_path, url, "drill", "--building", "NOWHERE", PYTHONPATH=path)
+    assert (unknown.returncode, "PAPER" in unknown.stderr) == (2, True)
+    sessions.kw["bind"].dispose()
