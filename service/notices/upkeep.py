@@ -70,7 +70,8 @@ class Upkeep:
         except writing.MissingVariableError as missing:
             self._note(delivery.receiver.name, str(missing))
             return None
-        return delivery.id, writing.letter(session, delivery, self.settings.public_url, is_repeat=False), to
+        letter = writing.letter(session, delivery.message, to.kind, self.settings.public_url, is_repeat=False)
+        return delivery.id, letter, to
 
     def _repeat(self, delivery_id: int, letter: Letter, to: Addressee) -> None:
         answer = alertmanager.send(letter, to, self.settings, self.clock())

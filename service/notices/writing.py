@@ -7,7 +7,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from service import buildings
-from service.database import Delivery, Message, Receiver
+from service.database import Message, Receiver
 from service.notices import pictures
 from service.notices.letter import Addressee, Letter
 from service.receiver_rules import VARIABLE
@@ -20,19 +20,19 @@ class MissingVariableError(Exception):
     """The building file names a variable of the environment that is not there."""
 
 
-def letter(session: Session, delivery: Delivery, public_url: str | None, is_repeat: bool) -> Letter:
-    """The letter of a delivery.
+def letter(session: Session, message: Message, kind: str, public_url: str | None, is_repeat: bool) -> Letter:
+    """A message as it goes to a receiver.
 
     Args:
         session: that reads.
-        delivery: with its message and its receiver.
+        message: a stored one.
+        kind: of the receiver.
         public_url: address at which people reach the pages.
         is_repeat: whether it may be the second of its kind.
     """
-    message = delivery.message
     before = _until(session, message)
     picture = None
-    if delivery.receiver.kind in SHOWN_TO and message.picture_event_id and message.picture_direction:
+    if kind in SHOWN_TO and message.picture_event_id and message.picture_direction:
         picture = pictures.loop(session, message.picture_event_id, message.picture_direction, message.kind)
     return Letter(
         identity=message.identity,

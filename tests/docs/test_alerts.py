@@ -1,0 +1,47 @@
+"""The example of a receiver in docs/alerts.md does what it says, with what is really sent."""
+
+import re
+from collections.abc import Callable, Mapping
+from datetime import UTC, datetime
+from pathlib import Path
+
+import pytest
+from letters import KEY, letter
+from receiving import Posted, hook
+from standardwebhooks import WebhookVerificationError
+
+from service.notices.letter import Addressee, Letter
+from service.notices.webhook import send
+from service.settings import Settings
+
+DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "alerts.md"
+Receive = Callable[[Mapping[str, str], bytes, str], str | None]
+
+
+@pytest.fixture
+def receive() -> Receive:
+    """The function of the page."""
+    [code] = re.findall(r"```python\n(.*?)```", DOCUMENT.read_text("utf-8"), re.DOTALL)
+    names: dict[str, Receive] = {}
+    exec(code, names)
+    return names["receive"]
+
+
+def sent(one: Letter) -> Posted:
+    with hook() as server:
+        settings = Settings(inside_allowed=("localhost",), plain_http_allowed=True)
+        send(one, Addressee("program", "webhook", server.address, KEY), settings, datetime.now(UTC))
+        return server.posted[0]
+
+
+def test_the_example_takes_what_is_ours_once_and_nothing_else(receive: Receive) -> None:
+    first, again = sent(letter()), sent(letter(is_repeat=True))
+    assert receive(first.headers, first.body, KEY) == letter().heading
+    assert receive(again.headers, again.body, KEY) is None, "it has it already"
+    with pytest.raises(WebhookVerificationError):
+        receive(first.headers, first.body.replace(b"31 mm", b"13 mm"), KEY)
+
+
+def test_the_example_knows_a_drill(receive: Receive) -> None:
+    drill = sent(letter(identity="msg_3", kind="drill"))
+    assert receive(drill.headers, drill.body, KEY) == "a drill, nothing to be done"
