@@ -7,7 +7,7 @@ import sys
 from argparse import ArgumentParser
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
@@ -21,7 +21,8 @@ from drifting import Plan, history, other_direction, series, sloping, stepped
 from benchmarks.table import Table
 from core.arrays import Vector
 from core.drift.alarm import Alarm
-from core.drift.judged import strengths
+from core.drift.alarms import alarms
+from core.drift.judged import Judged, strengths
 from core.drift.monitor import Monitoring, Reference, monitor
 from core.drift.rules import SLOW, SUDDEN, rules
 from core.drift.together import alarms_together
@@ -87,29 +88,64 @@ class Trial:
 def trial(plan: Plan, seed: int) -> Trial:
     """One history, healthy and with each change."""
     lived = history(plan, seed)
-    onset = int(np.random.default_rng([seed, 1]).integers(EARLIEST, LATEST))
-    lost, mended = stepped(lived, onset, 0.08), stepped(lived, onset + REPAIRED, 0.08)
-    changes = {
-        "5 %": stepped(lived, onset, 0.05),
-        "2 %": stepped(lived, onset, 0.02),
-        "slow": sloping(lived, onset, 0.005),
-        "8 %": lost - mended,
-    }
-    found = {name: monitor(series(lived, change), Reference(), {}) for name, change in changes.items()}
     healthy = monitor(series(lived), Reference(), {})
+    onset = onset_after(seed, healthy)
+    lost, mended = stepped(lived, onset, 0.08), stepped(lived, onset + REPAIRED, 0.08)
+    changed = {
+        "5 %": with_change(healthy, stepped(lived, onset, 0.05)),
+        "2 %": with_change(healthy, stepped(lived, onset, 0.02)),
+        "slow": with_change(healthy, sloping(lived, onset, 0.005)),
+        "8 %": with_change(healthy, lost - mended),
+    }
+    told = {name: told_of(healthy, one) for name, one in changed.items()}
     last = max(n for n, value in enumerate(healthy.values) if value.is_reference) + HEALTHY
-    strength = {name: evidence_of_loss(one) for name, one in found.items()}
+    strength = {name: evidence_of_loss(one) for name, one in changed.items()}
     return Trial(
         healthy=frozenset(one.rule for one in healthy.alarms if one.is_firing and one.raised <= last),
-        found={name: events_until(losses(one.alarms), onset) for name, one in found.items()},
-        repair=events_until(recoveries(found["8 %"].alarms), onset + REPAIRED),
-        is_covered=is_covered(losses(found["5 %"].alarms), onset, -0.05),
-        highest=max((value for event, value in evidence_of_loss(healthy).items() if event <= last), default=0.0),
+        found={name: events_until(losses(alarms), onset) for name, alarms in told.items()},
+        repair=events_until(recoveries(told["8 %"]), onset + REPAIRED),
+        is_covered=is_covered(losses(told["5 %"]), onset, -0.05),
+        highest=max(
+            (value for event, value in evidence_of_loss(judged(healthy)).items() if event <= last), default=0.0
+        ),
         strongest={
             label: max((strength[name].get(onset + n, 0.0) for n in range(count)), default=0.0)
             for label, (name, count) in WITHIN.items()
         },
     )
+
+
+def onset_after(seed: int, *healthy: Monitoring) -> int:
+    """At random, but not in a reference."""
+    last = max(value.event for one in healthy for value in one.values if value.is_reference)
+    return max(last + 1, int(np.random.default_rng([seed, 1]).integers(EARLIEST, LATEST)))
+
+
+def judged(found: Monitoring) -> Judged:
+    if found.judged is None:
+        raise ValueError("a history of so many events has a baseline")
+    return found.judged
+
+
+def with_change(healthy: Monitoring, change: Vector) -> Judged:
+    """As if the stiffness had changed: all cycles of an event by the same share, and so their mean.
+
+    Args:
+        healthy: of a history whose reference ends before the change begins.
+        change: (events,) relative.
+    """
+    whole = judged(healthy)
+    if any(change[value.event] for value in healthy.values if value.is_reference):
+        raise ValueError("the reference must be healthy")
+    shift = np.log1p(change[[one.event for one in whole.dated]])
+    return replace(whole, deviation=whole.deviation + shift)
+
+
+def told_of(healthy: Monitoring, changed: Judged) -> tuple[Alarm, ...]:
+    """By the rules over several events."""
+    if healthy.baseline is None:
+        raise ValueError("a history of so many events has a baseline")
+    return alarms(quantity("stiffness"), healthy.baseline, changed)
 
 
 def losses(alarms: Sequence[Alarm]) -> list[Alarm]:
@@ -131,21 +167,22 @@ class Together:
 def trial_together(plan: Plan, seed: int) -> Together:
     """The same changes in both directions of one building."""
     lived = history(plan, seed)
-    sides = (lived, other_direction(plan, lived, seed, SHARED))
-    onset = int(np.random.default_rng([seed, 1]).integers(EARLIEST, LATEST))
+    one, other = (
+        monitor(series(side), Reference(), {}) for side in (lived, other_direction(plan, lived, seed, SHARED))
+    )
+    onset = onset_after(seed, one, other)
     changes = {
-        "healthy": np.zeros(plan.events),
         "5 %": stepped(lived, onset, 0.05),
         "2 %": stepped(lived, onset, 0.02),
         "slow": sloping(lived, onset, 0.005),
     }
-    told: dict[str, tuple[Alarm, ...]] = {}
-    for name, change in changes.items():
-        one, other = (monitor(series(side, change), Reference(), {}) for side in sides)
-        told[name] = alarms_together(one, other)
+    told = {
+        name: alarms_together(*(replace(side, judged=with_change(side, change)) for side in (one, other)))
+        for name, change in changes.items()
+    }
     last = FIRST_REFERENCE + HEALTHY
     return Together(
-        any(alarm.is_firing and alarm.raised <= last for alarm in told["healthy"]),
+        any(alarm.is_firing and alarm.raised <= last for alarm in alarms_together(one, other)),
         {name: events_until(losses(alarms), onset) for name, alarms in told.items()},
     )
 
@@ -160,13 +197,12 @@ def is_covered(alarms: Sequence[Alarm], onset: int, truth: float) -> bool | None
     return None if first is None or first.rule != SUDDEN else first.low <= truth <= first.high
 
 
-def evidence_of_loss(found: Monitoring) -> Mapping[int, float]:
+def evidence_of_loss(sequence: Judged) -> Mapping[int, float]:
     """By event, the strongest of the two rules for losses before any alarm is allowed for."""
-    assert found.judged is not None
-    white = found.judged.innovations()
+    white = sequence.innovations()
     wanted = [rule for rule in rules(quantity("stiffness")) if rule.name in (SUDDEN, SLOW)]
     best: Vector = np.max([strengths(white, rule, 0).max(axis=1) for rule in wanted], axis=0)
-    return {one.event: float(value) for one, value in zip(found.judged.dated, best, strict=True)}
+    return {one.event: float(value) for one, value in zip(sequence.dated, best, strict=True)}
 
 
 def share(values: Sequence[bool]) -> str:
@@ -203,8 +239,8 @@ def table_together(every: Mapping[str, Sequence[Together]]) -> Table:
 
     return Table(
         "Both directions together",
-        f"The mean of two directions whose scatter has a correlation of {SHARED}, by the same rules; the same earthquakes, "
-        "weather and loss in both.",
+        f"The mean of two directions whose scatter has a correlation of {SHARED}, by the same rules; the same "
+        "earthquakes, weather and loss in both.",
         (
             "histories",
             "false alarm",
