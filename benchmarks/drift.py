@@ -42,11 +42,9 @@ PLANS: Mapping[str, Plan] = MappingProxyType(
         "scatter 1 to 2 %": Plan(),
         "scatter 0.5 %": Plan(scatter=(0.005, 0.005)),
         "scatter 1 %": Plan(scatter=(0.01, 0.01)),
-        "scatter 1.5 %": Plan(scatter=(0.015, 0.015)),
         "scatter 2 %": Plan(scatter=(0.02, 0.02)),
         "1 to 2 %, no thermometer": Plan(has_thermometer=False),
         "1 to 2 %, the giant takes 5 % for a while": Plan(scragging=0.05),
-        "1 to 2 %, no outliers, no giant": Plan(outliers=0.0, giant=False),
     }
 )
 

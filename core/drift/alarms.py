@@ -130,14 +130,15 @@ def _located(crossing: Crossing, white: Innovations, looked_for: Sequence[Rule],
 
     A slow loss begins like a small sudden one: only what follows tells them apart.
     """
-    if not crossing.is_firing:
-        return replace(crossing, onset=int(gathering(white, crossing.rule, start).argmax()))
     seen = min(white.raw.size - 1, crossing.raised + HINDSIGHT)
-    best = (-1.0, crossing)
+    best = (0.0, crossing)
     for rule in looked_for:
-        if rule.sense != crossing.rule.sense:
+        if not crossing.is_firing and rule is crossing.rule:
+            likely = gathering(white, rule, start)
+        elif crossing.is_firing and rule.sense == crossing.rule.sense:
+            likely = strengths(white, rule, start)[seen, : crossing.raised + 1]
+        else:
             continue
-        likely = strengths(white, rule, start)[seen, : crossing.raised + 1]
         found = (float(likely.max()), replace(crossing, rule=rule, onset=int(likely.argmax())))
         best = max(best, found, key=lambda pair: pair[0])
     return best[1]

@@ -7,7 +7,7 @@ from math import ceil
 
 import numpy as np
 
-from core.arrays import Vector
+from core.arrays import Matrix, Vector
 from core.drift.alarm import Alarm
 from core.drift.alarms import alarms, alarms_within
 from core.drift.baseline import FEWEST, Baseline, fitted
@@ -64,35 +64,51 @@ def monitor(series: Series, reference: Reference, notes: Mapping[int, EventNotes
     """
     known = quantity(series.quantity)
     every, dated = points(series)
-    healthy = [n for n, one in enumerate(dated) if _is_healthy(one, reference, notes)]
+    noted = [notes.get(one.event, NOTHING) for one in dated]
+    healthy = _healthy(dated, noted, reference)
     if len(healthy) < FEWEST:
         return Monitoring(series, None, FEWEST - len(healthy), (), ())
     baseline = _baseline(known, every, dated, healthy, _sizes(len(healthy), reference))
     found = deviations(every, len(dated), baseline)
-    noted = [notes.get(one.event, NOTHING) for one in dated]
-    causes = causes_of_events(every, dated, found, baseline, noted)
     shared = covariance(found, softening(every, dated, baseline), baseline)
+    causes = causes_of_events(every, dated, found, baseline, noted)
     values = _values(found, np.sqrt(np.diag(shared)), dated, baseline, noted, causes)
     chosen = _comparable(values, baseline) if reference.end is not None or not baseline.wanted else []
-    judged = Judged(
+    judged = _judged(found, shared, dated, chosen, baseline)
+    raised = (*alarms(known, baseline, judged), *alarms_within(known, baseline, every, dated, chosen))
+    return Monitoring(series, baseline, baseline.wanted, values, _told(raised, dated, causes, baseline), judged)
+
+
+def _healthy(dated: Sequence[Dated], noted: Sequence[EventNotes], reference: Reference) -> list[int]:
+    """Events of the reference period whose sensors are trusted."""
+    return [
+        n
+        for n, (one, note) in enumerate(zip(dated, noted, strict=True))
+        if (reference.start is None or one.time >= reference.start)
+        and (reference.end is None or one.time <= reference.end)
+        and not note.inhibiting
+    ]
+
+
+def _judged(
+    found: Sequence[Deviation], shared: Matrix, dated: Sequence[Dated], chosen: Sequence[int], baseline: Baseline
+) -> Judged:
+    return Judged(
         dated=tuple(dated[n] for n in chosen),
         deviation=np.array([found[n].value for n in chosen]),
         covariance=shared[np.ix_(chosen, chosen)],
         freedom=baseline.scatter.freedom,
     )
-    raised = [*alarms(known, baseline, judged), *alarms_within(known, baseline, every, dated, chosen)]
+
+
+def _told(
+    raised: Sequence[Alarm], dated: Sequence[Dated], causes: Sequence[tuple[str, ...]], baseline: Baseline
+) -> tuple[Alarm, ...]:
+    """In the order in which they were raised, with what could explain them."""
     place = {one.event: n for n, one in enumerate(dated)}
-    raised.sort(key=lambda alarm: place[alarm.raised])
-    told = dict(zip(place, causes, strict=True))
-    return Monitoring(
-        series, baseline, baseline.wanted, values, tuple(with_causes(one, baseline, told) for one in raised), judged
-    )
-
-
-def _is_healthy(one: Dated, reference: Reference, notes: Mapping[int, EventNotes]) -> bool:
-    after_start = reference.start is None or one.time >= reference.start
-    before_end = reference.end is None or one.time <= reference.end
-    return after_start and before_end and not notes.get(one.event, NOTHING).inhibiting
+    of_events = dict(zip(place, causes, strict=True))
+    in_order = sorted(raised, key=lambda alarm: place[alarm.raised])
+    return tuple(with_causes(one, baseline, of_events) for one in in_order)
 
 
 def _sizes(count: int, reference: Reference) -> list[int]:

@@ -6,6 +6,7 @@ events tell. Of cycles larger than any in the reference nothing is known, but th
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from scipy.stats import t as student
@@ -47,26 +48,27 @@ def contrasts(points: Points, count: int, baseline: Baseline) -> list[Contrast |
     columns = baseline.design.columns(points)
     residual = points.value - baseline.design.offset(points) - columns @ baseline.coefficients
     variance = points.variance + baseline.scatter.own**2
-    inside = is_within(points.amplitude, baseline)
     edges = np.searchsorted(points.event, np.arange(count + 1))
     found: list[Contrast | None] = []
-    for n in range(count):
-        rows = np.arange(edges[n], edges[n + 1])
-        largest = rows[points.amplitude[rows].argmax()]
-        within = rows[inside[rows]]
-        parts = (
-            within[points.time[within] < points.time[largest]],
-            within[points.time[within] > points.time[largest]],
-        )
-        if min(part.size for part in parts) < FEWEST:
+    for first, end in pairwise(edges):
+        largest = int(first + points.amplitude[first:end].argmax())
+        before, after = _parts(points, np.arange(first, end), largest, baseline)
+        if min(before.size, after.size) < FEWEST:
             found.append(None)
             continue
-        (first, of_first), (last, of_last) = (_mean(residual, variance, part) for part in parts)
-        turned = columns[parts[1]].mean(axis=0) - columns[parts[0]].mean(axis=0)
+        (one, of_one), (other, of_other) = (_mean(residual, variance, part) for part in (before, after))
+        turned = columns[after].mean(axis=0) - columns[before].mean(axis=0)
         of_curve = float(turned @ baseline.covariance @ turned)
         excess = max(0.0, float(points.amplitude[largest]) - baseline.design.high)
-        found.append(Contrast(last - first, of_first + of_last + of_curve, excess))
+        found.append(Contrast(other - one, of_one + of_other + of_curve, excess))
     return found
+
+
+def _parts(points: Points, rows: Indices, largest: int, baseline: Baseline) -> tuple[Indices, Indices]:
+    """The cycles before the largest and after it that the baseline can judge."""
+    inside = rows[is_within(points.amplitude[rows], baseline)]
+    when = points.time[inside]
+    return inside[when < points.time[largest]], inside[when > points.time[largest]]
 
 
 def damage(found: Contrast, healthy: list[Contrast], typical: float) -> Change | None:

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from datetime import timedelta
+from itertools import pairwise
 from random import Random
 
 import numpy as np
@@ -101,6 +102,21 @@ def test_a_giant_earthquake_does_not_alarm() -> None:
 def test_what_rubber_loses_in_a_giant_and_regains_does_not_alarm() -> None:
     lived = history(replace(QUIET, giant=True, scragging=0.05), 25)
     assert not firing(monitored(lived))
+
+
+@pytest.mark.parametrize("seed", range(40, 52))
+def test_many_changes_are_told_one_after_the_other(seed: int) -> None:
+    """Losses and repairs at random: every alarm begins after the one before was raised."""
+    lived, rng = history(Plan(events=100), seed), np.random.default_rng(seed)
+    level = np.cumsum(rng.choice([-0.06, 0.0, 0.06], size=5, p=[0.4, 0.3, 0.3]))
+    alarms = monitored(lived, np.repeat([0.0, *level], [25, 15, 15, 15, 15, 15])).alarms
+    over_events = [alarm for alarm in alarms if alarm.rule != "within"]
+    for one, following in pairwise(over_events):
+        assert one.is_firing
+        assert one.onset <= one.raised < following.onset <= following.raised
+    for alarm in over_events:
+        assert set(alarm.events) >= {alarm.onset, alarm.raised}
+        assert alarm.low < alarm.drift < alarm.high
 
 
 @pytest.mark.parametrize("has_thermometer", [True, False])
