@@ -1,0 +1,109 @@
+"""The page of a building's drift, and its pictures."""
+
+from collections.abc import Mapping, Sequence
+from itertools import groupby
+from operator import attrgetter
+from typing import Annotated
+
+from fastapi import APIRouter, Depends, Query, Request, Response
+from sqlalchemy.orm import Session
+
+from core.drift.watched import QUANTITIES
+from service import drift_answers, drift_charts
+from service.answers import is_known, tag, unchanged
+from service.drift_charts import CURVES
+from service.errors import NotFoundError
+from service.pages.rendering import page
+from service.parameters import Code, Reading
+from service.queries import drift, drift_results, watched
+from service.queries.question import Span
+from service.routers.drift import TEXT
+from service.routers.login import reader
+from service.routers.pictures import drawn
+from service.schemas.drift import DriftAlarmRow, DriftRow, QuantityName, SeriesRow
+from service.version import VERSION
+
+VALUES = 5000
+"""Of a picture: more points are not told apart."""
+
+router = APIRouter(include_in_schema=False, dependencies=[Depends(reader)])
+BuildingCode = Annotated[str, Query(pattern=r"^[A-Za-z0-9_-]{1,32}$")]
+Quantity = Annotated[QuantityName, Query()]
+Subject = Annotated[str, Query(pattern=TEXT)]
+
+
+@router.get("/buildings/{code}/drift")
+def drift_page(request: Request, code: Code, sessions: Reading) -> Response:
+    """Everything that is watched at a building: what was expected, what came, and what the rules found."""
+    with sessions() as session:
+        building, _ = watched.building(session, code)
+        series = drift_answers.series_rows(session, building.id)
+        alarms = drift_answers.alarm_rows(session, building.id)
+        periods = drift.reference_periods(session, building.id)[::-1]
+        return page(
+            request,
+            "drift",
+            building=building,
+            quantities=_by_quantity(series),
+            alarms=alarms,
+            periods=periods,
+            curves=CURVES,
+            named=drift_charts.named,
+        )
+
+
+def _by_quantity(series: Sequence[SeriesRow]) -> list[tuple[str, list[SeriesRow]]]:
+    """In the order in which core lists the quantities: the layer's first."""
+    return [(name, own) for name in QUANTITIES if (own := [one for one in series if one.quantity == name])]
+
+
+@router.get("/charts/baseline.svg")
+def baseline(
+    request: Request, sessions: Reading, building: BuildingCode, quantity: Quantity, subject: Subject
+) -> Response:
+    """What is expected of a series over amplitude, and the latest event against it, at that event's temperature."""
+    if quantity not in CURVES:
+        raise NotFoundError("curve over amplitude of", quantity)
+    with sessions() as session:
+        found, _ = watched.building(session, building)
+        series = drift_results.one_series(session, found.id, quantity, subject)
+        etag = tag(VERSION, "baseline", series.id, series.job_id)
+        if is_known(request, etag):
+            return unchanged(etag)
+        rows = drift_answers.observations(session, found.id, quantity, subject, None)
+        latest = [one for one in rows if one.event == rows[-1].event]
+        known = drift_answers.baseline(building, series, latest[-1].temperature, 80)
+    if not known.items:
+        raise NotFoundError("baseline yet of", f"{quantity}/{subject}")
+    title = f"{QUANTITIES[quantity].title.capitalize()}, {drift_charts.named(subject)}"
+    return drawn(request, drift_charts.expectation(known, latest, title), etag)
+
+
+@router.get("/charts/drift.svg")
+def history(request: Request, sessions: Reading, building: BuildingCode, quantity: Quantity) -> Response:
+    """How far the events were from what was expected over the years, a panel for each subject of a quantity."""
+    with sessions() as session:
+        found, _ = watched.building(session, building)
+        values = _values(session, found.id, quantity)
+        alarms = [one for one in drift_answers.alarm_rows(session, found.id) if one.quantity == quantity]
+    if not values:
+        raise NotFoundError("drift of", quantity)
+    etag = tag(VERSION, "drift", values, alarms)
+    if is_known(request, etag):
+        return unchanged(etag)
+    title = QUANTITIES[quantity].title.capitalize()
+    return drawn(request, drift_charts.history(quantity, values, _by_subject(alarms), title), etag)
+
+
+def _values(session: Session, building_id: int, quantity: str) -> Mapping[str, Sequence[DriftRow]]:
+    """By subject, the earliest event first."""
+    rows = drift_results.values(session, building_id, Span(), quantity, None, None, VALUES)
+    names = DriftRow.model_fields
+    found = [DriftRow(**{name: row._mapping[name] for name in names}) for row in rows]
+    ordered = sorted(found, key=attrgetter("subject", "event_start"))
+    return {subject: list(own) for subject, own in groupby(ordered, key=attrgetter("subject"))}
+
+
+def _by_subject(alarms: Sequence[DriftAlarmRow]) -> Mapping[str, Sequence[DriftAlarmRow]]:
+    """In the order in which they were raised."""
+    return {subject: list(own) for subject, own in groupby(alarms, key=attrgetter("subject"))}

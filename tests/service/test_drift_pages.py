@@ -1,0 +1,54 @@
+"""The page of a building's drift and its pictures: what people see of a loss, with units and data behind it."""
+
+import re
+from html import unescape
+
+import histories
+from asking import client
+from described import BASE
+from sqlalchemy.orm import Session, sessionmaker
+
+PAGE = "/buildings/PAPER/drift"
+
+
+def test_the_page_shows_what_was_expected_and_what_came(database_url: str, sessions: sessionmaker[Session]) -> None:
+    with sessions.begin() as session:
+        building = histories.building(session).id
+    with client(database_url) as asking:
+        assert "Nothing is watched yet" in asking.get(PAGE).text
+        histories.analysed(sessions, building, histories.history(26, onset=21), histories.start(27))
+        assert f'href="{PAGE}"' in asking.get("/").text
+        page = unescape(asking.get(PAGE).text)
+        row = re.search(r"<tr><td>stiffness, direction x<td>sudden<td.*?>(-\d\.\d %)<td", page)
+        assert row, page
+        assert f"{histories.start(21):%Y-%m-%d}" in page
+        assert "until then nothing alarms" in page
+        assert BASE in page
+        pictures = re.findall(r'<img src="(/charts/[^"]+)"', page)
+        data = re.findall(r'<a href="(/api/[^"]+)"', page)
+        assert len(pictures) == 4 + 6  # curves of stiffness, damping and two modes; histories of six quantities
+        for address in [*pictures, *data]:
+            assert asking.get(address).status_code == 200, address
+        drawn = asking.get("/charts/baseline.svg?building=PAPER&quantity=stiffness&subject=x")
+        for words in ("equivalent stiffness (kN/mm)", "amplitude (mm)", "the latest event"):
+            assert words in drawn.text
+        history = asking.get("/charts/drift.svg?building=PAPER&quantity=stiffness").text
+        assert "change (%)" in history
+        assert re.search(r"sudden −\d\.\d %", history)
+        assert "change (mm)" in asking.get("/charts/drift.svg?building=PAPER&quantity=residual_displacement").text
+        again = asking.get("/charts/drift.svg?building=PAPER&quantity=gain")
+        known = {"If-None-Match": again.headers["ETag"]}
+        assert asking.get("/charts/drift.svg?building=PAPER&quantity=gain", headers=known).status_code == 304
+
+
+def test_what_is_not_there_is_not_drawn(database_url: str, sessions: sessionmaker[Session]) -> None:
+    with sessions.begin() as session:
+        histories.building(session)
+    with client(database_url) as asking:
+        for address in (
+            "/buildings/NONE/drift",
+            "/charts/drift.svg?building=PAPER&quantity=gain",
+            "/charts/baseline.svg?building=PAPER&quantity=gain&subject=x",
+            "/charts/baseline.svg?building=PAPER&quantity=stiffness&subject=x",
+        ):
+            assert asking.get(address).status_code == 404, address
