@@ -4,6 +4,7 @@ from datetime import datetime, timedelta
 
 from sqlalchemy.orm import Session
 
+from service import jobs
 from service.alerting import handling
 from service.alerting.acts import Outcome
 from service.alerting.event_messages import tell
@@ -27,12 +28,15 @@ def inspect(
     message_age: timedelta,
     now: datetime,
 ) -> None:
-    """End an alert by what was found, and tell those who were told of it.
+    """End an alert by what was found, and tell those who were told of it, once it is known what that changes.
 
     Raises:
         ConflictError: it has ended already.
     """
-    handling.inspect(session, alert, by, outcome, note, reference_from, now)
+    if handling.inspect(session, alert, by, outcome, note, reference_from, now) is None:
+        return
+    if alert.kind != "data":
+        jobs.enqueue_watch(session, alert.building_id, by, now)  # what it held back may fire now
     session.flush()
     tell(session, alert.building_id, message_age, now)
 

@@ -32,11 +32,14 @@ def acknowledge(session: Session, alert: Alert, by: str, note: str, now: datetim
 
 def inspect(
     session: Session, alert: Alert, by: str, outcome: Outcome, note: str, reference_from: datetime | None, now: datetime
-) -> Inspection:
+) -> Inspection | None:
     """End an alert by what somebody found at the building, or by a review of its data.
 
-    What began before and does not get worse is answered by it. The same again is answered by the inspection there is.
-    With `reference_from` the quantity that the alert is about, in every direction, has a new reference from then on.
+    What began before and does not get worse is answered by it. With `reference_from` the quantity that the alert is
+    about, in every direction, has a new reference from then on.
+
+    Returns:
+        None if the same inspection was told before: then nothing changes.
 
     Raises:
         ConflictError: it has ended already.
@@ -44,7 +47,7 @@ def inspect(
     _held(session, alert)
     for before in alert.inspections:
         if (before.outcome, before.note, before.reference_from) == (outcome, note, reference_from):
-            return before
+            return None
     if alert.closed_at is not None:
         raise ConflictError(f"Alert {alert.id} is {alert.state} since {alert.closed_at:%Y-%m-%d %H:%M} UTC already.")
     made = Inspection(

@@ -16,7 +16,7 @@ from service import keys
 from service.alerting.event_messages import tell
 from service.alerting.reconciling import reconcile
 from service.auth import Role
-from service.database import Alert, AuditEntry, Building, Delivery, Message, Receiver
+from service.database import Alert, AuditEntry, Building, Delivery, Job, Message, Receiver, ReferencePeriod
 
 NOW = START + 10 * DAY
 AGE = timedelta(days=10_000)
@@ -94,8 +94,13 @@ def test_an_alert_is_acknowledged_and_ended_by_an_inspection(
     assert [one["state"] for one in ended.json()["changes"]] == ["firing", "acknowledged", "resolved"]
     (inspection,) = ended.json()["inspections"]
     assert inspection["reference_from"] == "2024-01-05T00:00:00Z"
-    with sessions() as session:
+    with sessions.begin() as session:
         assert session.query(AuditEntry).count() == 2
+        assert [one.quantity for one in session.query(ReferencePeriod)] == ["stiffness"]
+        (watching,) = session.query(Job).filter(Job.kind == "watch")
+        assert session.query(Message).filter(Message.key.like("event/%")).count() == 1
+        watching.state = "done"
+        tell(session, watching.building_id, AGE, NOW)
         assert [message.sequence for message in session.query(Message).filter(Message.key.like("event/%"))] == [
             "new",
             "updated",

@@ -153,8 +153,8 @@ def test_an_inspection_ends_an_alert_and_is_safe_to_repeat(sessions: sessionmake
         handling.acknowledge(session, alert, "Jo", "calling them", NOW)
         handling.acknowledge(session, alert, "Al", "me too", NOW + STEP)
         assert (alert.acknowledged_by, alert.acknowledgement) == ("Jo", "calling them")
-        made = handling.inspect(session, alert, "Jo", "unfounded", "maintenance", None, NOW + STEP)
-        assert handling.inspect(session, alert, "Jo", "unfounded", "maintenance", None, NOW + 2 * STEP) is made
+        assert handling.inspect(session, alert, "Jo", "unfounded", "maintenance", None, NOW + STEP)
+        assert handling.inspect(session, alert, "Jo", "unfounded", "maintenance", None, NOW + 2 * STEP) is None
         assert [change.state for change in alert.changes] == ["firing", "acknowledged", "withdrawn"]
         for act in (
             lambda: handling.acknowledge(session, alert, "Al", "", NOW),
