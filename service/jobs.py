@@ -82,9 +82,10 @@ def enqueue_watch(session: Session, building_id: int, asked_by: str | None, now:
 
 
 def is_being_watched(session: Session, building_id: int) -> bool:
-    """Whether the monitoring of a building for drift waits or is under way: what it finds is not known yet."""
-    waits = (Job.kind == WATCH, Job.building_id == building_id, Job.state.in_(("waiting", "running")))
-    return session.scalar(select(Job.id).where(*waits).limit(1)) is not None
+    """Whether what is to be monitored for drift at a building waits or is under way: its outcome is not known yet."""
+    of_building = (Job.kind == WATCH, Job.building_id == building_id)
+    latest = session.scalar(select(Job.state).where(*of_building).order_by(Job.id.desc()).limit(1))
+    return latest in ("waiting", "running")
 
 
 def claim(session: Session, now: datetime, lease: timedelta) -> Claim | None:
