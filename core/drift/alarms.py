@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from core.arrays import Matrix
+from core.arrays import Matrix, Vector
 from core.drift.alarm import Alarm
 from core.drift.baseline import Baseline
 from core.drift.event_value import relative
@@ -131,17 +131,14 @@ def _located(crossing: Crossing, white: Innovations, looked_for: Sequence[Rule],
     A slow loss begins like a small sudden one: only what follows tells them apart.
     """
     seen = min(white.raw.size - 1, crossing.raised + HINDSIGHT)
-    best = (0.0, crossing)
-    for rule in looked_for:
-        if not crossing.is_firing and rule is crossing.rule:
-            likely = gathering(white, rule, start)
-        elif crossing.is_firing and rule.sense == crossing.rule.sense:
-            likely = strengths(white, rule, start)[seen, : crossing.raised + 1]
-        else:
-            continue
-        found = (float(likely.max()), replace(crossing, rule=rule, onset=int(likely.argmax())))
-        best = max(best, found, key=lambda pair: pair[0])
-    return best[1]
+    likely: list[tuple[Rule, Vector]] = [(crossing.rule, gathering(white, crossing.rule, start))]
+    if crossing.is_firing:
+        alike = [rule for rule in looked_for if rule.sense == crossing.rule.sense]
+        likely = [(rule, strengths(white, rule, start)[seen, : crossing.raised + 1]) for rule in alike]
+    rule, strength = max(likely, key=lambda pair: float(pair[1].max()))
+    if strength.max() == 0.0:
+        return crossing
+    return replace(crossing, rule=rule, onset=int(strength.argmax()))
 
 
 def _nuisance(crossing: Crossing, count: int, baseline: Baseline) -> Matrix:

@@ -102,7 +102,7 @@ def series(lived: History, change: Vector | None = None) -> Series:
             event=n,
             time=START + timedelta(days=float(lived.time[n]), seconds=2.0 * m),
             value=float(np.exp(value) * (1 + changes[n])),
-            std=float(lived.std * np.exp(value)),
+            std=float(lived.std * np.exp(value) * (1 + changes[n])),
             amplitude=float(amplitude),
             temperature=float(lived.temperature[n]) if lived.has_thermometer else None,
         )

@@ -1,0 +1,44 @@
+"""The benchmark's short cut is the whole way, and its page keeps what it does not renew."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from drifting import History, Plan, history, series, sloping, stepped
+
+from benchmarks.drift import events_until, losses, picture, renewed, told_of, trial, with_change
+from core.arrays import Vector
+from core.drift.monitor import Reference, monitor
+
+PLAN = Plan(events=80)
+
+
+@pytest.mark.parametrize("change", [stepped, sloping])
+def test_a_change_of_all_cycles_is_one_of_their_mean(change: Callable[[History, int, float], Vector]) -> None:
+    lived = history(PLAN, 3)
+    lost = change(lived, 50, 0.01)
+    short = told_of(healthy := monitor(series(lived), Reference(), {}), with_change(healthy, lost))
+    whole = [alarm for alarm in monitor(series(lived, lost), Reference(), {}).alarms if alarm.rule != "within"]
+    assert whole
+    assert [(a.rule, a.onset, a.raised) for a in short] == [(a.rule, a.onset, a.raised) for a in whole]
+    assert [a.drift for a in short] == pytest.approx([a.drift for a in whole], rel=1e-6)  # rounding
+
+
+def test_a_change_in_the_reference_is_refused() -> None:
+    healthy = monitor(series(history(PLAN, 3)), Reference(), {})
+    with pytest.raises(ValueError, match="reference"):
+        with_change(healthy, np.full(PLAN.events, -0.05))
+
+
+def test_a_trial_counts_from_the_first_event_with_the_change() -> None:
+    one = trial(Plan(events=130, scatter=(0.005, 0.005), outliers=0.0), 1)
+    assert one.found["8 %"] in (1, 2, 3)
+    assert one.repair is not None
+    assert losses(()) == []
+    assert events_until((), 5) is None
+    assert picture("some", [one, one]).to_dict()["title"] == "some"
+
+
+def test_a_page_keeps_what_is_not_renewed() -> None:
+    page = "before <!-- one -->\nold\n<!-- /one --> after"
+    assert renewed(page, "one", "new") == "before <!-- one -->\nnew\n<!-- /one --> after"
