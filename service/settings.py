@@ -193,6 +193,8 @@ class Settings(BaseSettings):
             raise ValueError(
                 f"trigger_short must be below trigger_long, got {self.trigger_short} and {self.trigger_long} s"
             )
+        if (self.smtp_user is None) != (self.smtp_password is None):
+            raise ValueError("smtp_user and smtp_password go together; give both or neither")
         if self.executor == "dask" and self.dask_address is None:
             raise ValueError("executor = dask needs dask_address, such as tcp://scheduler:8786")
         return self

@@ -50,6 +50,7 @@ def test_passwords_are_masked() -> None:
     [
         ("prot = 1", "prot"),
         ("band = [20.0, 0.2]", "band must rise"),
+        ('smtp_user = "menshin"', "smtp_user and smtp_password go together"),
         ("port = 70000", "port"),
         ('executor = "dask"', "dask_address"),
         ("trigger_off = 9.0", "trigger_off must be below"),
