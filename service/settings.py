@@ -230,6 +230,10 @@ class Settings(BaseSettings):
         return "argument"
 
 
+SECRETS = frozenset({"database_url", "smtp_password", "heartbeat_url"})
+"""Settings of which no message repeats the value."""
+
+
 def _shown(name: str, value: object) -> str:
     if name == "database_url":
         return make_url(str(value)).render_as_string(hide_password=True)

@@ -5,6 +5,8 @@ from typing import TYPE_CHECKING
 import typer
 
 if TYPE_CHECKING:
+    from pydantic_core import ErrorDetails
+
     from service.settings import Settings
 
 
@@ -17,13 +19,19 @@ def settings_in_force(**given: object) -> "Settings":
     try:
         return Settings(**{name: value for name, value in given.items() if value is not None})  # type: ignore[arg-type]
     except ValidationError as error:
-        problems = (
-            f"{'.'.join(map(str, e['loc'])) or 'settings'}: {e['msg']}, got {e['input']!r}" for e in error.errors()
-        )
-        typer.echo("\n".join(problems), err=True)
+        typer.echo("\n".join(map(_told, error.errors())), err=True)
     except (FileNotFoundError, ValueError) as error:
         typer.echo(str(error), err=True)
     raise typer.Exit(2)
+
+
+def _told(wrong: "ErrorDetails") -> str:
+    """A line on what is wrong, without a secret: what concerns all settings would repeat every one of them."""
+    from service.settings import SECRETS
+
+    name = ".".join(map(str, wrong["loc"]))
+    got = "" if not name or name in SECRETS else f", got {wrong['input']!r}"
+    return f"{name or 'settings'}: {wrong['msg']}{got}"
 
 
 def own_effects_in_force() -> None:

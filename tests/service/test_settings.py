@@ -3,8 +3,10 @@
 from pathlib import Path
 
 import pytest
+import typer
 from pydantic import ValidationError
 
+from service.commands.in_force import settings_in_force
 from service.settings import Settings
 
 DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "settings.md"
@@ -67,3 +69,19 @@ def test_every_setting_is_documented_with_its_meaning() -> None:
     for name, field in Settings.model_fields.items():
         assert f"| `{name}` |" in document, name
         assert (field.description or "?") in document, name
+
+
+@pytest.mark.parametrize(
+    "text", ['smtp_password = "s3cr3t"', "smtp_password = 5123", 'database_url = "s3cr3t"\nworkers = 0']
+)
+def test_no_message_of_a_command_repeats_a_secret(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], text: str
+) -> None:
+    (tmp_path / "menshin.toml").write_text(text)
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(typer.Exit):
+        settings_in_force()
+    said = capsys.readouterr().err
+    assert said
+    assert "s3cr3t" not in said
+    assert "5123" not in said
