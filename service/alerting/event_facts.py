@@ -73,6 +73,8 @@ class EventFacts:
     """m, by direction, where a transducer measured it."""
     forces: Mapping[str, float]
     """N, by direction."""
+    is_compared: bool
+    """Whether the isolators' stiffness could be held against that in earlier earthquakes."""
     remarks: tuple[str, ...]
     """What screening found wrong with the records."""
     alerts: tuple[AlertFacts, ...]

@@ -128,6 +128,11 @@ def _calm(facts: EventFacts, ended: list[AlertFacts]) -> Iterator[str]:
     if facts.refusal is not None or any(not one.has_ended for one in facts.alerts):
         return
     yield "Nothing else was unusual." if ended else "Nothing unusual was found; nothing has to be done."
+    if facts.displacements and not facts.is_compared:
+        yield (
+            "Whether the isolators have changed cannot be told from this earthquake: those before are too few, or none "
+            "was like it."
+        )
     if facts.remarks:
         flaws = "a flaw" if len(facts.remarks) == 1 else f"{len(facts.remarks)} flaws"
         yield f"Some records have {flaws}, so the numbers are less certain: {facts.remarks[0]}"

@@ -55,6 +55,7 @@ def event_facts(
             one.direction: one.residual_displacement for one in results if one.residual_displacement is not None
         },
         forces={one.direction: one.peak_force for one in results},
+        is_compared=alerts.is_compared(session, event.id),
         remarks=tuple(one["message"] for one in analysis.quality if one["severity"] != "note") if analysis else (),
         alerts=tuple(sorted((alert_facts(one, silences, zone, now) for one in raised), key=_gravity)),
         moved=tuple(alert_facts(one, silences, zone, now) for one in moved),

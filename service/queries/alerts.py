@@ -11,11 +11,13 @@ from service.database import (
     AlertChange,
     Analysis,
     Delivery,
+    DriftValue,
     Event,
     Inspection,
     Message,
     Receiver,
     Silence,
+    WatchedSeries,
 )
 from service.errors import NotFoundError
 from service.queries.question import Line
@@ -131,6 +133,14 @@ def standing_before(session: Session, event: Event, at: datetime) -> Sequence[Al
     stood = (Alert.fired_at <= at, or_(Alert.closed_at.is_(None), Alert.closed_at > at))
     question = select(Alert).join(Alert.raised_event).where(Alert.building_id == event.building_id, *stood)
     return session.scalars(question.where(Event.start < event.start).order_by(Alert.id)).all()
+
+
+def is_compared(session: Session, event_id: int) -> bool:
+    """Whether the isolators' stiffness in an event was held against that of earlier ones."""
+    of_event = (DriftValue.event_id == event_id, WatchedSeries.quantity == "stiffness")
+    usable = (DriftValue.is_reference.is_(False), DriftValue.is_beyond.is_(False), DriftValue.is_inhibited.is_(False))
+    question = select(DriftValue.id).join(DriftValue.series).where(*of_event, *usable).limit(1)
+    return session.scalar(question) is not None
 
 
 def silences(session: Session, building_id: int) -> Sequence[Silence]:

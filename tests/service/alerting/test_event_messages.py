@@ -14,7 +14,7 @@ from service.alerting import handling
 from service.alerting.event_messages import tell, tell_of_event
 from service.alerting.found import Found
 from service.alerting.reconciling import reconcile
-from service.database import Alert, Building, Event, Message
+from service.database import Alert, Building, DriftValue, Event, Message, WatchedSeries
 
 AGE = timedelta(days=2)
 SOON = timedelta(minutes=10)
@@ -44,6 +44,8 @@ def test_all_clear_is_told_once_in_local_time(session: Session, of: Building) ->
     assert (told.key, told.kind, told.sequence, told.severity) == (f"event/{event.id}", "event", "new", "all_clear")
     assert told.subject == "Earthquake of 1 January 2024, 09:00 (JST): isolators moved 24 mm, nothing unusual"
     assert "moved by 24 mm at most" in told.sentences[0]
+    assert told.sentences[1] == "Nothing unusual was found; nothing has to be done."
+    assert "those before are too few" in told.sentences[2]
     assert {"name": "Largest isolator displacement, direction x", "value": "23.7 mm"} in told.facts
     assert told.data["peak_displacement"] == {"x": 0.0237}
     assert told.picture_direction == "x"
@@ -242,3 +244,31 @@ def test_nothing_is_said_of_earthquakes_while_a_look_for_drift_waits(session: Se
     job.state = "failed"
     tell(session, of.id, AGE, START + 1000 * DAY)
     assert len(messages(session)) == 1
+
+
+@pytest.mark.parametrize(("is_reference", "is_beyond"), [(False, False), (True, False), (False, True)])
+def test_an_event_that_was_compared_is_told_without_reserve(
+    session: Session, of: Building, is_reference: bool, is_beyond: bool
+) -> None:
+    event = earthquake(session, of, START)
+    job = jobs.enqueue_watch(session, of.id, None, START)
+    job.state = "done"
+    value = DriftValue(
+        event_id=event.id,
+        value=0.0,
+        std=0.01,
+        count=5,
+        is_reference=is_reference,
+        is_beyond=is_beyond,
+        is_inhibited=False,
+        causes=[],
+    )
+    series = WatchedSeries(
+        building_id=of.id, job_id=job.id, created_at=START, version="test", quantity="stiffness", subject="x", wanted=0
+    )
+    series.values.append(value)
+    session.add(series)
+    session.flush()
+    tell_of_event(session, event.id, AGE, START + SOON)
+    (told,) = messages(session)
+    assert ("cannot be told" in " ".join(told.sentences)) == (is_reference or is_beyond)
