@@ -36,6 +36,14 @@ def demo(
             "one more earthquake happens once a better model is in force. Kept in a folder within the folder.",
         ),
     ] = False,
+    stiffness_loss: Annotated[
+        bool,
+        typer.Option(
+            "--stiffness-loss",
+            help="A building with a thermometer, whose isolators lose 8 % of their stiffness in the 24th earthquake: "
+            "see the alert, and what it rests on. Kept in a folder within the folder.",
+        ),
+    ] = False,
     reset: Annotated[bool, typer.Option("--reset", help="Forget what the folder holds and start anew.")] = False,
 ) -> None:
     """Watch a simulated base-isolated building: recorded ground motions, a real monitoring server, the whole service.
@@ -52,14 +60,18 @@ def demo(
     from service.demo.listening import free_port
     from service.demo.motions import MotionsMissingError, recorded
     from service.demo.performance import address, perform, settings_of
-    from service.demo.scenario import BY_DESIGN, HIDDEN_EFFECT
+    from service.demo.scenario import BY_DESIGN, HIDDEN_EFFECT, STIFFNESS_LOSS
     from service.demo.stage import forget, prepared
-    from service.demo.telling import bars, tell
+    from service.demo.telling import bars, tell, tell_of_a_loss
 
     console = Console()
-    scenario = HIDDEN_EFFECT if hidden_effect else BY_DESIGN
+    if hidden_effect and stiffness_loss:
+        typer.echo("--hidden-effect and --stiffness-loss are two buildings; one of them at a time would do", err=True)
+        raise typer.Exit(2)
+    scenario = HIDDEN_EFFECT if hidden_effect else STIFFNESS_LOSS if stiffness_loss else BY_DESIGN
     count = earthquakes or scenario.earthquakes
-    kept = (folder or user_data_path("menshin") / "demo").resolve() / ("hidden-effect" if hidden_effect else "")
+    own = "hidden-effect" if hidden_effect else "stiffness-loss" if stiffness_loss else ""
+    kept = (folder or user_data_path("menshin") / "demo").resolve() / own
     try:
         if reset:
             forget(kept)
@@ -82,5 +94,12 @@ def demo(
         console.print(f"[yellow]port {port} is taken: port {free} is used instead[/]")
     console.print(f"kept in {kept}", soft_wrap=True)
     settings = settings_of(kept, free)
-    tale = partial(guide, address(settings)) if hidden_effect else partial(tell, timedelta(seconds=next_after))
+    soon = timedelta(seconds=next_after)
+    tale = (
+        partial(guide, address(settings))
+        if hidden_effect
+        else partial(tell_of_a_loss, address(settings), soon)
+        if stiffness_loss
+        else partial(tell, soon)
+    )
     perform(stage, settings, tale, console)

@@ -34,7 +34,7 @@ def perform(stage: Stage, settings: Settings, tale: Tale, console: Console) -> N
         console.print(f"monitoring server of the simulated building: {server}/fdsnws/")
         sessions = stack.enter_context(roles.migrated(settings))
         with sessions.begin() as session:
-            put_under_watch(session, stage.folder, server)
+            put_under_watch(session, stage.folder, building_file(server, stage.scenario.sensors))
         stack.enter_context(roles.running(settings, stop, poll=True, work=True, notify=True))
         teller = Thread(target=tale, args=(stage, sessions, stop, console), name="teller")
         teller.start()
@@ -57,9 +57,9 @@ def address(settings: Settings) -> str:
     return f"http://{settings.host}:{settings.port}"
 
 
-def put_under_watch(session: Session, folder: Path, server: str) -> None:
+def put_under_watch(session: Session, folder: Path, text: str) -> None:
     """Add the building, or tell where its monitoring server is now; its file lies in the folder for all to read."""
-    text, now = building_file(server), datetime.now(UTC)
+    now = datetime.now(UTC)
     (folder / BUILDING).write_text(text)
     try:
         buildings.find(session, CODE)

@@ -8,11 +8,13 @@ from obspy import Trace, UTCDateTime
 
 from core.arrays import Vector
 from core.paper import FOURTH_STOREY
+from core.record import Direction
 from core.simulation import Response
 from service.demo.catalogue import Earthquake
 from service.demo.motions import GroundMotion, prepared
 from service.demo.scenario import Scenario
-from service.demo.site import BASE, DIRECTIONS, GROUND, RATE, Sensor, sensors
+from service.demo.site import BASE, DIRECTIONS, GROUND, RATE, THERMOMETER, Sensor
+from service.demo.stiffness_loss import temperature
 
 OFFSET = 50.0  # of the noise: how far a sensor's zero may lie off
 
@@ -22,12 +24,13 @@ def record(earthquake: Earthquake, motion: GroundMotion, scenario: Scenario, see
     shaking = prepared(motion, RATE, *scenario.rest)
     shaking *= earthquake.peak / np.abs(shaking).max()
     rng = np.random.default_rng([seed, earthquake.number])
-    measured = {
-        direction: _measured(ground, scenario.response(ground))
+    measured: dict[Direction | None, Mapping[tuple[str, str], Vector]] = {
+        direction: _measured(ground, scenario.response(ground, earthquake))
         for direction, ground in zip(DIRECTIONS, shaking, strict=True)
     }
     start = UTCDateTime(earthquake.arrival) - scenario.rest[0]
-    noisy = [replace(sensor, noise=scenario.noise * sensor.noise) for sensor in sensors()]
+    noisy = [replace(sensor, noise=scenario.noise * sensor.noise) for sensor in scenario.sensors]
+    measured[None] = {(THERMOMETER.level, "temperature"): np.full(shaking.shape[1], temperature(earthquake.arrival))}
     return [_digitized(sensor, measured[sensor.direction], start, rng) for sensor in noisy]
 
 
@@ -45,7 +48,7 @@ def _digitized(
     sensor: Sensor, measured: Mapping[tuple[str, str], Vector], start: UTCDateTime, rng: np.random.Generator
 ) -> Trace:
     true = measured[sensor.level, sensor.quantity]
-    offset = sensor.noise * rng.uniform(-OFFSET, OFFSET)
+    offset = 0.0 if sensor.quantity == "temperature" else sensor.noise * rng.uniform(-OFFSET, OFFSET)
     sensed = true + offset + sensor.noise * rng.standard_normal(true.size)
     network, station, location, channel = sensor.id.split(".")
     header = {

@@ -1,6 +1,6 @@
 """The simulated building as its engineer and its monitoring server describe it: levels, sensors, digitizer."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from obspy import Inventory, UTCDateTime
@@ -19,7 +19,9 @@ GROUND, BASE, FLOORS = "ground", "1F", ("2F", "3F", "4F", "5F", "6F", "7F", "roo
 DIRECTIONS: tuple[Direction, ...] = ("x", "y")
 BEFORE_ORIGIN, AFTER_ORIGIN = 30.0, 180.0  # s, in which every record of the demo lies
 OPENED = UTCDateTime(2000, 1, 1)
-UNITS = {"acceleration": "M/S**2", "displacement": "M"}
+UNITS = {"acceleration": "M/S**2", "displacement": "M", "temperature": "degC"}
+INSTRUMENTS = {"acceleration": "N", "displacement": "Y", "temperature": "K"}
+"""Second letter of a channel's code (SEED)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,7 +29,8 @@ class Sensor:
     """One sensor component with its digitizer."""
 
     level: str
-    direction: Direction
+    direction: Direction | None
+    """None of a thermometer."""
     quantity: Quantity
     location: str
     """Location code."""
@@ -38,8 +41,8 @@ class Sensor:
 
     @property
     def channel(self) -> str:
-        """Channel code: accelerometers are N, displacement transducers Y."""
-        return f"H{'N' if self.quantity == 'acceleration' else 'Y'}{self.direction.upper()}"
+        """Channel code; that of a thermometer ends with O, for outside."""
+        return f"H{INSTRUMENTS[self.quantity]}{(self.direction or 'o').upper()}"
 
     @property
     def id(self) -> str:
@@ -57,7 +60,12 @@ def sensors() -> Iterator[Sensor]:
         yield Sensor(BASE, direction, "displacement", "01", 2e-5, 1.0 / 2**24)
 
 
-def building_file(server: str) -> str:
+SENSORS = tuple(sensors())
+THERMOMETER = Sensor(GROUND, None, "temperature", "10", 0.2, 1e-3)
+"""Among the isolators: 0.2 °C is an ordinary one."""
+
+
+def building_file(server: str, installed: Sequence[Sensor] = SENSORS) -> str:
     """The building file, with the address of its monitoring server."""
     masses = (BUILDING.base_mass, *BUILDING.floor_mass)
     stiffnesses = (None, *BUILDING.storey_stiffness)
@@ -85,16 +93,18 @@ def building_file(server: str) -> str:
         f'[source]\nkind = "fdsnws"\nlocation = "{server}"\nbefore = {BEFORE_ORIGIN}\nafter = {AFTER_ORIGIN}',
     ]
     lines += [
-        f'[[channel]]\nid = "{s.id}"\nlevel = "{s.level}"\ndirection = "{s.direction}"\nquantity = "{s.quantity}"'
-        for s in sensors()
+        f'[[channel]]\nid = "{s.id}"\nlevel = "{s.level}"\n'
+        + (f'direction = "{s.direction}"\n' if s.direction else "")
+        + f'quantity = "{s.quantity}"'
+        for s in installed
     ]
     return "\n".join(lines) + "\n"
 
 
-def inventory() -> Inventory:
+def inventory(installed: Sequence[Sensor] = SENSORS) -> Inventory:
     """StationXML of the building's channels."""
     station = Station(CODE, LATITUDE, LONGITUDE, ELEVATION, site=Site(NAME), start_date=OPENED, creation_date=OPENED)
-    station.channels = [_channel(sensor) for sensor in sensors()]
+    station.channels = [_channel(sensor) for sensor in installed]
     return Inventory([Network(NETWORK, [station], description="of no registered network")], source="menshin demo")
 
 
@@ -112,7 +122,7 @@ def _channel(sensor: Sensor) -> Channel:
         dip=0.0,
         sample_rate=RATE,
         start_date=OPENED,
-        description=f"{sensor.level}, {sensor.quantity} {sensor.direction}",
+        description=f"{sensor.level}, {sensor.quantity} {sensor.direction or ''}".strip(),
         response=Response(
             instrument_sensitivity=InstrumentSensitivity(counts, 1.0, unit, "COUNTS"),
             response_stages=[ResponseStage(1, counts, 1.0, unit, "COUNTS")],

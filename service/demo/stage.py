@@ -55,7 +55,7 @@ def prepared(
     """
     folder.mkdir(parents=True, exist_ok=True)
     earthquakes = memory.remembered(folder, now, count, scenario, motions)
-    archive = Archive(inventory())
+    archive = Archive(inventory(scenario.sensors))
     for number, earthquake in enumerate(earthquakes, start=1):
         memory.strike(archive, earthquake, scenario, motions)
         done(number, len(earthquakes))

@@ -9,10 +9,17 @@ from sqlalchemy.orm import Session, sessionmaker
 
 from service.demo import memory
 from service.demo.outcome import counts, settled_state
+from service.demo.site import CODE
 from service.demo.stage import Stage
+from service.demo.stiffness_loss import LAST_HEALTHY, LOSS
 from service.sessions import reading
 
 LOOK = 0.5  # s between two looks at the database
+LOST = """\
+[bold]The isolators lost {loss:.0%} of their stiffness in the earthquake of {when:%Y-%m-%d %H:%M} UTC.[/] What the \
+service makes of it:
+  {address}/buildings/{code}/drift   what was expected, and what came
+  {address}/buildings/{code}/alerts  what people are told"""
 
 
 def bars(console: Console) -> Progress:
@@ -24,6 +31,23 @@ def bars(console: Console) -> Progress:
 def tell(next_after: timedelta, stage: Stage, sessions: sessionmaker[Session], stop: Signal, console: Console) -> None:
     """How the past is fetched and analysed; then one more earthquake, and how it arrives by itself."""
     tell_of_the_past(len(stage.earthquakes), reading(sessions), stop, console)
+    _tell_of_the_next(next_after, stage, sessions, stop, console)
+
+
+def tell_of_a_loss(
+    address: str, next_after: timedelta, stage: Stage, sessions: sessionmaker[Session], stop: Signal, console: Console
+) -> None:
+    """The same, and what became of the building, and where that shows."""
+    tell_of_the_past(len(stage.earthquakes), reading(sessions), stop, console)
+    if len(stage.earthquakes) > LAST_HEALTHY:
+        when = stage.earthquakes[LAST_HEALTHY - 1].arrival
+        console.print(LOST.format(loss=LOSS, when=when, address=address, code=CODE), highlight=False, soft_wrap=True)
+    _tell_of_the_next(next_after, stage, sessions, stop, console)
+
+
+def _tell_of_the_next(
+    next_after: timedelta, stage: Stage, sessions: sessionmaker[Session], stop: Signal, console: Console
+) -> None:
     wait = memory.until_next(stage.earthquakes, datetime.now(UTC), next_after)
     console.print(f"one more earthquake will happen in {wait.total_seconds():.0f} s")
     if stop.wait(wait.total_seconds()):
