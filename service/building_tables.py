@@ -163,4 +163,4 @@ class BuildingTable(Table):
     isolation: IsolationTable = Field(default=IsolationTable(), description="the isolation layer")
     source: SourceTable | None = Field(default=None, description="where records are fetched")
     channel: Annotated[list[ChannelTable], Field(min_length=1)] = Field(description="the sensors")
-    receiver: list[ReceiverTable] = Field(default=[], description="who is told of the building; see alerts.md")
+    receiver: list[ReceiverTable] = Field(default=[], description="who is told of the building; see messages.md")

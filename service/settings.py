@@ -179,7 +179,7 @@ class Settings(BaseSettings):
         default=60.0, description="s after which an Alertmanager is told again of what still stands"
     )
     heartbeat_url: SecretStr | None = Field(
-        default=None, description="address outside that is asked as long as the service really works; see alerts.md"
+        default=None, description="address outside that is asked as long as the service really works; see messages.md"
     )
     heartbeat_interval: Seconds = Field(default=60.0, description="s between two heartbeats")
 

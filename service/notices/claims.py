@@ -62,9 +62,11 @@ def claim(session: Session, now: datetime, lease: timedelta, patience: Patience)
     """
     while (delivery := session.scalars(_next(now)).one_or_none()) is not None:
         _note_the_dead(session, delivery)
-        if delivery.tries < patience.attempts:
+        is_told = delivery.receiver.removed_at is None
+        if is_told and delivery.tries < patience.attempts:
             return _begun(session, delivery, now, lease)
-        delivery.state, delivery.claimed_until, delivery.finished_at = "failed", None, now
+        delivery.state = "failed" if is_told else "dropped"
+        delivery.claimed_until, delivery.finished_at = None, now
         session.flush()
     return None
 

@@ -244,6 +244,18 @@ def test_a_delivery_is_one_notifiers_until_its_lease_lapses(stage: Stage) -> Non
     assert [one.answer for one in stage.attempts()] == ["late", "taken"], "but what it saw is kept"
 
 
+def test_who_is_removed_in_the_middle_of_an_attempt_gets_no_other(stage: Stage) -> None:
+    stage.told("email", "manager@example.org")
+    stage.put("Earthquake")
+    held = claimed(stage, NOW)
+    assert held is not None
+    with stage.sessions.begin() as session:
+        receivers.remove_added(session, receivers.of_building(session, stage.building)[0], NOW)
+    assert finished(stage, held, Answer("not_taken", "451 later"), NOW)
+    assert claimed(stage, NOW + LEASE) is None
+    assert stage.states() == ["dropped"]
+
+
 def test_one_over_which_processes_die_is_given_up(stage: Stage) -> None:
     stage.told("email", "manager@example.org")
     stage.put("Earthquake")
