@@ -20,6 +20,7 @@ from service.sessions import reading
 from service.settings import Settings
 from service.sources.arrival import Arrival, SourceError, Step
 from service.sources.opening import opened
+from service.sources.server_clock import ServerClock
 
 log = logging.getLogger(__name__)
 
@@ -55,12 +56,13 @@ class Look:
         if described.source is None:
             return
         self._remember(building, attempted_at=self.clock())
+        server = ServerClock(self.clock)
         try:
-            self._follow(building, described, described.source, cursor)
+            self._follow(building, described, described.source, cursor, server)
         except SourceError as error:
             self._failed(building, str(error))
         else:
-            self._succeeded(building)
+            self._succeeded(building, server)
 
     def bring(self, building: Building, arrivals: tuple[Arrival, ...]) -> list[Recording]:
         """Store files, and only when they are safe read them: the one path for whatever comes in."""
@@ -75,9 +77,16 @@ class Look:
         with self.sessions.begin() as session:
             events.queue_ready(session, self.clock(), settings=self.settings)
 
-    def _follow(self, building: Building, described: BuildingFile, source: SourceFile, cursor: dict[str, Any]) -> None:
+    def _follow(
+        self,
+        building: Building,
+        described: BuildingFile,
+        source: SourceFile,
+        cursor: dict[str, Any],
+        server: ServerClock,
+    ) -> None:
         memory = Fetched(self.sessions, building.id)
-        with opened(described, source, self.settings, memory, self.sleep) as found:
+        with opened(described, source, self.settings, memory, self.sleep, server.hear) as found:
             for step in found.steps(cursor, self.clock()):
                 self._take(building, step)
                 if self.stopped():
@@ -130,12 +139,13 @@ class Look:
                 state.failing_since = self.clock()
             state.error = error
 
-    def _succeeded(self, building: Building) -> None:
+    def _succeeded(self, building: Building, server: ServerClock) -> None:
         with self.sessions.begin() as session:
             state = _state(session, building)
             if state.failing_since is not None:
                 log.warning("the source of %s has recovered", building.code)
             state.succeeded_at, state.failing_since, state.error = self.clock(), None, None
+            state.clock_ahead = None if server.ahead is None else server.ahead.total_seconds()
 
     def _remember(self, building: Building, attempted_at: datetime) -> None:
         with self.sessions.begin() as session:

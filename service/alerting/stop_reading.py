@@ -81,7 +81,7 @@ def _source(session: Session, building: Building, described: BuildingFile) -> So
         last_record=last.end if last else None,
         ahead=last.end - last.received_at if last and last.end else timedelta(0),
         came_at=last.received_at if last else None,
-        server_ahead=None,
+        server_ahead=None if state is None or state.clock_ahead is None else timedelta(seconds=state.clock_ahead),
     )
 
 

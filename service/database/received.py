@@ -20,6 +20,8 @@ class SourceState(Base):
     succeeded_at: Mapped[datetime | None]
     failing_since: Mapped[datetime | None]
     error: Mapped[str | None] = mapped_column(Text)
+    clock_ahead: Mapped[float | None]
+    """s, of the server's clock against ours at the last good look; None where it does not say."""
 
 
 class FetchedFile(Base):

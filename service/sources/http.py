@@ -183,12 +183,15 @@ def _between(earlier: str | None, later: str | None) -> timedelta | None:
         return None
 
 
-def client(settings: Settings, sleep: Callable[[float], object]) -> Client:
-    """A client for one source; close its `http` afterwards."""
+def client(
+    settings: Settings, sleep: Callable[[float], object], hear: Callable[[httpx.Response], None] | None = None
+) -> Client:
+    """A client for one source, which lets somebody hear of every answer; close its `http` afterwards."""
     http = httpx.Client(
         timeout=httpx.Timeout(settings.http_timeout),
         limits=httpx.Limits(max_connections=settings.source_concurrency),
         headers={"User-Agent": f"menshin/{VERSION}", "Accept-Encoding": "identity"},
         follow_redirects=True,
+        event_hooks={"response": [] if hear is None else [hear]},
     )
     return Client(http, settings, sleep)

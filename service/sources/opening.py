@@ -5,6 +5,8 @@ from contextlib import contextmanager
 from datetime import timedelta
 from pathlib import Path
 
+import httpx
+
 from service.building_file import BuildingFile, SourceFile
 from service.settings import Settings
 from service.sources.archive import Archive
@@ -23,12 +25,13 @@ def opened(
     settings: Settings,
     memory: Memory,
     sleep: Callable[[float], object],
+    hear: Callable[[httpx.Response], None] | None = None,
 ) -> Iterator[Source]:
-    """The source, with its connections closed afterwards."""
+    """The source, with its connections closed afterwards; somebody may hear of every answer."""
     if source.kind == "folder":
         yield Folder(Path(source.location), settings.max_answer_bytes, settings.settle_time, memory)
         return
-    asking = client(settings, sleep)
+    asking = client(settings, sleep, hear)
     try:
         if source.kind == "archive":
             yield Archive(source.location, asking, memory)

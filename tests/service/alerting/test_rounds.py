@@ -1,12 +1,17 @@
 """Data that stop are told when their time has come, once, and that they are back."""
 
-from datetime import timedelta
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
+from threading import Event as Signal
+from threading import Thread
+from time import monotonic, sleep
 
+import pytest
 import simulated
 import watched
 from alarmed import building, earthquake
 from findings import START, softer
+from monitoring import Page, building_file, serving
 from sqlalchemy import update
 from sqlalchemy.orm import Session, sessionmaker
 
@@ -16,6 +21,7 @@ from service.alerting.reconciling import reconcile
 from service.alerting.rounds import go_round
 from service.database import Alert, Building, Event, Job, Message, Recording, SourceState, Waveform
 from service.looking import Look
+from service.poller import Poller
 from service.settings import Settings
 
 SETTINGS = Settings(disk_reserve=0, http_retries=0, settle_time=0, event_grace=0)
@@ -150,3 +156,42 @@ def test_a_round_tells_what_was_silenced_and_what_nobody_told(sessions: sessionm
     assert told(sessions) == []
     go_round(sessions, SETTINGS, NOW + HOUR)
     assert told(sessions) == [("alert", "new", "alarm")]
+
+
+def test_a_server_whose_clock_differs_is_told_until_it_is_set(sessions: sessionmaker[Session]) -> None:
+    """Ours is ten minutes fast, then right."""
+    now = datetime.now(UTC)
+    with serving() as server:
+        server.pages["/events/"] = Page(b"")
+        with sessions.begin() as session:
+            text = building_file("archive", f"{server.address}/events/")
+            buildings.add(session, text, Path("/"), now)
+        for ours, wanted in ((now + timedelta(minutes=10), "firing"), (now, "resolved")):
+            look_at(sessions, ours)
+            go_round(sessions, SETTINGS, ours)
+            assert states(sessions) == {"clock/server": wanted}
+    with sessions() as session:
+        assert session.query(Alert).one().evidence["ahead"] == pytest.approx(-600, abs=60)  # one machine, 1 s of Date
+
+
+def look_at(sessions: sessionmaker[Session], now: datetime) -> None:
+    Look(sessions, SETTINGS, lambda: now).at("TOWER")
+
+
+def test_the_poller_makes_the_rounds(sessions: sessionmaker[Session], tmp_path: Path) -> None:
+    """Its first round comes at once; patience with the folder that is not there ends at once."""
+    stop = Signal()
+    settings = SETTINGS.model_copy(update={"source_patience": 1e-3, "check_interval": 0.1, "poll_interval": 0.1})
+    with sessions.begin() as session:
+        buildings.add(session, watched.building_file(tmp_path / "nowhere"), tmp_path, datetime.now(UTC))
+    polling = Thread(target=Poller(sessions, settings).run, args=(stop,))
+    polling.start()
+    try:
+        end = monotonic() + 20
+        while states(sessions) != {"source": "firing"}:
+            assert monotonic() < end, states(sessions)
+            sleep(0.05)
+    finally:
+        stop.set()
+        polling.join(20)
+    assert told(sessions) == [("data", "new", "warning")]
