@@ -8,7 +8,6 @@ from sqlalchemy.orm import Session
 
 from service import buildings
 from service.database import Message, Receiver
-from service.notices import pictures
 from service.notices.letter import Addressee, Letter
 from service.receiver_rules import VARIABLE
 
@@ -33,6 +32,8 @@ def letter(session: Session, message: Message, kind: str, public_url: str | None
     before = _until(session, message)
     picture = None
     if kind in SHOWN_TO and message.picture_event_id and message.picture_direction:
+        from service.notices import pictures  # what draws takes long to start, and few messages want it
+
         picture = pictures.loop(session, message.picture_event_id, message.picture_direction, message.kind)
     return Letter(
         identity=message.identity,

@@ -26,7 +26,7 @@ from service.notices.outbox import put
 from service.receiver_rules import SEVERITIES, WANTED_KINDS, ReceiverRule
 
 MESSAGES = 16
-KILLS = 4
+KILLS = 3
 
 pytestmark = pytest.mark.slow
 
