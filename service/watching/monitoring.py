@@ -27,6 +27,9 @@ from service.watching import baseline_json
 from service.watching.findings import findings
 from service.watching.series import channels_of, watched_series
 
+MISSING = "missing"
+"""Kind of the finding that a sensor was not recorded (core.screening)."""
+
 
 @dataclass(frozen=True, slots=True)
 class Watched:
@@ -120,8 +123,14 @@ def _watched(
     findings: Mapping[int, Sequence[Finding]],
     period: ReferencePeriod | None,
 ) -> Watched:
-    """With what was found of the sensors that the series is measured with."""
-    own = {event: tuple(one for one in found if one.channel in channels) for event, found in findings.items()}
+    """With what was found of the sensors that the series is measured with.
+
+    A sensor that an event does not have took no part in it: one that is gone for years does not blind us for years.
+    """
+    own = {
+        event: tuple(one for one in found if one.channel in channels and one.kind != MISSING)
+        for event, found in findings.items()
+    }
     notes = {event: EventNotes(found) for event, found in own.items() if found}
     return Watched(series, reference(period), notes, None if period is None else period.id, channels)
 

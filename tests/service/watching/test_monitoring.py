@@ -109,9 +109,11 @@ def test_a_loss_is_told_once_and_an_inspection_begins_a_new_reference(
 def test_a_sensor_finding_keeps_its_events_values_out_and_says_so(
     sessions: sessionmaker[Session], building: int
 ) -> None:
-    clipped = Finding("clipping", "warning", "samples lie flat", BASE)
+    """But for a sensor that was not recorded at all."""
+    gone = Finding("missing", "warning", "was not recorded", BASE)
+    late = Finding("clock", "warning", "its clock jumps", BASE)
     found = [
-        replace(one, quality=(clipped,)) if number >= 20 else one
+        replace(one, quality=(late,) if number >= 20 else (gone,))
         for number, one in enumerate(histories.history(26, onset=20))
     ]
     histories.analysed(sessions, building, found, NOW)
@@ -119,7 +121,7 @@ def test_a_sensor_finding_keeps_its_events_values_out_and_says_so(
         question = select(DriftValue).join(WatchedSeries).join(Event, Event.id == DriftValue.event_id)
         values = session.scalars(question.where(WatchedSeries.quantity == "stiffness").order_by(Event.start)).all()
         assert [value.is_inhibited for value in values] == [False] * 20 + [True] * 6
-        assert "samples lie flat" in values[-1].causes
+        assert "its clock jumps" in values[-1].causes
         assert session.scalars(select(Alert).where(Alert.cause == "stiffness/x")).all() == []
 
 
