@@ -42,15 +42,18 @@ def start(number: int) -> datetime:
     return START + number * APART
 
 
-def earthquake(number: int, loss: float = 0.0, gain: float = 1.0, cycles: int = CYCLES, seed: int = 0) -> EventAnalysis:
+def earthquake(
+    number: int, loss: float = 0.0, gain: float = 1.0, cycles: int = CYCLES, seed: int = 0, swapped: str = BASE
+) -> EventAnalysis:
     """What an analysis finds: the layer softens with amplitude and warmth, and events differ by 1 %.
 
     Args:
         number: of the earthquake, which says when it is and how strong.
         loss: of stiffness, relative.
-        gain: of the base slab's sensor.
+        gain: of one sensor.
         cycles: how many of the CYCLES the record holds.
         seed: of all else.
+        swapped: id of that sensor's channel.
     """
     rng = np.random.default_rng([seed, number])
     moment = start(number)
@@ -82,7 +85,7 @@ def earthquake(number: int, loss: float = 0.0, gain: float = 1.0, cycles: int = 
         SensorHealth(
             channel,
             1e-4 * float(np.exp(0.1 * rng.standard_normal())),
-            (gain if channel == BASE else 1.0) * float(np.exp(2e-3 * rng.standard_normal())),
+            (gain if channel == swapped else 1.0) * float(np.exp(2e-3 * rng.standard_normal())),
             1e-3,
         )
         for channel in (GROUND, BASE, LAYER)

@@ -5,7 +5,7 @@ from datetime import timedelta
 
 import histories
 import pytest
-from described import BASE
+from described import BASE, LAYER
 from sqlalchemy import select
 from sqlalchemy.orm import Session, sessionmaker
 
@@ -133,3 +133,15 @@ def test_a_sensor_with_more_gain_raises_an_alert_about_itself(sessions: sessionm
     assert (alert.cause, alert.kind, alert.channels) == (f"gain/{BASE}", "sensor", [BASE])
     assert alert.evidence["drift"] == pytest.approx(0.08, abs=0.01)
     assert f"Sensor {BASE} reads" in alert.summary
+
+
+def test_a_transducer_with_more_gain_is_no_loss_of_stiffness(sessions: sessionmaker[Session], building: int) -> None:
+    """It makes the layer look softer by as much; both are found, and only the sensor is told."""
+    changed = {"loss": 1 - 1 / 1.08, "gain": 1.08, "swapped": LAYER}
+    found = [histories.earthquake(number, **(changed if number >= 20 else {})) for number in range(25)]
+    histories.analysed(sessions, building, found, NOW)
+    with sessions() as session:
+        states = {alert.cause: alert.state for alert in session.scalars(select(Alert))}
+    assert states[f"gain/{LAYER}"] == "firing"
+    assert states["stiffness/x"] == "inhibited"
+    assert "firing" not in {state for cause, state in states.items() if not cause.startswith("gain/")}
