@@ -41,9 +41,9 @@ class Rule:
 
 SPEAKING, SPEAKING_OF_A_SLOPE = 2, 4
 SUDDEN_THRESHOLD, SLOW_THRESHOLD, RECOVERY_THRESHOLD = 3.85, 3.85, 4.1
-"""Chosen on the even seeds of benchmarks/drift.py for the rates below."""
-SUDDEN_RATE, SLOW_RATE, RECOVERY_RATE, WITHIN_RATE = 0.032, 0.005, 0.01, 0.003
-"""Together 5 %."""
+"""Chosen on the even seeds of benchmarks/drift.py for 5 % of all rules together."""
+SUDDEN_RATE, SLOW_RATE, RECOVERY_RATE, WITHIN_RATE = 0.05, 0.005, 0.035, 0.003
+"""As measured on its odd seeds, in docs/drift.md; most recoveries are from a loss that was told falsely."""
 
 
 def rules(known: Quantity, alarmed: Sequence[int] = ()) -> tuple[Rule, ...]:
