@@ -36,7 +36,8 @@ def test_import_and_work_until_idle(sessions: sessionmaker[Session], database_ur
     assert imported.returncode == 1
     assert "a.mseed: read" in imported.stdout
     assert "b.mseed: refused: b.mseed begins with b'hello'" in imported.stdout
-    assert run(tmp_path, database_url, "work", "--until-idle").stdout == "1 jobs done\n"
+    done = run(tmp_path, database_url, "work", "--until-idle").stdout
+    assert done == "2 jobs done\n", "the analysis, and the look for drift that follows it"
     with sessions() as session:
         assert session.scalars(select(Event)).one().state in {"analysed", "refused"}
     unknown = run(tmp_path, database_url, "import", "a.mseed", "--building", "NONE")
