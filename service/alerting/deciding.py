@@ -22,7 +22,6 @@ class Standing:
 
     cause: str
     kind: str
-    state: str
     has_fired: bool
     is_revised: bool
     """Whether there are data of its events that were not there when it was found last."""

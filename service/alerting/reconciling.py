@@ -63,7 +63,6 @@ def _standing(session: Session, alert: Alert) -> Standing:
     return Standing(
         cause=alert.cause,
         kind=alert.kind,
-        state=alert.state,
         has_fired=alert.fired_at is not None,
         is_revised=alerts.has_newer_results(session, alert),
     )

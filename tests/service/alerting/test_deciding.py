@@ -39,18 +39,17 @@ def test_what_was_acknowledged_and_grew_fires_again() -> None:
 
 
 def test_degradation_ends_by_revised_data_only() -> None:
-    for state in ("firing", "acknowledged", "inhibited"):
-        told = Standing("stiffness/x", "degradation", state, has_fired=True, is_revised=False)
-        revised = Standing("stiffness/x", "degradation", state, has_fired=True, is_revised=True)
-        assert states(standing=(told,)) == {}
-        assert states(softer(is_firing=False), standing=(told,)) == {}
-        assert states(standing=(revised,)) == {"stiffness/x": "withdrawn"}
-        assert states(softer(is_firing=False), standing=(revised,)) == {"stiffness/x": "pending"}
+    told = Standing("stiffness/x", "degradation", has_fired=True, is_revised=False)
+    revised = Standing("stiffness/x", "degradation", has_fired=True, is_revised=True)
+    assert states(standing=(told,)) == {}
+    assert states(softer(is_firing=False), standing=(told,)) == {}
+    assert states(standing=(revised,)) == {"stiffness/x": "withdrawn"}
+    assert states(softer(is_firing=False), standing=(revised,)) == {"stiffness/x": "pending"}
 
 
 def test_what_never_fired_is_withdrawn_and_data_resolve_by_themselves() -> None:
-    pending = Standing("stiffness/x", "degradation", "pending", has_fired=False, is_revised=False)
-    source = Standing("source", "data", "acknowledged", has_fired=True, is_revised=False)
+    pending = Standing("stiffness/x", "degradation", has_fired=False, is_revised=False)
+    source = Standing("source", "data", has_fired=True, is_revised=False)
     assert states(standing=(pending,)) == {"stiffness/x": "withdrawn"}
     assert states(standing=(source,)) == {"source": "resolved"}
 
