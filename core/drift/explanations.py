@@ -1,4 +1,4 @@
-"""Which causes agree with what the series of one building show together, and which sensors are not to be trusted?
+"""Which causes agree with what the series of one building show together?
 
 A change is estimated in every series from the same time on. A wrong mass scales the force and with it stiffness and
 damping of every direction alike, and moves the frequencies by half of it; a wrong gain scales stiffness and damping of
@@ -6,7 +6,7 @@ one direction and nothing else; a change of the layer is free. Each cause is a p
 chi-square.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
 
@@ -14,17 +14,12 @@ import numpy as np
 from scipy.stats import chi2
 
 from core.arrays import Vector
-from core.drift.alarm import Alarm
 from core.drift.causes import LAYER
-from core.drift.event_value import EventNotes
 from core.drift.monitor import Monitoring
-from core.drift.rules import RECOVERY
 from core.drift.sequential import change
-from core.quality import Finding
 
 AGREES = 0.05
 """Probability of what is seen, or worse, from which on a cause is not ruled out."""
-SENSORS = ("gain", "noise")
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,31 +79,6 @@ def explanations(found: Sequence[Shift]) -> tuple[Explanation, ...]:
         pattern = np.array([float(one.quantity in LAYER and one.subject == direction) for one in found])
         every.append(_explanation(f"gain/{direction}", pattern, size, std))
     return tuple(sorted(every, key=lambda one: -one.probability))
-
-
-def notes_of_sensors(sensors: Sequence[Monitoring]) -> Mapping[int, EventNotes]:
-    """By event, the sensors whose own alarm keeps drift alarms on them from being raised.
-
-    From the event on with which a gain or a noise floor changed, also while the evidence gathers, until it came back.
-
-    Args:
-        sensors: of gains and noise floors, of sensors that one series is measured with.
-    """
-    notes: dict[int, tuple[Finding, ...]] = {}
-    for one in sensors:
-        if one.series.quantity not in SENSORS or one.judged is None:
-            continue
-        order = [value.event for value in one.values]
-        open_since: Alarm | None = None
-        alarms = list(one.alarms)
-        for event in order:
-            while alarms and alarms[0].onset == event:
-                alarm = alarms.pop(0)
-                open_since = None if alarm.rule == RECOVERY else alarm
-            if open_since is not None:
-                finding = Finding(one.series.quantity, "warning", open_since.message, one.series.subject)
-                notes[event] = (*notes.get(event, ()), finding)
-    return {event: EventNotes(findings) for event, findings in notes.items()}
 
 
 def _of_mass(one: Shift) -> float:

@@ -6,11 +6,13 @@ told besides. A sensor or a model that does as before needs telling no more.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict
 from datetime import datetime
 from typing import Any
 from zoneinfo import ZoneInfo
 
 from core.drift.alarm import Alarm
+from core.drift.explanations import explanations, shifts
 from core.drift.monitor import Monitoring
 from core.drift.rules import RECOVERY
 from service.alerting.found import Found, Kind
@@ -19,6 +21,8 @@ from service.watching.words import sentences, summary
 
 KINDS: Mapping[str, Kind] = {"gain": "sensor", "noise": "sensor", "model_error": "model"}
 """By quantity; every other one is of the building itself."""
+EXPLAINED = ("stiffness", "damping", "frequency")
+"""Quantities of which a wrong mass, or a wrong gain, moves several at once."""
 
 
 def findings(
@@ -31,8 +35,9 @@ def findings(
         starts: of the events, aware.
         zone: of the building, for times that people read.
     """
+    every = [monitoring for monitoring, _ in monitorings]
     return tuple(
-        _found(name, kind, monitoring, number, channels, starts, zone)
+        _found(name, kind, monitoring, number, channels, every, starts, zone)
         for monitoring, channels in monitorings
         for name, kind, number in _told(monitoring)
     )
@@ -63,11 +68,13 @@ def _found(
     monitoring: Monitoring,
     number: int,
     channels: tuple[str, ...],
+    every: Sequence[Monitoring],
     starts: Mapping[int, datetime],
     zone: ZoneInfo,
 ) -> Found:
     alarm, series = monitoring.alarms[number], monitoring.series
     began = starts[alarm.onset]
+    told = explanations(shifts(every, began)) if series.quantity in EXPLAINED else ()
     earlier = tuple(one for one in monitoring.alarms[:number] if one.is_firing)
     return Found(
         cause=cause,
@@ -79,9 +86,9 @@ def _found(
         raised_event_id=alarm.raised,
         event_ids=alarm.events,
         channels=channels,
-        evidence=_evidence(alarm),
+        evidence={**_evidence(alarm), "explanations": [asdict(one) for one in told]},
         summary=summary(series.quantity, series.subject, alarm),
-        sentences=sentences(series.quantity, alarm, began.astimezone(zone), len(alarm.events), earlier),
+        sentences=sentences(series.quantity, alarm, began.astimezone(zone), len(alarm.events), earlier, told),
     )
 
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from datetime import datetime
 
 from core.drift.alarm import Alarm
+from core.drift.explanations import Explanation
 from core.drift.rules import RECOVERY, SLOW, WITHIN
 from service.alerting.words import listed, of_time
 
@@ -79,7 +80,14 @@ def summary(quantity: str, subject: str, alarm: Alarm) -> str:
     return line.format(size=_size(quantity, alarm.drift), subject=_subject(quantity, subject))
 
 
-def sentences(quantity: str, alarm: Alarm, began: datetime, events: int, earlier: tuple[Alarm, ...]) -> tuple[str, ...]:
+def sentences(
+    quantity: str,
+    alarm: Alarm,
+    began: datetime,
+    events: int,
+    earlier: tuple[Alarm, ...],
+    told: tuple[Explanation, ...],
+) -> tuple[str, ...]:
     """More of it, first for everybody, then for the engineer.
 
     Args:
@@ -88,11 +96,19 @@ def sentences(quantity: str, alarm: Alarm, began: datetime, events: int, earlier
         began: start of the event with which it began, in the building's time.
         events: that show it.
         earlier: what the rules had found in the series before.
+        told: causes beside the layer and the building, held against every series.
     """
-    return tuple(_sentences(quantity, alarm, began, events, earlier))
+    return tuple(_sentences(quantity, alarm, began, events, earlier, told))
 
 
-def _sentences(quantity: str, alarm: Alarm, began: datetime, events: int, earlier: tuple[Alarm, ...]) -> Iterator[str]:
+def _sentences(
+    quantity: str,
+    alarm: Alarm,
+    began: datetime,
+    events: int,
+    earlier: tuple[Alarm, ...],
+    told: tuple[Explanation, ...],
+) -> Iterator[str]:
     if alarm.rule == RECOVERY and earlier:
         yield "After an earlier loss it goes back: this is what a repair does, or rubber that had time to recover."
     else:
@@ -101,6 +117,8 @@ def _sentences(quantity: str, alarm: Alarm, began: datetime, events: int, earlie
     if alarm.causes:
         yield f"What else could explain it: {'; '.join(alarm.causes)}."
     yield f"For the engineer: {alarm.message}."
+    if told:
+        yield f"Held against everything that is watched: {listed([one.message for one in told])}."
     if earlier:
         yield f"Before that: {listed([one.message for one in earlier])}."
     yield (

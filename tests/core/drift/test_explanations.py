@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from drifting import START, Plan, history, other_direction, series, stepped
 
-from core.drift.event_value import EventNotes
-from core.drift.explanations import Shift, explanations, notes_of_sensors, shifts
+from core.drift.explanations import Shift, explanations, shifts
 from core.drift.monitor import Monitoring, Reference, monitor
 from core.drift.together import alarms_together, correlation
 from core.errors import ModelError
@@ -80,25 +79,3 @@ def test_different_quantities_have_no_mean() -> None:
     damping = replace(other, series=replace(other.series, quantity="damping"))
     with pytest.raises(ModelError, match="damping"):
         alarms_together(one, damping)
-
-
-def test_a_sensor_that_changed_keeps_its_direction_from_alarming() -> None:
-    """A displacement that reads 8 % too much from an event on: the stiffness seems lost, the sensor's gain alarms."""
-    lived = history(PLAN, 33)
-    rng = np.random.default_rng(33)
-    ratio = 1 + 0.004 * rng.standard_normal(PLAN.events)
-    ratio[ONSET:] *= 1.08
-    stiffness = series(lived, stepped(lived, ONSET, 1 - 1 / 1.08))
-    first = {one.event: one for one in reversed(stiffness.observations)}
-    of_gain = tuple(
-        replace(first[n], value=float(ratio[n]), std=0.002, amplitude=None, temperature=None)
-        for n in range(PLAN.events)
-    )
-    gain = monitor(replace(stiffness, quantity="gain", subject="XX.D.01.HDX", observations=of_gain), Reference(), {})
-    assert [(a.rule, a.onset) for a in gain.alarms if a.is_firing] == [("sudden", ONSET)]
-    notes = notes_of_sensors((gain,))
-    assert set(notes) == set(range(ONSET, PLAN.events))
-    assert isinstance(notes[ONSET], EventNotes)
-    assert notes[ONSET].sensor_findings[0].channel == "XX.D.01.HDX"
-    assert monitor(stiffness, Reference(), {}).alarms
-    assert not monitor(stiffness, Reference(), notes).alarms

@@ -92,6 +92,8 @@ def test_a_loss_is_told_once_and_an_inspection_begins_a_new_reference(
         told = session.scalars(select(Message).where(Message.key == f"event/{alert.raised_event_id}")).all()
         assert (alert.state, alert.kind, len(told)) == ("firing", "degradation", 1)
         assert alert.evidence["low"] < -0.08 < alert.evidence["high"] < 0
+        assert {one["cause"] for one in alert.evidence["explanations"]} == {"mass", "gain/x"}
+        assert any(one.startswith("Held against everything that is watched: a ") for one in alert.sentences)
         assert set(alert.channels) == {one for one in alert.channels if one.startswith("XX.PAPER.")} != set()
         since = histories.start(21)
         for _ in range(2):  # asked twice
