@@ -12,6 +12,8 @@ from service.receiver_rules import Severity
 SEVERITIES: dict[str, Severity] = {"degradation": "alarm", "sensor": "warning", "model": "warning", "recovery": "note"}
 GRAVEST: tuple[Severity, ...] = ("alarm", "warning", "note", "all_clear")
 GAL, KN, MM = 1e2, 1e-3, 1e3
+FOR_EVERYBODY = 2
+"""Sentences of an alert that stand together: what follows from it, and since when it is so."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,7 +103,8 @@ def _shaken(facts: EventFacts) -> Iterator[str]:
 def _alerts(facts: EventFacts) -> Iterator[str]:
     for one in facts.alerts:
         if one.is_news:
-            yield " ".join((f"{one.summary}.", *one.sentences))
+            yield " ".join((f"{one.summary}.", *one.sentences[:FOR_EVERYBODY]))
+            yield from one.sentences[FOR_EVERYBODY:]
         elif one.is_held_back:
             yield (
                 f"It seems that: {one.summary}. But a sensor that took part measures wrongly, which may be all "

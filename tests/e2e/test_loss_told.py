@@ -1,0 +1,69 @@
+"""A building that loses stiffness: the alert fires, and those who are to know are told, by mail and by a program."""
+
+import os
+from pathlib import Path
+from time import monotonic, sleep
+
+import histories
+import pytest
+from letters import KEY
+from processes import interrupt, started
+from receiving import hook, mailbox
+from sqlalchemy import select
+from standardwebhooks import Webhook
+
+from service import migrate, receivers
+from service import sessions as opened
+from service.database import Alert
+from service.receiver_rules import SEVERITIES, WANTED_KINDS, ReceiverRule
+
+pytestmark = pytest.mark.slow
+NOW = histories.start(30)
+PATIENCE = 60.0
+"""s."""
+
+
+def test_a_loss_of_eight_percent_is_told_once_in_words_for_everybody_and_signed_for_programs(tmp_path: Path) -> None:
+    url = f"sqlite:///{tmp_path / 'menshin.sqlite'}"
+    migrate.upgrade(url)
+    sessions = opened.sessions(url)
+    path = os.environ.get("PYTHONPATH", "")
+    with hook() as program, mailbox() as box:
+        with sessions.begin() as session:
+            building = histories.building(session).id
+            for name, kind, address, key in (
+                ("manager", "email", "manager@example.org", None),
+                ("program", "webhook", program.address, KEY),
+            ):
+                rule = ReceiverRule(name, kind, address, key, WANTED_KINDS, SEVERITIES)
+                receivers.add(session, building, rule, "engineer", NOW)
+        histories.analysed(sessions, building, histories.history(26, onset=21), NOW)
+        settings = {
+            "MENSHIN_INSIDE_ALLOWED": '["localhost"]',
+            "MENSHIN_PLAIN_HTTP_ALLOWED": "true",
+            "MENSHIN_PUBLIC_URL": "https://menshin.example.org",
+            "MENSHIN_SMTP_HOST": "localhost",
+            "MENSHIN_SMTP_PORT": str(box.port),
+            "MENSHIN_SMTP_SECURITY": "none",
+        }
+        with started(tmp_path, url, "notify", PYTHONPATH=path, **settings) as notifier:
+            deadline = monotonic() + PATIENCE
+            while not (box.mails and program.posted) and monotonic() < deadline:
+                sleep(0.1)
+            assert interrupt(notifier) == 0
+    with sessions() as session:
+        (alert,) = session.scalars(select(Alert).where(Alert.state == "firing", Alert.cause == "stiffness/x"))
+    mails = [mail for mail in box.mails if "softer" in mail["Subject"]]
+    assert len(mails) == 1
+    text = mails[0].get_body(("plain",))
+    assert text is not None
+    words = text.get_content()
+    assert "Somebody who knows isolators ought to look at them." in " ".join(words.split())
+    assert f"https://menshin.example.org/alerts/{alert.id}" in words
+    signed = [Webhook(KEY).verify(one.body, dict(one.headers)) for one in program.posted]
+    assert {one["type"] for one in signed} == {"menshin.alert.v1"}
+    alerts = [alert for one in signed for alert in one["data"]["values"]["alerts"]]
+    (raised,) = [one for one in alerts if one["cause"] == "stiffness/x"]
+    assert raised["id"] == alert.id
+    assert raised["evidence"]["low"] < -0.08 < raised["evidence"]["high"]
+    sessions.kw["bind"].dispose()
