@@ -7,6 +7,7 @@ from typing import Any, Literal
 
 from service.alerting.found import Found
 from service.alerting.states import RESOLVED, WITHDRAWN
+from service.alerting.words import overlap
 
 Outcome = Literal["confirmed", "unfounded"]
 OUTCOMES: Mapping[Outcome, str] = {"confirmed": RESOLVED, "unfounded": WITHDRAWN}
@@ -27,8 +28,12 @@ class Act:
     """What was known then."""
 
     def answers(self, found: Found) -> bool:
-        """Whether it holds for a finding: of the same cause, of what began before, and no worse than it was then."""
-        return self.cause == found.cause and found.began_at <= self.at and not is_worse(self.evidence, found.evidence)
+        """Whether it holds for a finding: of the same cause, of what began before, and no worse than it was then.
+
+        Who looks at a layer looks at both directions: what they tell together is answered with either of them.
+        """
+        is_about_it = self.cause == found.cause or overlap(self.cause, found.cause)
+        return is_about_it and found.began_at <= self.at and not is_worse(self.evidence, found.evidence)
 
 
 def latest(acts: Sequence[Act], found: Found, *, ends: bool) -> Act | None:

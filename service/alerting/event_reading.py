@@ -11,7 +11,7 @@ from service import buildings
 from service.alerting.event_facts import AlertFacts, EventFacts
 from service.alerting.silences import silence_of
 from service.alerting.states import CLOSED, PENDING
-from service.alerting.words import of_cause
+from service.alerting.words import of_cause, overlap
 from service.database import Alert, Analysis, Building, Event, Silence
 from service.queries import alerts, analysis_results, layer_results
 
@@ -81,6 +81,8 @@ def alert_facts(alert: Alert, silences: Sequence[Silence], zone: ZoneInfo, now: 
 
 
 def _is_told_of(alert: Alert, told: Collection[int]) -> bool:
+    if alert.inhibited_by is not None and overlap(alert.inhibited_by, alert.cause):
+        return False  # that other alert tells the same
     return alert.state != PENDING and (alert.state not in CLOSED or alert.id in told)
 
 

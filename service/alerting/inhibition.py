@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Sequence
 
 from service.alerting.found import Found
+from service.alerting.words import BOTH, overlap
 
 SOURCE = "source"
 FROM_THE_SOURCE = ("record", "channel", "clock")
@@ -16,7 +17,7 @@ def inhibitor(found: Found, others: Sequence[Found]) -> Found | None:
 
 def _inhibitors(found: Found, others: Sequence[Found]) -> Iterator[Found]:
     for other in others:
-        if other.is_firing and (_explains(other, found) or _silences(other, found)):
+        if other.is_firing and (_explains(other, found) or _silences(other, found) or _tells_it(other, found)):
             yield other
 
 
@@ -31,6 +32,13 @@ def _explains(sensor: Found, found: Found) -> bool:
         and sensor.began_at <= found.raised_at
         and not set(sensor.channels).isdisjoint(found.channels)
     )
+
+
+def _tells_it(other: Found, found: Found) -> bool:
+    """Whether it was told before, by both directions together or by one of them; of one earthquake both go first."""
+    if other.kind != found.kind or not overlap(other.cause, found.cause):
+        return False
+    return (other.raised_at, not other.cause.endswith(BOTH)) < (found.raised_at, not found.cause.endswith(BOTH))
 
 
 def _silences(source: Found, found: Found) -> bool:

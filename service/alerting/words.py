@@ -22,6 +22,8 @@ TITLES: Mapping[str, str] = {
     "disk": "disk space",
 }
 """Of the first part of a cause."""
+BOTH = "xy"
+"""Subject of what both directions tell together."""
 RECOVERED = "recovery"
 """First part of a cause that is about the return of the one that follows."""
 
@@ -32,6 +34,12 @@ def quantity_of(cause: str) -> str | None:
     if first == RECOVERED:
         return quantity_of(rest)
     return first if first in QUANTITIES else None
+
+
+def overlap(one: str, other: str) -> bool:
+    """Whether two causes are about one quantity, one of them about both directions together."""
+    first, last = one.rpartition("/"), other.rpartition("/")
+    return one != other and first[0] == last[0] and BOTH in (first[2], last[2])
 
 
 def of_cause(cause: str) -> str:
@@ -47,7 +55,8 @@ def of_cause(cause: str) -> str:
     if title.endswith("sensor"):
         return f"{title} {rest}"
     direction, _, number = rest.partition("/")
-    return f"{title}, direction {direction}" + (f", mode {number}" if number else "")
+    where = "both directions" if direction == BOTH else f"direction {direction}"
+    return f"{title}, {where}" + (f", mode {number}" if number else "")
 
 
 def of_time(local: datetime) -> str:

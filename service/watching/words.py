@@ -7,7 +7,7 @@ from datetime import datetime
 from core.drift.alarm import Alarm
 from core.drift.explanations import Explanation
 from core.drift.rules import RECOVERY, SLOW, WITHIN
-from service.alerting.words import listed, of_time
+from service.alerting.words import BOTH, listed, of_time
 
 PERCENT, MM = 100.0, 1e3
 ACROSS = "residual_displacement"
@@ -146,4 +146,6 @@ def _subject(quantity: str, subject: str) -> str:
     if quantity in ("gain", "noise"):
         return subject
     direction, _, mode = subject.partition("/")
+    if direction == BOTH:
+        return "both directions"
     return f"direction {direction}" + (f", mode {mode}" if mode else "")

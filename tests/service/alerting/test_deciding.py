@@ -67,6 +67,17 @@ def test_a_sensor_holds_back_nothing_else() -> None:
     assert states(softer(), gain(began_at=LATER))["stiffness/x"] == "firing"
 
 
+def test_both_directions_together_and_one_of_them_are_told_once() -> None:
+    """Whichever was sure first; of one earthquake both together. An inspection answers it for both."""
+    both, sooner = "stiffness/xy", START + DAY
+    assert states(softer(), softer(cause=both)) == {"stiffness/x": "inhibited", both: "firing"}
+    assert states(softer(raised_at=sooner), softer(cause=both)) == {"stiffness/x": "firing", both: "inhibited"}
+    assert states(softer(), softer(cause="stiffness/y")) == {"stiffness/x": "firing", "stiffness/y": "firing"}
+    assert states(softer(), softer(cause="damping/xy")) == {"stiffness/x": "firing", "damping/xy": "firing"}
+    assert states(softer(), softer(cause=both), acts=(inspected(softer()),)) == {}
+    assert states(softer(), softer(cause="stiffness/y"), acts=(inspected(softer()),)) == {"stiffness/y": "firing"}
+
+
 def test_without_its_source_a_building_has_no_other_alerts_of_data() -> None:
     found = (stopped("source"), stopped("record"), stopped("channel/XX.DEMO.01.HNX"), stopped("worker"))
     assert states(*found) == {

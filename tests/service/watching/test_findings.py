@@ -1,0 +1,39 @@
+"""What is told of all series of a building."""
+
+from dataclasses import replace
+from zoneinfo import ZoneInfo
+
+from drifting import Plan, history, other_direction, series, stepped
+
+from core.drift.monitor import Monitoring, Reference, monitor
+from service.watching.findings import findings
+
+PLAN = Plan(events=80, giant=False, outliers=0.0, scatter=(0.01, 0.01))
+ONSET = 45
+
+
+def both(loss: float) -> tuple[tuple[Monitoring, tuple[str, ...]], ...]:
+    """The layer in x and in y, which loses as much in both from an earthquake on; each with its own sensor."""
+    lived = history(PLAN, 31)
+    other = other_direction(PLAN, lived, 31, 0.3)
+    sides = series(lived, stepped(lived, ONSET, loss)), series(other, stepped(other, ONSET, loss))
+    named = (replace(side, subject=subject) for side, subject in zip(sides, "xy", strict=True))
+    return tuple((monitor(one, Reference(), {}), (f"XX.D.01.HN{one.subject}",)) for one in named)
+
+
+def test_a_loss_in_both_directions_is_told_of_their_mean_too() -> None:
+    watched = both(0.04)
+    starts = {value.event: value.time for value in watched[0][0].values}
+    found = {one.cause: one for one in findings(watched, starts, ZoneInfo("UTC"))}
+    together = found["stiffness/xy"]
+    assert together.is_firing
+    assert together.summary.endswith("% softer in both directions")
+    assert together.channels == ("XX.D.01.HNx", "XX.D.01.HNy")
+    assert together.evidence["low"] < -0.04 < together.evidence["high"]
+    assert all(together.raised_at <= found[one].raised_at for one in ("stiffness/x", "stiffness/y") if one in found)
+
+
+def test_of_one_direction_alone_there_is_no_mean() -> None:
+    watched = both(0.0)
+    starts = {value.event: value.time for value in watched[0][0].values}
+    assert findings(watched[:1], starts, ZoneInfo("UTC")) == ()
