@@ -93,5 +93,5 @@ def _not_found(standing: Sequence[Standing], causes: Collection[str]) -> Iterato
 
 
 def _stays(one: Standing) -> bool:
-    """Degradation never resolves by itself: only an inspection ends it, or data that show that it never was."""
-    return one.kind == "degradation" and one.has_fired and not one.is_revised
+    """Deterioration never resolves by itself: only an inspection ends it, or data that show that it never was."""
+    return one.kind == "deterioration" and one.has_fired and not one.is_revised

@@ -9,7 +9,12 @@ from service.alerting.words import listed, of_cause, of_length, of_time
 from service.notices.notice import Notice, Sequence
 from service.receiver_rules import Severity
 
-SEVERITIES: dict[str, Severity] = {"degradation": "alarm", "sensor": "warning", "model": "warning", "recovery": "note"}
+SEVERITIES: dict[str, Severity] = {
+    "deterioration": "alarm",
+    "sensor": "warning",
+    "model": "warning",
+    "recovery": "note",
+}
 GRAVEST: tuple[Severity, ...] = ("alarm", "warning", "note", "all_clear")
 GAL, KN, MM = 1e2, 1e-3, 1e3
 FOR_EVERYBODY = 2

@@ -15,7 +15,7 @@ from service.alerting.words import of_cause, overlap
 from service.database import Alert, Analysis, Building, Event, Silence
 from service.queries import alerts, analysis_results, layer_results
 
-GRAVITY = ("degradation", "sensor", "model", "recovery", "data")
+GRAVITY = ("deterioration", "sensor", "model", "recovery", "data")
 """Kinds of alerts, the gravest first."""
 
 

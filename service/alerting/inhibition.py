@@ -28,7 +28,7 @@ def _explains(sensor: Found, found: Found) -> bool:
     """
     return (
         sensor.kind == "sensor"
-        and found.kind in ("degradation", "recovery", "model")
+        and found.kind in ("deterioration", "recovery", "model")
         and sensor.began_at <= found.raised_at
         and not set(sensor.channels).isdisjoint(found.channels)
     )

@@ -8,6 +8,7 @@ from datetime import UTC, datetime
 import numpy as np
 
 from core.arrays import Vector
+from core.effects import EFFECTS
 from core.isolator import Isolator
 from core.paper import BUILDING, ISOLATOR
 from core.simulation import Response, simulate
@@ -16,6 +17,8 @@ from service.demo.site import RATE
 
 LOSS = 0.08
 """Of the rubber's stiffness and the dampers' yield force, from the earthquake after LAST_HEALTHY on."""
+SOFTENED = ("N/m", "N")
+"""Units of the stiffness and of the yield force, which rubber loses; what is viscous stays."""
 LAST_HEALTHY = 24
 """Earthquakes, the last of which does the damage; as many as a baseline wants, and some more."""
 WEAK, STRONG = 0.5, 1.6
@@ -42,10 +45,14 @@ def layer(earthquake: Earthquake) -> Isolator:
     """The isolation layer as it is in an earthquake."""
     left = 1 - LOSS if earthquake.number >= LAST_HEALTHY else 1.0
     factor = left * float(np.exp(PER_KELVIN * (temperature(earthquake.arrival) - REFERENCE)))
-    effects = {name: dict(values) for name, values in ISOLATOR.effects.items()}
-    effects["elastic"]["k_b"] *= factor
-    effects["bouc_wen"]["F_y"] *= factor
-    return Isolator(effects)
+    return Isolator(
+        {
+            name: {
+                one.name: values[one.name] * (factor if one.unit in SOFTENED else 1) for one in EFFECTS[name].parameters
+            }
+            for name, values in ISOLATOR.effects.items()
+        }
+    )
 
 
 def temperature(moment: datetime) -> float:

@@ -36,7 +36,8 @@ AnyState = Annotated[
     Query(description="Only alerts in this state; `open`: those that have not ended."),
 ]
 AnyKind = Annotated[
-    Literal["degradation", "recovery", "sensor", "model", "data"] | None, Query(description="Only alerts of this kind.")
+    Literal["deterioration", "recovery", "sensor", "model", "data"] | None,
+    Query(description="Only alerts of this kind."),
 ]
 
 
@@ -97,7 +98,7 @@ def inspect(
 ) -> AlertOut:
     """End an alert by what was found at the building, or by a review of its data.
 
-    A degradation ends in no other way. It does not come again for what began before, unless it gets worse. With
+    A deterioration ends in no other way. It does not come again for what began before, unless it gets worse. With
     `reference_from` a new reference period begins: what comes later is held against the building as it is then.
     """
     now, age = datetime.now(UTC), timedelta(seconds=request.app.state.settings.message_age)

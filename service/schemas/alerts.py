@@ -23,7 +23,7 @@ class AlertRow(Answer):
     id: int = Field(description="Its number.")
     building: str = Field(description="Code of the building.")
     cause: str = Field(description="What it is about, such as `stiffness/x` or `source`.")
-    kind: str = Field(description="`degradation`, `recovery`, `sensor`, `model` or `data`.")
+    kind: str = Field(description="`deterioration`, `recovery`, `sensor`, `model` or `data`.")
     state: str = Field(
         description="`pending`, `inhibited` (a sensor may explain it), `firing`, `acknowledged`, `resolved` or "
         "`withdrawn` (it never was so)."

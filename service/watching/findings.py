@@ -59,14 +59,14 @@ def _together(
 def _told(monitoring: Monitoring) -> Iterator[tuple[str, Kind, int]]:
     """Cause, kind and place among the alarms of what is to be told of a series."""
     quantity = monitoring.series.quantity
-    cause, kind = f"{quantity}/{monitoring.series.subject}", KINDS.get(quantity, "degradation")
+    cause, kind = f"{quantity}/{monitoring.series.subject}", KINDS.get(quantity, "deterioration")
     alarms = monitoring.alarms
     changes = [n for n, alarm in enumerate(alarms) if alarm.rule != RECOVERY]
     returns = [n for n, alarm in enumerate(alarms) if alarm.rule == RECOVERY]
     has_returned = bool(returns) and returns[-1] > max(changes, default=-1)
-    if changes and not (has_returned and kind != "degradation" and alarms[returns[-1]].is_firing):
+    if changes and not (has_returned and kind != "deterioration" and alarms[returns[-1]].is_firing):
         yield cause, kind, _surest(alarms, changes)
-    if has_returned and kind == "degradation":
+    if has_returned and kind == "deterioration":
         yield f"{RECOVERED}/{cause}", "recovery", _surest(alarms, returns)
 
 

@@ -15,7 +15,7 @@ def softer(percent: float = 8.0, **differently: object) -> Found:
     return Found(
         **{
             "cause": "stiffness/x",
-            "kind": "degradation",
+            "kind": "deterioration",
             "is_firing": True,
             "began_at": START,
             "raised_at": START + 2 * DAY,

@@ -38,9 +38,9 @@ def test_what_was_acknowledged_and_grew_fires_again() -> None:
     assert states(softer(15.0), acts=(acknowledged(softer(8.0)),)) == {"stiffness/x": "firing"}
 
 
-def test_degradation_ends_by_revised_data_only() -> None:
-    told = Standing("stiffness/x", "degradation", has_fired=True, is_revised=False)
-    revised = Standing("stiffness/x", "degradation", has_fired=True, is_revised=True)
+def test_deterioration_ends_by_revised_data_only() -> None:
+    told = Standing("stiffness/x", "deterioration", has_fired=True, is_revised=False)
+    revised = Standing("stiffness/x", "deterioration", has_fired=True, is_revised=True)
     assert states(standing=(told,)) == {}
     assert states(softer(is_firing=False), standing=(told,)) == {}
     assert states(standing=(revised,)) == {"stiffness/x": "withdrawn"}
@@ -48,7 +48,7 @@ def test_degradation_ends_by_revised_data_only() -> None:
 
 
 def test_what_never_fired_is_withdrawn_and_data_resolve_by_themselves() -> None:
-    pending = Standing("stiffness/x", "degradation", has_fired=False, is_revised=False)
+    pending = Standing("stiffness/x", "deterioration", has_fired=False, is_revised=False)
     source = Standing("source", "data", has_fired=True, is_revised=False)
     assert states(standing=(pending,)) == {"stiffness/x": "withdrawn"}
     assert states(standing=(source,)) == {"source": "resolved"}

@@ -108,12 +108,12 @@ def test_a_sensor_that_is_settled_lets_the_drift_fire(sessions: sessionmaker[Ses
         handling.inspect(session, sensor, "Jo", "confirmed", "its new gain stands in the file", None, NOW + STEP)
         reconcile(session, of.id, found(("softer", "a gain"), events), "events", NOW + 2 * STEP)
         session.flush()
-        drift = session.scalars(select(Alert).where(Alert.kind == "degradation")).one()
+        drift = session.scalars(select(Alert).where(Alert.kind == "deterioration")).one()
         assert [change.state for change in drift.changes] == ["inhibited", "firing"]
         assert drift.fired_at == NOW + 2 * STEP
 
 
-def test_degradation_stays_without_new_data_and_is_withdrawn_by_them(sessions: sessionmaker[Session]) -> None:
+def test_deterioration_stays_without_new_data_and_is_withdrawn_by_them(sessions: sessionmaker[Session]) -> None:
     with sessions.begin() as session:
         of = building(session)
         events = three_earthquakes(session, of)

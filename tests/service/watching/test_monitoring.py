@@ -90,7 +90,7 @@ def test_a_loss_is_told_once_and_an_inspection_begins_a_new_reference(
     with sessions.begin() as session:
         (alert,) = session.scalars(select(Alert).where(Alert.cause == "stiffness/x"))
         told = session.scalars(select(Message).where(Message.key == f"event/{alert.raised_event_id}")).all()
-        assert (alert.state, alert.kind, len(told)) == ("firing", "degradation", 1)
+        assert (alert.state, alert.kind, len(told)) == ("firing", "deterioration", 1)
         assert alert.evidence["low"] < -0.08 < alert.evidence["high"] < 0
         assert {one["cause"] for one in alert.evidence["explanations"]} == {"mass", "gain/x"}
         assert any(one.startswith("Held against everything that is watched: a ") for one in alert.sentences)
