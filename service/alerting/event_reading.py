@@ -39,7 +39,8 @@ def event_facts(
     layer = layer_results.layer_result(session, analysis.id) if analysis else None
     silences = alerts.silences(session, building.id)
     raised = [one for one in alerts.raised_by(session, event.id) if _is_told_of(one, told)]
-    moved = [one for one in alerts.of_numbers(session, told) if one.raised_event_id != event.id]
+    here = {one.cause for one in raised}
+    moved = [one for one in alerts.of_numbers(session, told) if _is_told_elsewhere(one, event.id, here)]
     return EventFacts(
         id=event.id,
         building_id=building.id,
@@ -81,9 +82,21 @@ def alert_facts(alert: Alert, silences: Sequence[Silence], zone: ZoneInfo, now: 
 
 
 def _is_told_of(alert: Alert, told: Collection[int]) -> bool:
-    if alert.inhibited_by is not None and overlap(alert.inhibited_by, alert.cause):
-        return False  # that other alert tells the same
+    if _told_by(alert) is not None:
+        return False
     return alert.state != PENDING and (alert.state not in CLOSED or alert.id in told)
+
+
+def _is_told_elsewhere(alert: Alert, event_id: int, here: Collection[str]) -> bool:
+    """Whether what people were told of with an event belongs to another one now; `here` are causes that it raised."""
+    by = _told_by(alert)
+    return alert.raised_event_id != event_id if by is None else by not in here
+
+
+def _told_by(alert: Alert) -> str | None:
+    """Cause of the alert that tells the same, if one holds it back for that."""
+    by = alert.inhibited_by
+    return by if by is not None and overlap(by, alert.cause) else None
 
 
 def _end(alert: Alert) -> str:

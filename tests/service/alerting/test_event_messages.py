@@ -236,6 +236,25 @@ def test_what_another_earthquake_turns_out_to_have_raised_is_told_with_that_one(
     assert "told with another earthquake now" in " ".join(then[-1].sentences)
 
 
+def test_what_both_directions_turn_out_to_have_told_sooner_is_not_called_nothing_unusual(
+    session: Session, of: Building
+) -> None:
+    events, now = raised(session, of), START + 1000 * DAY
+    tell(session, of.id, AGE, now)
+    alone = replace(softer(), onset_event_id=events[0], raised_event_id=events[2], event_ids=events)
+    both = replace(alone, cause="stiffness/xy", raised_at=START + DAY, raised_event_id=events[1], event_ids=events[:2])
+    reconcile(session, of.id, [alone, both], "events", now)
+    session.flush()
+    for _ in range(2):
+        tell(session, of.id, AGE, now)
+    _, *then = messages(session)
+    found = {one.key: (one.sequence, one.severity) for one in then}
+    assert found == {f"event/{events[1]}": ("new", "alarm"), f"event/{events[2]}": ("updated", "all_clear")}
+    words = " ".join(then[-1].sentences)
+    assert "told with another earthquake now" in words
+    assert "nothing has to be done" not in words
+
+
 def test_nothing_is_said_of_earthquakes_while_a_look_for_drift_waits(session: Session, of: Building) -> None:
     raised(session, of)
     job = jobs.enqueue_watch(session, of.id, None, START)
