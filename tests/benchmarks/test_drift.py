@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from drifting import History, Plan, history, series, sloping, stepped
 
-from benchmarks.drift import events_until, losses, picture, renewed, told_of, trial, with_change
+from benchmarks.drift import picture, renewed
+from benchmarks.drift_trial import events_until, losses, told_of, trial, with_change
 from core.arrays import Vector
 from core.drift.monitor import Reference, monitor
 
