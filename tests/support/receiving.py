@@ -49,7 +49,10 @@ def hook(tls: ssl.SSLContext | None = None) -> Iterator[Hook]:
 
     class Handler(BaseHTTPRequestHandler):
         def do_POST(self) -> None:
-            body = self.rfile.read(int(self.headers.get("content-length", "0")))
+            length = int(self.headers.get("content-length", "0"))
+            body = self.rfile.read(length)
+            if len(body) < length:  # the other side died while it spoke: nothing was said
+                return
             made.posted.append(Posted(self.path, {k.lower(): v for k, v in self.headers.items()}, body))
             made.meanwhile()
             try:
