@@ -7,6 +7,7 @@ from typing import Any
 
 import altair as alt
 
+from service.alerting.words import BOTH
 from service.charts import BLUE, CONFIG, KN, KN_PER_MM, MM, ORANGE
 from service.mode_tracks import DIRECTIONS
 from service.schemas.drift import BaselineOut, CurvePoint, DriftAlarmRow, DriftRow, ObservationRow
@@ -84,6 +85,8 @@ def history(
 
 def named(subject: str) -> str:
     """A direction or a mode in words; a channel stands for itself."""
+    if subject == BOTH:
+        return "both directions"
     direction, _, mode = subject.partition("/")
     if direction not in DIRECTIONS:
         return subject

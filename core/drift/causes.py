@@ -1,6 +1,6 @@
 """What else than damage could explain what an event, or an alarm, shows?"""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from datetime import timedelta
 
@@ -11,6 +11,7 @@ from core.drift.baseline import Baseline
 from core.drift.event_value import Deviation, EventNotes
 from core.drift.points import Dated, Points
 from core.drift.softening import excesses
+from core.drift.watched import Quantity
 
 LARGER = 0.2
 """Natural logarithm by which an event's largest amplitude exceeds the reference's and all before when it is told."""
@@ -45,8 +46,8 @@ def causes_of_events(
     return every
 
 
-def with_causes(alarm: Alarm, baseline: Baseline, of_events: dict[int, tuple[str, ...]]) -> Alarm:
+def with_causes(alarm: Alarm, known: Quantity, of_events: Mapping[int, tuple[str, ...]]) -> Alarm:
     """The alarm with everything that could explain its events, and what could explain any such change."""
-    always = [MASS, GAIN] if baseline.design.quantity.name in LAYER else []
+    always = [MASS, GAIN] if known.name in LAYER else []
     found = [cause for event in alarm.events for cause in of_events[event]]
     return replace(alarm, causes=tuple(dict.fromkeys([*found, *always])))

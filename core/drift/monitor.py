@@ -40,11 +40,11 @@ class Monitoring:
 
     series: Series
     baseline: Baseline | None
-    """None as long as nothing can be expected."""
+    """None as long as nothing can be expected, and of the mean of two series."""
     wanted: int
     """Events that the reference still lacks."""
     values: tuple[EventValue, ...]
-    """In order of time; empty without a baseline."""
+    """In order of time; empty as long as nothing can be expected."""
     alarms: tuple[Alarm, ...]
     """In the order in which they were raised."""
     judged: Judged | None = None
@@ -76,7 +76,7 @@ def monitor(series: Series, reference: Reference, notes: Mapping[int, EventNotes
     chosen = _comparable(values, baseline) if reference.end is not None or not baseline.wanted else []
     judged = _judged(found, shared, dated, chosen, baseline)
     raised = (*alarms(known, baseline, judged), *alarms_within(known, baseline, every, dated, chosen))
-    return Monitoring(series, baseline, baseline.wanted, values, _told(raised, dated, causes, baseline), judged)
+    return Monitoring(series, baseline, baseline.wanted, values, _told(raised, dated, causes, known), judged)
 
 
 def _healthy(dated: Sequence[Dated], noted: Sequence[EventNotes], reference: Reference) -> list[int]:
@@ -102,13 +102,13 @@ def _judged(
 
 
 def _told(
-    raised: Sequence[Alarm], dated: Sequence[Dated], causes: Sequence[tuple[str, ...]], baseline: Baseline
+    raised: Sequence[Alarm], dated: Sequence[Dated], causes: Sequence[tuple[str, ...]], known: Quantity
 ) -> tuple[Alarm, ...]:
     """In the order in which they were raised, with what could explain them."""
     place = {one.event: n for n, one in enumerate(dated)}
     of_events = dict(zip(place, causes, strict=True))
     in_order = sorted(raised, key=lambda alarm: place[alarm.raised])
-    return tuple(with_causes(one, baseline, of_events) for one in in_order)
+    return tuple(with_causes(one, known, of_events) for one in in_order)
 
 
 def _sizes(count: int, reference: Reference) -> list[int]:

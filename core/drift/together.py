@@ -9,14 +9,47 @@ import numpy as np
 from core.arrays import Indices
 from core.drift.alarm import Alarm
 from core.drift.alarms import alarms
+from core.drift.causes import with_causes
+from core.drift.event_value import EventValue
 from core.drift.judged import Judged
 from core.drift.monitor import Monitoring
+from core.drift.series import Series
+from core.drift.watched import Quantity, quantity
 from core.errors import ModelError
 
 COMMON = 0.5
 """Correlation of the directions' scatter that is believed beforehand."""
 BELIEVED = 10.0
 """Events that the belief counts for."""
+
+
+def together(one: Monitoring, other: Monitoring, subject: str) -> Monitoring:
+    """The mean of two series as one of its own: it has no curve, for each of the two is held against its own.
+
+    Args:
+        one: of a direction.
+        other: of the other.
+        subject: name of what both are of.
+
+    Raises:
+        ModelError: they are of different quantities.
+    """
+    known, values = quantity(one.series.quantity), mean_values(one, other)
+    causes = {value.event: value.causes for value in values}
+    return Monitoring(
+        series=Series(known.name, subject, ()),
+        baseline=None,
+        wanted=max(one.wanted, other.wanted),
+        values=values,
+        alarms=tuple(with_causes(alarm, known, causes) for alarm in alarms_together(one, other)),
+    )
+
+
+def mean_values(one: Monitoring, other: Monitoring) -> tuple[EventValue, ...]:
+    """Of each event that both series have, what the rules judge by their mean; in order of time."""
+    known, common = quantity(one.series.quantity), correlation(one, other)
+    there = {value.event: value for value in other.values}
+    return tuple(_mean_value(value, there[value.event], common, known) for value in one.values if value.event in there)
 
 
 def alarms_together(one: Monitoring, other: Monitoring) -> tuple[Alarm, ...]:
@@ -43,6 +76,25 @@ def correlation(one: Monitoring, other: Monitoring) -> float:
     scale = np.sqrt(float(first @ first) * float(last @ last))
     found = float(first @ last) / scale if scale > 0 else 0.0
     return max(0.0, (BELIEVED * COMMON + len(common) * found) / (BELIEVED + len(common)))
+
+
+def _mean_value(one: EventValue, other: EventValue, common: float, known: Quantity) -> EventValue:
+    """Of the deviations, which are logarithms where those are watched."""
+    sides = (one, other)
+    scale = [1 + side.value if known.is_logarithmic else 1.0 for side in sides]
+    first, last = (side.std / factor for side, factor in zip(sides, scale, strict=True))
+    factor = float(np.sqrt(scale[0] * scale[1]))
+    return EventValue(
+        event=one.event,
+        time=min(one.time, other.time),
+        value=factor - 1 if known.is_logarithmic else (one.value + other.value) / 2,
+        std=factor * float(np.sqrt(first**2 + last**2 + 2 * common * first * last)) / 2,
+        count=one.count + other.count,
+        is_reference=one.is_reference or other.is_reference,
+        is_beyond=one.is_beyond or other.is_beyond,
+        is_inhibited=one.is_inhibited or other.is_inhibited,
+        causes=tuple(dict.fromkeys((*one.causes, *other.causes))),
+    )
 
 
 def _mean(one: Judged, other: Judged, common: float) -> Judged:

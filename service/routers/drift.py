@@ -37,7 +37,9 @@ AnyQuantity = Annotated[QuantityName | None, Query(description="Only this quanti
 Subject = Annotated[
     str, Query(description="Of what: a direction (`x`), a mode of it (`x/1`) or the id of a channel.", pattern=TEXT)
 ]
-AnySubject = Annotated[str | None, Query(description="Only of this direction, mode or channel.", pattern=TEXT)]
+AnySubject = Annotated[
+    str | None, Query(description="Only of this direction (`xy`: both by their mean), mode or channel.", pattern=TEXT)
+]
 Temperature = Annotated[
     float | None, Query(description="°C; without it the mean of the reference.", ge=-60, le=80, allow_inf_nan=False)
 ]

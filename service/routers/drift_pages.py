@@ -10,6 +10,7 @@ from sqlalchemy.orm import Session
 
 from core.drift.watched import QUANTITIES
 from service import drift_answers, drift_charts
+from service.alerting.words import BOTH
 from service.answers import is_known, tag, unchanged
 from service.drift_charts import CURVES
 from service.errors import NotFoundError
@@ -49,12 +50,14 @@ def drift_page(request: Request, code: Code, sessions: Reading) -> Response:
             periods=periods,
             curves=CURVES,
             named=drift_charts.named,
+            both=BOTH,
         )
 
 
 def _by_quantity(series: Sequence[SeriesRow]) -> list[tuple[str, list[SeriesRow]]]:
-    """In the order in which core lists the quantities: the layer's first."""
-    return [(name, own) for name in QUANTITIES if (own := [one for one in series if one.quantity == name])]
+    """In the order in which core lists the quantities: the layer's first; what both directions tell after each."""
+    ordered = sorted(series, key=lambda one: one.subject == BOTH)
+    return [(name, own) for name in QUANTITIES if (own := [one for one in ordered if one.quantity == name])]
 
 
 @router.get("/charts/baseline.svg")
@@ -96,11 +99,11 @@ def history(request: Request, sessions: Reading, building: BuildingCode, quantit
 
 
 def _values(session: Session, building_id: int, quantity: str) -> Mapping[str, Sequence[DriftRow]]:
-    """By subject, the earliest event first."""
+    """By subject, what both directions tell last; the earliest event first."""
     rows = drift_results.values(session, building_id, Span(), quantity, None, None, VALUES)
     names = DriftRow.model_fields
     found = [DriftRow(**{name: row._mapping[name] for name in names}) for row in rows]
-    ordered = sorted(found, key=attrgetter("subject", "event_start"))
+    ordered = sorted(found, key=lambda row: (row.subject == BOTH, row.subject, row.event_start))
     return {subject: list(own) for subject, own in groupby(ordered, key=attrgetter("subject"))}
 
 

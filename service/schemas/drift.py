@@ -10,7 +10,9 @@ from service.schemas.answer import Answer, Number
 from service.times import read_time
 
 QUANTITY = f"One of {', '.join(f'`{name}`' for name in QUANTITIES)}."
-SUBJECT = "What it is of: a direction (`x`), a mode of a direction (`x/1`) or the id of a channel."
+SUBJECT = (
+    "What it is of: a direction (`x`), both by their mean (`xy`), a mode of a direction (`x/1`) or the id of a channel."
+)
 
 
 def watched_quantity(name: str) -> str:
@@ -80,7 +82,10 @@ class BaselineOut(Answer):
     highest_amplitude: Number | None = Field(description="The same, the highest.")
     reference_events: list[int] = Field(description="Numbers of the events of the reference.")
     wanted: int = Field(description="Events that it still lacks until the curve is determined.")
-    items: list[CurvePoint] = Field(description="The curve, amplitudes rising; empty as long as nothing is expected.")
+    items: list[CurvePoint] = Field(
+        description="The curve, amplitudes rising; empty as long as nothing is expected, and of `xy`, "
+        "where each direction is held against its own."
+    )
     next: None = Field(description="Always null: the curve is on one page.")
 
 

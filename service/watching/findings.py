@@ -6,7 +6,7 @@ told besides. A sensor or a model that does as before needs telling no more.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from datetime import datetime
 from typing import Any
 from zoneinfo import ZoneInfo
@@ -16,9 +16,8 @@ from core.drift.causes import LAYER
 from core.drift.explanations import explanations, shifts
 from core.drift.monitor import Monitoring
 from core.drift.rules import RECOVERY
-from core.drift.together import alarms_together
 from service.alerting.found import Found, Kind
-from service.alerting.words import BOTH, RECOVERED
+from service.alerting.words import RECOVERED
 from service.watching.words import sentences, summary
 
 KINDS: Mapping[str, Kind] = {"gain": "sensor", "noise": "sensor", "model_error": "model"}
@@ -40,20 +39,9 @@ def findings(
     every = [monitoring for monitoring, _ in monitorings]
     return tuple(
         _found(name, kind, monitoring, number, channels, every, starts, zone)
-        for monitoring, channels in (*monitorings, *_together(monitorings))
+        for monitoring, channels in monitorings
         for name, kind, number in _told(monitoring)
     )
-
-
-def _together(
-    monitorings: Sequence[tuple[Monitoring, tuple[str, ...]]],
-) -> Iterator[tuple[Monitoring, tuple[str, ...]]]:
-    """What both directions of the layer tell by their mean, as a series of its own."""
-    known = {(one.series.quantity, one.series.subject): (one, channels) for one, channels in monitorings}
-    for quantity in LAYER:
-        if (quantity, "x") in known and (quantity, "y") in known:
-            (x, of_x), (y, of_y) = known[quantity, "x"], known[quantity, "y"]
-            yield replace(x, series=replace(x.series, subject=BOTH), alarms=alarms_together(x, y)), (*of_x, *of_y)
 
 
 def _told(monitoring: Monitoring) -> Iterator[tuple[str, Kind, int]]:

@@ -1,6 +1,6 @@
 """What monitoring a building for drift is made from, what is computed, and what of it goes back to the database."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from zoneinfo import ZoneInfo
@@ -9,12 +9,15 @@ from sqlalchemy import delete, select
 from sqlalchemy.orm import Session
 
 from core.drift.alarm import Alarm
+from core.drift.causes import LAYER
 from core.drift.event_value import EventNotes, EventValue
 from core.drift.monitor import Monitoring, Reference, monitor
 from core.drift.series import Series
+from core.drift.together import together
 from core.quality import Finding
 from service.alerting.event_messages import tell
 from service.alerting.reconciling import reconcile
+from service.alerting.words import BOTH
 from service.buildings import described
 from service.database import Building, DriftAlarm, DriftValue, Job, ReferencePeriod, WatchedSeries
 from service.jobs import WATCH, Claim
@@ -83,19 +86,24 @@ def stages(inputs: WatchInputs) -> Sequence[Stage]:
     return (Stage("Looking for drift", monitored, lambda _, tell: (inputs.watched,)),)
 
 
-def monitored(watched: Sequence[Watched]) -> tuple[Monitoring, ...]:
-    """Baseline, values and alarms of each series."""
-    return tuple(monitor(one.series, one.reference, one.notes) for one in watched)
+def monitored(watched: Sequence[Watched]) -> tuple[tuple[Watched, Monitoring], ...]:
+    """Baseline, values and alarms of each series; then of what both directions of the layer tell together."""
+    own = [(one, monitor(one.series, one.reference, one.notes)) for one in watched]
+    return (*own, *_together(own))
 
 
 def store(
-    session: Session, claim: Claim, inputs: WatchInputs, results: Sequence[Sequence[Monitoring]], now: datetime
+    session: Session,
+    claim: Claim,
+    inputs: WatchInputs,
+    results: Sequence[Sequence[tuple[Watched, Monitoring]]],
+    now: datetime,
 ) -> None:
     """Put what was found in the place of the building's earlier rows, and tell people, unless a later job sees more."""
     if _is_overtaken(session, claim, inputs.building_id):
         return
     forget(session, inputs.building_id)
-    pairs = list(zip(inputs.watched, results[-1], strict=True))
+    pairs = results[-1]
     session.add_all(_series(watched, found, inputs.building_id, claim.job_id, now) for watched, found in pairs)
     told = [(found, watched.channels) for watched, found in pairs]
     reconcile(session, inputs.building_id, findings(told, inputs.starts, ZoneInfo(inputs.timezone)), "events", now)
@@ -133,6 +141,16 @@ def _watched(
     }
     notes = {event: EventNotes(found) for event, found in own.items() if found}
     return Watched(series, reference(period), notes, None if period is None else period.id, channels)
+
+
+def _together(own: Sequence[tuple[Watched, Monitoring]]) -> Iterator[tuple[Watched, Monitoring]]:
+    """The mean of both directions, of each quantity of the layer that both have."""
+    known = {(found.series.quantity, found.series.subject): (watched, found) for watched, found in own}
+    for quantity in LAYER:
+        if (quantity, "x") in known and (quantity, "y") in known:
+            (x, of_x), (y, of_y) = known[quantity, "x"], known[quantity, "y"]
+            found = together(of_x, of_y, BOTH)
+            yield Watched(found.series, x.reference, {}, x.reference_id, (*x.channels, *y.channels)), found
 
 
 def _series(watched: Watched, found: Monitoring, building_id: int, job_id: int, now: datetime) -> WatchedSeries:

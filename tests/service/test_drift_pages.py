@@ -41,6 +41,39 @@ def test_the_page_shows_what_was_expected_and_what_came(database_url: str, sessi
         assert asking.get("/charts/drift.svg?building=PAPER&quantity=gain", headers=known).status_code == 304
 
 
+def test_what_both_directions_tell_together_stands_beside_each(
+    database_url: str, sessions: sessionmaker[Session]
+) -> None:
+    """A loss in both."""
+    found = histories.in_both(26, onset=24, loss=0.05)
+    with sessions.begin() as session:
+        building = histories.building(session).id
+    histories.analysed(sessions, building, found, histories.start(27))
+    with client(database_url) as asking:
+        page = unescape(asking.get(PAGE).text)
+        row = re.search(r"<tr><td>stiffness, both directions<td>sudden<td.*?</tr>|<tr><td>stiffness, both.*?\n", page)
+        assert row, page
+        cells = re.sub(r"<[^>]+>", " ", row[0])
+        assert re.search(r"-\d\.\d % +-\d\.\d % to -\d\.\d %", cells), cells
+        (alarm,) = [
+            one
+            for one in asking.get("/api/v1/buildings/PAPER/drift-alarms").json()["items"]
+            if (one["quantity"], one["subject"]) == ("stiffness", "xy")
+        ]
+        assert alarm["low"] < -0.05 < alarm["high"] < 0
+        for event in alarm["events"]:
+            assert f'<a href="/api/v1/events/{event}">{event}</a>' in row[0]
+        values = asking.get("/api/v1/buildings/PAPER/drift?quantity=stiffness&subject=xy&format=csv").text.splitlines()
+        assert len(values) == 1 + len(found)
+        watched = asking.get("/api/v1/buildings/PAPER/watched").json()["items"]
+        assert ("stiffness", "xy", 26) in [(one["quantity"], one["subject"], one["events"]) for one in watched]
+        assert asking.get("/api/v1/buildings/PAPER/baseline?quantity=stiffness&subject=xy").json()["items"] == []
+        drawn = asking.get("/charts/drift.svg?building=PAPER&quantity=stiffness").text
+        assert drawn.index("direction x") < drawn.index("direction y") < drawn.index("both directions")
+        for address in re.findall(r'<img src="(/charts/[^"]+)"', page):
+            assert asking.get(address).status_code == 200, address
+
+
 def test_what_is_not_there_is_not_drawn(database_url: str, sessions: sessionmaker[Session]) -> None:
     with sessions.begin() as session:
         histories.building(session)

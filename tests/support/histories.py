@@ -1,6 +1,7 @@
 """Years of earthquakes at a building, analysed without waves: what an analysis finds is made up and truly stored."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -110,6 +111,14 @@ def history(count: int, onset: int | None = None, loss: float = 0.08, seed: int 
     """So many earthquakes; from the one at `onset` on the layer is softer."""
     return tuple(
         earthquake(number, loss if onset is not None and number >= onset else 0.0, seed=seed) for number in range(count)
+    )
+
+
+def in_both(count: int, onset: int, loss: float) -> tuple[EventAnalysis, ...]:
+    """The same in a direction y too, with as large a loss and a scatter of its own."""
+    x, y = (history(count, onset, loss, seed) for seed in (0, 1))
+    return tuple(
+        replace(one, directions={**one.directions, "y": other.directions["x"]}) for one, other in zip(x, y, strict=True)
     )
 
 

@@ -8,7 +8,7 @@ from drifting import START, Plan, history, other_direction, series, stepped
 
 from core.drift.explanations import Shift, explanations, shifts
 from core.drift.monitor import Monitoring, Reference, monitor
-from core.drift.together import alarms_together, correlation
+from core.drift.together import alarms_together, correlation, together
 from core.errors import ModelError
 
 PLAN = Plan(events=80, giant=False, outliers=0.0, scatter=(0.01, 0.01))
@@ -72,6 +72,26 @@ def test_a_loss_in_both_directions_is_told_by_their_mean() -> None:
     assert alarm.low < -0.04 < alarm.high
     assert 0.0 <= correlation(one, other) < 0.8
     assert not [alarm for alarm in alarms_together(*both(0.0)) if alarm.is_firing]
+
+
+def test_the_mean_has_the_values_that_its_rules_judge() -> None:
+    """Exactly so, but for the softening and the curve, which the judged covariance has between events only."""
+    one, other = both(0.04)
+    mean = together(one, other, "xy")
+    assert (mean.series.quantity, mean.series.subject, mean.baseline, mean.wanted) == ("stiffness", "xy", None, 0)
+    assert [replace(alarm, causes=()) for alarm in mean.alarms] == list(alarms_together(one, other))
+    assert all(any("mass" in cause for cause in alarm.causes) for alarm in mean.alarms)
+    sides = [{value.event: value for value in side.values} for side in (one, other)]
+    common = correlation(one, other)
+    for value in mean.values:
+        first, last = (side[value.event] for side in sides)
+        assert np.log1p(value.value) == pytest.approx((np.log1p(first.value) + np.log1p(last.value)) / 2, abs=1e-12)
+        errors = [side.std / (1 + side.value) for side in (first, last)]
+        exact = np.sqrt(np.array(errors) @ np.array([[1, common], [common, 1]]) @ np.array(errors)) / 2
+        assert value.std == pytest.approx((1 + value.value) * exact, rel=1e-12)
+        assert value.is_reference == (first.is_reference or last.is_reference)
+    after = [value.value for value in mean.values if value.event >= ONSET]
+    assert np.mean(after) == pytest.approx(-0.04, abs=0.005)  # 35 events that scatter by 1 %
 
 
 def test_different_quantities_have_no_mean() -> None:

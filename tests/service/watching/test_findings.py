@@ -5,8 +5,9 @@ from zoneinfo import ZoneInfo
 
 from drifting import Plan, history, other_direction, series, stepped
 
-from core.drift.monitor import Monitoring, Reference, monitor
+from core.drift.monitor import Monitoring, Reference
 from service.watching.findings import findings
+from service.watching.monitoring import Watched, monitored
 
 PLAN = Plan(events=80, giant=False, outliers=0.0, scatter=(0.01, 0.01))
 ONSET = 45
@@ -18,7 +19,8 @@ def both(loss: float) -> tuple[tuple[Monitoring, tuple[str, ...]], ...]:
     other = other_direction(PLAN, lived, 31, 0.3)
     sides = series(lived, stepped(lived, ONSET, loss)), series(other, stepped(other, ONSET, loss))
     named = (replace(side, subject=subject) for side, subject in zip(sides, "xy", strict=True))
-    return tuple((monitor(one, Reference(), {}), (f"XX.D.01.HN{one.subject}",)) for one in named)
+    watched = [Watched(one, Reference(), {}, None, (f"XX.D.01.HN{one.subject}",)) for one in named]
+    return tuple((found, of.channels) for of, found in monitored(watched))
 
 
 def test_a_loss_in_both_directions_is_told_of_their_mean_too() -> None:
@@ -34,6 +36,6 @@ def test_a_loss_in_both_directions_is_told_of_their_mean_too() -> None:
 
 
 def test_of_one_direction_alone_there_is_no_mean() -> None:
-    watched = both(0.0)
-    starts = {value.event: value.time for value in watched[0][0].values}
-    assert findings(watched[:1], starts, ZoneInfo("UTC")) == ()
+    lived = series(history(PLAN, 31))
+    ((_, found),) = monitored([Watched(lived, Reference(), {}, None, ())])
+    assert found.series == lived
