@@ -1,0 +1,84 @@
+"""`menshin demo --stiffness-loss` as its spectator runs it: what people and programs are told of the loss."""
+
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+from demonstration import demo, interrupted, left_over
+from letters import KEY
+from receiving import hook, mailbox
+from standardwebhooks import Webhook
+
+from service.demo.stiffness_loss import LAST_HEALTHY, LOSS
+
+pytestmark = pytest.mark.slow
+PAST = LAST_HEALTHY + 3
+"""Earthquakes: a loss of this size shows within two, and one more tells whether it is told again."""
+PATIENCE = 900.0
+"""s; it takes 4 to 6 minutes on two cores that have other work too."""
+PICTURE_BYTES = 10_000
+"""Fewer than the loop has: an empty chart has fewer still."""
+
+
+def test_the_loss_reaches_a_mail_server_and_a_program_and_is_told_as_new_once(tmp_path: Path) -> None:
+    with hook() as program, mailbox() as box:
+        settings = {
+            "MENSHIN_INSIDE_ALLOWED": '["localhost"]',
+            "MENSHIN_PLAIN_HTTP_ALLOWED": "true",
+            "MENSHIN_PUBLIC_URL": "https://menshin.example.org",
+            "MENSHIN_SMTP_HOST": "localhost",
+            "MENSHIN_SMTP_PORT": str(box.port),
+            "MENSHIN_SMTP_SECURITY": "none",
+        }
+        options = ("--stiffness-loss", "--earthquakes", str(PAST), "--next-after", "3600")
+        with (
+            demo(tmp_path / "kept", tmp_path / "said.txt", *options, **settings) as running,
+            httpx.Client(base_url=f"{running.address()}/api/v1", timeout=30.0) as service,
+        ):
+            for wanted in (
+                {"name": "manager", "kind": "email", "address": "manager@example.org"},
+                {"name": "program", "kind": "webhook", "address": program.address, "secret": KEY},
+            ):
+                running.until(lambda wanted=wanted: _added(service, wanted))
+            running.events(str(service.base_url).removesuffix("/api/v1/"), PAST, PATIENCE)
+            running.until(lambda: box.mails and program.posted and _is_idle(service))
+            [alert] = service.get("/alerts", params={"building": "DEMO", "state": "firing"}).json()["items"]
+            interrupted(running)
+            assert not left_over(running.process.pid)
+    assert "Traceback" not in running.said.read_text()
+
+    signed = [Webhook(KEY).verify(one.body, dict(one.headers)) for one in program.posted]
+    told = [one["data"] for one in signed if one["type"] == "menshin.alert.v1"]
+    assert [one["sequence"] for one in told] == ["new"] + ["updated"] * (len(told) - 1)
+    for one in told:
+        [raised] = one["values"]["alerts"]
+        assert (raised["id"], raised["kind"]) == (alert["id"], "deterioration")
+        assert raised["evidence"]["drift"] == pytest.approx(-LOSS, abs=0.01)  # three times its 95 % interval
+
+    assert [mail["Subject"] for mail in box.mails] == [one["heading"] for one in told], "both are told the same"
+    mail = box.mails[0]
+    text, page = mail.get_body(("plain",)), mail.get_body(("html",))
+    assert text is not None
+    assert page is not None
+    for words in (" ".join(text.get_content().split()), " ".join(page.get_content().split())):
+        assert "% softer" in words
+        assert "Somebody who knows isolators ought to look at them." in words
+    [picture] = [part for part in mail.walk() if part.get_content_type() == "image/png"]
+    assert picture.get_content().startswith(b"\x89PNG")
+    assert len(picture.get_content()) > PICTURE_BYTES
+    assert picture["Content-ID"].strip("<>") in page.get_content()
+
+
+def _added(service: httpx.Client, wanted: dict[str, Any]) -> bool:
+    """Whether a receiver was added, once the service answers."""
+    answer = service.post("/buildings/DEMO/receivers", json=wanted)
+    assert answer.status_code == 201, answer.text
+    return True
+
+
+def _is_idle(service: httpx.Client) -> bool:
+    """Whether no work waits and every message has arrived."""
+    jobs = service.get("/jobs").json()["items"]
+    deliveries = service.get("/deliveries").json()["items"]
+    return all(one["state"] == "done" for one in jobs) and {one["state"] for one in deliveries} == {"delivered"}
