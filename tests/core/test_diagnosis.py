@@ -76,6 +76,19 @@ def test_a_weak_second_effect_is_named_once_most_of_what_stands_out_is_its_own(k
     assert [step.chosen.effect for step in found.steps] == named
 
 
+@pytest.mark.parametrize(("louder", "outcome"), [(1.7, Outcome.NOTHING_MISSING), (2.3, Outcome.UNKNOWN)])
+def test_noise_that_is_louder_than_was_seen_is_no_effect(louder: float, outcome: Outcome) -> None:
+    """As coloured noise is, whose floor is seen at high frequencies; from two floors on there must be another cause."""
+    seen = [
+        replace(one, layer=replace(one.layer, force_std=one.layer.force_std / louder))
+        for one in observations(BOUC_WEN, 0.02, 4)
+    ]
+    found = diagnosed(seen, BOUC_WEN, ("friction",))
+    assert not found.steps
+    assert found.unexplained.over_floor == pytest.approx(louder, rel=0.05)
+    assert found.outcome is outcome
+
+
 def test_what_no_effect_can_do_is_flagged() -> None:
     """A force that waves with displacement, as no isolator's does."""
     seen = []
