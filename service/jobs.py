@@ -5,10 +5,10 @@ from dataclasses import dataclass
 from datetime import datetime, timedelta
 from typing import Any
 
-from sqlalchemy import and_, or_, select, update
+from sqlalchemy import and_, func, or_, select, update
 from sqlalchemy.orm import Session
 
-from service.database import Event, Job, ModelVersion
+from service.database import Building, Event, Job, ModelVersion
 
 ANALYSE, COMPARE, FIT, EXTEND, DIAGNOSE, WATCH = "analyse", "compare", "fit", "extend", "diagnose", "watch"
 """Kinds of work: the first on an event, the last on a building, the others on a model."""
@@ -64,21 +64,13 @@ def enqueue_work(
 def enqueue_watch(session: Session, building_id: int, asked_by: str | None, now: datetime) -> Job:
     """Queue the monitoring of a building for drift, in the transaction that stores what it is to see.
 
-    The building's latest such job will do if it still waits. It is locked: nobody takes it before what this transaction
-    stores can be seen.
-
     Args:
         session: of the transaction.
         building_id: of a stored building.
         asked_by: name of the key that asked for it; None where nobody had to.
         now: aware time.
     """
-    of_building = (Job.kind == WATCH, Job.building_id == building_id)
-    question = select(Job).where(*of_building).order_by(Job.id.desc()).limit(1).with_for_update(of=Job)
-    latest = session.scalar(question.execution_options(populate_existing=True))
-    if latest is not None and latest.state == "waiting":
-        return latest
-    return _added(session, Job(kind=WATCH, building_id=building_id, arguments={}, asked_by=asked_by, created_at=now))
+    return _queued(session, Job(kind=WATCH, building_id=building_id, arguments={}, asked_by=asked_by, created_at=now))
 
 
 def is_being_watched(session: Session, building_id: int) -> bool:
@@ -157,15 +149,27 @@ def _end_event(session: Session, held: Claim, state: str, reason: str, now: date
 
 
 def _queued(session: Session, job: Job) -> Job:
-    """The job, or one that asks for the same and still waits."""
-    alike = (Job.kind == job.kind, Job.event_id == job.event_id, Job.model_id == job.model_id, Job.state == "waiting")
-    for waiting in session.scalars(select(Job).where(*alike)):
-        if waiting.arguments == job.arguments:
-            return waiting
-    return _added(session, job)
+    """The job, or one that asks for the same, still waits, and comes after all of its kind that do not.
 
-
-def _added(session: Session, job: Job) -> Job:
+    Two transactions that queue work on the same thing come one after the other. A job that will do is locked: nobody
+    takes it before what this transaction stores can be seen. One before a job that was begun later will not do, for
+    that one's result is the one that counts, and it has seen less.
+    """
+    for about, number in ((Event, job.event_id), (ModelVersion, job.model_id), (Building, job.building_id)):
+        if number is not None:
+            session.execute(select(about.id).where(about.id == number).with_for_update(key_share=True))
+    alike = (
+        Job.kind == job.kind,
+        Job.event_id == job.event_id,
+        Job.model_id == job.model_id,
+        Job.building_id == job.building_id,
+    )
+    question = select(Job).where(*alike, Job.state == "waiting").order_by(Job.id.desc()).with_for_update(of=Job)
+    waiting = session.scalars(question.execution_options(populate_existing=True)).all()
+    begun = session.scalar(select(func.max(Job.id)).where(*alike, Job.state != "waiting")) or 0
+    for one in waiting:
+        if one.id > begun and one.arguments == job.arguments:
+            return one
     job.state, job.claims, job.failures = "waiting", 0, 0
     session.add(job)
     session.flush()

@@ -8,7 +8,7 @@ from sqlalchemy.orm import Session
 
 from core.analysis import EventAnalysis, analyse
 from service import jobs, model_diagnoses, model_fits, model_results, model_work, results
-from service.database import Job, ModelVersion
+from service.database import Building, Event, Job, ModelVersion
 from service.jobs import ANALYSE, COMPARE, DIAGNOSE, EXTEND, FIT, WATCH, Claim
 from service.model_inputs import WorkInputs, diagnosis_inputs, work_inputs
 from service.model_work import Comparison
@@ -25,12 +25,14 @@ def _analysis_stages(inputs: Inputs) -> Sequence[Stage]:
 def _store_analysis(
     session: Session, claim: Claim, inputs: Inputs, found: Sequence[EventAnalysis], now: datetime
 ) -> None:
+    event = session.get_one(Event, claim.event_id)
+    session.get_one(Building, event.building_id, with_for_update={"key_share": True})  # first, as who reads a record
     analysis = results.store(session, claim, inputs, found[-1], now)
     session.flush()
     if analysis.current and analysis.refusal is None:
-        model_results.follow(session, analysis.event, now)
+        model_results.follow(session, event, now)
     if analysis.current:
-        jobs.enqueue_watch(session, analysis.event.building_id, None, now)
+        jobs.enqueue_watch(session, event.building_id, None, now)
 
 
 def _store_comparison(
