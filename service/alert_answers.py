@@ -6,6 +6,7 @@ from sqlalchemy.orm import Session
 
 from service.alerting import alert_messages, event_notice
 from service.alerting.silences import silence_of
+from service.alerting.telling import tellings, told_with
 from service.database import Alert, Silence
 from service.queries import alerts
 from service.schemas.alerts import AlertOut, AlertRow, ChangeOut, InspectionOut, SilenceOut, TellingOut
@@ -43,9 +44,10 @@ def silence_row(found: Silence) -> SilenceOut:
 
 
 def _told(session: Session, found: Alert) -> list[TellingOut]:
-    """The messages that told of it: those of its event, or its own."""
-    event = found.raised_event_id
-    key = alert_messages.key(found.id) if event is None else event_notice.key(event)
+    """The messages that told of it: those of an event, or its own."""
+    key = alert_messages.key(found.id)
+    if found.raised_event_id is not None:
+        key = event_notice.key(told_with(session, found, tellings(session, found.building_id)).event_id)
     return [
         TellingOut(
             message=message.id,

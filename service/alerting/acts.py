@@ -49,3 +49,11 @@ def is_worse(then: Mapping[str, Any], now: Mapping[str, Any]) -> bool:
     if low_then is None or high_then is None or low is None or high is None:
         return False
     return bool(high < low_then if low + high < 0 else low > high_then)
+
+
+def differs(then: Mapping[str, Any], now: Mapping[str, Any]) -> bool:
+    """Whether what was said of a drift no longer holds: another rule found it, or it left the 95 % interval of then."""
+    drift, low, high = now.get("drift"), then.get("low"), then.get("high")
+    if drift is None or low is None or high is None or then.get("rule") != now.get("rule"):
+        return then != now
+    return not low <= drift <= high

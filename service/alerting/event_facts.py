@@ -19,6 +19,7 @@ class AlertFacts:
     summary: str
     sentences: tuple[str, ...]
     evidence: Mapping[str, Any]
+    began_at: datetime
     end: str = ""
     """Why it ended, by whom; empty as long as it is open."""
     silenced_until: datetime | None = None
@@ -78,11 +79,11 @@ class EventFacts:
     remarks: tuple[str, ...]
     """What screening found wrong with the records."""
     alerts: tuple[AlertFacts, ...]
-    """That this event raised, the gravest first; of those that have ended only what people were told of."""
+    """That people are told of with it, the gravest first; of those that have ended only what they were told of."""
     moved: tuple[AlertFacts, ...]
-    """Of which people were told with this event, and that another event raised, as is known now."""
+    """Of which people were told with this event, and are told with another one now."""
     earlier: tuple[str, ...]
-    """What alerts of earlier events are about that stood when people were told of this one first."""
+    """What alerts are about that people had been told of when they were told of this event first, and that stood."""
 
     @property
     def largest(self) -> float | None:

@@ -148,7 +148,7 @@ def _calm(facts: EventFacts, ended: list[AlertFacts]) -> Iterator[str]:
 
 def _earlier(facts: EventFacts) -> Iterator[str]:
     if facts.earlier:
-        yield f"What was told of earlier earthquakes still stands, and waits for somebody: {listed(facts.earlier)}."
+        yield f"What was told of other earthquakes still stands, and waits for somebody: {listed(facts.earlier)}."
 
 
 def _numbers(facts: EventFacts) -> Iterator[tuple[str, str]]:
@@ -190,9 +190,18 @@ def _data(facts: EventFacts) -> dict[str, object]:
         "peak_resultant": facts.resultant,
         "residual_displacement": dict(facts.residuals),
         "peak_force": dict(facts.forces),
-        "alerts": [
-            {"id": one.id, "cause": one.cause, "kind": one.kind, "state": one.state, "evidence": dict(one.evidence)}
-            for one in facts.alerts
-            if one.silenced_until is None
-        ],
+        "alerts": [_alert_data(one) for one in facts.alerts if one.silenced_until is None],
+    }
+
+
+def _alert_data(one: AlertFacts) -> dict[str, object]:
+    return {
+        "id": one.id,
+        "cause": one.cause,
+        "kind": one.kind,
+        "state": one.state,
+        "began_at": one.began_at.astimezone(UTC).isoformat(),
+        "evidence": dict(one.evidence),
+        "summary": one.summary,
+        "sentences": list(one.sentences),
     }

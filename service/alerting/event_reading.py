@@ -1,6 +1,6 @@
 """What the database knows of an event that people may be told."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from datetime import datetime
 from zoneinfo import ZoneInfo
 
@@ -11,6 +11,7 @@ from service import buildings
 from service.alerting.event_facts import AlertFacts, EventFacts
 from service.alerting.silences import silence_of
 from service.alerting.states import CLOSED, PENDING
+from service.alerting.telling import Telling, as_told, tellings, told_with
 from service.alerting.words import of_cause, overlap
 from service.database import Alert, Analysis, Building, Event, Silence
 from service.queries import alerts, analysis_results, layer_results
@@ -38,9 +39,14 @@ def event_facts(
     results = analysis_results.direction_results(session, analysis.id) if analysis else ()
     layer = layer_results.layer_result(session, analysis.id) if analysis else None
     silences = alerts.silences(session, building.id)
-    raised = [one for one in alerts.raised_by(session, event.id) if _is_told_of(one, told)]
-    here = {one.cause for one in raised}
-    moved = [one for one in alerts.of_numbers(session, told) if _is_told_elsewhere(one, event.id, here)]
+    before = tellings(session, building.id)
+    here = [(one, at) for one, at in _told_here(session, event, before) if _is_told_of(one, told)]
+    causes = {one.cause for one, _ in here}
+    moved = [
+        one
+        for one in alerts.of_numbers(session, told)
+        if _is_told_elsewhere(one, told_with(session, one, before), event.id, causes)
+    ]
     return EventFacts(
         id=event.id,
         building_id=building.id,
@@ -58,9 +64,9 @@ def event_facts(
         forces={one.direction: one.peak_force for one in results},
         is_compared=alerts.is_compared(session, event.id),
         remarks=tuple(one["message"] for one in analysis.quality if one["severity"] != "note") if analysis else (),
-        alerts=tuple(sorted((alert_facts(one, silences, zone, now) for one in raised), key=_gravity)),
+        alerts=tuple(sorted((as_told(alert_facts(one, silences, zone, now), at) for one, at in here), key=_gravity)),
         moved=tuple(alert_facts(one, silences, zone, now) for one in moved),
-        earlier=tuple(of_cause(one.cause) for one in alerts.standing_before(session, event, first_told_at)),
+        earlier=tuple(of_cause(one.cause) for one in _earlier(session, event, before, first_told_at)),
     )
 
 
@@ -75,10 +81,27 @@ def alert_facts(alert: Alert, silences: Sequence[Silence], zone: ZoneInfo, now: 
         summary=alert.summary,
         sentences=tuple(alert.sentences),
         evidence=alert.evidence,
+        began_at=alert.began_at,
         end=_end(alert) if alert.state in CLOSED else "",
         silenced_until=silence.ends_at.astimezone(zone) if silence else None,
         silence_reason=silence.reason.rstrip(".") if silence else "",
     )
+
+
+def _told_here(session: Session, event: Event, before: Mapping[int, Telling]) -> Iterator[tuple[Alert, Telling]]:
+    """Alerts of which people are told with an event."""
+    numbers = [number for number, at in before.items() if at.event_id == event.id]
+    for one in alerts.of_event(session, event.id, numbers):
+        at = told_with(session, one, before)
+        if at.event_id == event.id:
+            yield one, at
+
+
+def _earlier(session: Session, event: Event, before: Mapping[int, Telling], at: datetime) -> Iterator[Alert]:
+    """Alerts told with other events that stood at that time, and had begun by this one."""
+    for one in alerts.standing_at(session, event.building_id, at):
+        if one.began_at <= event.start and told_with(session, one, before).event_id != event.id:
+            yield one
 
 
 def _is_told_of(alert: Alert, told: Collection[int]) -> bool:
@@ -87,10 +110,10 @@ def _is_told_of(alert: Alert, told: Collection[int]) -> bool:
     return alert.state != PENDING and (alert.state not in CLOSED or alert.id in told)
 
 
-def _is_told_elsewhere(alert: Alert, event_id: int, here: Collection[str]) -> bool:
-    """Whether what people were told of with an event belongs to another one now; `here` are causes that it raised."""
+def _is_told_elsewhere(alert: Alert, now: Telling, event_id: int, here: Collection[str]) -> bool:
+    """Whether what people were told of with an event is told with another one now; `here` are causes told with it."""
     by = _told_by(alert)
-    return alert.raised_event_id != event_id if by is None else by not in here
+    return now.event_id != event_id if by is None else by not in here
 
 
 def _told_by(alert: Alert) -> str | None:

@@ -4,7 +4,7 @@ from collections.abc import Collection, Sequence
 from datetime import datetime
 
 from sqlalchemy import or_, select
-from sqlalchemy.orm import Session, joinedload
+from sqlalchemy.orm import Session, aliased, joinedload
 
 from service.database import (
     Alert,
@@ -118,9 +118,10 @@ def silence(session: Session, number: int) -> Silence:
     return found
 
 
-def raised_by(session: Session, event_id: int) -> Sequence[Alert]:
-    """Alerts that an event raised, ended ones too, by number."""
-    return session.scalars(select(Alert).where(Alert.raised_event_id == event_id).order_by(Alert.id)).all()
+def of_event(session: Session, event_id: int, numbers: Collection[int]) -> Sequence[Alert]:
+    """Alerts that an event raised, and those of these numbers, ended ones too, by number."""
+    wanted = or_(Alert.raised_event_id == event_id, Alert.id.in_(numbers))
+    return session.scalars(select(Alert).where(wanted).order_by(Alert.id)).all()
 
 
 def of_numbers(session: Session, numbers: Collection[int]) -> Sequence[Alert]:
@@ -128,11 +129,19 @@ def of_numbers(session: Session, numbers: Collection[int]) -> Sequence[Alert]:
     return session.scalars(select(Alert).where(Alert.id.in_(numbers)).order_by(Alert.id)).all()
 
 
-def standing_before(session: Session, event: Event, at: datetime) -> Sequence[Alert]:
-    """Alerts that earlier events of the building had raised and that stood at that time, by number."""
+def standing_at(session: Session, building_id: int, at: datetime) -> Sequence[Alert]:
+    """Alerts that events of the building had raised and that stood at that time, by number."""
     stood = (Alert.fired_at <= at, or_(Alert.closed_at.is_(None), Alert.closed_at > at))
-    question = select(Alert).join(Alert.raised_event).where(Alert.building_id == event.building_id, *stood)
-    return session.scalars(question.where(Event.start < event.start).order_by(Alert.id)).all()
+    question = select(Alert).where(Alert.building_id == building_id, Alert.raised_event_id.is_not(None), *stood)
+    return session.scalars(question.order_by(Alert.id)).all()
+
+
+def held_back(session: Session, building_id: int) -> Sequence[tuple[Alert, Alert]]:
+    """Alerts that are held back, each with the one that does so, by number."""
+    by = aliased(Alert)
+    same = (by.building_id == Alert.building_id) & (by.cause == Alert.inhibited_by) & by.closed_at.is_(None)
+    question = select(Alert, by).join(by, same).where(Alert.building_id == building_id, Alert.closed_at.is_(None))
+    return [(held, holding) for held, holding in session.execute(question.order_by(Alert.id))]
 
 
 def is_compared(session: Session, event_id: int) -> bool:
@@ -152,6 +161,12 @@ def messages(session: Session, building_id: int, key: str) -> Sequence[Message]:
     """What people were told under a key, the earliest first."""
     of_key = (Message.building_id == building_id, Message.key == key)
     return session.scalars(select(Message).where(*of_key).order_by(Message.number)).all()
+
+
+def messages_of_alerts(session: Session, building_id: int) -> Sequence[Message]:
+    """What people were told of events that raised an alert, the earliest first."""
+    of_alerts = (Message.building_id == building_id, Message.kind == "alert", Message.key.like("event/%"))
+    return session.scalars(select(Message).where(*of_alerts).order_by(Message.id)).all()
 
 
 def events_to_tell(session: Session, building_id: int, since: datetime) -> Sequence[int]:

@@ -108,6 +108,24 @@ def test_a_loss_is_told_once_and_an_inspection_begins_a_new_reference(
         assert alert.state == "resolved"
 
 
+def test_events_that_come_late_tell_nobody_again_of_what_was_told(
+    sessions: sessionmaker[Session], building: int
+) -> None:
+    """With each of those between, another earthquake turns out to be the one that raised the alert."""
+    found, raised = histories.history(26, onset=21), set()
+    for arrived in (*found[:21], *found[24:]), found[23:24], found[21:22], found[22:23]:
+        histories.analysed(sessions, building, arrived, NOW)
+        with sessions() as session:
+            (alert,) = session.scalars(select(Alert).where(Alert.cause == "stiffness/x"))
+            raised.add(alert.raised_event_id)
+            told = session.scalars(select(Message).where(Message.kind == "alert").order_by(Message.id)).all()
+    assert len(raised) > 1
+    assert [one.sequence for one in told] == ["new", *["updated"] * (len(told) - 1)]
+    assert {one.key for one in told} == {told[0].key}
+    assert alert.began_at == histories.start(21)
+    assert told[-1].data["alerts"][0]["began_at"] == histories.start(21).isoformat()
+
+
 def test_a_sensor_finding_keeps_its_events_values_out_and_says_so(
     sessions: sessionmaker[Session], building: int
 ) -> None:
