@@ -7,6 +7,7 @@ kept from reaching inside (see chat_process), it can be ended when its time is o
 import os
 import subprocess
 import sys
+from base64 import b64encode
 from datetime import datetime
 
 import orjson
@@ -19,16 +20,20 @@ COMMAND = (sys.executable, "-m", "service.notices.chat_process")
 
 
 def send(letter: Letter, to: Addressee, settings: Settings, now: datetime) -> Answer:
-    """Hand a letter to a chat service.
+    """Hand a letter to a chat service, with its picture where the service takes one.
+
+    A repeat goes without: a picture that is refused costs one attempt, and holds up no message.
 
     Returns:
         `delivered` where the service said so; `not_taken` where nothing was sent; else `unknown`, for Apprise does not
         tell which it was.
     """
+    picture = None if letter.is_repeat or letter.picture is None else b64encode(letter.picture).decode()
     given = {
         "address": to.address,
         "title": letter.heading,
         "body": letter.text,
+        "picture": picture,
         "severity": letter.severity,
         "allowed": settings.inside_allowed,
     }

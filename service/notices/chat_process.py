@@ -6,12 +6,14 @@ redirect: what is not public, and not allowed, is refused, and so is what would 
 
 import logging
 import sys
+from base64 import b64decode
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import apprise
 import orjson
+from apprise.attachment.memory import AttachMemory
 
 from service.notices.addresses import Reach, may_be_reached
 from service.notices.answer import Answer, one_line
@@ -71,9 +73,14 @@ def sent(given: dict[str, Any]) -> Answer:
     said, guard = Said(), Guard(Reach(tuple(given["allowed"])))
     logging.getLogger("apprise").addHandler(said)
     sys.addaudithook(guard)
+    picture = given["picture"] and apprise.AppriseAttachment(
+        AttachMemory(b64decode(given["picture"]), "loop.png", "image/png")  # type: ignore[no-untyped-call]
+    )
     done = False
     with suppress(PermissionError):  # the guard's, where the service does not take it for a broken connection
-        done = service.notify(body=given["body"], title=given["title"], notify_type=TYPES[given["severity"]])
+        done = service.notify(
+            body=given["body"], title=given["title"], notify_type=TYPES[given["severity"]], attach=picture
+        )
     if guard.refused:
         return Answer("not_taken", f"refused: {guard.refused[0]}; inside_allowed would allow a network")
     return Answer("delivered", "taken") if done else Answer("unknown", one_line("; ".join(said.lines) or "no answer"))

@@ -11,7 +11,7 @@ from service.database import Message, Receiver
 from service.notices.letter import Addressee, Letter
 from service.receiver_rules import VARIABLE
 
-SHOWN_TO = frozenset({"email"})
+SHOWN_TO = frozenset({"email", "apprise"})
 """Kinds of receivers that see the picture."""
 
 

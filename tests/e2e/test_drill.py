@@ -2,6 +2,7 @@
 
 import json
 import os
+from base64 import b64decode
 from pathlib import Path
 
 import pytest
@@ -26,10 +27,13 @@ def test_a_drill_arrives_everywhere_with_its_picture_and_cannot_be_taken_for_rea
     (tmp_path / "records").mkdir()
     watched.watch(sessions, tmp_path / "records", watched.earthquakes()[:1])
     path = os.environ.get("PYTHONPATH", "")
-    with hook() as program, mailbox() as box:
+    with hook() as program, hook() as chat, mailbox() as box:
         rules = (
             ReceiverRule("manager", "email", "manager@example.org", None, WANTED_KINDS, SEVERITIES),
             ReceiverRule("program", "webhook", program.address, KEY, WANTED_KINDS, SEVERITIES),
+            ReceiverRule(
+                "chat", "apprise", f"json://127.0.0.1:{chat.address.rpartition(':')[2]}", None, WANTED_KINDS, SEVERITIES
+            ),
             ReceiverRule("calm", "email", "calm@example.org", None, ("event",), SEVERITIES),
         )
         with sessions.begin() as session:
@@ -40,7 +44,7 @@ def test_a_drill_arrives_everywhere_with_its_picture_and_cannot_be_taken_for_rea
         assert alone.returncode == 1, "nobody delivers yet"
         assert "menshin notify" in alone.stdout
         settings = {
-            "MENSHIN_INSIDE_ALLOWED": '["localhost"]',
+            "MENSHIN_INSIDE_ALLOWED": '["localhost", "127.0.0.1"]',
             "MENSHIN_PLAIN_HTTP_ALLOWED": "true",
             "MENSHIN_SMTP_HOST": "localhost",
             "MENSHIN_SMTP_PORT": str(box.port),
@@ -49,7 +53,7 @@ def test_a_drill_arrives_everywhere_with_its_picture_and_cannot_be_taken_for_rea
         with started(tmp_path, url, "notify", PYTHONPATH=path, **settings) as notifier:
             held = run(tmp_path, url, "drill", "--building", "PAPER", "--wait", "60", PYTHONPATH=path)
             assert held.returncode == 0, held.stdout + held.stderr
-            assert held.stdout.count("delivered") == 2
+            assert held.stdout.count("delivered") == 3
             assert interrupt(notifier) == 0
         assert {mail["To"] for mail in box.mails} == {"manager@example.org"}
         mail = box.mails[-1]
@@ -57,6 +61,8 @@ def test_a_drill_arrives_everywhere_with_its_picture_and_cannot_be_taken_for_rea
         [picture] = [part for part in mail.walk() if part.get_content_type() == "image/png"]
         assert picture.get_content().startswith(b"\x89PNG")
         assert len(picture.get_content()) > 10_000
+        [attached] = json.loads(chat.posted[-1].body)["attachments"]
+        assert b64decode(attached["base64"]) == picture.get_content()
         one = program.posted[-1]
         assert Webhook(KEY).verify(one.body, dict(one.headers))["type"] == "menshin.drill.v1"
         assert json.loads(one.body)["data"]["is_real"] is False

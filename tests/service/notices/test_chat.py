@@ -1,6 +1,7 @@
 """Chat services through Apprise, in the real process, which must not reach inside."""
 
 import json
+from base64 import b64decode
 from collections.abc import Iterator
 from datetime import UTC, datetime
 
@@ -41,6 +42,30 @@ def test_a_letter_arrives_with_its_heading(there: Hook) -> None:
     assert said["title"].startswith(f"(repeat) {DRILL}: ")
     assert "Nothing unusual was seen." in said["message"]
     assert said["type"] == "failure"
+
+
+def test_the_picture_goes_where_the_service_takes_one(there: Hook) -> None:
+    picture = b"\x89PNG and so on" * 10_000
+    assert sent(chat(there), letter(picture=picture)).outcome == "delivered"
+    [attached] = json.loads(there.posted[0].body)["attachments"]
+    assert (attached["filename"], attached["mimetype"]) == ("loop.png", "image/png")
+    assert b64decode(attached["base64"]) == picture
+    plain = there.address.replace("http://localhost", "gotify://127.0.0.1") + "/AaBbCcDdEeFfGgH"
+    assert sent(plain, letter(picture=picture)).outcome == "delivered"
+    assert "Nothing unusual was seen." in there.posted[1].body.decode()
+    assert len(there.posted[1].body) < len(picture)
+
+
+def test_a_repeat_goes_without_the_picture_for_it_may_have_been_refused(there: Hook) -> None:
+    assert sent(chat(there), letter(picture=b"\x89PNG", is_repeat=True)).outcome == "delivered"
+    said = json.loads(there.posted[0].body)
+    assert said["attachments"] == []
+    assert said["title"].startswith("(repeat) ")
+
+
+def test_a_picture_leads_no_further_inside(there: Hook) -> None:
+    answer = sent(chat(there), letter(picture=b"\x89PNG"), settings=Settings())
+    assert (answer.outcome, there.posted) == ("not_taken", [])
 
 
 def test_a_service_that_says_no_may_have_it(there: Hook) -> None:
