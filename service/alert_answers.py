@@ -4,9 +4,9 @@ from datetime import datetime
 
 from sqlalchemy.orm import Session
 
-from service.alerting import alert_messages, event_notice
+from service.alerting import alert_messages, reminding
 from service.alerting.silences import silence_of
-from service.alerting.telling import tellings, told_with
+from service.alerting.telling import tellings
 from service.database import Alert, Silence
 from service.queries import alerts
 from service.schemas.alerts import AlertOut, AlertRow, ChangeOut, InspectionOut, SilenceOut, TellingOut
@@ -44,10 +44,13 @@ def silence_row(found: Silence) -> SilenceOut:
 
 
 def _told(session: Session, found: Alert) -> list[TellingOut]:
-    """The messages that told of it: those of an event, or its own."""
-    key = alert_messages.key(found.id)
-    if found.raised_event_id is not None:
-        key = event_notice.key(told_with(session, found, tellings(session, found.building_id)).event_id)
+    """The messages that told of it, those of an event, or its own; then those that reminded of it."""
+    key = alert_messages.thread(session, found, tellings(session, found.building_id))
+    reminded = [
+        line
+        for line in alerts.tellings(session, found.building_id, reminding.KEY)
+        if found.id in {one["id"] for one in line.Message.data["alerts"]}
+    ]
     return [
         TellingOut(
             message=message.id,
@@ -58,5 +61,5 @@ def _told(session: Session, found: Alert) -> list[TellingOut]:
             state=delivery.state if delivery else None,
             finished_at=delivery.finished_at if delivery else None,
         )
-        for message, delivery, receiver in alerts.tellings(session, found.building_id, key)
+        for message, delivery, receiver in (*alerts.tellings(session, found.building_id, key), *reminded)
     ]

@@ -119,6 +119,11 @@ class Settings(BaseSettings):
     message_age: Seconds = Field(
         default=172_800.0, description="s after its end for which an earthquake is told of; an older one if it alarms"
     )
+    reminder_interval: float = Field(
+        default=604_800.0,
+        ge=0,
+        description="s after which those who were told of an alert that nobody has taken on are reminded; 0: never",
+    )
     check_interval: Seconds = Field(default=60.0, description="s between two looks whether data stopped anywhere")
     source_patience: Seconds = Field(
         default=3600.0, description="s for which a source may fail, or a look at it last, before people are told"

@@ -1,13 +1,16 @@
 """What are people told of an alert that no earthquake raised, and when?"""
 
+from collections.abc import Mapping
 from datetime import UTC, datetime
 from zoneinfo import ZoneInfo
 
 from sqlalchemy.orm import Session
 
 from service import buildings
+from service.alerting import event_notice
 from service.alerting.event_facts import AlertFacts
 from service.alerting.event_reading import alert_facts
+from service.alerting.telling import Telling, told_with
 from service.alerting.words import of_cause, of_time
 from service.database import Alert
 from service.notices import outbox
@@ -25,8 +28,15 @@ def tell_of_alert(session: Session, alert: Alert, now: datetime) -> None:
 
 
 def key(alert_id: int) -> str:
-    """Under which messages about an alert follow each other."""
+    """Under which messages about an alert that no earthquake raised follow each other."""
     return f"alert/{alert_id}"
+
+
+def thread(session: Session, alert: Alert, told: Mapping[int, Telling]) -> str:
+    """Under which messages people are told of an alert: those of an earthquake, or its own."""
+    if alert.raised_event_id is None:
+        return key(alert.id)
+    return event_notice.key(told_with(session, alert, told).event_id)
 
 
 def alert_notice(alert: Alert, facts: AlertFacts, was_told: bool, zone: ZoneInfo) -> Notice:

@@ -64,7 +64,7 @@ def event_facts(
         forces={one.direction: one.peak_force for one in results},
         is_compared=alerts.is_compared(session, event.id),
         remarks=tuple(one["message"] for one in analysis.quality if one["severity"] != "note") if analysis else (),
-        alerts=tuple(sorted((as_told(alert_facts(one, silences, zone, now), at) for one, at in here), key=_gravity)),
+        alerts=tuple(sorted((as_told(alert_facts(one, silences, zone, now), at) for one, at in here), key=gravity)),
         moved=tuple(alert_facts(one, silences, zone, now) for one in moved),
         earlier=tuple(of_cause(one.cause) for one in _earlier(session, event, before, first_told_at)),
     )
@@ -86,6 +86,11 @@ def alert_facts(alert: Alert, silences: Sequence[Silence], zone: ZoneInfo, now: 
         silenced_until=silence.ends_at.astimezone(zone) if silence else None,
         silence_reason=silence.reason.rstrip(".") if silence else "",
     )
+
+
+def gravity(alert: AlertFacts) -> tuple[int, int]:
+    """By which alerts are told, the gravest first."""
+    return GRAVITY.index(alert.kind), alert.id
 
 
 def _told_here(session: Session, event: Event, before: Mapping[int, Telling]) -> Iterator[tuple[Alert, Telling]]:
@@ -126,7 +131,3 @@ def _end(alert: Alert) -> str:
     """Why it ended, and who said so."""
     last = alert.changes[-1]
     return last.note if last.by is None else f"{last.by}: {last.note}"
-
-
-def _gravity(alert: AlertFacts) -> tuple[int, int]:
-    return GRAVITY.index(alert.kind), alert.id

@@ -7,6 +7,7 @@ from sqlalchemy.orm import Session, sessionmaker
 
 from service.alerting.event_messages import tell
 from service.alerting.reconciling import reconcile
+from service.alerting.reminders import remind
 from service.alerting.stop_reading import found_by_clock
 from service.database import Building
 from service.sessions import reading
@@ -14,7 +15,7 @@ from service.settings import Settings
 
 
 def go_round(sessions: sessionmaker[Session], settings: Settings, now: datetime) -> None:
-    """Look at every building whether its data stopped, and tell people what is new, such as when a silence ended."""
+    """Look at every building whether its data stopped, tell people what is new, and remind them of what waits."""
     with reading(sessions)() as session:
         buildings = session.scalars(select(Building).order_by(Building.code)).all()
         found = {building.id: found_by_clock(session, building, settings, now) for building in buildings}
@@ -24,3 +25,4 @@ def go_round(sessions: sessionmaker[Session], settings: Settings, now: datetime)
             reconcile(session, building_id, ones, "clock", now)
             session.flush()
             tell(session, building_id, age, now)
+            remind(session, building_id, timedelta(seconds=settings.reminder_interval), now)

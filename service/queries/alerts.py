@@ -169,6 +169,12 @@ def messages_of_alerts(session: Session, building_id: int) -> Sequence[Message]:
     return session.scalars(select(Message).where(*of_alerts).order_by(Message.id)).all()
 
 
+def receivers_told(session: Session, building_id: int, keys: Collection[str]) -> Collection[int]:
+    """Numbers of those to whom messages under these keys went."""
+    of_keys = (Message.building_id == building_id, Message.key.in_(keys))
+    return set(session.scalars(select(Delivery.receiver_id).join(Delivery.message).where(*of_keys)))
+
+
 def events_to_tell(session: Session, building_id: int, since: datetime) -> Sequence[int]:
     """Numbers of the building's events of which there may be news, the earliest first.
 
