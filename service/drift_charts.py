@@ -7,7 +7,7 @@ from typing import Any
 
 import altair as alt
 
-from service.alerting.words import BOTH
+from core.drift.together import BOTH
 from service.charts import BLUE, CONFIG, KN, KN_PER_MM, MM, ORANGE
 from service.mode_tracks import DIRECTIONS
 from service.schemas.drift import BaselineOut, CurvePoint, DriftAlarmRow, DriftRow, ObservationRow

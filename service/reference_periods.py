@@ -6,6 +6,7 @@ from datetime import datetime
 from sqlalchemy.orm import Session
 
 from core.drift.monitor import Reference
+from core.drift.together import BOTH
 from core.drift.watched import QUANTITIES
 from service import jobs
 from service.database import Building, ReferencePeriod
@@ -16,6 +17,7 @@ def begin(
     session: Session,
     building: Building,
     quantity: str | None,
+    subject: str | None,
     start: datetime | None,
     end: datetime | None,
     reason: str,
@@ -28,6 +30,7 @@ def begin(
         session: of the transaction.
         building: whose it is.
         quantity: one of core.drift.watched.QUANTITIES; None: all.
+        subject: direction, mode or channel; None: all of the quantity.
         start: aware; None: from the first event on.
         end: aware; None: the first events from the start on, until the curve is determined.
         reason: why, for those who come later.
@@ -35,14 +38,28 @@ def begin(
         now: aware time.
 
     Raises:
-        ConflictError: nothing of that name is watched, or the period ends before it starts.
+        ConflictError: nothing of that name is watched, it has no reference of its own, or the period ends before it
+            starts.
     """
     if quantity is not None and quantity not in QUANTITIES:
         raise ConflictError(f"Nothing called {quantity!r} is watched; there are {', '.join(QUANTITIES)}.")
+    if subject is not None and quantity is None:
+        raise ConflictError(f"A period for {subject} alone needs a quantity; one for everything needs no subject.")
+    if subject == BOTH:
+        raise ConflictError(
+            f"{BOTH} has no reference of its own; without a subject the period holds in both directions."
+        )
     if start is not None and end is not None and end <= start:
         raise ConflictError(f"The period ends at {end:%Y-%m-%dT%H:%MZ}, before it starts; a later end would do.")
     made = ReferencePeriod(
-        building_id=building.id, quantity=quantity, start=start, end=end, author=by, reason=reason, created_at=now
+        building_id=building.id,
+        quantity=quantity,
+        subject=subject,
+        start=start,
+        end=end,
+        author=by,
+        reason=reason,
+        created_at=now,
     )
     session.add(made)
     session.flush()
@@ -50,14 +67,16 @@ def begin(
     return made
 
 
-def in_force(periods: Sequence[ReferencePeriod], quantity: str) -> ReferencePeriod | None:
-    """The one set last of those that hold for a quantity; None: the first events are the reference.
+def in_force(periods: Sequence[ReferencePeriod], quantity: str, subject: str) -> ReferencePeriod | None:
+    """The one set last of those that hold for a series; None: the first events are the reference.
 
     Args:
         periods: of a building, in the order in which they were set.
         quantity: one of core.drift.watched.QUANTITIES.
+        subject: direction, mode or channel.
     """
-    return next((one for one in reversed(periods) if one.quantity in (None, quantity)), None)
+    holding = (one for one in reversed(periods) if one.quantity in (None, quantity) and one.subject in (None, subject))
+    return next(holding, None)
 
 
 def reference(period: ReferencePeriod | None) -> Reference:

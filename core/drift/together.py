@@ -17,6 +17,8 @@ from core.drift.series import Series
 from core.drift.watched import Quantity, quantity
 from core.errors import ModelError
 
+BOTH = "xy"
+"""Name of what both directions of the layer tell by their mean."""
 COMMON = 0.5
 """Correlation of the directions' scatter that is believed beforehand."""
 BELIEVED = 10.0

@@ -8,7 +8,7 @@ from service import reference_periods
 from service.alerting.acts import OUTCOMES, Act, Outcome
 from service.alerting.changing import change, follow_act
 from service.alerting.states import ACKNOWLEDGED, FIRING, MEANINGS
-from service.alerting.words import quantity_of
+from service.alerting.words import quantity_of, sensor_of
 from service.database import Alert, Building, Inspection, Silence
 from service.errors import ConflictError
 
@@ -36,7 +36,8 @@ def inspect(
     """End an alert by what somebody found at the building, or by a review of its data.
 
     What began before and does not get worse is answered by it. With `reference_from` the quantity that the alert is
-    about, in every direction, has a new reference from then on.
+    about has a new reference from then on: of a sensor its own, else in every direction:
+    the isolators are the same.
 
     Returns:
         None if the same inspection was told before: then nothing changes.
@@ -64,7 +65,8 @@ def inspect(
     session.flush()
     quantity = quantity_of(alert.cause)
     if reference_from is not None and quantity is not None:
-        reference_periods.begin(session, alert.building, quantity, reference_from, None, note, by, now)
+        of = sensor_of(alert.cause)
+        reference_periods.begin(session, alert.building, quantity, of, reference_from, None, note, by, now)
     return made
 
 

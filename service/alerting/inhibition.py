@@ -2,8 +2,9 @@
 
 from collections.abc import Iterator, Sequence
 
+from core.drift.together import BOTH
 from service.alerting.found import Found
-from service.alerting.words import BOTH, overlap
+from service.alerting.words import overlap
 
 SOURCE = "source"
 FROM_THE_SOURCE = ("record", "channel", "clock")

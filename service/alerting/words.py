@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from datetime import datetime, timedelta
 
+from core.drift.together import BOTH
 from core.drift.watched import QUANTITIES
 
 MM = 1e3
@@ -22,8 +23,8 @@ TITLES: Mapping[str, str] = {
     "disk": "disk space",
 }
 """Of the first part of a cause."""
-BOTH = "xy"
-"""Subject of what both directions tell together."""
+SENSOR_QUANTITIES = frozenset({"gain", "noise"})
+"""Those whose subject is a channel; that of all others begins with a direction."""
 RECOVERED = "recovery"
 """First part of a cause that is about the return of the one that follows."""
 
@@ -34,6 +35,14 @@ def quantity_of(cause: str) -> str | None:
     if first == RECOVERED:
         return quantity_of(rest)
     return first if first in QUANTITIES else None
+
+
+def sensor_of(cause: str) -> str | None:
+    """Channel of the sensor that a cause is about; None of what is about the building, or goes by the clock."""
+    first, _, rest = cause.partition("/")
+    if first == RECOVERED:
+        return sensor_of(rest)
+    return rest if first in SENSOR_QUANTITIES else None
 
 
 def overlap(one: str, other: str) -> bool:

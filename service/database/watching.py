@@ -19,6 +19,8 @@ class ReferencePeriod(Base):
     building_id: Mapped[int] = mapped_column(ForeignKey("building.id"), index=True)
     quantity: Mapped[str | None]
     """One of core.drift.watched; None: all of them."""
+    subject: Mapped[str | None]
+    """Direction, mode or channel; None: all of the quantity."""
     start: Mapped[datetime | None]
     """None: from the first event on."""
     end: Mapped[datetime | None]

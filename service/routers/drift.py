@@ -130,8 +130,8 @@ def alarms(request: Request, code: Code, sessions: Reading, format: Format = Non
 def periods(request: Request, code: Code, sessions: Reading, format: Format = None) -> Response:
     """When the building counted as healthy, as engineers said, the latest first.
 
-    Of those that name a quantity, or all, the one set last holds. Without any it is the first events, until the curve
-    is determined.
+    Of those that name a series, its quantity, or all, the one set last holds. Without any it is the first events,
+    until the curve is determined.
     """
     with sessions() as session:
         found, _ = watched.building(session, code)
@@ -151,7 +151,7 @@ def begin(
     sessions: Writing,
     response: Response,
     by: By,
-    wanted: Annotated[ReferencePeriodRequest, Body(description="Quantity, start, end, and why.")],
+    wanted: Annotated[ReferencePeriodRequest, Body(description="Quantity, subject, start, end, and why.")],
 ) -> ReferencePeriodOut:
     """Say when the building was healthy, such as from a repair on; what is watched is then held against that.
 
@@ -160,7 +160,15 @@ def begin(
     with sessions.begin() as session:
         found, _ = watched.building(session, code)
         made = reference_periods.begin(
-            session, found, wanted.quantity, wanted.start, wanted.end, wanted.reason, by.name, datetime.now(UTC)
+            session,
+            found,
+            wanted.quantity,
+            wanted.subject,
+            wanted.start,
+            wanted.end,
+            wanted.reason,
+            by.name,
+            datetime.now(UTC),
         )
         answer = ReferencePeriodOut.model_validate(made)
     response.headers["Location"] = f"/api/v1/buildings/{code}/reference-periods"

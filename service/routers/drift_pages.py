@@ -8,9 +8,9 @@ from typing import Annotated
 from fastapi import APIRouter, Depends, Query, Request, Response
 from sqlalchemy.orm import Session
 
+from core.drift.together import BOTH
 from core.drift.watched import QUANTITIES
 from service import drift_answers, drift_charts
-from service.alerting.words import BOTH
 from service.answers import is_known, tag, unchanged
 from service.drift_charts import CURVES
 from service.errors import NotFoundError

@@ -168,11 +168,12 @@ class ReferencePeriodOut(Answer):
 
     id: int = Field(description="Its number.")
     quantity: str | None = Field(description="For which it holds; null: for all.")
+    subject: str | None = Field(description="Direction, mode or channel for which it holds; null: for all of it.")
     start: datetime | None = Field(description="Null: from the first event on.")
     end: datetime | None = Field(description="Null: the first events until the curve is determined.")
     author: str = Field(description="Name of the key that set it.")
     reason: str = Field(description="Why.")
-    created_at: datetime = Field(description="When it was set; the latest that names a quantity holds for it.")
+    created_at: datetime = Field(description="When it was set; of those that hold for a series the latest counts.")
 
 
 class ReferencePeriods(Answer):
@@ -189,6 +190,11 @@ class ReferencePeriodRequest(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
     quantity: QuantityName | None = Field(None, description="For which it holds; null: for all.")
+    subject: str | None = Field(
+        None,
+        description="Direction (`x`), mode (`x/1`) or id of a channel for which it holds; null: for all of it.",
+        pattern=r"^[!-~]{1,80}$",
+    )
     start: Given | None = Field(None, description="Null: from the first event on.")
     end: Given | None = Field(None, description="Null: the first events until the curve is determined.")
     reason: str = Field(

@@ -13,11 +13,10 @@ from core.drift.causes import LAYER
 from core.drift.event_value import EventNotes, EventValue
 from core.drift.monitor import Monitoring, Reference, monitor
 from core.drift.series import Series
-from core.drift.together import together
+from core.drift.together import BOTH, together
 from core.quality import Finding
 from service.alerting.event_messages import tell
 from service.alerting.reconciling import reconcile
-from service.alerting.words import BOTH
 from service.buildings import described
 from service.database import Building, DriftAlarm, DriftValue, Job, ReferencePeriod, WatchedSeries
 from service.jobs import WATCH, Claim
@@ -69,7 +68,9 @@ def inputs(session: Session, claim: Claim, settings: Settings) -> WatchInputs:
     noted = {row.event: [Finding(**one) for one in row.quality] for row in events}
     periods = drift.reference_periods(session, building.id)
     watched = [
-        _watched(series, channels_of(series, file.description), noted, in_force(periods, series.quantity))
+        _watched(
+            series, channels_of(series, file.description), noted, in_force(periods, series.quantity, series.subject)
+        )
         for series in watched_series(session, building.id)
     ]
     return WatchInputs(

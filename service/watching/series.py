@@ -18,12 +18,10 @@ from core.drift.series import Observation, Series
 from core.drift.watched import QUANTITIES
 from core.misfit import Misfit
 from service import mode_tracks
+from service.alerting.words import SENSOR_QUANTITIES
 from service.mode_tracks import DIRECTIONS, Sighting
 from service.queries import drift, versions
 from service.queries.question import Span
-
-SENSOR_QUANTITIES = frozenset({"gain", "noise"})
-"""Those whose subject is a channel; that of all others begins with a direction."""
 
 Named = tuple[tuple[str, str], Observation]
 """Quantity and subject, and what was observed of them."""

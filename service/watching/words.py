@@ -7,7 +7,8 @@ from datetime import datetime
 from core.drift.alarm import Alarm
 from core.drift.explanations import Explanation
 from core.drift.rules import RECOVERY, SLOW, WITHIN
-from service.alerting.words import BOTH, listed, of_time
+from core.drift.together import BOTH
+from service.alerting.words import listed, of_time
 
 PERCENT, MM = 100.0, 1e3
 ACROSS = "residual_displacement"

@@ -145,6 +145,8 @@ def refusals(asking: httpx.Client) -> None:
     assert asking.post(path, json=backwards).status_code == 409
     assert asking.post(path, json={"quantity": "colour", "reason": "a slip"}).status_code == 422
     assert asking.post(path, json={"reason": ""}).status_code == 422
+    assert asking.post(path, json={"subject": "x", "reason": "a slip"}).status_code == 409
+    assert asking.post(path, json={"quantity": "stiffness", "subject": "xy", "reason": "a slip"}).status_code == 409
     assert asking.get(f"{PAPER}/baseline", params={"subject": "y"}).status_code == 404
     assert asking.get(f"{PAPER}/baseline/observations", params={"subject": "y"}).status_code == 404
     assert asking.get("/api/v1/buildings/NONE/watched").status_code == 404

@@ -3,13 +3,14 @@
 from concurrent.futures import ThreadPoolExecutor
 from datetime import UTC, datetime
 
+import histories
 from alembic.autogenerate import compare_metadata
 from alembic.runtime.migration import MigrationContext
 from sqlalchemy import inspect
 from sqlalchemy.orm import Session, sessionmaker
 
-from service import migrate
-from service.database import Base, Building, Revision
+from service import jobs, migrate
+from service.database import Base, Building, ReferencePeriod, Revision, WatchedSeries
 from service.sessions import engine
 
 NOW = datetime(2024, 1, 1, tzinfo=UTC)
@@ -54,6 +55,35 @@ def test_down_and_up_again_with_rows(database_url: str, sessions: sessionmaker[S
         assert migrate.is_newest(session)
     assert tables(database_url) == set(Base.metadata.tables)
     with_rows(sessions)
+
+
+def test_a_period_for_one_sensor_does_not_become_one_for_all(
+    database_url: str, sessions: sessionmaker[Session]
+) -> None:
+    with sessions.begin() as session:
+        of = histories.building(session).id
+        job = jobs.enqueue_watch(session, of, None, NOW)
+        for subject in (None, "XX.B.01.HNX"):
+            period = ReferencePeriod(
+                building_id=of, quantity="gain", subject=subject, author="Kimura", reason="swapped", created_at=NOW
+            )
+            series = WatchedSeries(
+                building_id=of,
+                job_id=job.id,
+                created_at=NOW,
+                version="test",
+                quantity="gain",
+                subject=subject or "another",
+                wanted=0,
+                reference=period,
+            )
+            session.add(series)
+    sessions.kw["bind"].dispose()
+    migrate.downgrade(database_url, "0011_server_clock")
+    migrate.upgrade(database_url)
+    with sessions() as session:
+        assert [one.subject for one in session.query(ReferencePeriod)] == [None]
+        assert {one.subject: one.reference_id for one in session.query(WatchedSeries)}["XX.B.01.HNX"] is None
 
 
 def test_two_processes_may_start_together(empty_database_url: str) -> None:

@@ -71,14 +71,16 @@ def test_a_look_that_waits_does_for_all_that_comes_meanwhile(sessions: sessionma
 def test_a_reference_period_asks_for_a_new_look(sessions: sessionmaker[Session], building: int) -> None:
     with sessions.begin() as session:
         of = session.get_one(Building, building)
-        reference_periods.begin(session, of, None, None, None, "as built", "Kimura", NOW)
-        reference_periods.begin(session, of, "gain", NOW, None, "sensors replaced", "Kimura", NOW)
+        reference_periods.begin(session, of, None, None, None, None, "as built", "Kimura", NOW)
+        reference_periods.begin(session, of, "gain", None, NOW, None, "sensors replaced", "Kimura", NOW)
+        reference_periods.begin(session, of, "gain", BASE, NOW, None, "one more replaced", "Kimura", NOW)
     assert watching(sessions) == ["waiting"]
     with sessions() as session:
         periods = session.scalars(select(ReferencePeriod).order_by(ReferencePeriod.id)).all()
-        in_force = {name: reference_periods.in_force(periods, name) for name in ("gain", "noise")}
-    assert [one.reason for one in in_force.values() if one] == ["sensors replaced", "as built"]
-    assert reference_periods.in_force((), "gain") is None
+        asked = (("gain", BASE), ("gain", LAYER), ("noise", BASE))
+        in_force = [reference_periods.in_force(periods, *one) for one in asked]
+    assert [one.reason for one in in_force if one] == ["one more replaced", "sensors replaced", "as built"]
+    assert reference_periods.in_force((), "gain", BASE) is None
 
 
 def test_a_loss_is_told_once_and_an_inspection_begins_a_new_reference(
@@ -101,7 +103,7 @@ def test_a_loss_is_told_once_and_an_inspection_begins_a_new_reference(
     histories.watched(sessions, NOW)
     with sessions() as session:
         (period,) = session.scalars(select(ReferencePeriod))
-        assert (period.quantity, period.start, period.author) == ("stiffness", since, "Kimura")
+        assert (period.quantity, period.subject, period.start, period.author) == ("stiffness", None, since, "Kimura")
         (series,) = session.scalars(select(WatchedSeries).where(WatchedSeries.quantity == "stiffness"))
         assert (series.reference_id, series.baseline is None, series.wanted > 0) == (period.id, True, True)
         (alert,) = session.scalars(select(Alert).where(Alert.cause == "stiffness/x"))
@@ -150,6 +152,14 @@ def test_a_sensor_with_more_gain_raises_an_alert_about_itself(sessions: sessionm
     histories.analysed(sessions, building, found, NOW)
     with sessions() as session:
         (alert,) = session.scalars(select(Alert).where(Alert.state == "firing"))
+    with sessions.begin() as session:
+        again = session.get_one(Alert, alert.id)
+        handling.inspect(session, again, "Kimura", "confirmed", "its gain was set anew", histories.start(20), NOW)
+    histories.watched(sessions, NOW)
+    with sessions() as session:
+        wanted = {one.subject: one.wanted for one in session.scalars(select(WatchedSeries)) if one.quantity == "gain"}
+    assert wanted.pop(BASE) > 0
+    assert set(wanted.values()) == {0}, "the other sensors are watched as before"
     assert (alert.cause, alert.kind, alert.channels) == (f"gain/{BASE}", "sensor", [BASE])
     assert alert.evidence["drift"] == pytest.approx(0.08, abs=0.01)
     assert f"Sensor {BASE} reads" in alert.summary
