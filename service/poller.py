@@ -3,8 +3,7 @@
 import logging
 import os
 import socket
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
 from threading import Event as Signal
@@ -17,6 +16,7 @@ from sqlalchemy.orm import Session, sessionmaker
 from service import leases
 from service.alerting import rounds
 from service.database import Building
+from service.database_away import Attempts
 from service.leases import POLLING
 from service.looking import Look
 from service.settings import Settings
@@ -41,8 +41,8 @@ class Poller:
     holder: str = field(default_factory=lambda: f"{socket.gethostname()}:{os.getpid()}")
     clock: Callable[[], datetime] = lambda: datetime.now(UTC)
     holds: bool = False
-    away: bool = False
-    """Whether the database is out of reach."""
+    attempts: Attempts = field(default_factory=lambda: Attempts(log))
+    """Of the rounds, the looks and the checks."""
 
     def run(self, stop: Signal) -> None:
         """Poll until `stop` is set; looks that are under way then are left at their next step."""
@@ -57,12 +57,12 @@ class Poller:
         scheduler.start()
         try:
             while not stop.is_set():
-                with self._forgiving():
+                with self.attempts.one():
                     self._round(scheduler, look)
                 stop.wait(min(ROUND, self.settings.poll_interval))
         finally:
             scheduler.shutdown(wait=True)
-            with self._forgiving(), self.sessions.begin() as session:
+            with self.attempts.one(), self.sessions.begin() as session:
                 leases.give_up(session, POLLING, self.holder)
 
     def _round(self, scheduler: BackgroundScheduler, look: Look) -> None:
@@ -96,7 +96,7 @@ class Poller:
         )
 
     def _check(self) -> None:
-        with self._forgiving():
+        with self.attempts.one():
             try:
                 rounds.go_round(self.sessions, self.settings, self.clock())
             except OperationalError:
@@ -105,24 +105,10 @@ class Poller:
                 log.exception("looking whether data stopped went wrong")
 
     def _look(self, look: Look, code: str) -> None:
-        with self._forgiving():
+        with self.attempts.one():
             try:
                 look.at(code)
             except OperationalError:
                 raise
             except Exception:  # a bug at one building stops no other, and is shown each time
                 log.exception("looking at the source of %s went wrong", code)
-
-    @contextmanager
-    def _forgiving(self) -> Iterator[None]:
-        """A database that is away for a while ends nothing: the next round tries again."""
-        try:
-            yield
-        except OperationalError as error:
-            if not self.away:
-                log.warning("the database is out of reach, trying again: %s", error.orig)
-            self.away = True
-        else:
-            if self.away:
-                log.warning("the database is back")
-            self.away = False

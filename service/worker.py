@@ -17,6 +17,7 @@ from sqlalchemy.orm import Session, sessionmaker
 
 from core.errors import CoreError
 from service import jobs, leases
+from service.database_away import Attempts
 from service.executors import Executors
 from service.jobs import Claim
 from service.kinds import KINDS
@@ -30,8 +31,6 @@ log = logging.getLogger(__name__)
 
 IDLE = 0.5
 """s between two looks for work."""
-LONGEST_PAUSE = 30.0
-"""s between two attempts to reach a database that is away."""
 
 
 @dataclass(slots=True)
@@ -54,21 +53,13 @@ class Worker:
 
     def run(self, stop: Signal) -> None:
         """Work until `stop` is set; jobs that are not finished then are put back."""
-        pause = IDLE
+        attempts = Attempts(log)
         while not stop.is_set():
-            try:
+            busy = False
+            with attempts.one():
                 busy = self.step()
-            except OperationalError as error:
-                if pause == IDLE:
-                    log.warning("the database is out of reach, trying again: %s", error.orig)
-                pause = min(2 * pause, LONGEST_PAUSE)
-                stop.wait(pause)
-                continue
-            if pause != IDLE:
-                log.warning("the database is back")
-                pause = IDLE
             if not busy:
-                stop.wait(IDLE)
+                stop.wait(attempts.pause(IDLE))
         self.put_back()
 
     def run_until_idle(self) -> int:

@@ -14,6 +14,7 @@ from sqlalchemy.exc import OperationalError
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.database import Delivery
+from service.database_away import Attempts
 from service.notices import claims, writing
 from service.notices.answer import Answer
 from service.notices.claims import Claim, Patience
@@ -31,8 +32,6 @@ AT_ONCE = 8
 """Deliveries under way together, so that one slow receiver holds up no other."""
 SPARE = timedelta(seconds=60)
 """That a lease outlasts the longest attempt: for the picture, and for a busy machine."""
-LONGEST_PAUSE = 30.0
-"""s between two attempts to reach a database that is away."""
 
 
 @dataclass(slots=True)
@@ -52,24 +51,16 @@ class Notifier:
 
     def run(self, stop: Signal) -> None:
         """Deliver until `stop` is set; attempts that are under way then are brought to their end."""
-        pause, upkeep = IDLE, Upkeep(self.sessions, self.settings, self.clock)
+        attempts, upkeep = Attempts(log), Upkeep(self.sessions, self.settings, self.clock)
         with ThreadPoolExecutor(AT_ONCE + 1, thread_name_prefix="delivery") as pool:
             under_way: set[Future[None]] = set()
             upkeeping = pool.submit(self._keep_up, upkeep)
             while not stop.is_set():
-                try:
+                with attempts.one():
                     under_way = self._begun(pool, under_way)
-                except OperationalError as error:
-                    if pause == IDLE:
-                        log.warning("the database is out of reach, trying again: %s", error.orig)
-                    pause = min(2 * pause, LONGEST_PAUSE)
-                else:
-                    if pause != IDLE:
-                        log.warning("the database is back")
-                    pause = IDLE
                 if upkeeping.done():
                     upkeeping = pool.submit(self._keep_up, upkeep)
-                stop.wait(pause)
+                stop.wait(attempts.pause(IDLE))
         with suppress(OperationalError):  # then the right lapses by itself
             upkeep.end()
 
