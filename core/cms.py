@@ -5,10 +5,11 @@ from scipy import linalg
 
 from core.arrays import Matrix, Vector
 from core.errors import IdentificationError
-from core.estimator import InstrumentedSuperstructure, Mode, RestoringForce, check
+from core.estimator import InstrumentedSuperstructure, RestoringForce, check
 from core.expansion import assumed_stiffness, expanded, modal_acceleration, static_shapes
 from core.identification import Identification, IdentifiedMode, identified_modes
 from core.modal import real_shape
+from core.mode import Mode
 from core.noise import noise_std
 from core.refinement import Refinement, refined
 from core.substructure import modal_force, rigid_force

@@ -9,6 +9,7 @@ from core.arrays import Indices, Matrix, Vector
 from core.building import FixedBaseModes
 from core.error_spectrum import ErrorSpectrum
 from core.errors import ModelError, RecordError
+from core.mode import Mode
 from core.reliance import Reliance
 from core.storeys import StoreyStiffness
 
@@ -31,25 +32,6 @@ class InstrumentedSuperstructure:
     """(floors,) kg, from the lowest floor to the roof."""
     storey_stiffness: Vector | None = None
     """(floors,) N/m, or None: then proportional to the mass of the floor above (paper, section 5)."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Mode:
-    """One fixed-base mode of the superstructure."""
-
-    frequency: float
-    """Hz, undamped."""
-    damping_ratio: float
-    shape: Vector
-    """(floors,) relative to the base slab, 1 at the highest measured floor."""
-    frequency_std: float | None = None
-    """Hz."""
-    damping_ratio_std: float | None = None
-    shape_std: Vector | None = None
-    """(floors,) at floors without a sensor that of the measured ones carried through the expansion."""
-    misfit: float | None = None
-    """Chi-square per degree of freedom of the fit that allows for noise in every channel; 1 where noise explains all
-    it leaves. Where there is no shape_std the fit was of no use, and the values are those of the subspace."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -11,7 +11,7 @@ from core.analysis import AnalysisSettings, DirectionAnalysis, EventAnalysis
 from core.arrays import Vector
 from core.axial_load import AxialLoad
 from core.description import BuildingDescription
-from core.estimator import Mode
+from core.mode import Mode
 from core.motion import MeasuredMotion
 from service.version import VERSION
 

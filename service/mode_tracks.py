@@ -9,7 +9,7 @@ import numpy as np
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from core.estimator import Mode
+from core.mode import Mode
 from core.tracking import Track, tracks
 from service.database import Analysis, DirectionResult, Event, ModeResult
 from service.queries.question import Line, Span

@@ -12,7 +12,7 @@ from sqlalchemy.orm import Session, undefer
 from core.analysis import AnalysisSettings, DirectionAnalysis, EventAnalysis
 from core.arrays import Vector
 from core.description import BuildingDescription
-from core.estimator import Mode
+from core.mode import Mode
 from core.motion import MeasuredMotion
 from core.record import Segment
 from service import building_file

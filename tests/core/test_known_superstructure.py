@@ -7,8 +7,9 @@ from described import paper
 from core.building import fixed_base_modes
 from core.description import BuildingDescription
 from core.errors import IdentificationError
-from core.estimator import Mode, RestoringForce
+from core.estimator import RestoringForce
 from core.known_superstructure import known_superstructure
+from core.mode import Mode
 from core.paper import BUILDING
 
 TRUE = fixed_base_modes(BUILDING)

@@ -3,7 +3,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from core.building import fixed_base_modes
-from core.estimator import Mode
+from core.mode import Mode
 from core.paper import BUILDING
 from core.tracking import Track, tracks
 

@@ -13,11 +13,12 @@ import pytest
 from core.arrays import Vector
 from core.building import fixed_base_modes as analytic_modes
 from core.cms import at_all_floors, estimate, fixed_base_modes, force_of_shapes, shape_matrix
-from core.estimator import InstrumentedSuperstructure, Mode
+from core.estimator import InstrumentedSuperstructure
 from core.expansion import modal_acceleration
 from core.fitting_rate import fitting_rate as fit
 from core.identification import Identification, identified_modes
 from core.modal import mass_normalised
+from core.mode import Mode
 from core.paper import BUILDING, ISOLATOR
 from core.refinement import Refinement
 from core.simulation import Response, simulate

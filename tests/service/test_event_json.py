@@ -9,7 +9,8 @@ from building_files import FOLDER, SMALL
 from core.analysis import AnalysisSettings, DirectionAnalysis, EventAnalysis
 from core.axial_load import AxialLoad
 from core.equivalent import EquivalentSegment
-from core.estimator import Mode, RestoringForce
+from core.estimator import RestoringForce
+from core.mode import Mode
 from core.motion import MeasuredMotion, ResidualDisplacement
 from core.quality import Finding
 from core.reliance import Reliance

@@ -14,7 +14,8 @@ from sqlalchemy.orm import Session, sessionmaker
 from core.analysis import AnalysisSettings, DirectionAnalysis, EventAnalysis
 from core.building import fixed_base_modes
 from core.equivalent import EquivalentSegment
-from core.estimator import Mode, RestoringForce
+from core.estimator import RestoringForce
+from core.mode import Mode
 from core.motion import MeasuredMotion, ResidualDisplacement
 from core.paper import BUILDING
 from core.sensor_health import SensorHealth
