@@ -24,11 +24,12 @@ import uvicorn
 from fastapi import FastAPI, Response
 from pydantic import BaseModel
 
+from core.model.simulation import simulate
 from core.paper import BUILDING, ISOLATOR
-from core.simulation import simulate
-from service import buildings, keys, migrate, sessions
+from service import buildings, migrate, sessions
+from service.access import keys
+from service.access.auth import Role
 from service.app import create
-from service.auth import Role
 from service.blobs import encode
 from service.database import Analysis, DirectionResult, Event, Job
 from service.demo.motions import recorded

@@ -10,12 +10,12 @@ from benchmarks.table import Table
 from benchmarks.trial import ROUNDS, Limits, Refusal, Trial, Way, trials
 from core.analysis import AnalysisSettings, EventAnalysis, analyse
 from core.arrays import Vector
+from core.comparison.fitting_rate import fitting_rate
 from core.description import BuildingDescription, IsolationLayer, Level
 from core.estimators import ESTIMATORS
-from core.fitting_rate import fitting_rate
+from core.model.simulation import Response, simulate
 from core.paper import BUILDING, FOURTH_STOREY, ISOLATOR, RATE, ground_motion
 from core.record import Channel, Direction, Segment
-from core.simulation import Response, simulate
 from service.akt013 import recorded
 
 NOISE = 0.01

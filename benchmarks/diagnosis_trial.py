@@ -14,17 +14,17 @@ sys.path.append(str(Path(__file__).resolve().parents[1] / "tests" / "support")) 
 from hidden.trial import Event, Trial, trial
 
 from core.analysis import AnalysisSettings, EventAnalysis, analyse
-from core.diagnosis import Diagnosis, diagnosed
-from core.driven import driven
+from core.diagnosis.missing_effects import Diagnosis, diagnosed
+from core.diagnosis.suspect import Suspect
+from core.diagnosis.suspicion import suspicions
 from core.effects import EFFECTS
-from core.first_model import first_model
-from core.isolator import Isolator, carried
-from core.known_superstructure import known_superstructure
-from core.modal_response import Axis, respond
-from core.observation import Observation, observations
+from core.fitting.first_model import first_model
+from core.fitting.observation import Observation, observations
+from core.model.driven import driven
+from core.model.isolator import Isolator, carried
+from core.model.modal_response import Axis, respond
 from core.record import Segment
-from core.suspect import Suspect
-from core.suspicion import suspicions
+from core.restoring_force.known_superstructure import known_superstructure
 
 REFUSED = "refused"
 """Outcome where no earthquake can be used and nothing is suspected."""

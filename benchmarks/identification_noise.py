@@ -12,10 +12,10 @@ from benchmarks.table import Table
 from benchmarks.trial import Limits, Refusal, Trial, Way, trials
 from core.arrays import Matrix
 from core.building import fixed_base_modes
-from core.identification import Identification, IdentifiedMode, identified_modes
+from core.identification.identified_modes import Identification, IdentifiedMode, identified_modes
+from core.identification.refinement import refined
+from core.model.simulation import simulate
 from core.paper import BUILDING, FOURTH_STOREY, ISOLATOR, RATE, ground_motion
-from core.refinement import refined
-from core.simulation import simulate
 from service.akt013 import recorded
 
 NOISE = 0.1
@@ -24,10 +24,10 @@ SEEDS = 20
 ORDERS = (8, 10, 14, 20, 24)
 BLOCK_ROWS = 30
 DECIMATION = 3
-"""To 33 Hz, what core.identification takes by itself: the peers get it done."""
+"""To 33 Hz, what core.identification.identified_modes takes by itself: the peers get it done."""
 TOO_SLOW = ("nfoursid",)
 """For so many records; its method is SLICOT's."""
-SUBSPACE, OURS = "core.identification", "core.refinement"
+SUBSPACE, OURS = "core.identification.identified_modes", "core.identification.refinement"
 
 
 def tables() -> Iterator[Table]:
@@ -55,8 +55,8 @@ def table(
 ) -> Table:
     """Errors of the first mode by each way; a peer's at the order that suits it best."""
     every: list[Way[Matrix]] = [
-        Way(OURS, "core.refinement", partial(our_errors, most_likely_modes, records)),
-        Way(SUBSPACE, "core.identification", partial(our_errors, subspace_modes, records)),
+        Way(OURS, "core.identification.refinement", partial(our_errors, most_likely_modes, records)),
+        Way(SUBSPACE, "core.identification.identified_modes", partial(our_errors, subspace_modes, records)),
     ]
     every += [Way(name, way.module, partial(errors, way.identify, records)) for name, way in identifiers.items()]
     return Table(

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 from core.arrays import Matrix
-from core.projection import project
-from core.subspace import moesp, observability_span
+from core.identification.projection import project
+from core.identification.subspace import moesp, observability_span
 
 Identify = Callable[[Matrix, Matrix, int, int], tuple[Matrix, Matrix]]
 
@@ -87,11 +87,11 @@ def nfoursid(u: Matrix, y: Matrix, block_rows: int, order: int) -> tuple[Matrix,
     return system.a, system.c
 
 
-OURS = "core.subspace"
+OURS = "core.identification.subspace"
 FASTEST_PEER = "SLICOT, Cholesky"
 IDENTIFIERS: Mapping[str, Identifier] = MappingProxyType(
     {
-        OURS: Identifier("core.subspace", ours),
+        OURS: Identifier("core.identification.subspace", ours),
         FASTEST_PEER: Identifier("ctrlsys", slicot("C")),
         "SLICOT, QR": Identifier("ctrlsys", slicot("Q")),
         "pyOMA-2": Identifier("pyoma2.functions.ssi", pyoma),

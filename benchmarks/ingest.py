@@ -19,8 +19,8 @@ from obspy import Stream, Trace, read
 from sqlalchemy import select
 from sqlalchemy.orm import undefer
 
+from core.model.simulation import simulate
 from core.paper import BUILDING, ISOLATOR
-from core.simulation import simulate
 from service import blobs, migrate, sessions
 from service.database import Building, Event, Waveform
 from service.demo.motions import prepared, recorded

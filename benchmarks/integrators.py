@@ -11,8 +11,8 @@ from types import MappingProxyType
 import numpy as np
 
 from core.arrays import Matrix, Vector
+from core.model.simulation import simulate
 from core.paper import BUILDING, ISOLATOR, RATE
-from core.simulation import simulate
 
 Integrate = Callable[[Vector], Vector]
 
@@ -34,7 +34,7 @@ class Integrator:
 
 
 def ours(substeps: int | None) -> Integrate:
-    """core.simulation with so many steps a sample, None for as many as it takes by itself."""
+    """core.model.simulation with so many steps a sample, None for as many as it takes by itself."""
 
     def integrate(ground: Vector) -> Vector:
         return simulate(BUILDING, ISOLATOR, ground, RATE, substeps=substeps).force
@@ -180,13 +180,13 @@ def _opensees_model(ops, ground: Vector) -> None:  # type: ignore[no-untyped-def
     ops.analysis("Transient")
 
 
-OURS = "core.simulation, 1 step"
+OURS = "core.model.simulation, 1 step"
 """Fast enough and right to 2e-4, the accuracy at which ways are compared."""
 INTEGRATORS: Mapping[str, Integrator] = MappingProxyType(
     {
-        OURS: Integrator("core.simulation", ours(1)),
-        "core.simulation, as it is called": Integrator("core.simulation", ours(None)),
-        "core.simulation, 16 steps": Integrator("core.simulation", ours(16)),
+        OURS: Integrator("core.model.simulation", ours(1)),
+        "core.model.simulation, as it is called": Integrator("core.model.simulation", ours(None)),
+        "core.model.simulation, 16 steps": Integrator("core.model.simulation", ours(16)),
         "LSODA, rtol 1e-5": Integrator("scipy.integrate", lsoda(1e-5)),
         "LSODA, rtol 1e-8": Integrator("scipy.integrate", lsoda(1e-8)),
         "diffrax, Bosh3, 1 step": Integrator("diffrax", diffrax("Bosh3", 1)),

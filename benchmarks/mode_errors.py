@@ -21,11 +21,11 @@ import motions
 from benchmarks.table import Table
 from core.arrays import Matrix, Vector
 from core.building import fixed_base_modes
-from core.identification import Identification, identified_modes
-from core.modal import real_shape
+from core.identification.identified_modes import Identification, identified_modes
+from core.identification.modal import real_shape
+from core.identification.refinement import refined
+from core.model.simulation import simulate
 from core.paper import BUILDING, FOURTH_STOREY, ISOLATOR, RATE
-from core.refinement import refined
-from core.simulation import simulate
 
 NOISES = (0.01, 0.03, 0.05, 0.1)
 """Of each channel's root mean square, on input and outputs."""

@@ -9,8 +9,8 @@ from benchmarks.integrators import INTEGRATORS, OURS, Integrator
 from benchmarks.table import Table
 from benchmarks.trial import ROUNDS, Limits, Refusal, Trial, Way, trials
 from core.arrays import Vector
+from core.model.simulation import simulate
 from core.paper import BUILDING, ISOLATOR, RATE, ground_motion
-from core.simulation import simulate
 from service.akt013 import recorded
 
 CONVERGED = 200

@@ -14,13 +14,13 @@ from hidden.trial import Event, Trial, trial
 from benchmarks.table import Table
 from core.analysis import AnalysisSettings, EventAnalysis, analyse
 from core.description import BuildingDescription
-from core.first_model import first_model
-from core.fitting import Fit, fitted
-from core.layer_columns import Evidence
-from core.observation import observations
+from core.diagnosis.suspect import Suspect
+from core.diagnosis.suspicion import suspicions
+from core.fitting.first_model import first_model
+from core.fitting.fit import Fit, fitted
+from core.fitting.layer_columns import Evidence
+from core.fitting.observation import observations
 from core.record import Segment
-from core.suspect import Suspect
-from core.suspicion import suspicions
 
 SOUND = ("nothing", "refit", "pink", "gains", "moving", "floor_masses", "hardening", "mullins", "maxwell", "biaxial")
 """Cases in which nothing but the isolation layer may be blamed."""

@@ -7,22 +7,22 @@ from datetime import UTC, datetime
 import numpy as np
 
 from core.arrays import Matrix, Vector
-from core.axial_load import AxialLoad, axial_load
-from core.conditioning import band_passed
 from core.description import BuildingDescription
-from core.equivalent import EquivalentSegment, cycles, determined, equivalent_segments
 from core.errors import CoreError, ModelError
-from core.estimator import RestoringForce
 from core.estimators import ESTIMATORS
-from core.instrumentation import instrumented_superstructure
-from core.layer import layer_motion, layer_torsion
-from core.motion import MeasuredMotion
-from core.preparation import prepared
+from core.isolation_layer.axial_load import AxialLoad, axial_load
+from core.isolation_layer.equivalent import EquivalentSegment, cycles, determined, equivalent_segments
+from core.isolation_layer.layer import layer_motion, layer_torsion
+from core.isolation_layer.motion import MeasuredMotion
 from core.quality import Finding
-from core.reconciliation import reconciled
 from core.record import Direction, Record, Segment
-from core.reliance import reliance_findings
-from core.sensor_health import SensorHealth, sensor_health
+from core.restoring_force.estimator import RestoringForce
+from core.restoring_force.instrumentation import instrumented_superstructure
+from core.restoring_force.reliance import reliance_findings
+from core.sensors.preparation import prepared
+from core.sensors.reconciliation import reconciled
+from core.sensors.sensor_health import SensorHealth, sensor_health
+from core.signals.conditioning import band_passed
 
 ABOVE_NOISE = 10.0
 """Of the displacement's noise: the smallest amplitude of a cycle that is reported."""

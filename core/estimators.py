@@ -3,7 +3,8 @@
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from core import cms, smoother
-from core.estimator import Estimator
+from core.restoring_force import cms
+from core.restoring_force.estimator import Estimator
+from core.smoothing import smoother
 
 ESTIMATORS: Mapping[str, Estimator] = MappingProxyType({cms.NAME: cms.estimate, smoother.NAME: smoother.estimate})

@@ -8,7 +8,7 @@ from scipy.signal import butter, resample_poly, sosfiltfilt
 from core.arrays import Vector
 from core.building import ShearBuilding
 from core.errors import RecordError
-from core.isolator import Isolator
+from core.model.isolator import Isolator
 
 BUILDING = ShearBuilding(
     base_mass=8.0e6,

@@ -7,11 +7,11 @@ import altair as alt
 import numpy as np
 
 from core.arrays import Vector
-from core.driven import force_history
 from core.effect import CHANNELS, RESULTS, Effect, LogNormal, Parameter
 from core.effects import EFFECTS
-from core.isolator import Conditions, Isolator
-from service.effect_sheets import PLACE, families, law
+from core.model.driven import force_history
+from core.model.isolator import Conditions, Isolator
+from service.workbench.effect_sheets import PLACE, families, law
 
 PAGE = Path(__file__).with_name("effects.md")
 PICTURE = Path(__file__).with_name("effects.svg")

@@ -8,11 +8,9 @@ from fastapi import APIRouter, Depends, FastAPI, Request
 from fastapi.responses import JSONResponse
 from fastapi.staticfiles import StaticFiles
 
-from service import auth, errors, metrics
-from service.answers import Answers
-from service.auth import Keys
-from service.heard import Heard
-from service.metrics import Measured
+from service import errors
+from service.access import auth
+from service.access.auth import Keys
 from service.own_effects import add_own_effects
 from service.pages.rendering import FOLDER
 from service.routers import (
@@ -47,6 +45,10 @@ from service.schemas.answer import Problem
 from service.sessions import reading, sessions
 from service.settings import Settings
 from service.version import VERSION
+from service.web import metrics
+from service.web.answers import Answers
+from service.web.heard import Heard
+from service.web.metrics import Measured
 
 DESCRIPTION = """\
 Structural health monitoring for base-isolated buildings. Values are in SI units and times in UTC, unless a name says

@@ -7,9 +7,10 @@ from pathlib import Path
 from sqlalchemy import select, update
 from sqlalchemy.orm import Session
 
-from service import building_file, receivers
-from service.building_file import BuildingFile
+from service import receivers
 from service.database import Building, Recording, Revision
+from service.toml_files import building_file
+from service.toml_files.building_file import BuildingFile
 
 
 class BuildingError(Exception):

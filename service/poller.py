@@ -13,12 +13,12 @@ from sqlalchemy import select
 from sqlalchemy.exc import OperationalError
 from sqlalchemy.orm import Session, sessionmaker
 
-from service import leases
 from service.alerting import rounds
 from service.database import Building
 from service.database_away import Attempts
-from service.leases import POLLING
-from service.looking import Look
+from service.intake.looking import Look
+from service.queue import leases
+from service.queue.leases import POLLING
 from service.settings import Settings
 
 log = logging.getLogger(__name__)

@@ -8,9 +8,9 @@ from sqlalchemy.orm import Session
 from core.drift.monitor import Reference
 from core.drift.together import BOTH
 from core.drift.watched import QUANTITIES
-from service import jobs
 from service.database import Building, ReferencePeriod
 from service.errors import ConflictError
+from service.queue import jobs
 
 
 def begin(

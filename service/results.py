@@ -12,10 +12,9 @@ from sqlalchemy.orm import Session, undefer
 from core.analysis import AnalysisSettings, DirectionAnalysis, EventAnalysis
 from core.arrays import Vector
 from core.description import BuildingDescription
-from core.mode import Mode
-from core.motion import MeasuredMotion
+from core.identification.mode import Mode
+from core.isolation_layer.motion import MeasuredMotion
 from core.record import Segment
-from service import building_file
 from service.blobs import decode, encode
 from service.database import (
     Analysis,
@@ -30,8 +29,9 @@ from service.database import (
     SensorResult,
     Waveform,
 )
-from service.jobs import Claim
+from service.queue.jobs import Claim
 from service.settings import Settings
+from service.toml_files import building_file
 from service.version import VERSION
 
 

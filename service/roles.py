@@ -106,8 +106,8 @@ def api(settings: Settings, stop: Signal) -> None:
 
 def worked_off(opened: sessionmaker[Session], settings: Settings) -> int:
     """Work until no job waits; the number of jobs that were done."""
-    from service.executors import executors
-    from service.worker import Worker
+    from service.computing.executors import executors
+    from service.computing.worker import Worker
 
     made = executors(settings)
     with TemporaryDirectory(prefix="menshin-") as notes:
@@ -137,8 +137,8 @@ def _poll(opened: sessionmaker[Session], settings: Settings, stop: Signal) -> No
 
 
 def _work(opened: sessionmaker[Session], settings: Settings, stop: Signal) -> None:
-    from service.executors import executors
-    from service.worker import Worker
+    from service.computing.executors import executors
+    from service.computing.worker import Worker
 
     made = executors(settings)
     with TemporaryDirectory(prefix="menshin-") as notes:

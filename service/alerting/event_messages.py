@@ -5,13 +5,13 @@ from datetime import datetime, timedelta
 
 from sqlalchemy.orm import Session
 
-from service import jobs
 from service.alerting.alert_messages import tell_of_alert
 from service.alerting.event_notice import Before, event_notice, key
 from service.alerting.event_reading import event_facts
 from service.database import Event, Message
 from service.notices import outbox
 from service.queries import alerts
+from service.queue import jobs
 
 ENDED = ("analysed", "refused", "failed")
 """States of events of which nothing more is under way."""

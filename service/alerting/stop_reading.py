@@ -13,10 +13,10 @@ from service import buildings
 from service.alerting import stopped
 from service.alerting.found import KINDS, Found
 from service.alerting.stopped import Patience, Sighting, Source, Work
-from service.building_file import BuildingFile
 from service.database import Building, SourceState
 from service.queries import alerts, stopping
 from service.settings import Settings
+from service.toml_files.building_file import BuildingFile
 
 LOOKED_AT = 50
 """Of the latest earthquakes, to find since when a channel is dead."""

@@ -11,7 +11,7 @@ from service.commands.in_force import settings_in_force
 if TYPE_CHECKING:
     from core.analysis import AnalysisSettings, EventAnalysis
     from core.description import BuildingDescription
-    from service.event_files import EventFiles
+    from service.intake.event_files import EventFiles
 
 REFUSED = 1
 
@@ -53,8 +53,8 @@ def analyse(
 
     Exit code 0: analysed; 1: an event or a file was refused; 2: wrong usage or building file.
     """
-    from service.event_files import events
     from service.formats import FormatError
+    from service.intake.event_files import events
 
     described = described_by(building)
     settings = _settings(estimator, sensors, described.description)
@@ -85,7 +85,7 @@ def _analysed(
     from rich.console import Console
 
     from core.analysis import analyse as analyse_event
-    from service import event_json, event_output, event_summary
+    from service.event_reports import event_json, event_output, event_summary
 
     result = analyse_event(event.segments, description, settings)
     Console().print(event_summary.summary(result, description))

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 def of_command(context: typer.Context, sessions: "sessionmaker[Session]") -> "sessionmaker[Session]":
     """The same sessions; the first change is told, with the account that gave the command: a command is one deed."""
-    from service.auditing import Deed, audited
+    from service.access.auditing import Deed, audited
 
     told = False
 

@@ -62,7 +62,8 @@ def show(context: typer.Context, code: Code) -> None:
 @app.command()
 def update(context: typer.Context, code: Code, file: File) -> None:
     """Give a building a new description; earlier results keep the one they were made with."""
-    from service import building_file, buildings
+    from service import buildings
+    from service.toml_files import building_file
 
     text, folder = file.read_text("utf-8"), file.parent.resolve()
     with _session(context) as session:
@@ -77,10 +78,10 @@ def update(context: typer.Context, code: Code, file: File) -> None:
 @contextmanager
 def _session(context: typer.Context) -> Iterator["Session"]:
     """A transaction on the database of the settings; what is refused ends the command with exit code 1."""
-    from service.building_file import BuildingFileError
     from service.buildings import BuildingError
     from service.migrate import upgrade
     from service.sessions import sessions
+    from service.toml_files.building_file import BuildingFileError
 
     url = settings_in_force().database_url
     upgrade(url)

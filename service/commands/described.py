@@ -7,14 +7,14 @@ import typer
 
 if TYPE_CHECKING:
     from core.description import BuildingDescription
-    from service.building_file import BuildingFile
+    from service.toml_files.building_file import BuildingFile
 
 USAGE = 2
 
 
 def described_by(path: Path) -> "BuildingFile":
     """The building that a file describes; exit code 2 with all that is wrong with it."""
-    from service.building_file import BuildingFileError, read
+    from service.toml_files.building_file import BuildingFileError, read
 
     try:
         return read(path.read_text("utf-8"), path.resolve().parent)

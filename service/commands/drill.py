@@ -57,9 +57,9 @@ def _awaited(sessions: "sessionmaker[Session]", number: int, seconds: float) -> 
     """What became of a message once all is decided, or the time is over."""
     from time import monotonic, sleep
 
-    from service import notice_answers
     from service.queries import told
     from service.sessions import reading
+    from service.web import notice_answers
 
     end = monotonic() + seconds
     while True:

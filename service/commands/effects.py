@@ -17,7 +17,7 @@ def effects(
     from rich.console import Console
 
     from core.effects import EFFECTS
-    from service.effect_sheets import overview, sheet
+    from service.workbench.effect_sheets import overview, sheet
 
     own_effects_in_force()
     if name is not None and name not in EFFECTS:

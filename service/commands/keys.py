@@ -25,8 +25,8 @@ RoleName = Annotated[
 @app.command()
 def create(context: typer.Context, name: Name, role: RoleName) -> None:
     """Make a key and print it: it cannot be shown again."""
-    from service import keys
-    from service.auth import Role
+    from service.access import keys
+    from service.access.auth import Role
 
     if role not in Role.__members__:
         raise typer.BadParameter(f"{role!r} is no role; {', '.join(Role.__members__)} are", param_hint="--role")
@@ -38,7 +38,7 @@ def create(context: typer.Context, name: Name, role: RoleName) -> None:
 @app.command("list")
 def every(context: typer.Context) -> None:
     """Every key, without its secret part."""
-    from service import keys
+    from service.access import keys
 
     table = Table("name", "role", "begins with", "created (UTC)", "revoked (UTC)")
     with _session(context) as session:
@@ -52,7 +52,7 @@ def every(context: typer.Context) -> None:
 @app.command()
 def revoke(context: typer.Context, name: Name) -> None:
     """Make a key worthless, within a second."""
-    from service import keys
+    from service.access import keys
 
     with _session(context) as session:
         keys.revoke(session, name, datetime.now(UTC))
@@ -62,7 +62,7 @@ def revoke(context: typer.Context, name: Name) -> None:
 @contextmanager
 def _session(context: typer.Context) -> Iterator["Session"]:
     """A transaction on the database of the settings; a wrong name ends the command with exit code 1."""
-    from service.keys import KeyNameError
+    from service.access.keys import KeyNameError
     from service.migrate import upgrade
     from service.sessions import sessions
     from service.settings import Settings

@@ -108,7 +108,7 @@ def _ground(path: Path | None, channel: str | None) -> "Ground":
 
 def _real(files: list[Path], building: Path | None, sensors: str | None, tell: Callable[[str], None]) -> "RealBuilding":
     from core.analysis import AnalysisSettings
-    from service.event_files import events
+    from service.intake.event_files import events
     from service.reproduction.real import real
 
     if building is None or not files:

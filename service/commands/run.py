@@ -43,7 +43,7 @@ def poll(
 
     settings = settings_in_force()
     if once:
-        from service.looking import Look
+        from service.intake.looking import Look
 
         with migrated(settings) as sessions:
             Look(sessions, settings).at_all()
@@ -94,9 +94,9 @@ def import_files(
     building: Annotated[str, typer.Option(help="Code of the building.")],
 ) -> None:
     """Put files into the database, by the poller's own path."""
-    from service import events
     from service.buildings import BuildingError, find
-    from service.looking import Look
+    from service.intake import events
+    from service.intake.looking import Look
     from service.roles import migrated
     from service.sources.arrival import Arrival
 

@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from service.progress import Tell
+    from service.queue.progress import Tell
 
 
 @contextmanager

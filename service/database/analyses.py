@@ -55,7 +55,7 @@ class DirectionResult(Base):
     peak_force: Mapped[float]
     force_std: Mapped[float]
     reliance: Mapped[dict[str, Any] | None]
-    """core.reliance.Reliance; None of an estimator that does not judge itself."""
+    """core.restoring_force.reliance.Reliance; None of an estimator that does not judge itself."""
     peak_displacement: Mapped[float | None]
     peak_displacement_std: Mapped[float | None]
     lowest_frequency: Mapped[float | None]
@@ -142,7 +142,7 @@ class CycleResult(Base):
 
 
 class SensorResult(Base):
-    """How one channel did in an event (core.sensor_health)."""
+    """How one channel did in an event (core.sensors.sensor_health)."""
 
     __tablename__ = "sensor_result"
     __table_args__ = (UniqueConstraint("analysis_id", "channel"),)

@@ -18,7 +18,7 @@ class Job(Base):
     __table_args__ = (Index(None, "state", "id"),)
     id: Mapped[int] = mapped_column(primary_key=True)
     kind: Mapped[str]
-    """One of service.kinds."""
+    """One of service.computing.kinds."""
     event_id: Mapped[int | None] = mapped_column(ForeignKey("event.id"), index=True)
     model_id: Mapped[int | None] = mapped_column(ForeignKey("model_version.id"), index=True)
     building_id: Mapped[int | None] = mapped_column(ForeignKey("building.id"), index=True)

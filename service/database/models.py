@@ -80,7 +80,7 @@ class ModelComparison(Base):
     version: Mapped[str]
     """Of the code."""
     misfit: Mapped[dict[str, Any]]
-    """core.misfit.Misfit of the force, N, the model driven by the measured motion."""
+    """core.comparison.misfit.Misfit of the force, N, the model driven by the measured motion."""
     displacement: Mapped[dict[str, Any] | None]
     """The same of the layer's displacement, m, driven by the ground alone; None where nothing measured the ground."""
     accelerations: Mapped[dict[str, Any] | None]

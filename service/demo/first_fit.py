@@ -11,9 +11,9 @@ from typing import Any
 
 from sqlalchemy.orm import Session, sessionmaker
 
-from service import model_requests, models
 from service.database import ModelVersion
 from service.demo.site import CODE
+from service.modelling import model_requests, models
 from service.queries import versions, watched, work
 from service.sessions import reading
 

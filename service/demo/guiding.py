@@ -6,12 +6,12 @@ from threading import Event as Signal
 from rich.console import Console
 from sqlalchemy.orm import Session, sessionmaker
 
-from core.misfit import Misfit
-from service import model_requests
+from core.comparison.misfit import Misfit
 from service.demo import files, memory
 from service.demo.first_fit import BY, DIRECTION, InForce, finished, in_force, put_in_force
 from service.demo.stage import Stage
 from service.demo.telling import LOOK, tell_of_one_more, tell_of_the_past
+from service.modelling import model_requests
 from service.queries import versions
 from service.sessions import reading
 

@@ -12,9 +12,9 @@ import numpy as np
 
 from core.arrays import Vector
 from core.building import damping_matrix, mass_matrix, stiffness_matrix
-from core.compiled import bound, kept
+from core.laws.compiled import bound, kept
+from core.model.simulation import Response
 from core.paper import BUILDING, ISOLATOR
-from core.simulation import Response
 from service.demo.site import RATE
 
 

@@ -7,9 +7,9 @@ import numpy as np
 from obspy import Trace, UTCDateTime
 
 from core.arrays import Vector
+from core.model.simulation import Response
 from core.paper import FOURTH_STOREY
 from core.record import Direction
-from core.simulation import Response
 from service.demo.catalogue import Earthquake
 from service.demo.motions import GroundMotion, prepared
 from service.demo.scenario import Scenario

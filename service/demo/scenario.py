@@ -4,8 +4,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from core.arrays import Vector
+from core.model.simulation import Response, simulate
 from core.paper import BUILDING, ISOLATOR
-from core.simulation import Response, simulate
 from service.demo import hidden_effect, stiffness_loss
 from service.demo.catalogue import STRONG, Earthquake, Peaks, natural, weak_then_strong
 from service.demo.motions import GroundMotion

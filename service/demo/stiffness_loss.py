@@ -9,9 +9,9 @@ import numpy as np
 
 from core.arrays import Vector
 from core.effects import EFFECTS
-from core.isolator import Isolator
+from core.model.isolator import Isolator
+from core.model.simulation import Response, simulate
 from core.paper import BUILDING, ISOLATOR
-from core.simulation import Response, simulate
 from service.demo.catalogue import Earthquake
 from service.demo.site import RATE
 

@@ -4,8 +4,8 @@ import numpy as np
 import vl_convert
 from sqlalchemy.orm import Session
 
-from service import charts
 from service.blobs import decode
+from service.drawing import charts
 from service.errors import NotFoundError
 from service.notices.letter import DRILL, TEST
 from service.queries import analysis_results

@@ -10,10 +10,10 @@ from datetime import UTC, datetime, timedelta
 import httpx
 from sqlalchemy.orm import Session, sessionmaker
 
-from service import leases
 from service.database import Delivery
 from service.notices import alertmanager, standing, working, writing
 from service.notices.letter import Addressee, Letter
+from service.queue import leases
 from service.sessions import reading
 from service.settings import Settings
 

@@ -7,8 +7,8 @@ from sqlalchemy import exists, select
 from sqlalchemy.orm import Session
 
 from service.database import Alert
-from service.leases import POLLING, WORKING
 from service.queries import work
+from service.queue.leases import POLLING, WORKING
 
 PARTS: Mapping[str, str] = {POLLING: "no poller was seen lately", WORKING: "no worker was seen lately"}
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from fastapi import Request, Response
 from fastapi.templating import Jinja2Templates
 
-from service.auth import COOKIE
+from service.access.auth import COOKIE
 from service.pages.units import shown, unit
 
 FOLDER = Path(__file__).parent

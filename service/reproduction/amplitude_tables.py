@@ -7,8 +7,8 @@ import numpy as np
 from scipy.stats import spearmanr
 
 from core.arrays import Vector
-from core.equivalent import EquivalentSegment
 from core.estimators import ESTIMATORS
+from core.isolation_layer.equivalent import EquivalentSegment
 from service.reproduction import published
 from service.reproduction.real import RealBuilding
 from service.reproduction.table import NONE, Table, by_estimator, ours, with_std

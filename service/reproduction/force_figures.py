@@ -4,10 +4,10 @@ from collections.abc import Mapping
 
 from altair import LayerChart
 
-from core import cms
 from core.arrays import Vector
-from core.fitting_rate import fitting_rate
+from core.comparison.fitting_rate import fitting_rate
 from core.paper import RATE
+from core.restoring_force import cms
 from service.reproduction import published
 from service.reproduction.drawing import (
     FORCE,

@@ -6,17 +6,17 @@ from datetime import datetime
 
 import numpy as np
 
-from core import cms
 from core.analysis import AnalysisSettings, DirectionAnalysis, analyse
 from core.arrays import Matrix, Vector
 from core.description import BuildingDescription
 from core.errors import RecordError
-from core.estimator import InstrumentedSuperstructure
 from core.estimators import ESTIMATORS
-from core.instrumentation import instrumented_superstructure
-from core.preparation import prepared
 from core.record import Direction, Record
-from service.event_files import EventFiles
+from core.restoring_force import cms
+from core.restoring_force.estimator import InstrumentedSuperstructure
+from core.restoring_force.instrumentation import instrumented_superstructure
+from core.sensors.preparation import prepared
+from service.intake.event_files import EventFiles
 from service.reproduction.modal import identified_shapes, modal_accelerations
 
 

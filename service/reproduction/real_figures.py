@@ -3,9 +3,9 @@
 import numpy as np
 from altair import LayerChart
 
-from core import cms
-from core.fitting_rate import fitting_rate
-from service import charts
+from core.comparison.fitting_rate import fitting_rate
+from core.restoring_force import cms
+from service.drawing import charts
 from service.reproduction.drawing import (
     FORCE,
     Curve,

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from core.fitting_rate import fitting_rate
+from core.comparison.fitting_rate import fitting_rate
 from service.reproduction import published
 from service.reproduction.modal import MODES
 from service.reproduction.real import RealBuilding

@@ -4,9 +4,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from core import cms
 from core.arrays import Vector
-from core.fitting_rate import fitting_rate
+from core.comparison.fitting_rate import fitting_rate
+from core.restoring_force import cms
 from service.reproduction import published
 from service.reproduction.real import RealBuilding
 from service.reproduction.simulated import HIGH, LOW, Simulated, scattered_total

@@ -5,13 +5,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from core import cms
 from core.arrays import Matrix, Vector
 from core.building import fixed_base_modes
-from core.estimator import InstrumentedSuperstructure, RestoringForce
 from core.estimators import ESTIMATORS
+from core.model.simulation import Response, simulate
 from core.paper import BUILDING, FOURTH_STOREY, ISOLATOR, RATE
-from core.simulation import Response, simulate
+from core.restoring_force import cms
+from core.restoring_force.estimator import InstrumentedSuperstructure, RestoringForce
 from service.reproduction.ground import Ground
 from service.reproduction.modal import identified_shapes, modal_accelerations
 from service.reproduction.published import MASS_SCALE, SCATTERED_MASS

@@ -4,7 +4,7 @@ import numpy as np
 from altair import LayerChart
 
 from core.arrays import Vector
-from core.fitting_rate import fitting_rate
+from core.comparison.fitting_rate import fitting_rate
 from core.paper import FOURTH_STOREY, PEAK, RATE
 from service.reproduction import published
 from service.reproduction.drawing import (

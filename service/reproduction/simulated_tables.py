@@ -4,11 +4,11 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from core import cms
 from core.arrays import Vector
 from core.building import fixed_base_modes
-from core.fitting_rate import fitting_rate
+from core.comparison.fitting_rate import fitting_rate
 from core.paper import BUILDING, FOURTH_STOREY, ISOLATOR, PEAK
+from core.restoring_force import cms
 from service.reproduction import published
 from service.reproduction.modal import MODES
 from service.reproduction.simulated import HIGH, KG_PER_T, LEVELS, LOW, ROOF, Forces, Simulated, scattered_total

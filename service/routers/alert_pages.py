@@ -10,21 +10,21 @@ from pydantic import BaseModel, ValidationError
 from sqlalchemy.orm import Session
 from starlette.responses import RedirectResponse
 
-from service import alert_answers, alert_requests
+from service.access.auth import Caller, Role
 from service.alerting import handling
 from service.alerting.states import MEANINGS
 from service.alerting.words import of_cause, of_time
-from service.auth import Caller, Role
 from service.buildings import described
 from service.database import Alert, Building, DirectionResult
 from service.errors import ConflictError
 from service.pages.rendering import page
-from service.parameters import Code, Reading, Writing
 from service.queries import alerts, analysis_results, earthquakes, watched
 from service.routers.alerts import AlertId, By, SilenceId
 from service.routers.login import reader
 from service.routers.model_pages import Form
 from service.schemas.alerts import AcknowledgeRequest, InspectRequest, SilenceRequest
+from service.web import alert_answers, alert_requests
+from service.web.parameters import Code, Reading, Writing
 
 router = APIRouter(include_in_schema=False)
 

@@ -5,11 +5,8 @@ from typing import Annotated, Literal
 
 from fastapi import APIRouter, Body, Depends, Path, Query, Request, Response
 
-from service import alert_answers, alert_requests
+from service.access.auth import Caller, engineer
 from service.alerting import handling
-from service.answers import Format, document, responses, table
-from service.auth import Caller, engineer
-from service.parameters import LARGEST, Before, Code, Limit, Reading, Writing
 from service.queries import alerts, watched
 from service.routers.models import making
 from service.schemas.alerts import (
@@ -22,6 +19,9 @@ from service.schemas.alerts import (
     SilenceRequest,
     Silences,
 )
+from service.web import alert_answers, alert_requests
+from service.web.answers import Format, document, responses, table
+from service.web.parameters import LARGEST, Before, Code, Limit, Reading, Writing
 
 router = APIRouter(tags=["alerts"])
 

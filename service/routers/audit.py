@@ -5,11 +5,11 @@ from typing import Annotated, Any
 import orjson
 from fastapi import APIRouter, Depends, Query, Request, Response
 
-from service.answers import Format, responses, table, wants_csv
-from service.auth import engineer
-from service.parameters import Before, Limit, Reading, Time
+from service.access.auth import engineer
 from service.queries import audit
 from service.schemas.alerts import Audit, AuditRow
+from service.web.answers import Format, responses, table, wants_csv
+from service.web.parameters import Before, Limit, Reading, Time
 
 router = APIRouter(tags=["operations"], dependencies=[Depends(engineer)])
 

@@ -5,15 +5,15 @@ from datetime import datetime
 from fastapi import APIRouter, Request, Response
 
 from service import mode_tracks
-from service.answers import Format, document, responses, table
 from service.buildings import described
 from service.mode_tracks import Sighting, TrackedMode
-from service.parameters import AnyDirection, Code, Cursor, EventSpan, Limit, MinimumPga, Reading, RowLimit, place
 from service.queries import earthquakes, trends, watched
 from service.queries.question import Place
 from service.schemas.buildings import BuildingOut, BuildingRow, Buildings, ChannelOut, LevelOut
 from service.schemas.events import EventRow, Events
 from service.schemas.trends import CycleRow, Cycles, ModeRow, Modes, SightingOut, TrackOut, Tracks
+from service.web.answers import Format, document, responses, table
+from service.web.parameters import AnyDirection, Code, Cursor, EventSpan, Limit, MinimumPga, Reading, RowLimit, place
 
 router = APIRouter(prefix="/buildings", tags=["buildings"])
 

@@ -6,15 +6,15 @@ import numpy as np
 import orjson
 from fastapi import APIRouter, Path, Request, Response
 
-from service import model_answers, numbers
-from service.answers import OPTIONS, Format, document, is_known, responses, series_lines, tag, unchanged, wants_csv
-from service.answers import written as answered
 from service.blobs import decode
-from service.parameters import LARGEST, Points, Reading
 from service.queries import versions
 from service.routers.series import kept
 from service.schemas.models import ComparisonOut, ComparisonSeries
 from service.version import VERSION
+from service.web import model_answers, numbers
+from service.web.answers import OPTIONS, Format, document, is_known, responses, series_lines, tag, unchanged, wants_csv
+from service.web.answers import written as answered
+from service.web.parameters import LARGEST, Points, Reading
 
 router = APIRouter(prefix="/comparisons", tags=["models"])
 

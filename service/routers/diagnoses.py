@@ -4,11 +4,11 @@ from typing import Annotated
 
 from fastapi import APIRouter, Path, Request, Response
 
-from service import diagnosis_answers
-from service.answers import document, responses
-from service.parameters import LARGEST, Before, Limit, ModelId, Reading
 from service.queries import diagnoses, versions
 from service.schemas.diagnoses import Diagnoses, DiagnosisOut
+from service.web import diagnosis_answers
+from service.web.answers import document, responses
+from service.web.parameters import LARGEST, Before, Limit, ModelId, Reading
 
 router = APIRouter(tags=["models"])
 

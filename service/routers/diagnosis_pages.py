@@ -4,15 +4,15 @@ from typing import Annotated
 
 from fastapi import APIRouter, Depends, Query, Request, Response
 
-from service import diagnosis_answers, model_answers
-from service.answers import tag, written
-from service.auth import Role, viewer
+from service.access.auth import Role, viewer
 from service.pages.rendering import page
-from service.parameters import LARGEST, Reading
 from service.queries import diagnoses
 from service.routers.diagnoses import DiagnosisId
 from service.routers.model_pages import Reader
 from service.version import VERSION
+from service.web import diagnosis_answers, model_answers
+from service.web.answers import tag, written
+from service.web.parameters import LARGEST, Reading
 
 router = APIRouter(include_in_schema=False)
 

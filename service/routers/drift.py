@@ -5,10 +5,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, Body, Query, Request, Response
 
-from service import drift_answers, reference_periods
-from service.answers import Format, document, responses, table, wants_csv
-from service.drift_answers import cells
-from service.parameters import LARGEST, Code, Cursor, EventSpan, Reading, RowLimit, Writing, place
+from service import reference_periods
 from service.queries import drift, drift_results, watched
 from service.routers.buildings import following
 from service.routers.models import By, making
@@ -28,6 +25,10 @@ from service.schemas.drift import (
     SeriesRow,
     SeriesRows,
 )
+from service.web import drift_answers
+from service.web.answers import Format, document, responses, table, wants_csv
+from service.web.drift_answers import cells
+from service.web.parameters import LARGEST, Code, Cursor, EventSpan, Reading, RowLimit, Writing, place
 
 router = APIRouter(prefix="/buildings/{code}", tags=["drift"])
 

@@ -10,12 +10,8 @@ from sqlalchemy.orm import Session
 
 from core.drift.together import BOTH
 from core.drift.watched import QUANTITIES
-from service import drift_answers, drift_charts
-from service.answers import is_known, tag, unchanged
-from service.drift_charts import CURVES
 from service.errors import NotFoundError
 from service.pages.rendering import page
-from service.parameters import Code, Reading
 from service.queries import drift, drift_results, watched
 from service.queries.question import Span
 from service.routers.drift import TEXT
@@ -23,6 +19,10 @@ from service.routers.login import reader
 from service.routers.pictures import drawn
 from service.schemas.drift import DriftAlarmRow, DriftRow, QuantityName, SeriesRow
 from service.version import VERSION
+from service.web import drift_answers, drift_charts
+from service.web.answers import is_known, tag, unchanged
+from service.web.drift_charts import CURVES
+from service.web.parameters import Code, Reading
 
 VALUES = 5000
 """Of a picture: more points are not told apart."""

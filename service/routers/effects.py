@@ -6,10 +6,10 @@ from fastapi import APIRouter, Path, Request, Response
 
 from core.effect import Effect
 from core.effects import EFFECTS
-from service.answers import Format, document, responses, table
-from service.effect_sheets import explained, families, law
 from service.errors import NotFoundError
 from service.schemas.effects import EffectOut, EffectRow, Effects, ParameterOut
+from service.web.answers import Format, document, responses, table
+from service.workbench.effect_sheets import explained, families, law
 
 router = APIRouter(prefix="/effects", tags=["models"])
 

@@ -8,15 +8,14 @@ from fastapi import APIRouter, Body, Depends, Request, Response
 from sqlalchemy.orm import Session
 
 from core.description import BuildingDescription
-from service import jobs, levels
-from service.answers import document, responses
-from service.auth import engineer
+from service import levels
+from service.access.auth import engineer
 from service.buildings import described
 from service.database import Analysis
 from service.errors import ConflictError, NotFoundError, documented
 from service.levels import LevelError
-from service.parameters import AnalysisId, Id, Reading, Writing
 from service.queries import analysis_results, earthquakes, layer_results
+from service.queue import jobs
 from service.schemas.analyses import (
     DirectionOut,
     FindingOut,
@@ -31,6 +30,8 @@ from service.schemas.events import EventOut, WaveformOut
 from service.schemas.operations import JobOut
 from service.schemas.requests import AnalysisRequest
 from service.settings import Settings
+from service.web.answers import document, responses
+from service.web.parameters import AnalysisId, Id, Reading, Writing
 
 router = APIRouter(prefix="/events", tags=["events"])
 

@@ -7,11 +7,11 @@ from typing import Literal
 from anyio import to_thread
 from fastapi import APIRouter, Request, Response
 
-from service import bodies, fdsn
 from service.errors import TooLargeError
-from service.fdsn_query import ALIASES, PARAMETERS, QueryError, Selection, area, parameters, posted, selection
-from service.parameters import Reading
 from service.version import VERSION
+from service.web import bodies, fdsn
+from service.web.fdsn_query import ALIASES, PARAMETERS, QueryError, Selection, area, parameters, posted, selection
+from service.web.parameters import Reading
 
 router = APIRouter(prefix="/fdsnws", include_in_schema=False)
 Service = Literal["station", "dataselect"]

@@ -7,12 +7,13 @@ from fastapi import APIRouter, Depends, Request, Response
 from prometheus_client import CONTENT_TYPE_LATEST, generate_latest
 from sqlalchemy.exc import SQLAlchemyError
 
-from service import auth, migrate
+from service import migrate
+from service.access import auth
 from service.errors import documented, problem
-from service.leases import POLLING
-from service.parameters import Reading
 from service.queries import work
+from service.queue.leases import POLLING
 from service.schemas.operations import Health
+from service.web.parameters import Reading
 
 router = APIRouter(tags=["operations"])
 OPEN: dict[str, Any] = {"security": []}

@@ -5,14 +5,14 @@ from typing import Annotated, Literal, get_args
 import orjson
 from fastapi import APIRouter, Query, Request, Response
 
-from service import numbers
-from service.answers import OPTIONS, Format, is_known, responses, series_lines, tag, unchanged, wants_csv, written
 from service.blobs import decode
-from service.parameters import AnalysisId, Id, Points, Reading
 from service.queries import layer_results
 from service.routers.series import kept, sampled
 from service.schemas.series import LayerMotionSeries
 from service.version import VERSION
+from service.web import numbers
+from service.web.answers import OPTIONS, Format, is_known, responses, series_lines, tag, unchanged, wants_csv, written
+from service.web.parameters import AnalysisId, Id, Points, Reading
 
 Name = Literal["displacement_x", "displacement_y", "torsion", "torsion_std", "axial_load"]
 NAMES: tuple[str, ...] = get_args(Name)

@@ -8,10 +8,10 @@ from urllib.parse import parse_qs, urlencode
 from fastapi import APIRouter, Query, Request, Response
 from starlette.responses import RedirectResponse
 
-from service import bodies
-from service.auth import COOKIE, Caller, digest, is_cross_site, viewer
+from service.access.auth import COOKIE, Caller, digest, is_cross_site, viewer
 from service.errors import ForbiddenError, LoginWantedError, UnauthorizedError
 from service.pages.rendering import page
+from service.web import bodies
 
 OURS = re.compile(r"/([a-z]+(/[\w-]+)*)?(\?[\w=&%.-]*)?", re.ASCII)
 MOST = 4096

@@ -5,14 +5,14 @@ from typing import Annotated, Literal
 
 from fastapi import APIRouter, Depends, Query, Request, Response
 
-from service import notice_answers
-from service.answers import Format, document, responses, table
-from service.auth import Caller, engineer
+from service.access.auth import Caller, engineer
 from service.notices import claims, drill
-from service.parameters import LARGEST, Before, Code, DeliveryId, Limit, MessageId, Reading, Writing
 from service.queries import told, watched
 from service.routers.models import making
 from service.schemas.notices import Deliveries, DeliveryOut, DeliveryRow, MessageOut, MessageRow, Messages
+from service.web import notice_answers
+from service.web.answers import Format, document, responses, table
+from service.web.parameters import LARGEST, Before, Code, DeliveryId, Limit, MessageId, Reading, Writing
 
 router = APIRouter(tags=["messages"])
 

@@ -9,17 +9,18 @@ from fastapi import APIRouter, Depends, Query, Request, Response
 from starlette.responses import RedirectResponse
 
 from core.effects import EFFECTS
-from service import bodies, model_answers, model_requests, models
-from service.auth import Caller, Role, engineer
+from service.access.auth import Caller, Role, engineer
 from service.buildings import described
 from service.database import ModelComparison
-from service.effect_sheets import families
 from service.errors import ConflictError, NotFoundError
+from service.modelling import model_requests, models
 from service.pages.rendering import page
-from service.parameters import LARGEST, Code, ModelId, Reading, Writing
 from service.queries import diagnoses, versions, watched, work
 from service.routers.effects import EffectName, answered
 from service.routers.login import reader
+from service.web import bodies, model_answers
+from service.web.parameters import LARGEST, Code, ModelId, Reading, Writing
+from service.workbench.effect_sheets import families
 
 router = APIRouter(include_in_schema=False)
 

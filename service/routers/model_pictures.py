@@ -4,14 +4,14 @@ from typing import Annotated
 
 from fastapi import APIRouter, Depends, Query, Request, Response
 
-from service import model_answers, model_charts
-from service.answers import is_known, tag, unchanged
-from service.auth import viewer
+from service.access.auth import viewer
 from service.blobs import decode
-from service.parameters import LARGEST, Reading
 from service.queries import versions
 from service.routers.pictures import drawn
 from service.version import VERSION
+from service.web import model_answers, model_charts
+from service.web.answers import is_known, tag, unchanged
+from service.web.parameters import LARGEST, Reading
 
 router = APIRouter(prefix="/charts", include_in_schema=False, dependencies=[Depends(viewer)])
 

@@ -5,13 +5,13 @@ from typing import Annotated
 
 from fastapi import APIRouter, Body, Response
 
-from service import model_requests
 from service.database import Job
-from service.parameters import ModelId, Writing
+from service.modelling import model_requests
 from service.queries import versions
 from service.routers.models import By, making
 from service.schemas.models import EffectRequest, FitRequest, WorkRequest
 from service.schemas.operations import JobOut
+from service.web.parameters import ModelId, Writing
 
 router = APIRouter(prefix="/models", tags=["models"])
 

@@ -5,11 +5,15 @@ from typing import Annotated, Any
 
 from fastapi import APIRouter, Body, Depends, Request, Response
 
-from service import model_answers, model_requests, models
-from service.answers import Format, document, responses, table
-from service.auth import Caller, engineer
+from service.access.auth import Caller, engineer
 from service.errors import documented
-from service.parameters import (
+from service.modelling import model_requests, models
+from service.queries import versions, watched
+from service.routers.buildings import following
+from service.schemas.models import ComparisonRow, Comparisons, Lineage, ModelOut, ModelRequest, Models, Trend
+from service.web import model_answers
+from service.web.answers import Format, document, responses, table
+from service.web.parameters import (
     AnyModelDirection,
     AnyModelState,
     Before,
@@ -22,9 +26,6 @@ from service.parameters import (
     Writing,
     place,
 )
-from service.queries import versions, watched
-from service.routers.buildings import following
-from service.schemas.models import ComparisonRow, Comparisons, Lineage, ModelOut, ModelRequest, Models, Trend
 
 router = APIRouter(tags=["models"])
 

@@ -7,18 +7,18 @@ from fastapi import APIRouter, Depends, Request, Response
 from pydantic import ValidationError
 from starlette.responses import RedirectResponse
 
-from service import notice_answers, receiver_requests
 from service import receivers as told_of
-from service.auth import Caller, Role, admin, engineer
+from service.access.auth import Caller, Role, admin, engineer
 from service.errors import ConflictError
 from service.notices import claims, drill
 from service.pages.rendering import page
-from service.parameters import Code, DeliveryId, MessageId, Reading, ReceiverId, Writing
 from service.queries import told, watched
 from service.receiver_rules import SEVERITIES, WANTED_KINDS
 from service.routers.login import reader
 from service.routers.model_pages import Form
 from service.schemas.notices import ReceiverRequest
+from service.web import notice_answers, receiver_requests
+from service.web.parameters import Code, DeliveryId, MessageId, Reading, ReceiverId, Writing
 
 router = APIRouter(include_in_schema=False)
 

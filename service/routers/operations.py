@@ -11,13 +11,13 @@ from sqlalchemy.engine import make_url
 from sqlalchemy.exc import ArgumentError
 from sqlalchemy.orm import Session, sessionmaker
 
-from service.answers import Format, document, responses, table
 from service.buildings import described
 from service.errors import documented
-from service.parameters import LARGEST, Before, JobId, Limit, Reading
 from service.queries import watched, work
 from service.schemas.buildings import SourceOut, Sources
 from service.schemas.operations import JobOut, Jobs
+from service.web.answers import Format, document, responses, table
+from service.web.parameters import LARGEST, Before, JobId, Limit, Reading
 
 router = APIRouter(tags=["operations"])
 

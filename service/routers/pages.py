@@ -8,15 +8,16 @@ from typing import Annotated
 from fastapi import APIRouter, Depends, Query, Request, Response
 from sqlalchemy.orm import Session
 
-from service import mode_tracks, model_answers
+from service import mode_tracks
 from service.database import Analysis, Building, DirectionResult, Event, LayerResult, ModelVersion
 from service.mode_tracks import TrackedMode
 from service.pages.rendering import page
-from service.parameters import Reading
 from service.queries import alerts, analysis_results, earthquakes, layer_results, versions, watched
 from service.queries.question import Span
 from service.routers.login import reader
 from service.schemas.models import Trend
+from service.web import model_answers
+from service.web.parameters import Reading
 
 STATES = {
     "gathering": "Its files are still coming in",

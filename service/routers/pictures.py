@@ -10,17 +10,19 @@ import numpy as np
 import vl_convert
 from fastapi import APIRouter, Depends, Query, Request, Response
 
-from core.equivalent import EquivalentSegment
-from service import charts, mode_charts, mode_tracks
-from service.answers import is_known, tag, unchanged, written
-from service.auth import viewer
+from core.isolation_layer.equivalent import EquivalentSegment
+from service import mode_tracks
+from service.access.auth import viewer
 from service.blobs import decode
+from service.drawing import charts
 from service.errors import NotFoundError
-from service.parameters import LARGEST, Reading
 from service.queries import analysis_results, layer_results, trends, watched
 from service.queries.question import Span
 from service.queries.trends import CYCLE
 from service.version import VERSION
+from service.web import mode_charts
+from service.web.answers import is_known, tag, unchanged, written
+from service.web.parameters import LARGEST, Reading
 
 CYCLES = 5000
 """Of a picture: more points are not told apart."""

@@ -5,17 +5,17 @@ from typing import Annotated
 
 from fastapi import APIRouter, Body, Depends, Request, Response
 
-from service import notice_answers, receiver_requests
 from service import receivers as told
-from service.answers import document, responses
-from service.auth import Caller, admin, engineer
+from service.access.auth import Caller, admin, engineer
 from service.errors import documented
 from service.notices import drill
-from service.parameters import Code, Reading, ReceiverId, Writing
 from service.queries import watched
 from service.queries.told import delivery
 from service.routers.models import making
 from service.schemas.notices import DeliveryOut, ReceiverChange, ReceiverMade, ReceiverOut, ReceiverRequest, Receivers
+from service.web import notice_answers, receiver_requests
+from service.web.answers import document, responses
+from service.web.parameters import Code, Reading, ReceiverId, Writing
 
 router = APIRouter(tags=["messages"])
 

@@ -8,8 +8,16 @@ import orjson
 from fastapi import APIRouter, Query, Request, Response
 
 from core.arrays import Indices, Vector
-from service import numbers
-from service.answers import (
+from service.blobs import decode
+from service.buildings import described
+from service.database import Waveform
+from service.drawing.thinning import extremes
+from service.queries import analysis_results, recorded
+from service.queries.question import Line
+from service.schemas.series import ForceSeries, WaveformSeries
+from service.version import VERSION
+from service.web import numbers
+from service.web.answers import (
     OPTIONS,
     Answers,
     Format,
@@ -21,15 +29,7 @@ from service.answers import (
     wants_csv,
     written,
 )
-from service.blobs import decode
-from service.buildings import described
-from service.database import Waveform
-from service.parameters import AnalysisId, ChannelId, HorizontalDirection, Id, Points, Reading
-from service.queries import analysis_results, recorded
-from service.queries.question import Line
-from service.schemas.series import ForceSeries, WaveformSeries
-from service.thinning import extremes
-from service.version import VERSION
+from service.web.parameters import AnalysisId, ChannelId, HorizontalDirection, Id, Points, Reading
 
 router = APIRouter(prefix="/events", tags=["series"])
 

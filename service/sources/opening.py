@@ -7,7 +7,6 @@ from pathlib import Path
 
 import httpx
 
-from service.building_file import BuildingFile, SourceFile
 from service.settings import Settings
 from service.sources.archive import Archive
 from service.sources.arrival import Source
@@ -16,6 +15,7 @@ from service.sources.fdsnws import EARLIEST, FdsnWebServices
 from service.sources.folder import Folder
 from service.sources.http import Client, client
 from service.sources.memory import Memory
+from service.toml_files.building_file import BuildingFile, SourceFile
 
 
 @contextmanager

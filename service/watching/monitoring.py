@@ -19,18 +19,18 @@ from service.alerting.event_messages import tell
 from service.alerting.reconciling import reconcile
 from service.buildings import described
 from service.database import Building, DriftAlarm, DriftValue, Job, ReferencePeriod, WatchedSeries
-from service.jobs import WATCH, Claim
 from service.queries import drift
+from service.queue.jobs import WATCH, Claim
+from service.queue.stages import Stage
 from service.reference_periods import in_force, reference
 from service.settings import Settings
-from service.stages import Stage
 from service.version import VERSION
 from service.watching import baseline_json
 from service.watching.findings import findings
 from service.watching.series import channels_of, watched_series
 
 MISSING = "missing"
-"""Kind of the finding that a sensor was not recorded (core.screening)."""
+"""Kind of the finding that a sensor was not recorded (core.sensors.screening)."""
 
 
 @dataclass(frozen=True, slots=True)

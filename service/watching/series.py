@@ -13,10 +13,10 @@ from types import MappingProxyType
 
 from sqlalchemy.orm import Session
 
+from core.comparison.misfit import Misfit
 from core.description import BuildingDescription
 from core.drift.series import Observation, Series
 from core.drift.watched import QUANTITIES
-from core.misfit import Misfit
 from service import mode_tracks
 from service.alerting.words import SENSOR_QUANTITIES
 from service.mode_tracks import DIRECTIONS, Sighting

@@ -2,12 +2,12 @@
 
 from dataclasses import dataclass
 
+from core.diagnosis.ranking import ranked
 from core.errors import RecordError
-from core.fitting import Fit
-from core.layer_columns import Evidence
-from core.ranking import ranked
-from service.model_file import ModelFile
-from service.progress import Tell
+from core.fitting.fit import Fit
+from core.fitting.layer_columns import Evidence
+from service.queue.progress import Tell
+from service.toml_files.model_file import ModelFile
 from service.workbench.answers import answers
 from service.workbench.candidates import Candidate, candidates
 from service.workbench.records import Records

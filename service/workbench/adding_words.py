@@ -2,10 +2,10 @@
 
 from collections.abc import Iterator
 
+from core.diagnosis.ranking import DECISIVE
 from core.effects import EFFECTS
-from core.ranking import DECISIVE
-from service.effect_sheets import explained
 from service.workbench.adding import Added
+from service.workbench.effect_sheets import explained
 from service.workbench.fit_words import words as fit_words
 from service.workbench.values import rounded
 from service.workbench.versions import gain

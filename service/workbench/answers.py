@@ -3,10 +3,10 @@
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
-from core.comparison import ForceComparison, compare_forces
-from core.isolator import Isolator
-from core.prediction import Prediction
-from core.predictions import predict_all
+from core.comparison.compared import ForceComparison, compare_forces
+from core.comparison.prediction import Prediction
+from core.comparison.predictions import predict_all
+from core.model.isolator import Isolator
 from core.record import Direction
 from service.workbench.records import Records
 

@@ -3,12 +3,12 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from core.comparison import compare_forces, force_misfit
+from core.comparison.compared import compare_forces, force_misfit
+from core.comparison.misfit import Misfit
+from core.diagnosis.plausibility import implausible
+from core.diagnosis.ranking import Judged, Ranking
 from core.effects import EFFECTS
-from core.fitting import Fit
-from core.misfit import Misfit
-from core.plausibility import implausible
-from core.ranking import Judged, Ranking
+from core.fitting.fit import Fit
 from service.workbench.records import Records
 from service.workbench.refit import deviations
 from service.workbench.versions import FITTED, LEFT_OUT, groups

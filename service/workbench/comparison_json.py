@@ -5,12 +5,12 @@ from dataclasses import asdict
 from math import isfinite
 from typing import Any
 
-from core.excess import Share
-from core.misfit import Misfit, together
-from core.prediction import Prediction, predicted_accelerations, predicted_displacement
-from core.profile import Profile
-from core.region import Region
-from service.model_file import ModelFile
+from core.comparison.excess import Share
+from core.comparison.misfit import Misfit, together
+from core.comparison.prediction import Prediction, predicted_accelerations, predicted_displacement
+from core.comparison.profile import Profile
+from core.comparison.region import Region
+from service.toml_files.model_file import ModelFile
 from service.version import VERSION
 from service.workbench.answers import Answers
 from service.workbench.held import Held

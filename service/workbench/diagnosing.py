@@ -3,15 +3,15 @@
 from collections.abc import Collection
 from dataclasses import dataclass
 
-from core.diagnosis import Diagnosis, diagnosed
+from core.comparison.misfit import Misfit
+from core.diagnosis.missing_effects import Diagnosis, diagnosed
+from core.diagnosis.suspect import Suspect
+from core.diagnosis.suspicion import suspicions
 from core.effects import EFFECTS
 from core.errors import RecordError
-from core.first_model import first_model
-from core.misfit import Misfit
-from core.suspect import Suspect
-from core.suspicion import suspicions
-from service.model_file import ModelFile
-from service.progress import Tell, silent
+from core.fitting.first_model import first_model
+from service.queue.progress import Tell, silent
+from service.toml_files.model_file import ModelFile
 from service.workbench.answers import answers
 from service.workbench.candidates import Candidate, candidates
 from service.workbench.held import Held, held

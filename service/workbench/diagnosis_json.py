@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 from typing import Any
 
-from core.diagnosis import Outcome
+from core.comparison.misfit import Misfit
+from core.diagnosis.missing_effects import Outcome
 from core.effects import EFFECTS
-from core.misfit import Misfit
 from service.version import VERSION
 from service.workbench.candidates import Candidate
 from service.workbench.comparison_json import events_as_json, finite, misfit_as_json, model_as_json

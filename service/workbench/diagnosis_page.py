@@ -1,6 +1,6 @@
 """A diagnosis as one HTML file: the text, the tables, and the pictures that expose effects."""
 
-from service.svg import svg
+from service.drawing.svg import svg
 from service.workbench.candidates_table import candidates_table
 from service.workbench.diagnosing import Diagnosed
 from service.workbench.diagnosis_words import words

@@ -3,8 +3,8 @@
 from collections.abc import Iterator
 from types import MappingProxyType
 
-from core.diagnosis import Outcome
-from core.ranking import DECISIVE
+from core.diagnosis.missing_effects import Outcome
+from core.diagnosis.ranking import DECISIVE
 from service.workbench.diagnosing import Diagnosed
 from service.workbench.effect_words import evidence, missing, titled
 from service.workbench.suspicions import words as suspicion_words

@@ -2,11 +2,11 @@
 
 from collections.abc import Iterator
 
+from core.comparison.misfit import Misfit
+from core.diagnosis.ranking import DECISIVE
 from core.effects import EFFECTS
-from core.misfit import Misfit
-from core.ranking import DECISIVE
-from service.effect_sheets import explained
 from service.workbench.diagnosing import Diagnosed
+from service.workbench.effect_sheets import explained
 from service.workbench.stages import Stage
 from service.workbench.telling_apart import would_tell
 from service.workbench.values import rounded

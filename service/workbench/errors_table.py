@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.comparison import ForceComparison
-from core.misfit import Misfit
-from core.prediction import Prediction, predicted_accelerations, predicted_displacement
+from core.comparison.compared import ForceComparison
+from core.comparison.misfit import Misfit
+from core.comparison.prediction import Prediction, predicted_accelerations, predicted_displacement
 from service.workbench.held import Held
 from service.workbench.labels import label
 from service.workbench.values import percent, rounded

@@ -6,7 +6,7 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from service.model_file import ModelFile
+from service.toml_files.model_file import ModelFile
 from service.workbench.fit_words import words
 from service.workbench.refit import Refit
 from service.workbench.summary import shown

@@ -6,10 +6,10 @@ from math import sqrt
 
 import numpy as np
 
-from core.descent import Outcome
-from core.fitting import Fit
-from core.isolator import Key
-from core.projected_misfit import parameter
+from core.fitting.descent import Outcome
+from core.fitting.fit import Fit
+from core.fitting.projected_misfit import parameter
+from core.model.isolator import Key
 from service.pages.units import shown, unit
 from service.workbench.values import rounded
 

@@ -4,11 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.block_corrections import BlockCorrection, block_corrections
-from core.failure import Failure, failure
-from core.failure_words import words
-from service.model_file import ModelFile
-from service.progress import Tell
+from core.comparison.block_corrections import BlockCorrection, block_corrections
+from core.comparison.failure import Failure, failure
+from core.comparison.failure_words import words
+from service.queue.progress import Tell
+from service.toml_files.model_file import ModelFile
 from service.workbench.answers import Answers, answers
 from service.workbench.records import Records
 

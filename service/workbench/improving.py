@@ -7,11 +7,11 @@ unknown missing none is, since the nearest that is known is then nearly always s
 from collections.abc import Collection
 from dataclasses import dataclass
 
-from core.diagnosis import Outcome
+from core.diagnosis.missing_effects import Outcome
 from core.effects import EFFECTS
-from core.fitting import Fit
-from service.model_file import ModelFile
-from service.progress import Tell
+from core.fitting.fit import Fit
+from service.queue.progress import Tell
+from service.toml_files.model_file import ModelFile
 from service.workbench.diagnosing import Diagnosed, diagnose
 from service.workbench.records import Records
 from service.workbench.refit import model_of

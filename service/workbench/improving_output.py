@@ -7,11 +7,11 @@ from rich.console import Group, RenderableType
 from rich.text import Text
 
 from core.effects import EFFECTS
-from service.effect_sheets import explained
 from service.version import VERSION
 from service.workbench.comparison_json import finite, model_as_json
 from service.workbench.diagnosis_json import as_json as diagnosis_as_json
 from service.workbench.diagnosis_json import versions_as_json
+from service.workbench.effect_sheets import explained
 from service.workbench.fit_summary import values_table
 from service.workbench.fit_words import words as fit_words
 from service.workbench.improving import Improved

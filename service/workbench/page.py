@@ -5,7 +5,7 @@ from pathlib import Path
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from service.svg import svg
+from service.drawing.svg import svg
 from service.version import VERSION
 from service.workbench.errors_table import force_errors, levels_of, predicted_errors
 from service.workbench.figure import Figure

@@ -9,13 +9,13 @@ from pathlib import Path
 from core.analysis import AnalysisSettings, EventAnalysis, analyse
 from core.description import BuildingDescription
 from core.errors import CoreError, IdentificationError, RecordError
-from core.estimator import RestoringForce
-from core.known_superstructure import KnownSuperstructure, known_superstructure
-from core.observation import Observation, observations
+from core.fitting.observation import Observation, observations
 from core.record import Direction
-from service.building_file import BuildingFile
-from service.event_files import EventFiles, events
-from service.progress import Tell
+from core.restoring_force.estimator import RestoringForce
+from core.restoring_force.known_superstructure import KnownSuperstructure, known_superstructure
+from service.intake.event_files import EventFiles, events
+from service.queue.progress import Tell
+from service.toml_files.building_file import BuildingFile
 
 NEVER = datetime(1970, 1, 1, tzinfo=UTC)
 """Reference where there is no record to count from."""

@@ -3,11 +3,11 @@
 from dataclasses import dataclass, replace
 from math import inf, sqrt
 
-from core.fitting import Fit
-from core.isolator import Isolator
-from core.weighed_fit import weighed_fit
-from service.model_file import ModelFile
-from service.progress import Tell
+from core.fitting.fit import Fit
+from core.fitting.weighed_fit import weighed_fit
+from core.model.isolator import Isolator
+from service.queue.progress import Tell
+from service.toml_files.model_file import ModelFile
 from service.workbench.answers import answers
 from service.workbench.records import Records
 from service.workbench.versions import Version

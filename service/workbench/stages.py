@@ -3,10 +3,10 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from core.diagnosis import Diagnosis, Step
-from core.fitting import Fit
-from core.isolator import Isolator
-from core.weighed_fit import weighed_fit
+from core.diagnosis.missing_effects import Diagnosis, Step
+from core.fitting.fit import Fit
+from core.fitting.weighed_fit import weighed_fit
+from core.model.isolator import Isolator
 from service.workbench.records import Records
 
 

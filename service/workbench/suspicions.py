@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from core.suspect import Cause, Suspect
+from core.diagnosis.suspect import Cause, Suspect
 from service.version import VERSION
 from service.workbench.comparison_json import finite
 

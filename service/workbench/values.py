@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from math import isfinite
 
 from core.effects import EFFECTS
-from service.model_file import ModelFile
 from service.pages.units import shown, unit
+from service.toml_files.model_file import ModelFile
 
 LONG = 1e7
 """From which on a number is written with an exponent."""

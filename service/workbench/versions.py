@@ -4,9 +4,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import sqrt
 
-from core.comparison import ForceComparison, force_misfit
-from core.misfit import Misfit, together
-from core.prediction import Prediction, predicted_displacement
+from core.comparison.compared import ForceComparison, force_misfit
+from core.comparison.misfit import Misfit, together
+from core.comparison.prediction import Prediction, predicted_displacement
 from service.workbench.answers import Answers
 from service.workbench.errors_table import ErrorsTable
 from service.workbench.labels import label

@@ -11,8 +11,8 @@ from benchmarks.integrators import INTEGRATORS
 from benchmarks.table import Table
 from benchmarks.trial import Limits
 from core.estimators import ESTIMATORS
+from core.model.simulation import simulate
 from core.paper import BUILDING, ISOLATOR, RATE, ground_motion
-from core.simulation import simulate
 from service.akt013 import recorded
 
 LIMITS = Limits(seconds=20)
@@ -46,7 +46,7 @@ def test_identification_under_noise_takes_the_best_order() -> None:
 def test_all_integrators_that_are_here_agree() -> None:
     """2e-4: the accuracy at which the ways are compared."""
     ground = ground_motion(*recorded())[1500:2100]
-    names = ["core.simulation, 1 step", "LSODA, rtol 1e-5"]
+    names = ["core.model.simulation, 1 step", "LSODA, rtol 1e-5"]
     table = simulation.table(ground, {name: INTEGRATORS[name] for name in names}, LIMITS, rounds=1)
     assert [float(row(table, name)["error of the force"]) < 2e-4 for name in names] == [True, True]
 

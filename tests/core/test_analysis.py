@@ -8,8 +8,8 @@ from motions import RATE, akt013
 from shared import needs_shared
 
 from core.analysis import AnalysisSettings, analyse
+from core.model.simulation import simulate
 from core.paper import BUILDING, ISOLATOR
-from core.simulation import simulate
 
 CHAIN = AnalysisSettings(band=(0.1, 25.0))
 EVENTS = ("CNP100", "LAC100", "SP100")

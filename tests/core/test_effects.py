@@ -10,11 +10,11 @@ from exciting import LAYER, Excitation, answer, company, cycles, excitation, usu
 from plain_layer import plain_force
 
 import core.effects
-from core.driven import driven
 from core.effect import Effect, LogNormal, Parameter
 from core.effects import EFFECTS
 from core.errors import ModelError
-from core.isolator import Conditions, Isolator
+from core.model.driven import driven
+from core.model.isolator import Conditions, Isolator
 
 every_effect = pytest.mark.parametrize("name", sorted(EFFECTS))
 RATE = 200.0

@@ -20,13 +20,15 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session, selectinload, sessionmaker, undefer
 
 from core.estimators import ESTIMATORS
-from service import buildings, events, jobs, roles
+from service import buildings, roles
 from service.blobs import decode
 from service.database import Analysis, DirectionResult, Event, Waveform
 from service.demo.archive import Archive
 from service.demo.listening import listening
 from service.demo.server import application
-from service.looking import Look
+from service.intake import events
+from service.intake.looking import Look
+from service.queue import jobs
 from service.settings import Settings
 
 pytestmark = [needs_shared, pytest.mark.slow]

@@ -12,12 +12,13 @@ from fastapi.testclient import TestClient
 from hidden import files
 from hidden.trial import Trial, trial
 
-from service import buildings, events, roles
-from service.executors import executors
-from service.looking import Look
+from service import buildings, roles
+from service.computing.executors import executors
+from service.computing.worker import Worker
+from service.intake import events
+from service.intake.looking import Look
 from service.settings import Settings
 from service.sources.arrival import Arrival
-from service.worker import Worker
 
 pytestmark = pytest.mark.slow
 

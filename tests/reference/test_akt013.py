@@ -12,16 +12,16 @@ import pytest
 
 from core.arrays import Vector
 from core.building import fixed_base_modes as analytic_modes
-from core.cms import at_all_floors, estimate, fixed_base_modes, force_of_shapes, shape_matrix
-from core.estimator import InstrumentedSuperstructure
-from core.expansion import modal_acceleration
-from core.fitting_rate import fitting_rate as fit
-from core.identification import Identification, identified_modes
-from core.modal import mass_normalised
-from core.mode import Mode
+from core.comparison.fitting_rate import fitting_rate as fit
+from core.identification.identified_modes import Identification, identified_modes
+from core.identification.modal import mass_normalised
+from core.identification.mode import Mode
+from core.identification.refinement import Refinement
+from core.model.simulation import Response, simulate
 from core.paper import BUILDING, ISOLATOR
-from core.refinement import Refinement
-from core.simulation import Response, simulate
+from core.restoring_force.cms import at_all_floors, estimate, fixed_base_modes, force_of_shapes, shape_matrix
+from core.restoring_force.estimator import InstrumentedSuperstructure
+from core.restoring_force.expansion import modal_acceleration
 
 MEASURED = np.array([2, 6])  # fourth storey and roof
 POINTS = 0.3  # what the project asks for, of the reference's one decimal

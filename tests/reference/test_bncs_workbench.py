@@ -6,13 +6,13 @@ import pytest
 from shared import BNCS, needs_shared
 
 from core.analysis import AnalysisSettings, analyse
-from core.comparison import compare_forces
-from core.diagnosis import diagnosed
+from core.comparison.compared import compare_forces
+from core.diagnosis.missing_effects import diagnosed
 from core.effects import EFFECTS
-from core.isolator import Isolator
-from core.observation import Observation, observations
+from core.fitting.observation import Observation, observations
+from core.model.isolator import Isolator
 from service.commands.described import described_by
-from service.event_files import events
+from service.intake.event_files import events
 
 pytestmark = [pytest.mark.slow, needs_shared]
 

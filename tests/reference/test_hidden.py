@@ -21,10 +21,10 @@ from scipy.linalg import eigh
 from core.arrays import Matrix
 from core.building import ShearBuilding
 from core.effects import EFFECTS
-from core.isolator import Isolator
-from core.simulation import simulate
-from service.building_file import read
-from service.event_files import events
+from core.model.isolator import Isolator
+from core.model.simulation import simulate
+from service.intake.event_files import events
+from service.toml_files.building_file import read
 
 STANDS = building(np.random.default_rng(1), peak=0.08)
 LAST = 70 * 86400.0 - 12.0

@@ -8,12 +8,12 @@ from fixed_interval import smoothed_force, state_space
 from truths import IN_CLASS, KINDS, RATE, SENSORS, instrumented, recorded, truth
 
 from core.building import fixed_base_modes
-from core.fitting_rate import fitting_rate
-from core.hypotheses import chosen
+from core.comparison.fitting_rate import fitting_rate
 from core.paper import BUILDING
-from core.smoother import CALIBRATED, estimate, ringing
-from core.spectral_lines import spectral_lines, within
-from core.superstructure_model import Design, Superstructure
+from core.smoothing.hypotheses import chosen
+from core.smoothing.smoother import CALIBRATED, estimate, ringing
+from core.smoothing.spectral_lines import spectral_lines, within
+from core.smoothing.superstructure_model import Design, Superstructure
 
 CUT = KINDS["cut to its strongest 15 s"]
 SHORT = pytest.mark.xfail(strict=True, reason="98.40 %, where the smoother in time comes to 98.67")

@@ -8,8 +8,8 @@ from scipy.linalg import eigh, eigvals
 from truths import IN_CLASS, KINDS, MOTIONS, SENSORS, conditioned, instrumented, recorded, truth
 
 from core.arrays import Matrix
+from core.model.simulation import simulate
 from core.paper import BUILDING, ISOLATOR
-from core.simulation import simulate
 
 DESIGN = IN_CLASS.building(0)
 

@@ -12,10 +12,10 @@ from findings import softer, stopped
 from sqlalchemy import select
 from sqlalchemy.orm import Session, sessionmaker
 
-from service import keys
+from service.access import keys
+from service.access.auth import Role
 from service.alerting.event_messages import tell
 from service.alerting.reconciling import reconcile
-from service.auth import Role
 from service.database import Building, Event
 
 AGE = timedelta(days=10_000)

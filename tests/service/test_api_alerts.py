@@ -12,10 +12,10 @@ from fastapi.testclient import TestClient
 from findings import DAY, START, softer, stopped
 from sqlalchemy.orm import Session, sessionmaker
 
-from service import keys
+from service.access import keys
+from service.access.auth import Role
 from service.alerting.event_messages import tell
 from service.alerting.reconciling import reconcile
-from service.auth import Role
 from service.database import Alert, AuditEntry, Building, Delivery, Job, Message, Receiver, ReferencePeriod
 
 NOW = START + 10 * DAY

@@ -10,9 +10,9 @@ import watched
 from serving import served
 from sqlalchemy.orm import Session, sessionmaker
 
-from service import keys
-from service.auth import Role
-from service.worker import Worker
+from service.access import keys
+from service.access.auth import Role
+from service.computing.worker import Worker
 
 pytestmark = pytest.mark.slow
 

@@ -18,8 +18,9 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session, sessionmaker
 from standardwebhooks import Webhook
 
-from service import buildings, keys
-from service.auth import Role
+from service import buildings
+from service.access import keys
+from service.access.auth import Role
 from service.database import AuditEntry
 from service.notices.notice import Notice
 from service.notices.notifier import Notifier

@@ -12,8 +12,9 @@ from fastapi.testclient import TestClient
 from sqlalchemy.orm import Session, sessionmaker
 
 from core.effects import EFFECTS
-from service import buildings, keys
-from service.auth import Role
+from service import buildings
+from service.access import keys
+from service.access.auth import Role
 from service.database import ModelVersion
 
 MODELS = "/api/v1/buildings/PAPER/models"

@@ -14,13 +14,14 @@ from distributed import LocalCluster, default_client
 from sqlalchemy import select
 from sqlalchemy.orm import Session, sessionmaker, undefer
 
-from service import buildings, jobs
+from service import buildings
 from service.blobs import decode
+from service.computing.executors import executors
+from service.computing.worker import Worker
 from service.database import DirectionResult, Event
-from service.executors import executors
-from service.ingest import ingest
+from service.intake.ingest import ingest
+from service.queue import jobs
 from service.settings import Settings
-from service.worker import Worker
 
 NOW = simulated.START + timedelta(days=1)
 

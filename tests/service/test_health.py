@@ -8,10 +8,11 @@ from prometheus_client.parser import text_string_to_metric_families
 from sqlalchemy import text
 from sqlalchemy.orm import Session, sessionmaker
 
-from service import keys, leases
-from service.auth import Role
+from service.access import keys
+from service.access.auth import Role
 from service.database import Analysis, Building, Event, Job, Recording, Revision, SourceState
-from service.leases import POLLING
+from service.queue import leases
+from service.queue.leases import POLLING
 
 START = datetime(2011, 3, 11, 5, 46, 24, tzinfo=UTC)
 END = START + timedelta(minutes=3)

@@ -8,11 +8,12 @@ import pytest
 from sqlalchemy import update
 from sqlalchemy.orm import Session, sessionmaker
 
-from core.isolator import Isolator
-from service import jobs, models
+from core.model.isolator import Isolator
 from service.database import Building, Event, Job, ModelVersion
-from service.jobs import COMPARE
-from service.models import Draft
+from service.modelling import models
+from service.modelling.models import Draft
+from service.queue import jobs
+from service.queue.jobs import COMPARE
 
 NOW = histories.start(40)
 MEANWHILE = 0.5

@@ -20,8 +20,8 @@ from sqlalchemy.orm import Session, sessionmaker
 from service import buildings, migrate
 from service import sessions as opened
 from service.database import Analysis, Event, Job
-from service.ingest import ingest
-from service.jobs import ANALYSE
+from service.intake.ingest import ingest
+from service.queue.jobs import ANALYSE
 from service.settings import Settings
 
 if TYPE_CHECKING:

@@ -12,8 +12,8 @@ from asking import TestClient, client
 from sqlalchemy.orm import Session, sessionmaker
 
 from service import buildings
-from service.looking import Look
-from service.worker import Worker
+from service.computing.worker import Worker
+from service.intake.looking import Look
 
 MOTION = "/api/v1/events/1/layer-motion"
 

@@ -6,8 +6,8 @@ import pytest
 from asking import client
 from sqlalchemy.orm import Session, sessionmaker
 
-from service import keys
-from service.auth import COOKIE, Role
+from service.access import keys
+from service.access.auth import COOKIE, Role
 
 NOW = datetime(2024, 1, 1, tzinfo=UTC)
 

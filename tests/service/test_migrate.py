@@ -9,8 +9,9 @@ from alembic.runtime.migration import MigrationContext
 from sqlalchemy import inspect
 from sqlalchemy.orm import Session, sessionmaker
 
-from service import jobs, migrate
+from service import migrate
 from service.database import Base, Building, ReferencePeriod, Revision, WatchedSeries
+from service.queue import jobs
 from service.sessions import engine
 
 NOW = datetime(2024, 1, 1, tzinfo=UTC)

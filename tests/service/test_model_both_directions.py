@@ -14,7 +14,7 @@ from sqlalchemy.orm import Session, sessionmaker
 
 from core.paper import ISOLATOR
 from service import buildings
-from service.ingest import ingest
+from service.intake.ingest import ingest
 
 pytestmark = [pytest.mark.slow, pytest.mark.parametrize("empty_database_url", ["sqlite"], indirect=True)]
 

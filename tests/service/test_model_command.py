@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 from core.effects import EFFECTS
 from core.paper import ISOLATOR
 from service.cli import app
-from service.model_file import read
+from service.toml_files.model_file import read
 
 BOTH = f"""{SMALL}
 [[channel]]

@@ -13,7 +13,7 @@ from fastapi.testclient import TestClient
 from sqlalchemy.orm import Session, sessionmaker
 
 from core.paper import ISOLATOR
-from service.looking import Look
+from service.intake.looking import Look
 
 pytestmark = pytest.mark.slow
 

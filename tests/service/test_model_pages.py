@@ -12,8 +12,9 @@ from fastapi.testclient import TestClient
 from sqlalchemy.orm import Session, sessionmaker
 
 from core.effects import EFFECTS
-from service import buildings, keys
-from service.auth import COOKIE, Role
+from service import buildings
+from service.access import keys
+from service.access.auth import COOKIE, Role
 
 NOW = simulated.START
 MODELS = "/buildings/PAPER/models"

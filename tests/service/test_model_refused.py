@@ -10,14 +10,15 @@ import simulated
 import watched
 from sqlalchemy.orm import Session, sessionmaker
 
+from core.diagnosis.suspect import Cause
+from core.diagnosis.suspicion import suspicions
 from core.paper import ISOLATOR
-from core.suspect import Cause
-from core.suspicion import suspicions
-from service import jobs, model_diagnoses, model_requests
-from service.kinds import KINDS
-from service.model_inputs import WorkInputs
-from service.model_records import records
-from service.progress import silent
+from service.computing.kinds import KINDS
+from service.modelling import model_diagnoses, model_requests
+from service.modelling.model_inputs import WorkInputs
+from service.modelling.model_records import records
+from service.queue import jobs
+from service.queue.progress import silent
 from service.workbench.records import Records, unusable
 
 EFFECTS = {name: dict(values) for name, values in ISOLATOR.effects.items()}

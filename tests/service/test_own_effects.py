@@ -16,10 +16,10 @@ from pathlib import Path
 
 import numpy as np
 
-from core.driven import driven
+from core.model.driven import driven
 from core.effects import EFFECTS
-from core.isolator import Isolator
-from service.executors import local_processes
+from core.model.isolator import Isolator
+from service.computing.executors import local_processes
 from service.own_effects import add_own_effects
 
 

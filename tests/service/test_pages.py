@@ -10,12 +10,13 @@ import pytest
 from asking import client
 from sqlalchemy.orm import Session, sessionmaker
 
-from core.isolator import Isolator
-from core.misfit import Misfit
-from service import blobs, model_results, models
+from core.comparison.misfit import Misfit
+from core.model.isolator import Isolator
+from service import blobs
 from service.database import Analysis, Building, CycleResult, DirectionResult, Event, Job, ModeResult, Revision
-from service.model_work import Compared
-from service.models import Draft
+from service.modelling import model_results, models
+from service.modelling.model_work import Compared
+from service.modelling.models import Draft
 from service.pages.rendering import with_std
 from service.queries import trends
 

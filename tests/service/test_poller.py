@@ -11,10 +11,11 @@ from monitoring import building_file, miniseed, stream
 from sqlalchemy import select
 from sqlalchemy.orm import Session, sessionmaker
 
-from service import buildings, leases
+from service import buildings
 from service.database import Event, Lease
-from service.leases import POLLING
 from service.poller import LEASE, Poller
+from service.queue import leases
+from service.queue.leases import POLLING
 from service.settings import Settings
 
 NOW = datetime(2024, 1, 1, tzinfo=UTC)

@@ -12,12 +12,12 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session, sessionmaker
 
 from service import buildings, receivers
-from service.building_file import BuildingFileError, read
 from service.database import Building, Delivery, Message, Receiver
 from service.errors import ConflictError, NotFoundError
 from service.notices.notice import Notice
 from service.notices.outbox import put
 from service.receiver_rules import ReceiverRule, shown_address, wrong_address, wrong_secret
+from service.toml_files.building_file import BuildingFileError, read
 
 NOW = datetime(2024, 1, 1, tzinfo=UTC)
 LATER = datetime(2024, 1, 2, tzinfo=UTC)

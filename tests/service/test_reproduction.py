@@ -18,10 +18,9 @@ from typer.testing import CliRunner
 from core.analysis import AnalysisSettings
 from core.estimators import ESTIMATORS
 from service.akt013 import PLACE
-from service.building_file import read
 from service.cli import app
-from service.event_files import events
 from service.formats import FormatError
+from service.intake.event_files import events
 from service.reproduction import ground, published
 from service.reproduction.amplitude_tables import amplitude_tables
 from service.reproduction.force_figures import force_figures
@@ -33,6 +32,7 @@ from service.reproduction.report import report
 from service.reproduction.simulated import Simulated, simulated
 from service.reproduction.simulated_figures import response_figures
 from service.reproduction.table import Table
+from service.toml_files.building_file import read
 
 pytestmark = pytest.mark.slow  # one run of it all
 

@@ -16,7 +16,7 @@ from service.database import Analysis, DirectionResult, Event
 from service.demo.archive import Archive
 from service.demo.listening import listening
 from service.demo.server import application
-from service.looking import Look
+from service.intake.looking import Look
 from service.roles import worked_off
 from service.settings import Settings
 

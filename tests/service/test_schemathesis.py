@@ -19,9 +19,10 @@ import watched
 from serving import served
 from sqlalchemy.orm import Session, sessionmaker
 
-from service import keys, leases
-from service.auth import Role
-from service.leases import POLLING
+from service.access import keys
+from service.access.auth import Role
+from service.queue import leases
+from service.queue.leases import POLLING
 
 pytestmark = pytest.mark.slow
 

@@ -10,9 +10,9 @@ from motions import RATE
 from truths import BAND, KINDS, conditioned, instrumented, recorded, truth
 
 from core.arrays import Matrix, Vector
-from core.estimator import Estimator, RestoringForce
+from core.comparison.fitting_rate import fitting_rate
 from core.estimators import ESTIMATORS
-from core.fitting_rate import fitting_rate
+from core.restoring_force.estimator import Estimator, RestoringForce
 
 NOISES = (0.01, 0.05, 0.10)
 """Standard deviation of the sensors' white noise over the root mean square of their channel."""
@@ -92,7 +92,7 @@ def agreement(force: Vector, found: RestoringForce) -> Agreement:
 
 
 def long_enough(samples: Vector) -> bool:
-    """Whether the product filters a record of this length: two periods of the lowest frequency (core.conditioning)."""
+    """Whether the product filters a record of this length: two periods of the lowest frequency."""
     return samples.size > 2 * RATE / BAND[0]
 
 

@@ -9,9 +9,10 @@ from findings import DAY, START
 from sqlalchemy import select, update
 from sqlalchemy.orm import Session
 
-from service import buildings, jobs
+from service import buildings
 from service.blobs import encode
 from service.database import Alert, Analysis, Building, DirectionResult, Event
+from service.queue import jobs
 
 NUMBERS = count(1)
 

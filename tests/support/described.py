@@ -13,9 +13,9 @@ from simulated import FLOORS, SENSORS, START
 
 from core.arrays import Vector
 from core.description import BuildingDescription, IsolationLayer, Level
+from core.model.simulation import simulate
 from core.paper import BUILDING, FOURTH_STOREY, ISOLATOR
 from core.record import Channel, Segment
-from core.simulation import simulate
 
 GROUND, BASE, FOURTH, ROOF, LAYER = SENSORS
 

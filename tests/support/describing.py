@@ -9,7 +9,7 @@ from motions import akt013, chi_chi, kobe
 
 from core.analysis import AnalysisSettings, analyse
 from core.arrays import Vector
-from core.equivalent import EquivalentSegment
+from core.isolation_layer.equivalent import EquivalentSegment
 from core.paper import ISOLATOR
 
 LAW = {name: value for values in ISOLATOR.effects.values() for name, value in values.items()}

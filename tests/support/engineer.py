@@ -10,7 +10,7 @@ import watched
 from fastapi.testclient import TestClient
 from sqlalchemy.orm import Session, sessionmaker
 
-from service.worker import Worker
+from service.computing.worker import Worker
 
 MODELS = "/api/v1/buildings/PAPER/models"
 

@@ -7,10 +7,10 @@ from scipy.linalg import eigh
 
 from core.arrays import ComplexMatrix, ComplexVector, Matrix, Vector
 from core.building import storey_stiffness_matrix
-from core.frame import heights, lateral_stiffness
 from core.paper import BUILDING
-from core.spectral_lines import Lines
-from core.superstructure_model import Design
+from core.smoothing.frame import heights, lateral_stiffness
+from core.smoothing.spectral_lines import Lines
+from core.smoothing.superstructure_model import Design
 
 RATE = 100.0
 SAMPLES = 6000
@@ -42,7 +42,7 @@ PAPER = Known(
 
 
 def of_parameters(parameters: Vector, design: Design) -> Known:
-    """The superstructure that core.superstructure_model's parameters mean, in words of its docstrings."""
+    """The superstructure that core.smoothing.superstructure_model's parameters mean, in words of its docstrings."""
     layout = design.layout
     stiffness = design.storey_stiffness * np.exp(parameters[layout.scale] + np.cumsum(parameters[layout.storeys]))
     mass = design.floor_mass * np.exp(parameters[layout.masses])

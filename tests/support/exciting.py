@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.arrays import Vector
-from core.driven import force_history
 from core.effect import RESULTS
 from core.effects import EFFECTS
-from core.isolator import Conditions, Isolator
+from core.model.driven import force_history
+from core.model.isolator import Conditions, Isolator
 
 LAYER: Mapping[str, Mapping[str, float]] = {
     "elastic": {"k_b": 475e6},

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 from described import paper
 
-from core.conditioning import band_passed
-from core.observation import Observation
+from core.fitting.observation import Observation
+from core.signals.conditioning import band_passed
 from service.workbench.records import Records
 
 BAND = (0.1, 30.0)

@@ -13,16 +13,17 @@ from sqlalchemy.orm import Session, sessionmaker
 
 from core.analysis import AnalysisSettings, DirectionAnalysis, EventAnalysis
 from core.building import fixed_base_modes
-from core.equivalent import EquivalentSegment
-from core.estimator import RestoringForce
-from core.mode import Mode
-from core.motion import MeasuredMotion, ResidualDisplacement
+from core.identification.mode import Mode
+from core.isolation_layer.equivalent import EquivalentSegment
+from core.isolation_layer.motion import MeasuredMotion, ResidualDisplacement
 from core.paper import BUILDING
-from core.sensor_health import SensorHealth
-from service import buildings, jobs
+from core.restoring_force.estimator import RestoringForce
+from core.sensors.sensor_health import SensorHealth
+from service import buildings
+from service.computing.kinds import KINDS
 from service.database import Building, Event
-from service.jobs import ANALYSE, Claim
-from service.kinds import KINDS
+from service.queue import jobs
+from service.queue.jobs import ANALYSE, Claim
 from service.results import Inputs
 from service.settings import Settings
 

@@ -1,4 +1,4 @@
-"""Any linear superstructure on the paper's isolation layer, integrated in another way than core.simulation does.
+"""Any linear superstructure on the paper's isolation layer, integrated in another way than core.model.simulation does.
 
 The linear part is discretised exactly, inputs linear over a step (Van Loan, 1978); the Bouc-Wen state follows its own
 closed form between reversals (Wen, 1976, n = 1), so that only the coupling of the two is approximated.

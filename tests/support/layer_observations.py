@@ -6,11 +6,11 @@ import numpy as np
 from motions import RATE, akt013
 
 from core.arrays import Vector
-from core.conditioning import band_passed
-from core.isolator import Conditions, Isolator
-from core.observation import LayerHistory, Observation
+from core.fitting.observation import LayerHistory, Observation
+from core.model.isolator import Conditions, Isolator
+from core.model.simulation import simulate
 from core.paper import BUILDING, ISOLATOR
-from core.simulation import simulate
+from core.signals.conditioning import band_passed
 
 BAND = (0.1, 30.0)
 START = datetime(2024, 3, 5, 6, 7, 8, tzinfo=UTC)

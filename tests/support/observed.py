@@ -6,11 +6,11 @@ from datetime import UTC, datetime, timedelta
 import numpy as np
 
 from core.arrays import Vector
-from core.driven import driven
-from core.error_spectrum import white
-from core.isolator import Conditions, Isolator, carried
-from core.observation import LayerHistory, Observation
-from core.whitening import BAND, whitening
+from core.fitting.observation import LayerHistory, Observation
+from core.model.driven import driven
+from core.model.isolator import Conditions, Isolator, carried
+from core.restoring_force.error_spectrum import white
+from core.signals.whitening import BAND, whitening
 
 RATE = 100.0
 REFERENCE = datetime(2021, 3, 4, tzinfo=UTC)

@@ -8,12 +8,12 @@ from layer_observations import ACCELERATION_NOISE, BAND, DISPLACEMENT_NOISE, FOR
 from motions import RATE, akt013, kobe
 
 from core.building import fixed_base_modes
-from core.isolator import Conditions, Isolator
-from core.modal_response import Axis, respond_together
-from core.observation import LayerHistory, Observation
+from core.fitting.observation import LayerHistory, Observation
+from core.model.isolator import Conditions, Isolator
+from core.model.modal_response import Axis, respond_together
+from core.model.simulation import Response
 from core.paper import BUILDING, ISOLATOR
 from core.record import Direction
-from core.simulation import Response
 
 COUPLED = Isolator(
     {

@@ -7,10 +7,10 @@ from datetime import UTC, datetime, timedelta
 import numpy as np
 
 from core.arrays import Vector
-from core.comparison import ForceComparison
-from core.isolator import Conditions
-from core.misfit import misfit
-from core.observation import LayerHistory, Observation
+from core.comparison.compared import ForceComparison
+from core.comparison.misfit import misfit
+from core.fitting.observation import LayerHistory, Observation
+from core.model.isolator import Conditions
 
 RATE = 50.0
 BAND = (0.1, 24.0)

@@ -8,11 +8,11 @@ from described import bncs, bncs_segments
 
 from core.analysis import AnalysisSettings
 from core.arrays import Vector
-from core.estimator import InstrumentedSuperstructure
-from core.fitting_rate import fitting_rate
-from core.instrumentation import instrumented_superstructure
-from core.preparation import prepared
+from core.comparison.fitting_rate import fitting_rate
 from core.record import Record
+from core.restoring_force.estimator import InstrumentedSuperstructure
+from core.restoring_force.instrumentation import instrumented_superstructure
+from core.sensors.preparation import prepared
 
 TESTS = ("CNP100", "LAC100", "SP100")
 BAND = (0.1, 25.0)

@@ -9,8 +9,8 @@ from motions import RATE
 from scipy import signal
 
 from core.arrays import Vector
+from core.model.simulation import simulate
 from core.paper import BUILDING, ISOLATOR
-from core.simulation import simulate
 
 FINER = 5
 

@@ -8,8 +8,8 @@ import obspy
 from motions import RATE, akt013
 
 from core.arrays import Vector
+from core.model.simulation import Response, simulate
 from core.paper import BUILDING, FOURTH_STOREY, ISOLATOR
-from core.simulation import Response, simulate
 
 START = datetime(2024, 3, 5, 6, 7, 8, tzinfo=UTC)
 GAIN = 1e-6

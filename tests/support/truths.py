@@ -16,9 +16,9 @@ from scipy.linalg import eigh
 from core.analysis import AnalysisSettings
 from core.arrays import Matrix, Vector
 from core.building import storey_stiffness_matrix
-from core.conditioning import Samples, band_passed, without_baseline
-from core.estimator import InstrumentedSuperstructure
 from core.paper import BUILDING, FOURTH_STOREY
+from core.restoring_force.estimator import InstrumentedSuperstructure
+from core.signals.conditioning import Samples, band_passed, without_baseline
 
 MOTIONS: Mapping[str, Callable[[], Vector]] = MappingProxyType(
     {"AKT013": akt013, "Kobe": kobe, "Chi-Chi": chi_chi, "Delta": delta, "Hector": hector}
@@ -167,7 +167,7 @@ def instrumented(channels: Matrix) -> InstrumentedSuperstructure:
 
 
 def conditioned(samples: Samples) -> Samples:
-    """What the product makes of records before it estimates: core.preparation and core.instrumentation."""
+    """What the product makes of records before it estimates (core.sensors.preparation, instrumentation.py)."""
     rows = np.array([without_baseline(row, RATE) for row in np.atleast_2d(samples)])
     return band_passed(rows.reshape(samples.shape), RATE, BAND)
 

@@ -14,9 +14,9 @@ import simulated
 from sqlalchemy.orm import Session, sessionmaker
 
 from service import buildings
-from service.looking import Look
+from service.computing.worker import Worker
+from service.intake.looking import Look
 from service.settings import Settings
-from service.worker import Worker
 
 NOW = simulated.START + timedelta(days=1000)
 APART = timedelta(days=30)

@@ -25,7 +25,7 @@ def add(
     """
     from rich.console import Console
 
-    from service.model_file import written
+    from service.toml_files.model_file import written
     from service.workbench.adding import add as added
     from service.workbench.adding_output import as_json, summary
 

@@ -49,7 +49,7 @@ def diagnose(
 
 def _end_with_suspicions(building: str, seen: "Records", json: Path | None) -> None:
     """No record can be used: what is wrong with the sensors is the diagnosis, if anything is."""
-    from core.suspicion import suspicions
+    from core.diagnosis.suspicion import suspicions
     from service.workbench.suspicions import alone_as_json, words
 
     found = suspicions(seen.analyses, seen.description)

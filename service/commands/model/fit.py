@@ -22,7 +22,7 @@ def fit(
     """
     from rich.console import Console
 
-    from service.model_file import written
+    from service.toml_files.model_file import written
     from service.workbench.fit_json import as_json
     from service.workbench.fit_summary import summary
     from service.workbench.refit import refit

@@ -22,7 +22,7 @@ def improve(
     """
     from rich.console import Console
 
-    from service.model_file import written
+    from service.toml_files.model_file import written
     from service.workbench.diagnosis_page import page
     from service.workbench.improving import improve as improved
     from service.workbench.improving_output import as_json, summary

@@ -30,8 +30,8 @@ def new(
     Elastic, viscous and, where the yield force is given, hysteretic. Without design values it is a linear start, which
     wants a fit to records.
     """
-    from core.first_model import first_model
-    from service.model_file import ModelFile, written
+    from core.fitting.first_model import first_model
+    from service.toml_files.model_file import ModelFile, written
 
     description = described_by(building).description
     first = first_model(description)

@@ -11,8 +11,8 @@ from service.commands.described import described_by
 from service.commands.in_force import settings_in_force
 
 if TYPE_CHECKING:
-    from service.model_file import ModelFile
-    from service.progress import Tell
+    from service.queue.progress import Tell
+    from service.toml_files.model_file import ModelFile
     from service.workbench.records import Records
 
 REFUSED, USAGE = 1, 2
@@ -23,8 +23,8 @@ def read(
 ) -> tuple["ModelFile", "Records"]:
     """The model, and the records it is held against; what is wrong with either ends the command with its reason."""
     from core.analysis import AnalysisSettings
-    from service.model_file import ModelFileError
-    from service.model_file import read as read_model
+    from service.toml_files.model_file import ModelFileError
+    from service.toml_files.model_file import read as read_model
     from service.workbench.records import Reading, records
 
     own = settings_in_force()

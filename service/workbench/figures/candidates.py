@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import altair as alt
 
-from service.charts import BLUE, GREY, ORANGE
+from service.drawing.charts import BLUE, GREY, ORANGE
 from service.workbench.candidates import Candidate
 from service.workbench.figure import FAINT, INK, Figure, Rows, table, values
 

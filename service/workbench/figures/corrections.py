@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import altair as alt
 
-from core.block_corrections import BlockCorrection
-from service.charts import KN, KN_PER_MM, MM
+from core.comparison.block_corrections import BlockCorrection
+from service.drawing.charts import KN, KN_PER_MM, MM
 from service.workbench.figure import FAINT, WIDTH, Figure, Rows, table, values
 from service.workbench.labels import label
 

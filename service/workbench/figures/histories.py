@@ -6,10 +6,10 @@ import altair as alt
 import numpy as np
 
 from core.arrays import Vector
-from core.comparison import ForceComparison
-from core.prediction import Prediction
-from service.charts import BLUE, GREY, KN, MM, ORANGE, STEP
-from service.thinning import along_path, extremes
+from core.comparison.compared import ForceComparison
+from core.comparison.prediction import Prediction
+from service.drawing.charts import BLUE, GREY, KN, MM, ORANGE, STEP
+from service.drawing.thinning import along_path, extremes
 from service.workbench.figure import MEASURED, MODEL, WIDTH, Figure, Rows, curves, table, values
 
 LOOP, HEIGHT = (600, 420), 150

@@ -5,8 +5,8 @@ from itertools import pairwise
 
 import altair as alt
 
-from core.profile import Profile
-from service.charts import BLUE, MM
+from core.comparison.profile import Profile
+from service.drawing.charts import BLUE, MM
 from service.workbench.figure import FAINT, INK, Figure, Rows, table, values
 from service.workbench.values import rounded
 

@@ -7,8 +7,8 @@ import numpy as np
 from scipy import signal
 
 from core.arrays import Vector
-from core.comparison import Band, ForceComparison
-from service.charts import BLUE, GREY, KN, MM, ORANGE
+from core.comparison.compared import Band, ForceComparison
+from service.drawing.charts import BLUE, GREY, KN, MM, ORANGE
 from service.workbench.figure import WIDTH, Figure, Rows, curves, table, values
 from service.workbench.labels import label
 

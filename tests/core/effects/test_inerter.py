@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from core.building import ShearBuilding
-from core.isolator import Isolator
-from core.simulation import simulate
+from core.model.isolator import Isolator
+from core.model.simulation import simulate
 
 
 @pytest.mark.parametrize("share", [0.0, 0.5, 1.0])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from exciting import Excitation, answer, cycles
 
-from core.isolator import Conditions
+from core.model.isolator import Conditions
 
 
 def test_it_is_what_the_locked_damper_forgets() -> None:

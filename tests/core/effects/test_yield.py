@@ -6,7 +6,7 @@ from exciting import LAYER, Excitation, answer, cycles, excitation, usual
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from core.isolator import Conditions
+from core.model.isolator import Conditions
 
 YIELD = {"bouc_wen": {**LAYER["bouc_wen"], "F_y": 1.0}}
 

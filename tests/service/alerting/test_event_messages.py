@@ -9,12 +9,12 @@ from alarmed import analysed, building, earthquake, three_earthquakes
 from findings import DAY, START, gain, softer
 from sqlalchemy.orm import Session, sessionmaker
 
-from service import jobs
 from service.alerting import handling
 from service.alerting.event_messages import tell, tell_of_event
 from service.alerting.found import Found
 from service.alerting.reconciling import reconcile
 from service.database import Alert, Building, DriftValue, Event, Message, WatchedSeries
+from service.queue import jobs
 
 AGE = timedelta(days=2)
 SOON = timedelta(minutes=10)

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from sqlalchemy.orm import Session, sessionmaker
 
-from service import alert_answers, receivers
+from service import receivers
 from service.alerting import handling
 from service.alerting.event_facts import AlertFacts
 from service.alerting.event_messages import tell
@@ -23,6 +23,7 @@ from service.alerting.rounds import go_round
 from service.database import Alert, Building, Message
 from service.receiver_rules import SEVERITIES, WANTED_KINDS, ReceiverRule
 from service.settings import Settings
+from service.web import alert_answers
 
 NOW = START + 1000 * DAY
 WEEK = timedelta(days=7)

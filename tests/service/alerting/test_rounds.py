@@ -15,13 +15,14 @@ from monitoring import Page, building_file, serving
 from sqlalchemy import update
 from sqlalchemy.orm import Session, sessionmaker
 
-from service import buildings, jobs
+from service import buildings
 from service.alerting import handling
 from service.alerting.reconciling import reconcile
 from service.alerting.rounds import go_round
 from service.database import Alert, Building, Event, Job, Message, Recording, SourceState, Waveform
-from service.looking import Look
+from service.intake.looking import Look
 from service.poller import Poller
+from service.queue import jobs
 from service.settings import Settings
 
 SETTINGS = Settings(disk_reserve=0, http_retries=0, settle_time=0, event_grace=0)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from core.arrays import Vector
+from core.model.simulation import Response, simulate
 from core.paper import BUILDING, ISOLATOR
-from core.simulation import Response, simulate
 from service.demo.hidden_effect import RUBBER, Hardening, response
 from service.demo.site import RATE
 
@@ -19,7 +19,7 @@ def shaking() -> Vector:
 
 
 def test_without_its_hardening_it_is_the_papers_building() -> None:
-    """1e-4: both are right to about 1e-5 of a peak (tests/core/test_simulation.py says it of the other)."""
+    """1e-4: both are right to about 1e-5 of a peak (tests/core/model/test_simulation.py says it of the other)."""
     plain = response(shaking(), Hardening(0.0, 1.0))
     known = simulate(BUILDING, ISOLATOR, shaking(), RATE)
     for field in fields(Response):

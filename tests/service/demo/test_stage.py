@@ -9,7 +9,6 @@ from obspy import Trace, UTCDateTime, read, read_inventory
 
 from core.building import ShearBuilding
 from core.paper import BUILDING as PAPER
-from service import building_file
 from service.demo import files, memory
 from service.demo.catalogue import APART, STRONG, WEAK, YEARS, history, natural, peak_accelerations, weak_then_strong
 from service.demo.motions import GroundMotion, prepared, recorded
@@ -18,7 +17,8 @@ from service.demo.site import LATITUDE, sensors
 from service.demo.site import building_file as written
 from service.demo.stage import Stage, forget
 from service.demo.stage import prepared as staged
-from service.fdsn_query import Selection
+from service.toml_files import building_file
+from service.web.fdsn_query import Selection
 
 NOW = datetime(2026, 1, 1, tzinfo=UTC)
 COUNT = 3

@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 from obspy import UTCDateTime
 
+from core.model.simulation import simulate
 from core.paper import BUILDING, ISOLATOR
-from core.simulation import simulate
-from service import building_file
 from service.demo.catalogue import Earthquake
 from service.demo.motions import GroundMotion
 from service.demo.scenario import STIFFNESS_LOSS
@@ -27,7 +26,8 @@ from service.demo.stiffness_loss import (
     response,
     temperature,
 )
-from service.fdsn_query import Selection
+from service.toml_files import building_file
+from service.web.fdsn_query import Selection
 
 NOW = datetime(2026, 1, 1, tzinfo=UTC)
 

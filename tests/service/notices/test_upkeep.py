@@ -12,13 +12,14 @@ from receiving import Hook, hook
 from sqlalchemy import delete
 from sqlalchemy.orm import Session, sessionmaker
 
-from service import buildings, leases, receivers
+from service import buildings, receivers
 from service.database import Alert, Lease
-from service.leases import POLLING, WORKING
 from service.notices.notice import Notice
 from service.notices.notifier import Notifier
 from service.notices.outbox import put
 from service.notices.upkeep import Upkeep
+from service.queue import leases
+from service.queue.leases import POLLING, WORKING
 from service.receiver_rules import SEVERITIES, STANDING, ReceiverRule
 from service.settings import Settings
 

@@ -10,10 +10,11 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session, sessionmaker
 
 from core.quality import Finding
-from service import jobs, reference_periods
+from service import reference_periods
 from service.alerting import handling
 from service.database import Alert, Building, DriftValue, Event, Job, Message, ReferencePeriod, WatchedSeries
-from service.jobs import WATCH
+from service.queue import jobs
+from service.queue.jobs import WATCH
 from service.watching.series import watched_series
 
 NOW = histories.start(40)

@@ -21,11 +21,12 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session, sessionmaker
 
 from core.analysis import EventAnalysis
-from service import jobs, migrate
+from service import migrate
 from service import sessions as opened
+from service.computing.kinds import KINDS
 from service.database import Alert, DriftAlarm, DriftValue, Event, Job, WatchedSeries
-from service.jobs import WATCH, Claim
-from service.kinds import KINDS
+from service.queue import jobs
+from service.queue.jobs import WATCH, Claim
 
 pytestmark = pytest.mark.slow
 

@@ -8,9 +8,9 @@ from hidden import files
 from hidden.trial import Trial, trial
 from typer.testing import CliRunner
 
-from core.isolator import Isolator
+from core.model.isolator import Isolator
 from service.cli import app
-from service.model_file import ModelFile, written
+from service.toml_files.model_file import ModelFile, written
 
 
 @pytest.fixture(autouse=True)

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from hidden.trial import Trial
 
-from service.model_file import read
+from service.toml_files.model_file import read
 from tests.service.workbench.conftest import menshin
 
 pytestmark = pytest.mark.slow

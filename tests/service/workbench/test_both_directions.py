@@ -11,11 +11,11 @@ from layer_observations import START
 from observed_both import COUPLED, observed_both
 from rich.console import Console
 
-from core.diagnosis import Outcome
-from core.isolator import Isolator
+from core.diagnosis.missing_effects import Outcome
+from core.model.isolator import Isolator
 from core.paper import BUILDING
-from service.model_file import ModelFile, read, written
-from service.progress import silent
+from service.queue.progress import silent
+from service.toml_files.model_file import ModelFile, read, written
 from service.workbench.diagnosing import Diagnosed, diagnose
 from service.workbench.diagnosis_json import as_json
 from service.workbench.diagnosis_page import page

@@ -10,7 +10,7 @@ import pytest
 from hidden.trial import Trial
 from markupsafe import escape
 
-from service.model_file import read
+from service.toml_files.model_file import read
 from tests.service.workbench.conftest import menshin
 
 pytestmark = pytest.mark.slow

@@ -1,4 +1,4 @@
-"""What comes of a diagnosis for an engineer: text, JSON, page and better model; core.diagnosis does the reasoning."""
+"""What comes of a diagnosis for an engineer: text, JSON, page and better model; core does the reasoning."""
 
 import json
 from dataclasses import replace
@@ -11,11 +11,11 @@ from held_records import held_records
 from observed import BOUC_WEN, observations
 from rich.console import Console
 
+from core.diagnosis.suspect import Cause, Suspect
 from core.effects import EFFECTS
-from core.isolator import Isolator
-from core.suspect import Cause, Suspect
-from service.model_file import ModelFile, read, written
-from service.progress import silent
+from core.model.isolator import Isolator
+from service.queue.progress import silent
+from service.toml_files.model_file import ModelFile, read, written
 from service.workbench import adding_output, diagnosis_json, improving_output
 from service.workbench.adding import add
 from service.workbench.adding_words import words as adding_words

@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 from hidden.trial import Trial
 
-from core.isolator import Isolator
-from service.model_file import ModelFile, read, written
+from core.model.isolator import Isolator
+from service.toml_files.model_file import ModelFile, read, written
 from tests.service.workbench.conftest import menshin, without_the_hidden
 
 pytestmark = pytest.mark.slow

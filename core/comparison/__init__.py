@@ -1,0 +1,1 @@
+"""A model against what was measured, and where it fails."""

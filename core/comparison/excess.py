@@ -1,0 +1,119 @@
+"""Which share of a model's error, beyond the noise, lies where?
+
+Every earthquake's error counts in units of its own noise, so that a weak one tells of small motion what a strong one
+cannot. Errors of neighbouring samples are alike, so that intervals come from weighting whole blocks anew.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.arrays import Indices, Matrix, Vector
+from core.comparison.compared import ForceComparison
+
+BLOCK = 5.0
+"""s, of a block."""
+DRAWS = 400
+"""Of the blocks."""
+INTERVAL = (2.5, 97.5)
+"""%, quantiles of the draws: 95 % lie between."""
+
+
+@dataclass(frozen=True, slots=True)
+class Share:
+    """A part of a whole, with its 95 % interval."""
+
+    value: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Blocks:
+    """The samples of all earthquakes, and what of them is error, noise and force, in blocks."""
+
+    number: Indices
+    """(n,) which block a sample is in."""
+    weight: Vector
+    """(n,) 1/N, of what is of an earthquake: one over its noise, root mean square."""
+    residual: Vector
+    """(n,) estimated − model, weighted."""
+    noise: Vector
+    """(n,) its variance if the model is right: 1 on the average."""
+    energy: Vector
+    """(n,) square of the estimated force, weighted: where an error in proportion to the force would lie."""
+    draws: Matrix
+    """(draws, blocks) weight of each block."""
+
+    @property
+    def excess(self) -> Vector:
+        """(n,) square of the error beyond the noise's."""
+        return np.asarray(self.residual**2 - self.noise)
+
+    @property
+    def count(self) -> int:
+        """Of the blocks."""
+        return self.draws.shape[1]
+
+
+def blocks(compared: Sequence[ForceComparison], rng: np.random.Generator) -> Blocks:
+    """Blocks of BLOCK seconds, none across two earthquakes.
+
+    Args:
+        compared: forces, in order of time.
+        rng: draws the blocks' weights.
+    """
+    lengths = [round(BLOCK * one.observation.rate) for one in compared]
+    counts = [-(-one.model.size // length) for one, length in zip(compared, lengths, strict=True)]
+    first = np.cumsum([0, *counts])
+    numbers = [
+        at + np.arange(one.model.size) // length for one, length, at in zip(compared, lengths, first, strict=False)
+    ]
+    weight = np.concatenate([np.full(one.model.size, 1 / noise_of(one)) for one in compared])
+    return Blocks(
+        number=np.concatenate(numbers).astype(np.intp),
+        weight=weight,
+        residual=np.concatenate([one.residual for one in compared]) * weight,
+        noise=(np.concatenate([one.std for one in compared]) * weight) ** 2,
+        energy=(np.concatenate([one.observation.layer.force for one in compared]) * weight) ** 2,
+        draws=drawn(int(first[-1]), rng),
+    )
+
+
+def noise_of(one: ForceComparison) -> float:
+    """N, root mean square of an earthquake's noise; a millionth of its force where nobody told of any."""
+    force = one.observation.layer.force
+    return float(max(np.sqrt(np.mean(one.std**2)), 1e-6 * np.sqrt(np.mean(force**2)), np.finfo(float).tiny))
+
+
+def drawn(count: int, rng: np.random.Generator) -> Matrix:
+    """(draws, count) weight of each block in every draw, 1 on the average (Rubin 1981).
+
+    None is ever left out: often a few blocks hold all there is to tell, and a draw without them would tell nothing.
+    """
+    return np.asarray(rng.standard_exponential((DRAWS, count)))
+
+
+def by_bin(values: Vector, found: Blocks, bins: Indices, count: int) -> Matrix:
+    """(blocks, count) sums of a (n,) series over blocks and bins."""
+    sums = np.bincount(found.number * count + bins, weights=values, minlength=found.count * count)
+    return np.asarray(sums.reshape(found.count, count), dtype=float)
+
+
+def ratio(part: Matrix, whole: Matrix, draws: Matrix) -> tuple[Vector, Matrix]:
+    """(k,) ratios of the sums over all blocks, and (draws, k) the same of each draw.
+
+    Args:
+        part: (blocks, k).
+        whole: (blocks, 1) or (blocks, k).
+        draws: (draws, blocks).
+    """
+    return np.asarray(part.sum(axis=0) / whole.sum(axis=0)), np.asarray((draws @ part) / (draws @ whole))
+
+
+def shares(part: Matrix, whole: Matrix, draws: Matrix) -> tuple[Share, ...]:
+    """(k,) ratios of the sums with their intervals; arguments as those of `ratio`."""
+    values, drawn = ratio(part, whole, draws)
+    low, high = np.percentile(drawn, INTERVAL, axis=0)
+    return tuple(Share(*map(float, each)) for each in zip(values, low, high, strict=True))

@@ -1,0 +1,126 @@
+"""Where a model fails, in words for an engineer: mm, mm/s, kN."""
+
+from collections.abc import Iterator, Mapping
+from types import MappingProxyType
+
+from core.comparison.excess import Share
+from core.comparison.failure import Failure, Window
+from core.comparison.profile import Profile
+from core.comparison.region import AS_CLEAR, Region
+
+SIDES: Mapping[str, tuple[str, str, float]] = MappingProxyType(
+    {
+        "amplitude": ("in cycles above {} mm", "in cycles below {} mm", 1e3),
+        "velocity": ("above {} mm/s", "below {} mm/s", 1e3),
+        "largest past displacement": (
+            "once the layer has been {} mm away from the middle",
+            "as long as the layer has not been {} mm away from the middle",
+            1e3,
+        ),
+        "travel": ("after {} m of travel in an earthquake", "in the first {} m of travel of an earthquake", 1.0),
+        "cycle": ("after {} cycles of an earthquake", "in the first {} cycles of an earthquake", 1.0),
+        "time": ("later than {} s into the record", "in the first {} s of the record", 1.0),
+        "other direction": (
+            "while the layer is more than {} mm away in the other direction",
+            "while the layer is less than {} mm away in the other direction",
+            1e3,
+        ),
+        "vertical load": (
+            "while the vertical load is above {} times the weight",
+            "while the vertical load is below {} times the weight",
+            1.0,
+        ),
+        "temperature": ("above {} °C", "below {} °C", 1.0),
+    }
+)
+"""How the two sides of a threshold are called, and what a user's unit is of an SI unit."""
+TOLD = 3
+"""Varying stiffnesses that are told of, and windows."""
+NAMED = 0.01
+"""Of the excess error: less than that is no window to name."""
+WORTH = 0.1
+"""Of the excess error: what a varying stiffness must take away beyond a constant one to be told of."""
+
+
+def words(found: Failure) -> tuple[str, ...]:
+    """Sentences, the most important first."""
+    return tuple(_sentences(found))
+
+
+def _sentences(found: Failure) -> Iterator[str]:
+    size = f"{_kilonewton(found.misfit.rms)} (root mean square), {_round(100 * found.misfit.nrmse, 2)} % of the force"
+    floors = f"{found.floors.value:.3g} times the noise floor"
+    error = f"The model's force is off by {size}"
+    if found.is_noise:
+        yield f"{error} and {floors}: nothing stands out."
+        return
+    yield f"{error} and {floors}."
+    if found.is_of_values:
+        yield (
+            f"Another stiffness and damping, the same everywhere, would take away {_share(found.constant)} of the "
+            "excess error: values are off, and no effect needs to be missing. A fit would do."
+        )
+        return
+    yield _where(found)
+    if also := [place(one) for one in found.regions[1:] if one.odds.low * AS_CLEAR >= found.regions[0].odds.low]:
+        yield f"The records tell this hardly from: {'; '.join(also[:TOLD])}."
+    yield from _corrections(found)
+    yield f"Worst: {'; '.join(_window(one) for one in found.windows[:TOLD] if one.share >= NAMED)}."
+
+
+def _where(found: Failure) -> str:
+    if not found.regions:
+        return "The excess error stands out nowhere: it is spread like the force itself."
+    first, chosen = found.regions[0], found.narrowed or found.regions[0]
+    phase = f", {chosen.classed}" if found.narrowed else ""
+    energy = f"where {_percent(chosen.energy)} of the force's energy is"
+    return f"{_share(chosen.share)} of the excess error lies {place(first)}{phase}, {energy}."
+
+
+def place(region: Region) -> str:
+    """A region, as in `in cycles above 150 mm`."""
+    if region.classed:
+        return region.classed if region.name == "phase" else f"in the {region.name} of {region.classed}"
+    above, below, unit = SIDES[region.name]
+    return (above if region.is_above else below).format(_round(region.threshold * unit, 2))
+
+
+def _corrections(found: Failure) -> Iterator[str]:
+    yield (
+        f"Another stiffness and damping, the same everywhere, would take away {_share(found.constant)} of the excess "
+        f"error; a force that is any function of displacement and velocity, {_share(found.over_motion)}."
+    )
+    helping = [(one, one.taken_away) for one in found.profiles if one.taken_away is not None]
+    helping = [(one, away) for one, away in helping if away.low > found.constant.value + WORTH]
+    helping.sort(key=lambda pair: -pair[1].value)
+    if helping:
+        told = ", ".join(f"{_share(away)} with {_name(one)}" for one, away in helping[:TOLD])
+        yield f"Were stiffness and damping to vary, they would take away {told}."
+
+
+def _name(one: Profile) -> str:
+    return "the phase of the loop" if one.name == "phase" else f"the {one.name}"
+
+
+def _window(window: Window) -> str:
+    return (
+        f"{window.start:.0f} to {window.end:.0f} s of {window.earthquake}, direction {window.direction} "
+        f"({_kilonewton(window.rms)}, {_percent(window.share)} of the excess)"
+    )
+
+
+def _share(share: Share) -> str:
+    low, high = (min(max(100 * bound, 0.0), 100.0) for bound in (share.low, share.high))
+    return f"{_percent(share.value)} ({low:.0f} to {high:.0f})"
+
+
+def _percent(value: float) -> str:
+    return f"{_round(100 * min(max(value, 0.0), 1.0), 2)} %"
+
+
+def _kilonewton(value: float) -> str:
+    return f"{_round(value * 1e-3, 3)} kN"
+
+
+def _round(value: float, digits: int) -> str:
+    return f"{float(f'{value:.{digits}g}'):,.10g}"

@@ -1,0 +1,85 @@
+"""How far is a model's answer from what was measured?"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import inf, sqrt
+
+import numpy as np
+
+from core.arrays import Vector
+
+
+@dataclass(frozen=True, slots=True)
+class Misfit:
+    """Of one quantity, in its own unit, over one record or several.
+
+    It is kept as sums over samples, from which every measure follows, so that records can be taken together.
+    """
+
+    samples: int
+    error: float
+    """Σ (measured − model)²."""
+    signal: float
+    """Σ measured²."""
+    spread: float
+    """Σ (measured − its mean over the record)²."""
+    noise: float
+    """Σ of the variance of what was measured."""
+
+    @property
+    def rms(self) -> float:
+        """Root mean square of the error."""
+        return sqrt(self.error / self.samples)
+
+    @property
+    def floor(self) -> float:
+        """Root mean square error that a right model would have: that of the measurement."""
+        return sqrt(self.noise / self.samples)
+
+    @property
+    def nrmse(self) -> float:
+        """Root mean square error over the root mean square of what was measured."""
+        return sqrt(self.error / self.signal) if self.signal > 0 else inf
+
+    @property
+    def fitting_rate(self) -> float:
+        """Percent, the paper's: 100 (1 − ‖y − ŷ‖ / ‖y − mean(y)‖); see core.comparison.fitting_rate."""
+        return 100 * (1 - sqrt(self.error / self.spread)) if self.spread > 0 else -inf
+
+    @property
+    def floors(self) -> float:
+        """Root mean square error in multiples of the noise floor: about 1 for a right model."""
+        return sqrt(self.error / self.noise) if self.noise > 0 else inf
+
+    @property
+    def excess(self) -> float:
+        """Root mean square of what the noise does not explain."""
+        return sqrt(max(self.error - self.noise, 0.0) / self.samples)
+
+
+def misfit(measured: Vector, model: Vector, std: Vector) -> Misfit:
+    """Of one record.
+
+    Args:
+        measured: (n,) any unit.
+        model: (n,) of the same unit.
+        std: (n,) standard deviation of what was measured, of the same unit.
+    """
+    return Misfit(
+        samples=measured.size,
+        error=float(np.sum((measured - model) ** 2)),
+        signal=float(np.sum(measured**2)),
+        spread=float(np.sum((measured - measured.mean()) ** 2)),
+        noise=float(np.sum(std**2)),
+    )
+
+
+def together(misfits: Sequence[Misfit]) -> Misfit:
+    """Of several records as one: a large earthquake weighs as its motion is large."""
+    return Misfit(
+        samples=sum(one.samples for one in misfits),
+        error=sum(one.error for one in misfits),
+        signal=sum(one.signal for one in misfits),
+        spread=sum(one.spread for one in misfits),
+        noise=sum(one.noise for one in misfits),
+    )

@@ -1,0 +1,146 @@
+"""How is a model's excess error spread over a circumstance?"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import signal
+
+from core.arrays import Indices, Matrix, Tensor, Vector
+from core.comparison.circumstances import Circumstance
+from core.comparison.compared import ForceComparison
+from core.comparison.excess import Blocks, Share, by_bin, drawn, noise_of, shares
+from core.comparison.varying import taken_away
+
+BINS = 8
+"""Of a number, each with the same part of the force's energy."""
+GRID = 9
+"""Cells along each of displacement and velocity."""
+WINDOW = 10.0
+"""s, of a spectrum."""
+OCTAVES = (0.0, 0.2, 0.4, 0.8, 1.6, 3.2, 6.4, 12.8)
+"""Hz, where bands of frequency begin."""
+
+
+@dataclass(frozen=True, slots=True)
+class Bin:
+    """One part of a circumstance's range."""
+
+    low: float
+    """SI units; of a class, its index."""
+    high: float
+    share: Share
+    """Of the excess error."""
+    energy: float
+    """Share of the estimated force's energy: that of an error in proportion to the force."""
+    time: float
+    """Share of the samples."""
+    floors: float
+    """Root mean square error in multiples of the noise floor."""
+
+
+@dataclass(frozen=True, slots=True)
+class Profile:
+    """The excess error over one circumstance."""
+
+    name: str
+    bins: tuple[Bin, ...]
+    taken_away: Share | None
+    """Share of the excess error that a stiffness and a damping of its own in every bin would take away, on blocks of
+    the record they were not fitted to; None of a frequency."""
+    classes: tuple[str, ...] = ()
+    """Names of the bins, of a circumstance that is no number."""
+
+
+def profile(circumstance: Circumstance, found: Blocks, motion: Matrix) -> Profile:
+    """Of one circumstance.
+
+    Args:
+        circumstance: at every sample.
+        found: the error.
+        motion: (n, 2) displacement and velocity.
+    """
+    edges = _edges(circumstance, found.energy)
+    bins = np.clip(np.searchsorted(edges, circumstance.values, side="right") - 1, 0, edges.size - 2).astype(np.intp)
+    count = edges.size - 1
+    away = taken_away(motion, bins, count, found)
+    return Profile(circumstance.name, _bins(edges, bins, found), away, circumstance.classes)
+
+
+def constant(found: Blocks, motion: Matrix) -> Share:
+    """Share of the excess error that another stiffness and damping would take away, the same everywhere."""
+    return taken_away(motion, np.zeros(found.number.size, dtype=np.intp), 1, found)
+
+
+def over_motion(found: Blocks, motion: Matrix) -> Share:
+    """Share of the excess error that a force which is any function of displacement and velocity would take away."""
+    largest = np.abs(motion).max(axis=0)
+    cells = np.clip(((motion / largest + 1) / 2 * GRID).astype(np.intp), 0, GRID - 1)
+    one = np.ones((motion.shape[0], 1))
+    return taken_away(one, np.asarray(cells[:, 0] * GRID + cells[:, 1]), GRID**2, found)
+
+
+def _edges(circumstance: Circumstance, energy: Vector) -> Vector:
+    """(bins + 1,) rising; each bin holds the same energy, or one of a few values."""
+    values = circumstance.values
+    distinct = np.unique(values)
+    if distinct.size <= BINS:
+        return np.append(distinct, np.nextafter(distinct[-1], np.inf))
+    order = np.argsort(values)
+    reached = np.cumsum(energy[order])
+    inner = values[order][np.searchsorted(reached, reached[-1] * np.arange(1, BINS) / BINS)]
+    return np.unique([values.min(), *inner, np.nextafter(values.max(), np.inf)])
+
+
+def _bins(edges: Vector, bins: Indices, found: Blocks) -> tuple[Bin, ...]:
+    count = edges.size - 1
+    excess = by_bin(found.excess, found, bins, count)
+    each = shares(excess, excess.sum(axis=1, keepdims=True), found.draws)
+    energy, noise, error = (
+        by_bin(values, found, bins, count).sum(axis=0) for values in (found.energy, found.noise, found.residual**2)
+    )
+    time = np.bincount(bins, minlength=count) / bins.size
+    floors = np.sqrt(error / np.where(noise > 0, noise, np.nan))
+    rows = zip(edges[:-1], edges[1:], each, energy / energy.sum(), time, floors, strict=True)
+    return tuple(Bin(float(a), float(b), s, float(e), float(t), float(f)) for a, b, s, e, t, f in rows)
+
+
+def over_frequency(compared: Sequence[ForceComparison], band: tuple[float, float], rng: np.random.Generator) -> Profile:
+    """Of the residual's frequency, by octaves; the noise is taken for white within the band.
+
+    Args:
+        compared: forces.
+        band: Hz, pass band.
+        rng: draws the windows' weights.
+    """
+    edges = np.array([*(f for f in OCTAVES if f < band[1]), band[1]])
+    sums = np.concatenate([_by_octave(one, edges, band) for one in compared], axis=0)
+    error, noise, force = np.moveaxis(sums, 2, 0)
+    excess = error - noise
+    each = shares(excess, excess.sum(axis=1, keepdims=True), drawn(len(excess), rng))
+    energy = force.sum(axis=0) / force.sum()
+    floors = np.sqrt(error.sum(axis=0) / noise.sum(axis=0))
+    rows = zip(edges[:-1], edges[1:], each, energy, floors, strict=True)
+    bins = tuple(Bin(float(a), float(b), s, float(e), 1.0, float(f)) for a, b, s, e, f in rows)
+    return Profile("frequency", bins, None)
+
+
+def _by_octave(one: ForceComparison, edges: Vector, band: tuple[float, float]) -> Tensor:
+    """(windows, octaves, 3) of residual, noise and force, squared and weighted."""
+    rate = one.observation.rate
+    length = min(round(WINDOW * rate), one.model.size)
+    settings = {"fs": rate, "nperseg": length, "noverlap": length // 2, "detrend": False}
+    frequency, _, error = signal.spectrogram(one.residual / noise_of(one), **settings)
+    force = signal.spectrogram(one.observation.layer.force / noise_of(one), **settings)[2]
+    octave = np.searchsorted(edges, frequency, side="right") - 1
+    within = [(octave == number) & (frequency >= band[0]) for number in range(edges.size - 1)]
+    width = np.diff(np.clip(edges, *band)) / (band[1] - band[0])
+    noise = np.full(error.shape[1], np.mean(one.std**2) / noise_of(one) ** 2)
+    return np.stack(
+        [
+            np.array([error[rows].sum(axis=0) * frequency[1] for rows in within]).T,
+            np.outer(noise, width),
+            np.array([force[rows].sum(axis=0) * frequency[1] for rows in within]).T,
+        ],
+        axis=-1,
+    )

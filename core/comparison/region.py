@@ -1,0 +1,147 @@
+"""Where does a model's excess error stand out, more than the force itself does?"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.arrays import Indices, Mask, Matrix, Vector
+from core.comparison.circumstances import Circumstance
+from core.comparison.excess import INTERVAL, Blocks, Share, by_bin, ratio, shares
+
+THRESHOLDS = 48
+"""That are tried on a circumstance."""
+DIGITS = 2
+"""Of a threshold: engineers speak in round numbers."""
+MOST = 0.6
+"""Of the excess error: what a region must hold to be spoken of."""
+STANDS_OUT = 3.0
+"""Odds of the excess error to lie in a region over those of the force's energy: the least, interval included."""
+CERTAIN = 0.03
+"""Share nearer to none or all than which a record does not tell it from them."""
+AS_CLEAR = 3.0
+"""Times the odds by which one region must be clearer than another for records to tell them apart."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Region:
+    """Part of the samples, by one circumstance."""
+
+    name: str
+    """Of the circumstance."""
+    threshold: float
+    """SI units; of a class, its index."""
+    is_above: bool
+    """Above the threshold, or below; of a class, true."""
+    inside: Mask
+    """(n,) which samples."""
+    share: Share
+    """Of the excess error."""
+    energy: float
+    """Share of the force's energy."""
+    odds: Share
+    """Of the excess error to lie here, over those of the force's energy."""
+    classed: str = ""
+    """Name of the class, of a circumstance that is no number."""
+
+
+def outstanding(circumstances: Sequence[Circumstance], found: Blocks) -> tuple[Region, ...]:
+    """Regions that hold most of the excess error and stand out, at most one for each circumstance.
+
+    Those come first that records hardly tell from the clearest, in the circumstances' order.
+
+    Args:
+        circumstances: at every sample, in the order in which an engineer asks for them.
+        found: the error.
+    """
+    regions = [region for one in circumstances if (region := _clearest(one, found)) is not None]
+    clearest = max((region.odds.low for region in regions), default=0.0)
+    return tuple(sorted(regions, key=lambda region: region.odds.low * AS_CLEAR < clearest))
+
+
+def within(region: Region, phases: Circumstance, found: Blocks) -> Region | None:
+    """The class of another circumstance that stands out inside a region, as part of all the excess error."""
+    part = Blocks(
+        number=found.number[region.inside],
+        weight=found.weight[region.inside],
+        residual=found.residual[region.inside],
+        noise=found.noise[region.inside],
+        energy=found.energy[region.inside],
+        draws=found.draws,
+    )
+    narrowed = Circumstance(phases.name, phases.values[region.inside], phases.classes)
+    clearest = _clearest(narrowed, part)
+    if clearest is None:
+        return None
+    both = region.inside & (phases.values == clearest.threshold)
+    return _region(phases, clearest.threshold, both, found, is_above=True)
+
+
+def _clearest(circumstance: Circumstance, found: Blocks) -> Region | None:
+    candidates = _classes(circumstance, found) if circumstance.classes else _sides(circumstance, found)
+    clear = [one for one in candidates if one.share.value >= MOST and one.odds.low >= STANDS_OUT]
+    return max(clear, key=lambda one: one.odds.low, default=None)
+
+
+def _classes(circumstance: Circumstance, found: Blocks) -> list[Region]:
+    present = np.unique(circumstance.values)
+    return [_region(circumstance, float(at), circumstance.values == at, found, is_above=True) for at in present]
+
+
+def _sides(circumstance: Circumstance, found: Blocks) -> list[Region]:
+    """Above and below the thresholds at which excess error and energy differ most."""
+    values = circumstance.values
+    tried = _thresholds(values, found.energy)
+    if not tried.size:
+        return []
+    bins: Indices = np.searchsorted(tried, values, side="right").astype(np.intp)
+    above = [
+        np.cumsum(by_bin(series, found, bins, tried.size + 1).sum(axis=0)[::-1])[::-1][1:]
+        for series in (found.excess, found.energy)
+    ]
+    apart = np.log(_odds(above[0] / found.excess.sum()) / _odds(above[1] / found.energy.sum()))
+    regions = []
+    for at, is_above in ((int(np.argmax(apart)), True), (int(np.argmin(apart)), False)):
+        inside = (values >= tried[at]) == is_above
+        regions.append(_region(circumstance, float(tried[at]), inside, found, is_above=is_above))
+    return regions
+
+
+def _thresholds(values: Vector, energy: Vector) -> Vector:
+    """Round numbers inside the range, each halfway between a quantile of the samples' energy and the value before it.
+
+    A circumstance may take few values, as an amplitude does, one a half cycle: a number rounded up from one of them
+    would leave out the very samples that it stands for.
+    """
+    order = np.argsort(values)
+    reached = np.cumsum(energy[order])
+    quantiles = values[order][np.searchsorted(reached, reached[-1] * np.arange(1, THRESHOLDS) / THRESHOLDS)]
+    distinct = np.unique(values)
+    before = distinct[np.maximum(np.searchsorted(distinct, quantiles) - 1, 0)]
+    rounded = np.unique([float(f"{value:.{DIGITS}g}") for value in (quantiles + before) / 2])
+    return np.asarray(rounded[(rounded > values.min()) & (rounded < values.max())])
+
+
+def _region(circumstance: Circumstance, threshold: float, inside: Mask, found: Blocks, *, is_above: bool) -> Region:
+    bins = inside.astype(np.intp)
+    excess, energy = by_bin(found.excess, found, bins, 2), by_bin(found.energy, found, bins, 2)
+    whole, force = excess.sum(axis=1, keepdims=True), energy.sum(axis=1, keepdims=True)
+    share, drawn = ratio(excess[:, 1:], whole, found.draws)
+    held, held_drawn = ratio(energy[:, 1:], force, found.draws)
+    odds = _odds(share) / _odds(held)
+    low, high = np.percentile(_odds(drawn) / _odds(held_drawn), INTERVAL)
+    return Region(
+        name=circumstance.name,
+        threshold=threshold,
+        is_above=is_above,
+        inside=inside,
+        share=shares(excess[:, 1:], whole, found.draws)[0],
+        energy=float(held[0]),
+        odds=Share(float(odds[0]), float(low), float(high)),
+        classed=circumstance.classes[int(threshold)] if circumstance.classes else "",
+    )
+
+
+def _odds(share: Vector | Matrix) -> Vector | Matrix:
+    certain = np.clip(share, CERTAIN, 1 - CERTAIN)
+    return np.asarray(certain / (1 - certain))

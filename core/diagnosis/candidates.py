@@ -1,0 +1,141 @@
+"""Which absent effects would explain what a model leaves over, and how well?
+
+Each effect that the model does not have is added to it and everything is fitted anew, from the best of a grid of its
+own parameters. They are ranked by Schwarz's (1978) criterion, with the noise that the best of them leaves over.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from scipy.optimize import nnls
+
+from core.arrays import Matrix, Vector
+from core.effect import LogNormal, Parameter
+from core.effects import EFFECTS
+from core.fitting.fit import Fit, signature, tangents
+from core.fitting.layer_columns import Evidence
+from core.fitting.observation import Observation
+from core.fitting.projected_misfit import parameter
+from core.model.isolator import Isolator
+
+GRID = (5, 3, 2)
+"""Values of a candidate's parameter that are tried, if it has one, two or more that are not proportional."""
+POLISHED = 2
+"""Of them, the best that a search starts from."""
+PROMISING = 0.85
+"""Of the best place's gain, from which on another one is worth a search."""
+OWN = 1e-4
+"""Share of a signature that must be its own, else the model's parameters imitate it."""
+FREQUENCIES = (0.3, 8.0, 9)
+"""Hz, from and to, and how many: of what swings by itself, which may be of a narrow band."""
+INSTANTS = (0.2, 0.4, 0.6, 0.8)
+"""Of the way that the layer went in an earthquake, at which something may have changed."""
+WIDE = 4.0
+"""Times, from the least to the largest of the usual lengths or speeds of an effect that the layer has seen: if fewer,
+REACH holds."""
+REACH = 50.0
+"""A length or speed of an effect is then looked for from this part of the largest."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Preview:
+    """What an effect would explain of the residual, before anything is fitted anew."""
+
+    effect: str
+    model: Isolator
+    """The model with it, where a search would begin."""
+    gain: float
+    """Of chi-square, the model's other parameters free to move a little."""
+
+
+def previews(evidence: Evidence, base: Fit, effects: Iterable[str]) -> tuple[tuple[Preview, ...], ...]:
+    """Of every effect the best places to begin a search from: Rao's (1948) score test over a grid of its shapes.
+
+    The most promising effect first, and of each the best place.
+
+    Args:
+        evidence: the records, weighed.
+        base: the model without them, fitted to the records.
+        effects: their names.
+    """
+    basis = np.linalg.qr(tangents(evidence, base).T).Q
+    found = (_preview(evidence, base, basis, effect) for effect in effects)
+    return tuple(sorted(found, key=lambda places: -places[0].gain))
+
+
+def _preview(evidence: Evidence, base: Fit, basis: Matrix, effect: str) -> tuple[Preview, ...]:
+    found = [
+        Preview(effect, model, _gain(base.residual, basis, signature(evidence, base, model), _is_one_sided(effect)))
+        for values in starts(effect, evidence.observations)
+        for model in (Isolator({**base.model.effects, effect: values}),)
+    ]
+    best = sorted(found, key=lambda one: -one.gain)[:POLISHED]
+    return tuple(one for one in best if one.gain >= PROMISING * best[0].gain)
+
+
+def _is_one_sided(effect: str) -> tuple[bool, ...]:
+    """Whether what the effect adds may only be added, by each of its parameters that the force is proportional to."""
+    return tuple(parameter((effect, name)).bounds[0] >= 0 for name in EFFECTS[effect].linear) or (True,)
+
+
+def _gain(residual: Vector, basis: Matrix, signature: Matrix, one_sided: Sequence[bool]) -> float:
+    """What least squares take of the residual with what is a signature's own, as its signs allow."""
+    if not np.isfinite(signature).all():  # the law is too fast for the records at these values
+        return -np.inf
+    own = signature - (signature @ basis) @ basis.T
+    size = np.linalg.norm(own, axis=1)
+    there = size > OWN * np.linalg.norm(signature, axis=1)
+    if not there.any():
+        return 0.0
+    unit = own[there] / size[there, None]
+    across = np.linalg.qr(unit.T)
+    asked = residual @ across.Q
+    both = np.flatnonzero(~np.array(one_sided)[there])
+    _, left = nnls(np.hstack([across.R, -across.R[:, both]]), asked)
+    return max(0.0, float(asked @ asked - left**2))
+
+
+def starts(effect: str, observations: Sequence[Observation]) -> Iterator[Mapping[str, float]]:
+    """Values of an effect's parameters to search from, within what the layer has seen."""
+    about = EFFECTS[effect]
+    usual = {one.name: one.prior.median for one in about.parameters}
+    searched = [one for one in about.parameters if one.name not in (*about.linear, *about.held)]
+    if not searched:
+        yield usual
+        return
+    points = GRID[min(len(searched), len(GRID)) - 1]
+    for values in product(*(_grid(one, observations, points) for one in searched)):
+        yield {**usual, **{one.name: float(value) for one, value in zip(searched, values, strict=True)}}
+
+
+def _grid(one: Parameter, observations: Sequence[Observation], points: int) -> Vector:
+    low_end, high_end = one.bounds
+    if one.is_instant:
+        return _instants(observations)
+    if one.unit == "Hz":
+        return np.geomspace(*FREQUENCIES)
+    seen = {
+        "m": max(float(np.abs(o.layer.displacement).max()) for o in observations),
+        "m/s": max(float(np.abs(o.layer.velocity).max()) for o in observations),
+    }
+    if one.unit in seen:
+        high = min(0.9 * seen[one.unit], one.prior.median * np.exp(2 * one.prior.spread))
+        low = one.prior.median * np.exp(-2 * one.prior.spread)
+        return np.clip(np.geomspace(low if low < high / WIDE else high / REACH, high, points + 1), low_end, high_end)
+    spans = np.linspace(-1.0, 1.0, points) * one.prior.spread
+    if isinstance(one.prior, LogNormal):
+        return np.clip(one.prior.median * np.exp(spans), low_end, high_end)
+    return np.clip(one.prior.median + spans, low_end, high_end)
+
+
+def _instants(observations: Sequence[Observation]) -> Vector:
+    """s, between every two earthquakes, and in each by the way that the layer went."""
+    found: list[float] = []
+    for number, one in enumerate(observations):
+        time, travel = one.conditions.time, np.cumsum(np.abs(one.layer.velocity))
+        if number:
+            found.append(0.5 * float(observations[number - 1].conditions.time[-1] + time[0]))
+        found += [float(time[np.searchsorted(travel, share * travel[-1])]) for share in INSTANTS]
+    return np.unique(found)

@@ -1,0 +1,230 @@
+"""Which physical effects does a model lack, and would adding them help?
+
+Effects are added one at a time, each time the best of all that are left, until none is asked for any more; where there
+are several, each is then put up against all others once again. Whether anything is left that no effect took is judged
+beside every name: with the truth missing from the library, a wrong name is nearly always significant.
+"""
+
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from core.diagnosis.ranking import DECISIVE, Judged, Ranking, ranked
+from core.diagnosis.unexplained import explained_share
+from core.effects import EFFECTS
+from core.errors import RecordError
+from core.fitting.fit import Fit, chi_square
+from core.fitting.layer_columns import Evidence
+from core.fitting.observation import Observation
+from core.model.isolator import Isolator
+
+MOST_EFFECTS = 3
+"""That are added in one diagnosis."""
+FEW_EFFECTS = 2
+"""That are told by their names; where more are asked for, it is rather one that the library does not have."""
+STRUCTURED = 0.05
+"""Share of the residual's power that a regression foretells, from which on something is left to explain."""
+ABOVE_FLOOR = 1.25
+"""Residual over noise floor, from which on something is left to explain beside an effect that was found."""
+ABOVE_COLOURED = 2.0
+"""The same where no effect takes anything: noise that is stronger at low frequencies than at the high ones, where it is
+seen, looks like that, and nothing in it depends on the motion."""
+WORTH = 0.05
+"""Of the residual: other values of the same parameters that take less than this away are not worth a fit."""
+ANOTHER = 0.3
+"""Of what is left over, its power: an effect beside one that was found must take more, since a law that is not quite
+the true one leaves what others take a little of;"""
+ANOTHER_OF_LITTLE, MOST_OF_IT = 0.1, 0.6
+"""or more than the first of these and, where what is left stands out of the noise by"""
+STANDS_OUT = 1.1
+"""noise floors, more than the second of what is beyond the noise: so a weak second effect is told from the rest of a
+law that is not quite the true one."""
+LITTLE_TAKEN = 0.5
+"""Share of the error beyond the noise that the library's effects leave, from which on the cause is unknown."""
+
+
+class Outcome(Enum):
+    """What a diagnosis comes to."""
+
+    NOTHING_MISSING = "nothing_missing"
+    REFIT = "refit"
+    EFFECT = "effect"
+    ONE_OF_SET = "one_of_set"
+    FAMILY = "family"
+    UNKNOWN = "unknown"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Step:
+    """One effect added."""
+
+    ranking: Ranking
+    """Of the candidates, the model as it was before."""
+    chosen: Judged
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Unexplained:
+    """Whether something is left that no effect took."""
+
+    share: float
+    """Of the residual's power that a regression foretells; see core.diagnosis.unexplained."""
+    over_floor: float
+    """Residual over noise floor, root mean square over the records."""
+    allowed: float
+    """The largest of it that noise may make."""
+
+    @property
+    def is_there(self) -> bool:
+        """Beyond doubt."""
+        return self.over_floor > self.allowed or (self.share > STRUCTURED and self.over_floor > 1.0)
+
+    @property
+    def excess(self) -> float:
+        """Power beyond the noise, over the noise's."""
+        return max(self.over_floor**2 - 1, 0.0)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Diagnosis:
+    """What the records ask for."""
+
+    outcome: Outcome
+    given: Isolator
+    """The model as it came."""
+    refitted: Fit
+    """The same effects, their values fitted."""
+    steps: tuple[Step, ...]
+    """Effects added, the first one first."""
+    after: Fit
+    """The model with all of them."""
+    before: Unexplained
+    """Of the refitted model."""
+    unexplained: Unexplained
+    """Of the model with all effects."""
+    first: Ranking
+    """Of the candidates for the refitted model."""
+    last: Ranking
+    """Of the candidates for the model with all effects."""
+
+    @property
+    def is_unknown(self) -> bool:
+        """Whether something is at work that the library's effects, a few of them, do not explain."""
+        return self.unexplained.is_there or len(self.steps) > FEW_EFFECTS
+
+
+def _to_nobody(found: str) -> None:
+    """Nobody waits."""
+
+
+def diagnosed(
+    observations: Sequence[Observation],
+    model: Isolator,
+    effects: Collection[str] = tuple(EFFECTS),
+    tell: Callable[[str], None] = _to_nobody,
+) -> Diagnosis:
+    """Of a model and the records of some earthquakes.
+
+    Args:
+        observations: of the earthquakes.
+        model: effects and values.
+        effects: names of those that may be added.
+        tell: called after each ranking that asks for another one, with what was found so far, in words.
+
+    Raises:
+        RecordError: no observation.
+        ModelError: a model's force grew beyond all bounds.
+    """
+    if not observations:
+        raise RecordError("no earthquake is left to diagnose by; one that was analysed in this direction would do")
+    by_noise = Evidence.by_noise(sorted(observations, key=lambda one: one.start))
+    first = last = ranked(by_noise, model, _absent(effects, model))
+    steps: list[Step] = []
+    while _goes_on(steps, last):
+        steps.append(Step(last, last.asked_for[0]))
+        tell(f"{_named(steps)}; looking for another effect")
+        now = steps[-1].chosen.fit.model
+        last = ranked(by_noise, now, _absent(effects, now))
+    if len(steps) > 1:
+        steps, last = _swapped(by_noise, steps, last, effects, tell)
+    allowed = ABOVE_FLOOR if steps else ABOVE_COLOURED
+    before, left = (_unexplained(ranking, allowed) for ranking in (first, last))
+    outcome = _outcome(steps, before, left)
+    if outcome is Outcome.NOTHING_MISSING and _is_off(first, model):
+        outcome = Outcome.REFIT
+    return Diagnosis(outcome, model, first.base, tuple(steps), last.base, before, left, first, last)
+
+
+def _goes_on(steps: Sequence[Step], last: Ranking) -> bool:
+    """Whether one more effect is to be added."""
+    if not last.asked_for or len(steps) >= MOST_EFFECTS:
+        return False
+    return not steps or _is_another(last)
+
+
+def _is_another(ranking: Ranking) -> bool:
+    """Whether the best candidate is an effect of its own beside those that were found."""
+    best = ranking.asked_for[0].fit
+    taken = 1 - best.chi_square / ranking.base.chi_square
+    before, after = (ranking.over_floor(fit) for fit in (ranking.base, best))
+    beyond = max(before**2 - 1, 0.0)
+    is_most = before > STANDS_OUT and before**2 - after**2 > MOST_OF_IT * beyond
+    return taken > ANOTHER or (taken > ANOTHER_OF_LITTLE and is_most)
+
+
+def _swapped(
+    by_noise: Evidence, steps: list[Step], last: Ranking, effects: Collection[str], tell: Callable[[str], None]
+) -> tuple[list[Step], Ranking]:
+    """Each effect but the last one added, once more against all others, now that those after it are there.
+
+    It goes if nothing is asked for in its place, and if another is, that comes instead.
+    """
+    for step in tuple(steps[:-1]):
+        tell(f"{_named(steps)}; asking again for {step.chosen.effect}, beside the later ones")
+        without = Isolator({n: v for n, v in last.base.model.effects.items() if n != step.chosen.effect})
+        ranking = ranked(by_noise, without, _absent(effects, without))
+        if step.chosen.effect in {one.effect for one in ranking.asked_for}:
+            continue
+        place = steps.index(step)
+        instead = [Step(ranking, ranking.asked_for[0])] if ranking.asked_for else []
+        steps = [*steps[:place], *instead, *steps[place + 1 :]]
+        now = instead[0].chosen.fit.model if instead else ranking.base.model
+        last = ranked(by_noise, now, _absent(effects, now))
+    return steps, last
+
+
+def _named(steps: Sequence[Step]) -> str:
+    return ", ".join(f"step {number}: {step.chosen.effect}" for number, step in enumerate(steps, 1))
+
+
+def _is_off(ranking: Ranking, given: Isolator) -> bool:
+    """Whether the given values leave more than the fitted ones do, and more than is worth leaving."""
+    evidence, fit = ranking.evidence, ranking.base
+    left = chi_square(evidence, given)
+    evident = (left - fit.chi_square) / ranking.inflation > DECISIVE + len(fit.free) * np.log(ranking.independent)
+    return bool(evident and left > (1 + WORTH) ** 2 * fit.chi_square)
+
+
+def _absent(effects: Collection[str], model: Isolator) -> tuple[str, ...]:
+    return tuple(name for name in sorted(effects) if name not in model.effects)
+
+
+def _unexplained(ranking: Ranking, allowed: float) -> Unexplained:
+    share = explained_share(ranking.evidence, ranking.base)
+    return Unexplained(share, ranking.over_floor(ranking.base), allowed)
+
+
+def _outcome(steps: Sequence[Step], before: Unexplained, left: Unexplained) -> Outcome:
+    if not steps:
+        return Outcome.UNKNOWN if before.is_there else Outcome.NOTHING_MISSING
+    if left.is_there and left.excess > LITTLE_TAKEN * before.excess:
+        return Outcome.UNKNOWN
+    sets = [{one.effect for one in step.ranking.asked_for} for step in steps]
+    families = [{EFFECTS[name].family for name in one} for one in sets]
+    if all(len(one) == 1 for one in sets):
+        # one law of another form may look like two of its family, but then leaves something
+        is_one_law = left.is_there and len(set().union(*families)) < len(steps)
+        return Outcome.FAMILY if is_one_law else Outcome.EFFECT
+    return Outcome.FAMILY if all(len(one) == 1 for one in families) else Outcome.ONE_OF_SET

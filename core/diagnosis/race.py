@@ -1,0 +1,69 @@
+"""Which of several effects, added to a model, come near to the one that explains most?
+
+All are searched for at once, a step each in turn, and a search is left off when it has no hope of coming near: what
+becomes of those that are far behind is of no matter to a diagnosis. Only those that came near are searched for from
+another place too.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+
+from core.fitting.descent import Descent, Outcome, advanced, begun
+from core.fitting.fit import Fit, ended
+from core.fitting.layer_columns import Evidence
+from core.model.isolator import Isolator
+
+SPARE = 4.0
+"""Times what its slope and its last step promise: so much a search may still gain."""
+NEAR = 1.08
+"""Times what the best one leaves over: a search that may come as near goes on."""
+FEWEST_STEPS = 2
+"""Of every effect's first search: a slope where a search begins may promise nothing."""
+
+
+def raced(evidence: Evidence, places: Mapping[str, Sequence[Isolator]]) -> Mapping[str, Fit]:
+    """Of every effect the best fit that was found; STOPPED where it was left behind.
+
+    Args:
+        evidence: the records, weighed.
+        places: by effect, models with it at values from which to search, the most promising first.
+    """
+    found = _in_turn(evidence, {effect: begun(evidence, models[0]) for effect, models in places.items()})
+    for effect in list(_near(found)):
+        for model in places[effect][1:]:
+            found[effect] = _better(evidence, found[effect], begun(evidence, model))
+    return {effect: ended(evidence, one, one.outcome or Outcome.STOPPED) for effect, one in found.items()}
+
+
+def _in_turn(evidence: Evidence, running: dict[str, Descent]) -> dict[str, Descent]:
+    """Until each has ended, or has no hope."""
+    while waiting := list(_hopeful(running)):
+        for effect in waiting:
+            running[effect] = advanced(evidence, running[effect])
+    return running
+
+
+def _hopeful(running: Mapping[str, Descent]) -> Iterator[str]:
+    near = NEAR * _least(running)
+    for effect, one in running.items():
+        if one.outcome is None and (one.steps < FEWEST_STEPS or _may_reach(one, near)):
+            yield effect
+
+
+def _near(found: Mapping[str, Descent]) -> Iterator[str]:
+    near = NEAR * _least(found)
+    return (effect for effect, one in found.items() if one.point.cost < near)
+
+
+def _least(searches: Mapping[str, Descent]) -> float:
+    return min((one.point.cost for one in searches.values()), default=0.0)
+
+
+def _better(evidence: Evidence, known: Descent, other: Descent) -> Descent:
+    """The other search if it comes to a lower minimum than the known one."""
+    while other.outcome is None and _may_reach(other, known.point.cost):
+        other = advanced(evidence, other)
+    return min(known, other, key=lambda one: one.point.cost)
+
+
+def _may_reach(one: Descent, cost: float) -> bool:
+    return one.point.cost - SPARE * one.promise < cost

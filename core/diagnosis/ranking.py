@@ -1,0 +1,136 @@
+"""Does a model lack an effect, which one, and from which others can the records not tell it?
+
+Candidates are compared by BIC = χ²/(s² τ) + p ln(N/τ) (Schwarz 1978): s² is what the best of them leaves over, record
+by record, and τ by how much its power exceeds that of white noise where the layer's force lies, so that what a model of
+a real building cannot explain does not count as many independent witnesses.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.arrays import Vector
+from core.diagnosis.candidates import previews
+from core.diagnosis.race import raced
+from core.fitting.descent import Outcome
+from core.fitting.fit import Fit, at_values, fitted
+from core.fitting.layer_columns import Evidence
+from core.fitting.projected_misfit import search_of
+from core.fitting.weighed_fit import inflation, weighed_by
+from core.model.isolator import Isolator
+
+DECISIVE = 10.0
+"""Difference in BIC that settles a question (Kass and Raftery 1995: very strong from 10 on)."""
+ALIKE = 0.02
+"""Relative difference of what two models leave over that is no difference."""
+WORTH = 0.06
+"""Of what is left over, its power: a candidate that takes less is not asked for, however certain it is."""
+FELT = 0.01
+"""The same of the force in N, over its noise: what a superstructure's mode leaves at its frequency may stand far above
+the noise there, and is nothing to the layer."""
+SEARCHED = 7
+"""Candidates at most whose parameters are searched for; the others stay where their preview was best."""
+PROMISING = 0.1
+"""Of the best preview's gain, from which on another candidate is worth a search,"""
+VISIBLE = 0.015
+"""and of what is left over, its power."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Judged:
+    """A candidate against the model without it."""
+
+    effect: str
+    fit: Fit
+    delta_bic: float
+    """Of the model with it less that without: below -DECISIVE it is asked for."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Ranking:
+    """All candidates, the best first."""
+
+    base: Fit
+    candidates: tuple[Judged, ...]
+    evidence: Evidence
+    """The records, weighed by what the best leaves over."""
+    inflation: float
+    """τ."""
+    floor: Vector
+    """(records,) N, root mean square of the measured force's noise."""
+
+    @property
+    def independent(self) -> float:
+        """N/τ, of the coefficients."""
+        return self.evidence.target.size / self.inflation
+
+    def left(self, fit: Fit) -> Vector:
+        """(records,) N, root mean square of what a fit leaves over within the band."""
+        spans = zip(self.evidence.spans, self.evidence.whitenings, strict=True)
+        return np.array([np.linalg.norm(fit.residual[span] * w.std) / np.sqrt(w.count) for span, w in spans])
+
+    def over_floor(self, fit: Fit) -> float:
+        """What a fit leaves over in multiples of the noise floor, each record in its own."""
+        return float(np.sqrt(np.mean((self.left(fit) / self.floor) ** 2)))
+
+    @property
+    def asked_for(self) -> tuple[Judged, ...]:
+        """Candidates that the records cannot tell from the best one, the best first; none if nothing is missing."""
+        best = next(filter(self._is_worth_it, self.candidates), None)
+        if best is None or best.delta_bic > -DECISIVE:
+            return ()
+        return tuple(one for one in self.candidates if self._is_worth_it(one) and _alike(one, best))
+
+    def _is_worth_it(self, one: Judged) -> bool:
+        before, after = (float(np.sum((self.left(fit) / self.floor) ** 2)) for fit in (self.base, one.fit))
+        return one.fit.chi_square <= (1 - WORTH) * self.base.chi_square and after <= (1 - FELT) * before
+
+
+def _alike(one: Judged, best: Judged) -> bool:
+    if one.delta_bic > -DECISIVE:
+        return False
+    ratio = np.sqrt(one.fit.chi_square / best.fit.chi_square)
+    return one.delta_bic - best.delta_bic < DECISIVE or ratio < 1 + ALIKE
+
+
+def ranked(by_noise: Evidence, model: Isolator, effects: Sequence[str]) -> Ranking:
+    """Every effect as a candidate, fitted together with the model.
+
+    Args:
+        by_noise: the records, in the order of their times, weighed by their noise.
+        model: without the candidates; its values are where the search begins.
+        effects: names of the candidates.
+    """
+    base = fitted(by_noise, model)
+    evidence = weighed_by(by_noise, base)
+    base = fitted(evidence, base.model)
+    seen = previews(evidence, base, effects)
+    least = max(VISIBLE * base.chi_square, PROMISING * seen[0][0].gain) if seen else 0.0
+    promising = [found for n, found in enumerate(seen[:SEARCHED]) if n == 0 or found[0].gain > least]
+    fits = raced(evidence, {found[0].effect: [place.model for place in found] for found in promising})
+    if fits:
+        best = min(fits.values(), key=lambda fit: fit.chi_square)
+        evidence = weighed_by(by_noise, at_values(by_noise, best.model))
+    base = fitted(evidence, base.model)
+    final = {
+        name: (at_values if fit.outcome is Outcome.STOPPED else fitted)(evidence, fit.model)
+        for name, fit in fits.items()
+    }
+    final |= {found[0].effect: at_values(evidence, found[0].model) for found in seen[len(fits) :]}
+    best = min([base, *final.values()], key=lambda fit: fit.chi_square)
+    τ = inflation(evidence, best)
+    judged = [_judged(name, evidence, base, fit, τ) for name, fit in final.items()]
+    return Ranking(
+        base,
+        tuple(sorted(judged, key=lambda one: one.delta_bic)),
+        evidence,
+        τ,
+        np.array([np.linalg.norm(w.std) / np.sqrt(w.count) for w in by_noise.whitenings]),
+    )
+
+
+def _judged(name: str, evidence: Evidence, base: Fit, fit: Fit, τ: float) -> Judged:
+    more = search_of(fit.model).count - search_of(base.model).count
+    delta = (fit.chi_square - base.chi_square) / τ + more * np.log(evidence.target.size / τ)
+    return Judged(name, fit, float(delta))

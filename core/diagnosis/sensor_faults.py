@@ -1,0 +1,137 @@
+"""Which sensors err, judged by several earthquakes together?
+
+What screening found counts where it came again in half of the earthquakes or more: what fails once was mended or left
+out there. Gains and clocks are judged by all records at once (core.sensors.sensor_errors).
+"""
+
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+
+import numpy as np
+
+from core.analysis import EventAnalysis
+from core.description import BuildingDescription
+from core.diagnosis.suspect import Cause, Suspect
+from core.quality import Finding
+from core.record import Channel, Quantity
+from core.sensors.creep import Creep, creep
+from core.sensors.sensor_errors import SensorError, sensor_errors
+
+KINDS: Mapping[str, str] = MappingProxyType(
+    {
+        "reversed": "polarity",
+        "swapped": "swap",
+        "rotation": "rotation",
+        "unit": "gain",
+        "offset": "drift",
+        "clipping": "clipping",
+        "spike": "spikes",
+        "gap": "dropped",
+        "dead": "dead",
+        "incoherent": "incoherent",
+        "neighbour": "neighbour",
+        "clock": "clock_jump",
+    }
+)
+"""What a finding of screening is a fault of; a note of screening is none."""
+AGAIN = 0.5
+"""Share of the earthquakes in which a fault comes again if it is the sensor's."""
+SMALLEST = {"gain": 0.03, "delay": 2e-3, "clock": 5e-5}
+"""1, s and s/s: a smaller one hardly changes what is concluded."""
+CERTAIN = 4.0
+"""Standard deviations that a gain, a delay or a change of level must be of."""
+SMALLEST_CREEP: Mapping[Quantity, float] = MappingProxyType({"displacement": 0.004, "acceleration": 0.03})
+"""Of the channel's largest value: what passes the filter of accelerations is less than their drift."""
+
+
+def sensor_faults(analyses: Sequence[EventAnalysis], description: BuildingDescription) -> tuple[Suspect, ...]:
+    """Sensors that err, with what is wrong: a channel may err in several ways.
+
+    Args:
+        analyses: of several earthquakes, also of those that were refused.
+        description: of the building.
+    """
+    records = [analysis.record for analysis in analyses if analysis.record is not None]
+    found = [*_screened(analyses), *_creeping(analyses, description)]
+    for direction in description.horizontal_directions:
+        found += [s for error in sensor_errors(records, description, direction) if (s := _erring(error)) is not None]
+    return tuple({(suspect.channel, suspect.kind): suspect for suspect in found}.values())
+
+
+def _screened(analyses: Sequence[EventAnalysis]) -> list[Suspect]:
+    by_fault: dict[tuple[str, str], dict[int, Finding]] = defaultdict(dict)
+    absent: dict[str, int] = defaultdict(int)
+    for number, analysis in enumerate(analyses):
+        for finding in analysis.quality:
+            if finding.channel is None:
+                continue
+            absent[finding.channel] += finding.kind == "missing"
+            if finding.kind in KINDS and finding.severity != "note":
+                by_fault[finding.channel, KINDS[finding.kind]][number] = finding
+    return [
+        _again(channel, kind, list(findings.values()), recorded)
+        for (channel, kind), findings in by_fault.items()
+        if len(findings) >= AGAIN * (recorded := len(analyses) - absent[channel])
+    ]
+
+
+def _again(channel: str, kind: str, findings: Sequence[Finding], recorded: int) -> Suspect:
+    worst = max(findings, key=lambda finding: abs(finding.value or 0.0))
+    value = float(np.median([finding.value or 0.0 for finding in findings]))
+    message = f"in {len(findings)} of {recorded} earthquakes, as in this one: {worst.message}"
+    return Suspect(Cause.SENSOR, kind, channel, value, None, message)
+
+
+def _erring(error: SensorError) -> Suspect | None:
+    """The error in words, if it is certain and large enough to matter."""
+    at, size = {"gain": (0, float(np.expm1(error.value[0])))}.get(error.part, (-1, float(error.value[-1])))
+    std = float(np.sqrt(error.covariance[at, at])) * (1 + size if error.part == "gain" else 1.0)
+    if abs(size) < max(SMALLEST[error.part], CERTAIN * std):
+        return None
+    instead = f"; an opposite error of {' or '.join(error.others)} would do the same" if error.others else ""
+    return Suspect(Cause.SENSOR, error.part, error.channel, size, std, f"{_said(error.part, size, std)}{instead}")
+
+
+def _said(part: str, size: float, std: float) -> str:
+    if part == "gain":
+        amount = f"{100 * abs(size):.1f} ± {100 * std:.1f} % too {'much' if size > 0 else 'little'}"
+        return f"reads {amount} against the other sensors; check it, or divide its gain by {1 + size:.3f}"
+    if part == "delay":
+        amount = f"{1000 * abs(size):.1f} ± {1000 * std:.1f} ms {'late' if size > 0 else 'early'}"
+        return f"is {amount} against the other sensors, always alike; check filters and time stamps of its logger"
+    amount = f"{1000 * abs(size):.2f} ± {1000 * std:.2f} ms per second {'slow' if size > 0 else 'fast'}"
+    return f"its clock is {amount} against the others'; let its logger take the time from a common source"
+
+
+def _creeping(analyses: Sequence[EventAnalysis], description: BuildingDescription) -> list[Suspect]:
+    """Sensors whose level changes at rest."""
+    known: dict[Channel, list[Creep]] = defaultdict(list)
+    for analysis in analyses:
+        if analysis.record is None:
+            continue
+        for channel, samples in zip(analysis.record.channels, analysis.record.samples, strict=True):
+            if _rests(channel, description) and (found := creep(samples, analysis.rate)) is not None:
+                known[channel].append(found)
+    return [suspect for channel, all_ in known.items() if (suspect := _drifting(channel, all_)) is not None]
+
+
+def _rests(channel: Channel, description: BuildingDescription) -> bool:
+    """Whether its level at rest is constant: a floor may well be displaced against the ground, by its own drift."""
+    if channel.quantity == "displacement":
+        return channel.level == description.base.name and channel.direction != "z"
+    return channel.quantity == "acceleration"
+
+
+def _drifting(channel: Channel, known: Sequence[Creep]) -> Suspect | None:
+    smallest = SMALLEST_CREEP[channel.quantity]
+    certain = [one for one in known if abs(one.change) > CERTAIN * one.std and one.share > smallest]
+    if not certain or len(certain) < AGAIN * len(known):
+        return None
+    worst = max(certain, key=lambda one: abs(one.change) / one.std)
+    unit, scale = ("mm", 1000) if channel.quantity == "displacement" else ("gal", 100)
+    message = (
+        f"its level changes by {scale * worst.change:.3g} ± {scale * worst.std:.2g} {unit} while the building is at "
+        f"rest, in {len(certain)} of {len(known)} earthquakes alike: it drifts. Check its supply, cable and fixing"
+    )
+    return Suspect(Cause.SENSOR, "drift", channel.id, worst.change, worst.std, message)

@@ -1,0 +1,133 @@
+"""Has one storey lost stiffness, as all records of a building tell together?
+
+Storeys may all be stiffer or softer than the design by one factor (a mass told too large, walls that nobody counted),
+and each a little by itself. Beyond that one of them may have lost stiffness: the hypothesis that explains the records
+with the greatest evidence, each storey in turn, is held against that of none.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.arrays import Matrix, Vector
+from core.restoring_force.storeys import StoreyStiffness
+
+COMMON = 0.5
+"""Of the logarithm of the factor by which all storeys differ from the design: standard deviation."""
+OWN = 0.04
+"""The same of each storey by itself, by what no design tells better and no record does."""
+LOST = 0.5
+"""The same of one that has lost stiffness."""
+EVENT = 0.05
+"""The same of what one record errs by besides its own uncertainty: no building is a frame with proportional damping."""
+FREEDOM = 4.0
+"""Degrees of freedom of Student's distribution, which the records' errors have."""
+ROUNDS = 20
+"""Of weighing the records."""
+DECISIVE = 5.0
+"""Of log evidence, that a softened storey must bring."""
+UNDECIDED = 3.0
+"""Of log evidence: another storey that explains as much within it may be the one."""
+
+
+@dataclass(frozen=True, slots=True)
+class SoftenedStorey:
+    """The storey that has lost stiffness beyond doubt."""
+
+    storey: int
+    """0 for the lowest."""
+    change: float
+    """Relative change of its stiffness against the other storeys', negative."""
+    std: float
+    others: tuple[int, ...]
+    """Storeys that may be meant in its place."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Known:
+    """What all records say of the logarithms of the storeys' stiffnesses over the design's."""
+
+    information: Matrix
+    """(floors, floors)"""
+    pull: Vector
+    """(floors,) information times deviation."""
+
+    def given(self, believed: Matrix) -> tuple[float, Vector, Matrix]:
+        """Log evidence up to a constant, mean and covariance of the deviations, (floors, floors) believed before."""
+        scaled = np.eye(self.pull.size) + believed @ self.information
+        covariance: Matrix = np.asarray(np.linalg.solve(scaled, believed), dtype=float)
+        mean: Vector = np.asarray(covariance @ self.pull, dtype=float)
+        return 0.5 * float(self.pull @ mean) - 0.5 * float(np.linalg.slogdet(scaled)[1]), mean, covariance
+
+
+def softened_storey(found: Sequence[StoreyStiffness]) -> SoftenedStorey | None:
+    """The storey that has lost stiffness, None where none has, or none that the records tell.
+
+    Args:
+        found: from several earthquakes in one direction, one at least.
+    """
+    known = _together(found)
+    floors = known.pull.size
+    sound = COMMON**2 * np.ones((floors, floors)) + OWN**2 * np.eye(floors)
+    lost = {storey: _softened(known, sound, storey) for storey in range(floors)}
+    softer = {storey: one for storey, one in lost.items() if one.change < 0}
+    best = max(softer.values(), key=lambda one: one.evidence, default=None)
+    if best is None or best.evidence < known.given(sound)[0] + DECISIVE:
+        return None
+    near = tuple(storey for storey, one in softer.items() if one.evidence > best.evidence - UNDECIDED)
+    return SoftenedStorey(best.storey, best.change, best.std, tuple(storey for storey in near if storey != best.storey))
+
+
+@dataclass(frozen=True, slots=True)
+class _Softened:
+    """What the records say if it is this storey."""
+
+    storey: int
+    evidence: float
+    change: float
+    std: float
+
+
+def _softened(known: _Known, sound: Matrix, storey: int) -> _Softened:
+    """Its stiffness against the mean of the others'."""
+    floors = known.pull.size
+    one = np.arange(floors) == storey
+    evidence, mean, covariance = known.given(sound + LOST**2 * np.diag(one))
+    against = np.where(one, 1.0, -1 / max(floors - 1, 1))
+    ratio = float(np.exp(against @ mean))
+    return _Softened(storey, evidence, ratio - 1, ratio * float(np.sqrt(against @ covariance @ against)))
+
+
+def _together(found: Sequence[StoreyStiffness]) -> _Known:
+    """What the records say together; one that contradicts the others counts little.
+
+    A calibration may settle in a wrong valley and be sure of it. Each record therefore errs by EVENT besides, and its
+    weight is that of Student's distribution (Lange, Little and Taylor, 1989), found in turn with what all say.
+    """
+    records = [_one(storeys) for storeys in found]
+    weights = np.ones(len(records))
+    for _ in range(ROUNDS):
+        known = _Known(
+            np.einsum("e,eij->ij", weights, [one.information for one in records]),
+            np.einsum("e,ei->i", weights, [one.pull for one in records]),
+        )
+        floors = known.pull.size
+        _, mean, _ = known.given(COMMON**2 * np.ones((floors, floors)) + LOST**2 * np.eye(floors))
+        apart = [_apart(one, mean) for one in records]
+        weights = (FREEDOM + floors) / (FREEDOM + np.array(apart))
+    return known
+
+
+def _one(storeys: StoreyStiffness) -> _Known:
+    """Of one record, with what it errs besides."""
+    wider = np.eye(storeys.deviation.size) + EVENT**2 * storeys.information
+    information: Matrix = np.asarray(np.linalg.solve(wider, storeys.information), dtype=float)
+    pull: Vector = np.asarray(np.linalg.solve(wider, storeys.pull), dtype=float)
+    return _Known(information, pull)
+
+
+def _apart(one: _Known, mean: Vector) -> float:
+    """Chi-square of what a record says, were the mean the truth."""
+    left = one.pull - one.information @ mean
+    return float(left @ np.linalg.pinv(one.information, hermitian=True) @ left)

@@ -1,0 +1,87 @@
+"""What do records say against sensors, superstructure and mass, before the isolation layer is blamed?"""
+
+from collections.abc import Sequence
+from dataclasses import asdict
+
+from core.analysis import EventAnalysis
+from core.description import BuildingDescription
+from core.diagnosis.sensor_faults import sensor_faults
+from core.diagnosis.softened_storey import softened_storey
+from core.diagnosis.suspect import Cause, Suspect
+from core.diagnosis.wrong_mass import wrong_mass
+from core.fitting.first_model import first_model
+from core.fitting.fit import Fit
+from core.record import Direction
+
+UNMENDED = frozenset({"gain", "delay", "clock", "clock_jump", "drift"})
+"""Faults with which a channel stays in use; with any other it is mended or left out."""
+
+
+def suspicions(
+    analyses: Sequence[EventAnalysis], description: BuildingDescription, fit: Fit | None = None
+) -> tuple[Suspect, ...]:
+    """What is not as described; the first tells the cause, none if sensors, superstructure and mass are as they should.
+
+    Sensors come first, judged by kinematics alone: an erring one, still in use, makes a storey look soft, a layer look
+    damped and a mass look wrong, so that nothing else is asked before it is mended. The superstructure comes next: its
+    stiffness is found with no model of the layer, and the force allows for what was found. The mass comes last: it
+    shows in nothing but a model of the layer, and only if that model leaves nothing to explain.
+
+    Args:
+        analyses: of several earthquakes, also of those that were refused.
+        description: of the building.
+        fit: of the design's model (`core.fitting.first_model`) to the same earthquakes, if it leaves nothing
+            unexplained; None where there is none, and the mass is not judged.
+    """
+    sensors = sensor_faults(analyses, description)
+    if any(suspect.kind in UNMENDED for suspect in sensors):
+        return sensors
+    mass = None if fit is None else _mass(fit, description)
+    return (*sensors, *_storeys(analyses, description), *([] if mass is None else [mass]))
+
+
+def _storeys(analyses: Sequence[EventAnalysis], description: BuildingDescription) -> tuple[Suspect, ...]:
+    """Those that have lost stiffness, each in the direction that tells most certainly."""
+    found: dict[str | None, Suspect] = {}
+    for direction in description.horizontal_directions:
+        suspect = _storey(analyses, description, direction)
+        if suspect is not None and _certainty(suspect) > _certainty(found.get(suspect.channel)):
+            found[suspect.channel] = suspect
+    return tuple(found.values())
+
+
+def _certainty(suspect: Suspect | None) -> float:
+    return 0.0 if suspect is None or suspect.std is None else abs(suspect.value) / suspect.std
+
+
+def _storey(
+    analyses: Sequence[EventAnalysis], description: BuildingDescription, direction: Direction
+) -> Suspect | None:
+    known = [analysis.directions[direction] for analysis in analyses if direction in analysis.directions]
+    storeys = [one.restoring_force.storeys for one in known if one.restoring_force.storeys is not None]
+    found = softened_storey(storeys) if storeys else None
+    if found is None:
+        return None
+    names = [floor.name for floor in description.floors]
+    instead = " or ".join(f"that below {names[storey]!r}" for storey in found.others)
+    message = (
+        f"direction {direction}: the storey below {names[found.storey]!r} has {-100 * found.change:.0f} ± "
+        f"{100 * found.std:.0f} % less stiffness than designed, against the other storeys"
+        f"{f' (or {instead}: a sensor between would tell)' if instead else ''}. Look for damage there, or correct its "
+        "stiffness in the building file; the estimated force already allows for it"
+    )
+    return Suspect(Cause.SUPERSTRUCTURE, "storey", names[found.storey], found.change, found.std, message)
+
+
+def _mass(fit: Fit, description: BuildingDescription) -> Suspect | None:
+    found = wrong_mass(fit, first_model(description).isolator, asdict(description.isolation.design))
+    if found is None:
+        return None
+    percent, std = 100 * abs(found.change), 100 * found.std
+    message = (
+        f"stiffness, damping and yield force all are {percent:.0f} ± {std:.0f} % "
+        f"{'above' if found.change > 0 else 'below'} the design, the yield displacement is not: as if the mass told "
+        f"were that much too {'large' if found.change > 0 else 'small'}. Records cannot tell this from isolators that "
+        "all differ from their design by this factor: the weight on the isolators, or a test of one, would"
+    )
+    return Suspect(Cause.MASS, "mass", None, found.change, found.std, message)

@@ -1,0 +1,111 @@
+"""Is there structure in what a model leaves over, whatever its cause?
+
+A linear regression of the residual on what a layer's force may depend on: motion and its powers, hysteretic variables
+of several lengths, the largest past displacement, travel, lags, the other direction, vertical load, temperature. What
+the model's own parameters can do is taken out of both. It is judged on blocks of time that it was not fitted to, so
+that noise gives it nothing.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+from numba import njit
+from scipy import linalg
+
+from core.arrays import Matrix, Vector
+from core.fitting.fit import Fit, tangents
+from core.fitting.layer_columns import Evidence
+from core.fitting.observation import Observation
+
+BLOCK = 5.0
+"""s, longer than the memory of noise in an estimated force."""
+FOLDS = 5
+LENGTHS = (0.01, 0.04, 0.15, 0.5)
+"""Of the largest displacement: over which the hysteretic variables develop."""
+LAGS = (0.02, 0.05, 0.1)
+"""s."""
+RIDGE = 1e-3
+"""Of a regressor's power."""
+
+
+def explained_share(evidence: Evidence, fit: Fit) -> float:
+    """Of the residual's power, what the regression foretells where it was not fitted; 0 or below for noise.
+
+    Args:
+        evidence: the records.
+        fit: of a model to them.
+    """
+    raw = [
+        whitening.of(np.array(list(_regressors(observation, *_largest(evidence)))))
+        for observation, whitening in zip(evidence.observations, evidence.whitenings, strict=True)
+    ]
+    columns = np.concatenate(raw, axis=1)
+    basis = linalg.orth(_unit(tangents(evidence, fit)).T)
+    own = _unit(columns - (columns @ basis) @ basis.T)
+    histories = [
+        np.array([whitening.back(row) / whitening.std.mean() for row in [fit.residual[span], *own[:, span]]])
+        for whitening, span in zip(evidence.whitenings, evidence.spans, strict=True)
+    ]
+    blocks = _blocks(evidence)
+    whole = np.concatenate(histories, axis=1)
+    return _foretold(whole[0], _unit(whole[1:]) * np.sqrt(whole.shape[1]), blocks)
+
+
+def _largest(evidence: Evidence) -> tuple[float, float]:
+    layers = [observation.layer for observation in evidence.observations]
+    return (
+        max(float(np.abs(layer.displacement).max()) for layer in layers),
+        max(float(np.abs(layer.velocity).max()) for layer in layers),
+    )
+
+
+def _regressors(observation: Observation, far: float, fast: float) -> Iterator[Vector]:
+    """(n,) each."""
+    given, count = observation.conditions, observation.layer.displacement.size
+    u, v = observation.layer.displacement / far, observation.layer.velocity / fast
+    largest, travel = np.maximum.accumulate(np.abs(u)), np.cumsum(np.abs(v)) / count
+    across, load, warm = given.u_cross / far, given.axial_load - 1, (given.temperature - 20) / 10
+    yield from (u, v, u * np.abs(u), u**3, u**5, v * np.abs(v), np.sign(v) * np.sqrt(np.abs(v)), u**2, v * np.abs(u))
+    yield from (v * u**2, u * largest, u * travel, u * load, u * warm, u * np.abs(across), given.v_cross / fast)
+    for length in LENGTHS:
+        z = _stop(u, length)
+        yield from (z, z * np.abs(u), z * largest, z * travel, z * load, z * warm, z * np.abs(across), z * np.abs(v))
+    for lag in LAGS:
+        late = round(lag * observation.rate)
+        yield from (np.roll(u, late), np.roll(v, late))
+
+
+@njit(cache=False)
+def _stop(u, length):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """An elastic element that slips at the length, over its strength."""
+    z = np.zeros(u.size)
+    for i in range(1, u.size):
+        z[i] = min(1.0, max(-1.0, z[i - 1] + (u[i] - u[i - 1]) / length))
+    return z
+
+
+def _unit(rows: Matrix) -> Matrix:
+    size = np.linalg.norm(rows, axis=1)
+    kept = size > 1e-9 * max(size.max(initial=0.0), 1e-300)
+    return np.asarray(rows[kept] / size[kept, None])
+
+
+def _blocks(evidence: Evidence) -> Vector:
+    """(n,) which fold each sample belongs to, of all records one after the other."""
+    each, before = [], 0
+    for whitening in evidence.whitenings:
+        block = (np.arange(whitening.count) / whitening.rate // BLOCK).astype(int)
+        each.append(before + block)
+        before += int(block[-1]) + 1
+    return np.concatenate(each) % FOLDS
+
+
+def _foretold(residual: Vector, rows: Matrix, folds: Vector) -> float:
+    left = 0.0
+    for fold in range(FOLDS):
+        seen = folds != fold
+        gram = rows[:, seen] @ rows[:, seen].T
+        penalty = RIDGE * seen.sum() * np.eye(len(rows))
+        weights = linalg.solve(gram + penalty, rows[:, seen] @ residual[seen], assume_a="pos")
+        left += float(np.sum((residual[~seen] - weights @ rows[:, ~seen]) ** 2))
+    return 1 - left / float(residual @ residual)

@@ -1,0 +1,163 @@
+"""A search for a model's values, step by step, that can be left off where it leads nowhere.
+
+Levenberg and Marquardt's method over the parameters that the force is not proportional to
+(core.fitting.projected_misfit), with Kaufman's (1975) approximation of the projection's derivative. The derivatives are
+exact, those of the integrated laws.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from scipy import linalg
+
+from core.arrays import Matrix, Vector
+from core.effect import LogNormal, Normal
+from core.fitting.layer_columns import Evidence
+from core.fitting.projected_misfit import (
+    Point,
+    Search,
+    derivatives,
+    off_prior,
+    parameter,
+    projected,
+    search_of,
+    values_of,
+)
+from core.model.isolator import Isolator, Key
+
+SETTLED = 0.05
+"""Of half of chi-square: a step that gains less ends the search, or less than RELATIVE of it."""
+RELATIVE = 1e-5
+LONGEST_STEP = 1.0
+"""Of a logarithm, or of a prior's standard deviation."""
+MOST_STEPS = 40
+FIRST_DAMPING = 1e-3
+
+
+class Outcome(Enum):
+    """How a search ended, in words."""
+
+    SETTLED = "the misfit has a minimum here"
+    AT_BOUND = "a parameter went to the end of its range"
+    UNDETERMINED = "the records do not determine every parameter"
+    STOPPED = "the search was stopped before it settled"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Slope:
+    """Which way is down from a point."""
+
+    normal: Matrix
+    """(free, free) Gauss and Newton's matrix."""
+    descent: Vector
+    """(free,)"""
+    free: tuple[int, ...]
+    """Which nonlinear parameters are not held at a bound."""
+
+    @property
+    def promise(self) -> float:
+        """Of the cost, what the minimum of the quadratic that this slope belongs to would gain."""
+        return 0.5 * float(self.descent @ self.step(FIRST_DAMPING)) if self.free else 0.0
+
+    def step(self, damping: float) -> Vector:
+        """(free,) to that minimum; the shorter, the more it is damped."""
+        size = np.sqrt(np.diag(self.normal))
+        alike = self.normal / np.outer(size, size)
+        found: Vector = linalg.solve(alike + damping * np.eye(size.size), self.descent / size, assume_a="pos") / size
+        return found
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Descent:
+    """A search so far."""
+
+    search: Search
+    point: Point
+    slope: Slope
+    damping: float
+    steps: int
+    gained: float
+    """Of the cost, by the last step."""
+    outcome: Outcome | None
+    """None as long as it goes on."""
+
+    @property
+    def promise(self) -> float:
+        """Of the cost, what it may still gain, going by the slope and by the last step; nothing once it has ended."""
+        return 0.0 if self.outcome is not None else max(self.slope.promise, self.gained)
+
+
+def begun(evidence: Evidence, model: Isolator) -> Descent:
+    """A search from a model's values."""
+    search = search_of(model)
+    point = projected(evidence, search, values_of(model))
+    slope = _slope(evidence, search, point)
+    outcome = Outcome.SETTLED if not search.nonlinear else None if slope.free else Outcome.AT_BOUND
+    return Descent(search, point, slope, FIRST_DAMPING, 0, 0.0, outcome)
+
+
+def advanced(evidence: Evidence, now: Descent) -> Descent:
+    """One step on from a search that goes on."""
+    better, damping = _step(evidence, now)
+    gained = 0.0 if better is None else now.point.cost - better.cost
+    point = better or now.point
+    slope = now.slope if better is None else _slope(evidence, now.search, point)
+    outcome: Outcome | None = None
+    if gained < max(SETTLED, RELATIVE * point.cost):
+        outcome = Outcome.SETTLED
+    elif now.steps + 1 >= MOST_STEPS:
+        outcome = Outcome.STOPPED
+    elif not slope.free:
+        outcome = Outcome.AT_BOUND
+    return Descent(now.search, point, slope, damping, now.steps + 1, gained, outcome)
+
+
+def _unit(key: Key, value: float) -> float:
+    """By how much the value grows with one unit of what is searched: of its logarithm, or of its prior's spread."""
+    prior = parameter(key).prior
+    return value if isinstance(prior, LogNormal) else prior.spread
+
+
+def _slope(evidence: Evidence, search: Search, point: Point) -> Slope:
+    if not search.nonlinear or not np.isfinite(point.cost):
+        return Slope(np.zeros((0, 0)), np.zeros(0), ())
+    units = np.array([_unit(key, point.values[key]) for key in search.nonlinear])
+    turned = units[:, None] * derivatives(evidence, search, point.values, search.nonlinear)
+    scale = np.linalg.norm(point.linear, axis=1)
+    basis = linalg.orth((point.linear[scale > 0] / scale[scale > 0, None]).T)
+    own = turned - (turned @ basis) @ basis.T
+    priors = [parameter(key).prior for key in search.nonlinear]
+    off = np.array([off_prior(key, point.values) for key in search.nonlinear])
+    slope = np.array([1 / p.spread if isinstance(p, LogNormal) else 1.0 for p in priors])
+    normal = own @ own.T + np.diag(slope**2)
+    descent = own @ point.residual - off * slope
+    free = [
+        row
+        for row, key in enumerate(search.nonlinear)
+        if parameter(key).bounds[0] < point.values[key] < parameter(key).bounds[1]
+        or (descent[row] > 0) == (point.values[key] <= parameter(key).bounds[0])
+    ]
+    return Slope(normal[np.ix_(free, free)], descent[free], tuple(free))
+
+
+def _step(evidence: Evidence, now: Descent) -> tuple[Point | None, float]:
+    """A better point, None if there is none; and the damping for the next step."""
+    slope, values, damping = now.slope, now.point.values, now.damping
+    for _ in range(8):
+        change = slope.step(damping)
+        change *= min(1.0, LONGEST_STEP / np.abs(change).max())
+        moved = {now.search.nonlinear[row]: step for row, step in zip(slope.free, change, strict=True)}
+        tried = projected(evidence, now.search, {**values, **dict(_moved(values, moved))})
+        if tried.cost < now.point.cost:
+            return tried, max(damping / 8, 1e-8)
+        damping *= 8
+    return None, damping
+
+
+def _moved(values: Mapping[Key, float], steps: Mapping[Key, float]) -> Iterator[tuple[Key, float]]:
+    for key, step in steps.items():
+        prior: LogNormal | Normal = parameter(key).prior
+        new = values[key] * np.exp(step) if isinstance(prior, LogNormal) else values[key] + step * prior.spread
+        yield key, float(np.clip(new, *parameter(key).bounds))

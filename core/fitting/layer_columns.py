@@ -1,0 +1,139 @@
+"""What does each parameter of a model do to the force, in every record?
+
+A model falls apart into groups of effects that know nothing of each other: one acts on a scale that another reads, or
+reads the hysteretic variable that another publishes, within a group only. Each group's force is computed by itself,
+once for each choice of its nonlinear parameters.
+"""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+
+import numpy as np
+
+from core.arrays import Matrix, Vector
+from core.effect import RESULTS, YIELDED
+from core.effects import EFFECTS
+from core.fitting.observation import LayerHistory, Observation
+from core.fitting.record_ends import relied_on
+from core.model.driven import Driven, along
+from core.model.isolator import Isolator, Key, carried
+from core.model.path import Path, path
+from core.record import Direction
+from core.restoring_force.error_spectrum import of_fused_displacement, white
+from core.signals.whitening import BAND, Whitening, shrunk, whitening
+
+KEPT = 2e8
+"""Bytes of columns that are remembered, the last ones."""
+
+
+def groups(names: Iterable[str]) -> tuple[tuple[str, ...], ...]:
+    """The effects in groups that know nothing of each other."""
+    apart: list[set[str]] = []
+    for name in sorted(names):
+        joined = [group for group in apart if any(_coupled(name, other) for other in group)]
+        apart = [group for group in apart if group not in joined] + [{name}.union(*joined)]
+    return tuple(sorted(tuple(sorted(group)) for group in apart))
+
+
+def _coupled(one: str, other: str) -> bool:
+    return _heeds(one, other) or _heeds(other, one)
+
+
+def _heeds(reader: str, other: str) -> bool:
+    """Whether the one reads what the other says."""
+    needs, said = EFFECTS[reader].needs, EFFECTS[other]
+    return (said.acts_on not in RESULTS and said.acts_on in needs) or (said.publishes is not None and YIELDED in needs)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Evidence:
+    """The records that a model is fitted to, in the order of their times, the force whitened."""
+
+    observations: tuple[Observation, ...]
+    paths: tuple[Path, ...]
+    """That a model is driven along."""
+    whitenings: tuple[Whitening, ...]
+    target: Vector
+    """(m,) the measured forces, one record's coefficients after the other's."""
+    known: dict[tuple[object, ...], Matrix] = field(default_factory=dict)
+    """N, columns that were computed before, not yet over the noise: the same however the records are weighed."""
+
+    @classmethod
+    def by_noise(cls, observations: Sequence[Observation]) -> "Evidence":
+        """Weighed by what is uncertain of the measured force, and of the motion that drives a model."""
+        seen = tuple(observations)
+        paths = tuple(path(o.layer.displacement, o.layer.velocity, o.rate, o.conditions) for o in seen)
+        return cls(seen, paths, (), np.zeros(0)).weighed([_whitening(one) for one in seen])
+
+    def weighed(self, whitenings: Sequence[Whitening]) -> "Evidence":
+        """The same records by other noise."""
+        white = [w.of(o.layer.force[None])[0] for o, w in zip(self.observations, whitenings, strict=True)]
+        return replace(self, whitenings=tuple(whitenings), target=np.concatenate(white))
+
+    @property
+    def spans(self) -> tuple[slice, ...]:
+        """Of each record's coefficients."""
+        ends = np.cumsum([0, *(w.std.size for w in self.whitenings)])
+        return tuple(slice(int(a), int(b)) for a, b in pairwise(ends))
+
+
+def _whitening(observation: Observation) -> Whitening:
+    """By the error of the measured force, and of the motion that drives a model."""
+    layer = observation.layer
+    error, motion = layer.force_error or white(layer.force_std, BAND), _by_motion(layer)
+    weights = whitening(
+        layer.force,
+        observation.rate,
+        lambda f: error.at(f) + motion(f),
+        patterns=error.patterns if error.patterns.size else None,
+        passed=layer.band,
+        window=relied_on(layer.force, observation.rate),
+    )
+    return shrunk(weights, layer.force, error.at) if error.is_shrunk else weights
+
+
+def _by_motion(layer: LayerHistory) -> Callable[[Vector], Vector]:
+    """N²/Hz at frequencies in Hz, error of a model's force by that of the motion that drives it."""
+    travel = float(np.linalg.norm(np.diff(layer.displacement)))
+    if layer.displacement_std is None or layer.velocity_std is None or travel == 0:
+        return np.zeros_like
+    stiffness = float(np.linalg.norm(np.diff(layer.force))) / travel
+    motion = of_fused_displacement(float(np.median(layer.displacement_std)), float(np.median(layer.velocity_std)))
+    return lambda frequency: np.asarray(stiffness**2 * motion.at(frequency))
+
+
+def columns(evidence: Evidence, model: Isolator, wanted: Sequence[Key]) -> Matrix:
+    """(wanted, m) exact derivatives of the whitened force by parameters of one group, at the model's values.
+
+    By a parameter that the force is proportional to, that is the force for 1 of its unit.
+
+    Args:
+        evidence: the records.
+        model: one group's effects and values.
+        wanted: which parameters.
+    """
+    key = (tuple(wanted), *((name, *values.values()) for name, values in model.effects.items()))
+    if key not in evidence.known:
+        evidence.known[key] = _columns(evidence, model, wanted)
+        while sum(one.nbytes for one in evidence.known.values()) > KEPT and len(evidence.known) > 1:
+            evidence.known.pop(next(iter(evidence.known)))
+    known = evidence.known[key]
+    spans = zip(evidence.spans, evidence.whitenings, strict=True)
+    return np.concatenate([weights.whitened(known[:, span]) for span, weights in spans], axis=1)
+
+
+def _columns(evidence: Evidence, model: Isolator, wanted: Sequence[Key]) -> Matrix:
+    found: list[Matrix] = []
+    last: dict[Direction, Driven] = {}
+    for observation, way, weights in zip(evidence.observations, evidence.paths, evidence.whitenings, strict=True):
+        before = last.get(observation.direction)
+        now = last[observation.direction] = along(
+            way,
+            model,
+            wanted=wanted,
+            states=None if before is None else carried(model, before.states),
+            states_by_parameter=None if before is None else carried(model, before.states_by_parameter),
+        )
+        found.append(weights.filtered(now.by_parameter))
+    return np.concatenate(found, axis=1)

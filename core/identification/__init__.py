@@ -1,0 +1,1 @@
+"""The superstructure's modes from its recorded motion."""

@@ -1,0 +1,1 @@
+"""The isolation layer's motion, and its equivalent stiffness and damping."""

@@ -1,0 +1,99 @@
+"""What do the sensors of a record say about the isolation layer's motion?"""
+
+import numpy as np
+
+from core.arrays import Vector
+from core.description import BuildingDescription
+from core.isolation_layer.displacement import differentiate, fuse
+from core.isolation_layer.integration import integrate
+from core.isolation_layer.motion import MeasuredMotion
+from core.quality import Finding
+from core.record import Direction, Record
+from core.sensors.layer_agreement import agreeing
+from core.sensors.rigid import RigidLevels
+from core.signals.noise import noise_std
+
+Findings = tuple[Finding, ...]
+
+
+def layer_motion(
+    record: Record, description: BuildingDescription, direction: Direction
+) -> tuple[MeasuredMotion | None, Findings]:
+    """Motion of the layer from whatever measured it, None if nothing did; and what its user should know.
+
+    Where a transducer measured it the layer's residual offset stays; an integral is good only above a frequency that
+    its band tells.
+
+    Args:
+        record: complete channels about their position at rest, one for each level, quantity and direction.
+        description: of the building.
+        direction: horizontal.
+    """
+    base, ground = description.base.name, description.ground.name
+    displacement = record.find(base, "displacement", direction)
+    above, below = record.find(base, "acceleration", direction), record.find(ground, "acceleration", direction)
+    if displacement is not None and above is not None and below is not None:
+        above, below = agreeing(displacement, above, below, record.rate)
+    relative = None if above is None or below is None else above - below
+    return motion_from(displacement, relative, record.rate, f"direction {direction}")
+
+
+def layer_torsion(levels: RigidLevels, description: BuildingDescription) -> tuple[MeasuredMotion | None, Findings]:
+    """Torsion of the base slab against the ground in rad, None where the sensors' positions do not tell it.
+
+    A ground whose torsion is not measured is taken not to turn.
+    """
+    base, ground = description.base.name, description.ground.name
+    displacement = levels.torsion.get((base, "displacement"))
+    above, below = levels.torsion.get((base, "acceleration")), levels.torsion.get((ground, "acceleration"))
+    if displacement is None and above is None:
+        return None, ()
+    relative = above if above is None or below is None else above - below
+    return motion_from(displacement, relative, levels.record.rate, "torsion")
+
+
+def motion_from(
+    displacement: Vector | None, relative_acceleration: Vector | None, rate: float, name: str
+) -> tuple[MeasuredMotion | None, Findings]:
+    """Motion from a transducer's history, from the acceleration above the layer less that below, or from both.
+
+    Args:
+        displacement: (n,) m, or rad.
+        relative_acceleration: (n,) m/s², or rad/s².
+        rate: Hz.
+        name: of what moves, for messages.
+    """
+    if displacement is not None:
+        return _measured(displacement, relative_acceleration, rate, name)
+    if relative_acceleration is not None:
+        return _integrated(relative_acceleration, rate, name)
+    return None, (_warning(f"{name}: neither displacement nor ground acceleration; no motion of the layer"),)
+
+
+def _measured(
+    displacement: Vector, relative: Vector | None, rate: float, name: str
+) -> tuple[MeasuredMotion | None, Findings]:
+    if relative is not None:
+        noise = noise_std(np.array([displacement, relative]), rate)
+        own, other = float(noise[0]), float(noise[1])
+        return fuse(displacement, relative, rate, displacement_noise=own, acceleration_noise=other), ()
+    motion = differentiate(displacement, rate, displacement_noise=float(noise_std(displacement[None, :], rate)[0]))
+    if motion is None:
+        return None, (_warning(f"{name}: the displacement nowhere stands above its noise; no motion of the layer"),)
+    return motion, ()
+
+
+def _integrated(relative: Vector, rate: float, name: str) -> tuple[MeasuredMotion | None, Findings]:
+    motion = integrate(relative, rate, acceleration_noise=float(noise_std(relative[None, :], rate)[0]))
+    if motion is None:
+        message = f"{name}: no displacement was measured, and the accelerations nowhere stand above their noise"
+        return None, (_warning(f"{message}; no motion of the layer"),)
+    message = (
+        f"{name}: no displacement was measured; it was integrated from the accelerations and is good above "
+        f"{motion.band[0]:.2g} Hz, without the layer's residual offset"
+    )
+    return motion, (Finding("displacement", "note", message, None, motion.band[0]),)
+
+
+def _warning(message: str) -> Finding:
+    return Finding("displacement", "warning", message)

@@ -1,0 +1,1 @@
+"""An effect's law as source: compiled, and differentiated."""

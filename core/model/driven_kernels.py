@@ -1,0 +1,131 @@
+"""The compiled loops that drive a model along a motion."""
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from core.laws.compiled import bound, inlined, jitted, kept
+from core.model.program import force_digest, force_program
+from core.model.tangent_program import tangent_digest, tangent_program
+
+
+@cache
+def force_kernel() -> Any:  # noqa: ANN401  numba's functions have no type
+    """See _integrate; compiled when first called."""
+    at = inlined(bound(_force_at, program=force_program()))
+    return kept(bound(_integrate, at=at), force_digest())
+
+
+@cache
+def tangent_kernel() -> Any:  # noqa: ANN401  numba's functions have no type
+    """See _integrate; compiled when first called. States are followed by their changes along the direction."""
+    at = inlined(bound(_tangent_at, program=tangent_program()))
+    return kept(bound(_integrate, at=at), tangent_digest())
+
+
+@cache
+def column_kernel() -> Any:  # noqa: ANN401  numba's functions have no type
+    """See _columns; compiled when first called."""
+    at = jitted(bound(_tangent_at, program=tangent_program()))
+    return kept(bound(_columns, at=at), tangent_digest())
+
+
+program: Any = None
+at: Any = None
+"""Bound when compiled."""
+TOLERANCE = 3e-3
+"""Of the largest that a state has been: by which the two slopes in the middle of a step may differ, times the step,"""
+BENT = 0.03
+"""and the sum of those at its ends from the sum of those in its middle."""
+
+
+def _force_at(m, opcode, at_p, at_x, p, change_of_p, behind, x, dx):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    force, inertance = program(m[0], m[1], m[2], m[3], m[4], m[5], m[6], opcode, at_p, at_x, p, x, dx)
+    return force, inertance, 0.0, 0.0
+
+
+def _tangent_at(m, opcode, at_p, at_x, p, change_of_p, behind, x, dx):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    return program(m[0], m[1], m[2], m[3], m[4], m[5], m[6], opcode, at_p, at_x, p, change_of_p, behind, x, dx)
+
+
+def _columns(samples, acceleration, opcode, at_p, at_x, p, directions, states):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Changes of the force along directions on which no state depends: (directions, n) N, from states (n, m)."""
+    n, behind = states.shape
+    found = np.empty((directions.shape[0], n))
+    x, dx = np.zeros(2 * behind), np.zeros(2 * behind)
+    for i in range(n):
+        for j in range(behind):
+            x[j] = states[i, j]
+        for k in range(directions.shape[0]):
+            answer = at(samples[i + 1], opcode, at_p, at_x, p, directions[k], behind, x, dx)
+            found[k, i] = answer[2] + answer[3] * acceleration[i]
+    return found
+
+
+def _integrate(samples, acceleration, weights, interval, least, opcode, at_p, at_x, p, change_of_p, behind, start):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Force, its change and the states at every sample, by the classical Runge-Kutta method.
+
+    From sample to sample in `least` steps, in twice as many again and again where the slopes in a step's middle differ
+    by more than TOLERANCE allows, and in as many as `weights` has points for where the motion reverses, since there
+    laws have their kinks. `samples` begin one before the first; the row of `weights` for a point between two of them
+    combines four.
+    """
+    n, finest, judged = acceleration.size, weights.shape[0] // 2, start.size - behind
+    force, change, states = np.empty(n), np.empty(n), np.empty((n, start.size))
+    x, dx, stage, end = start.copy(), np.zeros(start.size), np.zeros(start.size), np.zeros(start.size)
+    middle, bend, largest = np.zeros(judged), np.zeros(judged), np.abs(start[:judged])
+    now, parts = np.zeros(samples.shape[1]), least
+    for i in range(n):
+        parts = finest if samples[i + 1, 1] * samples[i + 2, 1] < 0 else max(least, parts // 2)
+        s = 0
+        while s < parts:
+            step, stride = interval / parts, finest // parts
+            is_rough = False
+            for j in range(x.size):
+                end[j] = x[j]
+            for j in range(judged):
+                bend[j] = 0.0
+            for k in range(4):
+                if k != 2:
+                    w = weights[stride * (2 * s + (k + 1) // 2)]
+                    for c in range(now.size):
+                        now[c] = (w[0] * samples[i, c] + w[3] * samples[i + 3, c]) + (
+                            w[1] * samples[i + 1, c] + w[2] * samples[i + 2, c]
+                        )
+                for j in range(x.size):
+                    stage[j] = x[j] if k == 0 else x[j] + (step if k == 3 else step / 2) * dx[j]
+                answer = at(now, opcode, at_p, at_x, p, change_of_p, behind, stage, dx)
+                if s == 0 and k == 0:
+                    force[i] = answer[0] + answer[1] * acceleration[i]
+                    change[i] = answer[2] + answer[3] * acceleration[i]
+                    for j in range(x.size):
+                        states[i, j] = x[j]
+                if x.size == 0 or i + 1 == n:
+                    break
+                for j in range(judged):
+                    bend[j] += dx[j] if k % 3 == 0 else -dx[j]
+                    if k == 1:
+                        middle[j] = dx[j]
+                    # "not at most" rather than "above", for NaN
+                    if k == 2 and not step * abs(dx[j] - middle[j]) <= TOLERANCE * largest[j]:
+                        is_rough = True
+                    if k == 3 and not step * abs(bend[j]) <= BENT * largest[j]:
+                        is_rough = True
+                if is_rough and parts < finest:
+                    break
+                for j in range(x.size):
+                    end[j] += step * (1 / 6 if k % 3 == 0 else 1 / 3) * dx[j]
+            if x.size == 0 or i + 1 == n:
+                break
+            if is_rough and parts < finest:
+                parts, s = 2 * parts, 0
+                for j in range(x.size):
+                    x[j] = states[i, j]
+                continue
+            s += 1
+            for j in range(x.size):
+                x[j] = end[j]
+        for j in range(judged):
+            largest[j] = max(largest[j], abs(x[j]))
+    return force, change, states

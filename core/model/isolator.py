@@ -1,0 +1,134 @@
+"""A model of the isolation layer: effects and their values, and what acts on it besides its own motion."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from types import MappingProxyType
+from typing import TypeVar
+
+import numpy as np
+
+from core.arrays import Indices, Matrix, Vector
+from core.effects import EFFECTS
+from core.errors import ModelError
+from core.model.program import in_order, opcodes
+
+Key = tuple[str, str]
+"""Names of an effect and of one of its parameters, or states."""
+States = TypeVar("States", Vector, Matrix)
+
+
+@dataclass(frozen=True, slots=True)
+class Isolator:
+    """Effects by name, each with the value of every one of its parameters."""
+
+    effects: Mapping[str, Mapping[str, float]]
+
+    def __post_init__(self) -> None:
+        for name, values in self.effects.items():
+            _check(name, values)
+        object.__setattr__(
+            self, "effects", MappingProxyType({name: MappingProxyType(dict(v)) for name, v in self.effects.items()})
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Packed:
+    """A model as the force program reads it; see core.model.program.source."""
+
+    opcode: Indices
+    at_p: Indices
+    at_x: Indices
+    p: Vector
+    states: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Conditions:
+    """What acts on the layer besides its own motion, at every sample."""
+
+    u_cross: Vector
+    """(n,) m, displacement in the other horizontal direction."""
+    v_cross: Vector
+    """(n,) m/s."""
+    axial_load: Vector
+    """(n,) vertical force / weight, 1 at rest."""
+    temperature: Vector
+    """(n,) °C."""
+    time: Vector
+    """(n,) s since the model's reference instant."""
+
+    def __post_init__(self) -> None:
+        shapes = {field.name: getattr(self, field.name).shape for field in fields(self)}
+        if len(set(shapes.values())) > 1 or self.time.ndim != 1:
+            raise ModelError(f"conditions must be alike vectors, got {shapes}")
+
+    @classmethod
+    def usual(cls, count: int, rate: float) -> "Conditions":
+        """Motion in one direction only, under dead load, at 20 °C, from the reference instant on.
+
+        Args:
+            count: of samples.
+            rate: Hz.
+        """
+        zero, one = np.zeros(count), np.ones(count)
+        return cls(u_cross=zero, v_cross=zero, axial_load=one, temperature=20 * one, time=np.arange(count) / rate)
+
+    @property
+    def rows(self) -> Matrix:
+        """(n, 5) in the order of the fields, as the force program reads them."""
+        return np.column_stack([getattr(self, field.name) for field in fields(self)])
+
+
+def packed(isolator: Isolator) -> Packed:
+    """The model as arrays, the effects that scale others first."""
+    names = _packing(isolator)
+    effects = [EFFECTS[name] for name in names]
+    sizes = [len(effect.parameters) for effect in effects]
+    states = [len(effect.states) for effect in effects]
+    return Packed(
+        opcode=np.array([opcodes()[name] for name in names], dtype=np.intp),
+        at_p=np.cumsum([0, *sizes])[: len(names)].astype(np.intp),
+        at_x=np.cumsum([0, *states])[: len(names)].astype(np.intp),
+        p=np.array([isolator.effects[name][parameter] for name, parameter in parameter_names(isolator)], dtype=float),
+        states=sum(states),
+    )
+
+
+def parameter_names(isolator: Isolator) -> tuple[Key, ...]:
+    """Of every parameter of the model, in the order in which it is packed."""
+    return tuple((name, parameter.name) for name in _packing(isolator) for parameter in EFFECTS[name].parameters)
+
+
+def state_names(isolator: Isolator) -> tuple[Key, ...]:
+    """Of every state of the model, in the order in which it is packed."""
+    return tuple((name, state) for name in _packing(isolator) for state in EFFECTS[name].states)
+
+
+def carried(isolator: Isolator, states: States) -> States:
+    """States at the start of an earthquake, from those at the end of the one before: what is not carried is zero.
+
+    Args:
+        isolator: the model.
+        states: (..., m) in the order of state_names: states, or their derivatives.
+    """
+    keeps = np.array([state in EFFECTS[name].carried for name, state in state_names(isolator)], dtype=bool)
+    kept: States = np.where(keeps, states, 0.0)
+    return kept
+
+
+def _packing(isolator: Isolator) -> tuple[str, ...]:
+    return in_order({name: EFFECTS[name] for name in isolator.effects})
+
+
+def _check(name: str, values: Mapping[str, float]) -> None:
+    if name not in EFFECTS:
+        raise ModelError(f"there is no effect {name!r}; there are {', '.join(sorted(EFFECTS))}")
+    parameters = {parameter.name: parameter for parameter in EFFECTS[name].parameters}
+    if set(values) != set(parameters):
+        raise ModelError(f"{name} takes values for {sorted(parameters)}, got {sorted(values)}")
+    for key, value in values.items():
+        low, high = parameters[key].bounds
+        if not low <= value <= high:
+            raise ModelError(
+                f"{name}: {key} must lie within {low:g} ... {high:g} {parameters[key].unit}, got {value:g}"
+            )

@@ -1,0 +1,1 @@
+"""The isolation layer's restoring force: what an estimator of it is, and the paper's."""

@@ -1,0 +1,48 @@
+"""Which keys there are."""
+
+from collections.abc import Sequence
+from datetime import datetime
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from service.access.auth import Role, digest, new_key
+from service.database import ApiKey
+
+
+class KeyNameError(Exception):
+    """The name is taken, or nobody's."""
+
+
+def create(session: Session, name: str, role: Role, now: datetime) -> str:
+    """A new key, which is not stored and cannot be shown again.
+
+    Raises:
+        KeyNameError: the name is taken, by a revoked key even: a name means one key forever.
+    """
+    if _find(session, name) is not None:
+        raise KeyNameError(f"There is a key {name!r} already; another name would do.")
+    key = new_key()
+    session.add(ApiKey(name=name, role=role.name, hash=digest(key), created_at=now))
+    return key
+
+
+def every(session: Session) -> Sequence[ApiKey]:
+    """All keys, revoked ones too, by name."""
+    return session.scalars(select(ApiKey).order_by(ApiKey.name)).all()
+
+
+def revoke(session: Session, name: str, now: datetime) -> None:
+    """Make a key worthless; a revoked one stays as it is.
+
+    Raises:
+        KeyNameError: there is none by that name.
+    """
+    key = _find(session, name)
+    if key is None:
+        raise KeyNameError(f"There is no key {name!r}; 'menshin key list' shows them.")
+    key.revoked_at = key.revoked_at or now
+
+
+def _find(session: Session, name: str) -> ApiKey | None:
+    return session.scalars(select(ApiKey).where(ApiKey.name == name)).one_or_none()

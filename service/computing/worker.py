@@ -1,0 +1,201 @@
+"""Does the work that waits: claims a job, has it computed elsewhere, writes the result under its claim."""
+
+import logging
+import os
+import socket
+from collections.abc import Callable
+from concurrent.futures import FIRST_COMPLETED, Future, wait
+from dataclasses import dataclass, field, replace
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from threading import Event as Signal
+from traceback import format_exception
+from typing import Any
+
+from sqlalchemy.exc import OperationalError
+from sqlalchemy.orm import Session, sessionmaker
+
+from core.errors import CoreError
+from service.computing.executors import Executors
+from service.computing.kinds import KINDS
+from service.computing.running import Running
+from service.database_away import Attempts
+from service.queue import jobs, leases
+from service.queue.jobs import Claim
+from service.queue.leases import WORKING
+from service.queue.progress import Note, silent
+from service.sessions import reading
+from service.settings import Settings
+
+log = logging.getLogger(__name__)
+
+IDLE = 0.5
+"""s between two looks for work."""
+
+
+@dataclass(slots=True)
+class Worker:
+    """Works until it is told to stop.
+
+    A job is computed at least once and takes effect exactly once: the claim, the reading of the inputs and the
+    writing of the result are three short transactions, and the last one writes only under a claim that still holds.
+    """
+
+    sessions: sessionmaker[Session]
+    executors: Executors
+    settings: Settings
+    clock: Callable[[], datetime] = lambda: datetime.now(UTC)
+    notes: Path | None = None
+    """Folder in which computations tell what they are doing; None: who waits is told of whole stages."""
+    running: dict[Future[Any], Running] = field(default_factory=dict)
+    extended_at: datetime | None = None
+    holder: str = field(default_factory=lambda: f"{socket.gethostname()}:{os.getpid()}")
+
+    def run(self, stop: Signal) -> None:
+        """Work until `stop` is set; jobs that are not finished then are put back."""
+        attempts = Attempts(log)
+        while not stop.is_set():
+            busy = False
+            with attempts.one():
+                busy = self.step()
+            if not busy:
+                stop.wait(attempts.pause(IDLE))
+        self.put_back()
+
+    def run_until_idle(self) -> int:
+        """Work until no job waits; the number of jobs that took effect or were given up."""
+        finished = 0
+        while self.fill() or self.running:
+            finished += self.collect(IDLE)
+            self.pass_on()
+            self.hold()
+        return finished
+
+    def step(self) -> bool:
+        """Claim what there is room for, write what is done; False if there is nothing to do."""
+        self.fill()
+        self.collect(IDLE)
+        self.pass_on()
+        self.hold()
+        return bool(self.running)
+
+    def fill(self) -> int:
+        """Claim jobs and start them until every worker process has one; the number of jobs started."""
+        started = 0
+        while len(self.running) < self.settings.workers:
+            claim = self._claim()
+            if claim is None:
+                break
+            started += self._start(claim)
+        return started
+
+    def collect(self, timeout: float) -> int:
+        """Write or go on with what was computed within `timeout` seconds; the number of jobs that are off our hands."""
+        done = wait(self.running, timeout, FIRST_COMPLETED).done if self.running else ()
+        finished = 0
+        for future in done:
+            job = self.running[future]
+            finished += self._take(future, job)
+            del self.running[future]  # only now: while the database is away the result is kept and written later
+            if job.note:
+                job.note.erase()
+        return finished
+
+    def pass_on(self) -> None:
+        """Let those who wait know what the computations say they are doing."""
+        for future, job in list(self.running.items()):
+            if news := job.news:
+                self._tell(job, news)
+                self.running[future] = replace(job, told=news)
+
+    def hold(self) -> None:
+        """Extend the leases in time; a claim that was lost is left to who has it now."""
+        now = self.clock()
+        if self.extended_at is not None and now - self.extended_at < self._lease / 3:
+            return
+        with self.sessions.begin() as session:
+            leases.hold(session, WORKING, self.holder, now, self._lease)
+        self.extended_at = now
+        for future, job in list(self.running.items()):
+            with self.sessions.begin() as session:
+                held = jobs.extend(session, job.claim, now, self._lease)
+            if not held:
+                log.warning("job %d was taken over by another worker", job.claim.job_id)
+                future.cancel()
+                del self.running[future]
+
+    def put_back(self) -> None:
+        """Give up every claim, so that another worker need not wait for the lease to lapse."""
+        try:
+            for job in self.running.values():
+                with self.sessions.begin() as session:
+                    jobs.release(session, job.claim)
+            with self.sessions.begin() as session:
+                leases.give_up(session, WORKING, self.holder)
+        except OperationalError as error:
+            log.warning("the database is out of reach, the claims will lapse by themselves: %s", error.orig)
+        self.running.clear()
+
+    @property
+    def _lease(self) -> timedelta:
+        return timedelta(seconds=self.settings.lease)
+
+    def _claim(self) -> Claim | None:
+        with self.sessions.begin() as session:
+            return jobs.claim(session, self.clock(), self._lease)
+
+    def _start(self, claim: Claim) -> bool:
+        """Read what the job needs and start its first stage; False if it went wrong."""
+        try:
+            kind = KINDS[claim.kind]
+            with reading(self.sessions)() as session:
+                inputs = kind.inputs(session, claim, self.settings)
+            self._submit(Running(claim, inputs, kind.stages(inputs)))
+        except OperationalError:
+            raise
+        except Exception as error:  # like the one below, this outlives a bug
+            self._went_wrong(claim, error)
+            return False
+        return True
+
+    def _take(self, future: Future[Any], job: Running) -> bool:
+        """Go on with the next stage, or write the result; whether the job is off our hands."""
+        try:
+            after = replace(job, results=(*job.results, future.result()))
+            if len(after.results) < len(after.stages):
+                self._submit(after)
+                return False
+            self._write(after)
+        except OperationalError:
+            raise
+        except Exception as error:
+            self._went_wrong(job.claim, error)
+        return True
+
+    def _submit(self, job: Running) -> None:
+        """Start the next stage, and say so first."""
+        name = f"{job.claim.job_id}-{job.claim.token}-{len(job.results)}"
+        note = Note(self.notes / name) if self.notes else None
+        self._tell(job, job.stage.doing)
+        future = self.executors().submit(job.stage.function, *job.stage.arguments(job.results, note or silent))
+        self.running[future] = replace(job, note=note, told=None)
+
+    def _tell(self, job: Running, doing: str) -> None:
+        with self.sessions.begin() as session:
+            jobs.tell(session, job.claim, len(job.results), len(job.stages), doing)
+
+    def _write(self, job: Running) -> None:
+        with self.sessions.begin() as session:
+            if jobs.finish(session, job.claim, self.clock()):
+                KINDS[job.claim.kind].store(session, job.claim, job.inputs, job.results, self.clock())
+
+    def _went_wrong(self, claim: Claim, error: Exception) -> None:
+        """A refusal is shown at once; a bug or a killed process is tried again, and shown when given up."""
+        if isinstance(error, CoreError):
+            with self.sessions.begin() as session:
+                jobs.refuse(session, claim, str(error), self.clock())
+            return
+        log.error("attempt %d at job %d went wrong", claim.failures + 1, claim.job_id, exc_info=error)
+        text = "".join(format_exception(error))
+        with self.sessions.begin() as session:
+            jobs.fail(session, claim, text, self.clock(), self.settings.job_attempts)

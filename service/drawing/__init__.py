@@ -1,0 +1,1 @@
+"""Pictures: how they are defined, thinned and written."""

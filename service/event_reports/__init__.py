@@ -1,0 +1,1 @@
+"""An analysed event, written for people and programs."""

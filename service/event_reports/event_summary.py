@@ -1,0 +1,135 @@
+"""An analysed event for an engineer at a terminal: mm, kN, kN/mm."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from rich.console import Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from core.analysis import DirectionAnalysis, EventAnalysis
+from core.description import BuildingDescription
+from core.isolation_layer.equivalent import EquivalentSegment
+from core.isolation_layer.motion import MeasuredMotion
+from core.quality import Finding
+from core.restoring_force.reliance import Reliance
+
+STYLES = {"note": "dim", "warning": "yellow", "fatal": "bold red"}
+SHOWN = 12
+"""Cycles in a summary: the largest."""
+MM, MRAD, KN, KN_PER_MM, PERCENT = 1e3, 1e3, 1e-3, 1e-6, 1e2
+
+
+def summary(event: EventAnalysis, description: BuildingDescription) -> RenderableType:
+    """Quality findings, then modes, peak force and equivalent values of each direction."""
+    return Group(*_parts(event, description))
+
+
+def _parts(event: EventAnalysis, description: BuildingDescription) -> Iterator[RenderableType]:
+    pga = "" if event.pga is None else f", largest ground acceleration {event.pga * 100:.1f} gal"
+    yield Text(f"{description.code}, {event.start:%Y-%m-%d %H:%M:%S} UTC{pga}", style="bold")
+    if event.refusal is not None:
+        yield Text(f"refused: {event.refusal}", style=STYLES["fatal"])
+    if event.quality:
+        yield _quality(event.quality)
+    for name, found in event.directions.items():
+        yield from _direction(name, found, description)
+    yield from _across(event)
+
+
+def _quality(findings: tuple[Finding, ...]) -> Table:
+    table = Table("severity", "kind", "channel", "finding", title="quality", title_justify="left")
+    for finding in findings:
+        row = (finding.severity, finding.kind, finding.channel or "", finding.message)
+        table.add_row(*(Text(cell) for cell in row), style=STYLES[finding.severity])
+    return table
+
+
+def _direction(name: str, found: DirectionAnalysis, description: BuildingDescription) -> Iterator[RenderableType]:
+    force = found.restoring_force
+    peak, std = np.abs(force.force).max() * KN, np.sqrt(np.mean(force.std**2)) * KN
+    yield Text(f"\ndirection {name}: peak force {peak:.1f} ± {std:.1f} kN (estimator {force.estimator})", style="bold")
+    if force.reliance is not None:
+        yield Text(_relied_on(force.reliance))
+    if force.modes:
+        yield _modes(found, description)
+    if found.motion is not None:
+        yield Text(_moved(found.motion))
+    if found.displacement is None:
+        yield Text("no displacement of the isolation layer was measured: no equivalent values")
+    elif not found.equivalent:
+        yield Text("no cycle was large enough for equivalent values")
+    else:
+        yield _equivalent(found.equivalent)
+
+
+def _relied_on(reliance: Reliance) -> str:
+    text = f"assumed: {reliance.assumption}"
+    if reliance.chi_square is not None:
+        text += f"; chi-square of noise alone {reliance.chi_square:.3g}"
+    if not reliance.is_at_rest:
+        text += "; the record does not begin and end at rest"
+    return f"{text}; {100 * reliance.prior_share:.0f} % of the storeys' stiffness is prior"
+
+
+def _moved(motion: MeasuredMotion) -> str:
+    peak, std = motion.peak
+    text = f"peak displacement {_measured(peak * MM, std * MM, 2)} mm"
+    if motion.residual is None:
+        return f"{text}, integrated: good above {motion.band[0]:.2g} Hz"
+    return f"{text}, residual {_measured(motion.residual.value * MM, motion.residual.std * MM, 2)} mm"
+
+
+def _across(event: EventAnalysis) -> Iterator[RenderableType]:
+    """What holds across the directions."""
+    found = []
+    if event.peak_resultant is not None:
+        found.append(f"peak resultant displacement {event.peak_resultant * MM:.2f} mm")
+    if event.torsion is not None:
+        peak, std = event.torsion.peak
+        found.append(f"peak torsion {_measured(peak * MRAD, std * MRAD, 3)} mrad")
+    if event.axial_load is not None:
+        load = event.axial_load
+        found.append(f"vertical load {load.ratio.min():.2f} to {load.ratio.max():.2f} of the weight ({load.level})")
+    if found:
+        yield Text("\n" + ", ".join(found), style="bold")
+
+
+def _modes(found: DirectionAnalysis, description: BuildingDescription) -> Table:
+    floors = [level.name for level in description.floors]
+    table = Table("mode", "Hz", "damping (%)", title="superstructure, fixed base", title_justify="left")
+    for floor in floors:
+        table.add_column(Text(floor), justify="right")
+    for number, mode in enumerate(found.restoring_force.modes, start=1):
+        shape = (f"{value:.2f}" for value in mode.shape)
+        damping = _measured(mode.damping_ratio * PERCENT, _scaled(mode.damping_ratio_std, PERCENT), 2)
+        table.add_row(str(number), _measured(mode.frequency, mode.frequency_std, 3), damping, *shape)
+    return table
+
+
+def _equivalent(cycles: tuple[EquivalentSegment, ...]) -> Table:
+    largest = sorted(sorted(cycles, key=lambda cycle: -cycle.amplitude)[:SHOWN], key=lambda cycle: cycle.start)
+    title = "isolation layer by cycle"
+    if len(cycles) > SHOWN:
+        title += f", the {SHOWN} largest of {len(cycles)} (--json writes all)"
+    table = Table(title=title, title_justify="left")
+    for heading in ("from (s)", "to (s)", "amplitude (mm)", "strain (%)", "k_eq (kN/mm)", "c_eq (kN s/mm)"):
+        table.add_column(heading, justify="right", no_wrap=heading.startswith(("k_eq", "c_eq")))
+    for cycle in largest:
+        table.add_row(
+            f"{cycle.start:.2f}",
+            f"{cycle.end:.2f}",
+            f"{cycle.amplitude * MM:.2f}",
+            "" if cycle.shear_strain is None else f"{cycle.shear_strain * PERCENT:.1f}",
+            _measured(cycle.k_eq * KN_PER_MM, cycle.k_eq_std * KN_PER_MM, 2),
+            _measured(cycle.c_eq * KN_PER_MM, cycle.c_eq_std * KN_PER_MM, 3),
+        )
+    return table
+
+
+def _scaled(value: float | None, factor: float) -> float | None:
+    return None if value is None else value * factor
+
+
+def _measured(value: float, std: float | None, digits: int) -> str:
+    return f"{value:.{digits}f}" if std is None else f"{value:.{digits}f} ± {std:.{digits}f}"

@@ -1,0 +1,1 @@
+"""From files as they come to earthquakes that wait to be analysed."""

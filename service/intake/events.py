@@ -1,0 +1,165 @@
+"""Which earthquake a record belongs to, and when its event is ready to be analysed."""
+
+from collections.abc import Iterable, Sequence
+from datetime import datetime, timedelta
+
+from sqlalchemy import select, update
+from sqlalchemy.orm import Session, undefer
+
+from service import buildings
+from service.blobs import decode, encode
+from service.database import Building, Event, EventRecording, Job, Recording, Waveform
+from service.formats import Trace
+from service.intake.grouping import overlapping
+from service.intake.spans import cut, span
+from service.queue import jobs
+from service.settings import Settings
+
+
+def take_in(
+    session: Session,
+    building: Building,
+    recording: Recording,
+    traces: Sequence[Trace],
+    now: datetime,
+    *,
+    settings: Settings,
+) -> None:
+    """Join the traces of a recording to their events; events that miss nothing any more are queued."""
+    tolerance = timedelta(seconds=settings.event_tolerance)
+    for group in overlapping(traces, span, tolerance):
+        start, end = extent(group)
+        event = at(session, building, start - tolerance, end + tolerance, now)
+        add(session, event, recording, group, now)
+        if event.state == "gathering" and is_complete(session, event):
+            jobs.enqueue(session, event, {}, now)
+
+
+def queue_ready(session: Session, now: datetime, *, settings: Settings) -> int:
+    """Queue the events that have waited long enough for missing channels; the number of them."""
+    patience = timedelta(seconds=settings.event_grace)
+    waiting = select(Event).where(Event.state == "gathering", Event.updated_at <= now - patience)
+    ready = list(session.scalars(waiting.order_by(Event.start).with_for_update(skip_locked=True)))
+    for event in ready:
+        jobs.enqueue(session, event, {}, now)
+    return len(ready)
+
+
+def queue_now(session: Session, building: Building, now: datetime) -> None:
+    """Queue the building's events with what they have: nothing more is coming."""
+    waiting = select(Event).where(Event.building_id == building.id, Event.state == "gathering")
+    for event in session.scalars(waiting.with_for_update(skip_locked=True)):
+        jobs.enqueue(session, event, {}, now)
+
+
+def add(session: Session, event: Event, recording: Recording, traces: Iterable[Trace], now: datetime) -> None:
+    """Add a recording's traces to an event; what it has already is not added again."""
+    if session.get(EventRecording, (event.id, recording.id)) is None:
+        session.add(EventRecording(event_id=event.id, recording_id=recording.id))
+    added = [_add(session, event, trace) for trace in traces]
+    session.flush()
+    if any(added):
+        waveforms = list(session.scalars(select(Waveform).where(Waveform.event_id == event.id)))
+        event.start = min(waveform.start for waveform in waveforms)
+        event.end = max(_end(waveform) for waveform in waveforms)
+        event.state, event.reason, event.updated_at = "gathering", None, now
+
+
+def is_complete(session: Session, event: Event) -> bool:
+    """Whether the event has something of each of the building's channels."""
+    channels = buildings.described(session, session.get_one(Building, event.building_id)).description.channels
+    there = session.scalars(select(Waveform.channel).where(Waveform.event_id == event.id).distinct())
+    return {channel.id for channel in channels} <= set(there)
+
+
+def extent(traces: Iterable[Trace]) -> tuple[datetime, datetime]:
+    """From the first sample of all to the last."""
+    spans = [span(trace) for trace in traces]
+    return min(start for start, _ in spans), max(end for _, end in spans)
+
+
+def at(session: Session, building: Building, start: datetime, end: datetime, now: datetime) -> Event:
+    """The building's event between two times; several that have not been queued yet become one, none a new one."""
+    found = list(
+        session.scalars(
+            select(Event)
+            .where(Event.building_id == building.id, Event.start <= end, Event.end >= start)
+            .order_by(Event.start, Event.id)
+        )
+    )
+    if not found:
+        event = Event(building_id=building.id, start=start, end=end, state="gathering", created_at=now, updated_at=now)
+        session.add(event)
+        session.flush()
+        return event
+    first, *others = found
+    for other in others:
+        if not _ever_queued(session, other):
+            _merge(session, other, into=first)
+    return first
+
+
+def _ever_queued(session: Session, event: Event) -> bool:
+    return session.scalar(select(Job.id).where(Job.event_id == event.id).limit(1)) is not None
+
+
+def _merge(session: Session, event: Event, *, into: Event) -> None:
+    """A file has closed the time between two events that were thought apart: they are one earthquake."""
+    session.execute(update(Waveform).where(Waveform.event_id == event.id).values(event_id=into.id))
+    for link in session.scalars(select(EventRecording).where(EventRecording.event_id == event.id)):
+        if session.get(EventRecording, (into.id, link.recording_id)) is None:
+            session.add(EventRecording(event_id=into.id, recording_id=link.recording_id))
+        session.delete(link)
+    session.flush()
+    session.delete(event)
+    session.flush()
+
+
+def _add(session: Session, event: Event, trace: Trace) -> bool:
+    """Store what the event does not have of a trace; whether there was any."""
+    new: Trace | None = trace
+    for had in session.scalars(
+        select(Waveform)
+        .where(Waveform.event_id == event.id, Waveform.channel == trace.channel)
+        .options(undefer(Waveform.samples))
+    ):
+        new = None if new is None else _unknown_part(new, had)
+        if new is not None and new.start == had.start:  # the same piece, longer now: its file was still growing
+            session.delete(had)
+            session.flush()
+    if new is None:
+        return False
+    session.add(
+        Waveform(
+            event_id=event.id,
+            channel=new.channel,
+            start=new.start,
+            rate=new.rate,
+            count=new.numbers.size,
+            gain=new.gain,
+            samples=encode(new.numbers),
+        )
+    )
+    return True
+
+
+def _unknown_part(trace: Trace, had: Waveform) -> Trace | None:
+    """What a stored piece does not hold of a trace: all of it unless they agree where they overlap."""
+    end = _end(had)
+    if had.rate != trace.rate or had.gain != trace.gain or end < trace.start or span(trace)[1] < had.start:
+        return trace
+    shared = cut(trace, had.start, end)
+    offset = round((max(trace.start, had.start) - had.start).total_seconds() * had.rate)
+    if shared is None or not _equal(decode(had.samples)[offset : offset + shared.numbers.size], shared):
+        return trace
+    if had.start > trace.start:
+        return trace
+    return cut(trace, end + timedelta(seconds=0.5 / trace.rate), span(trace)[1])
+
+
+def _equal(stored: object, shared: Trace) -> bool:
+    return bool((stored == shared.numbers).all()) if getattr(stored, "size", -1) == shared.numbers.size else False
+
+
+def _end(waveform: Waveform) -> datetime:
+    return waveform.start + timedelta(seconds=(waveform.count - 1) / waveform.rate)

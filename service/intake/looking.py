@@ -1,0 +1,161 @@
+"""One look at a building's source: what is new there is stored, then read; how it went is remembered."""
+
+import logging
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from time import sleep
+from typing import Any
+
+from sqlalchemy.exc import InterfaceError, OperationalError
+from sqlalchemy.orm import Session, sessionmaker
+
+from service import buildings
+from service.database import Building, Recording, SourceState
+from service.intake import events
+from service.intake.fetched import Fetched, remember
+from service.intake.ingest import next_stored, read, read_again_with_this_version, went_wrong
+from service.intake.recordings import refuse_unseen, store
+from service.sessions import reading
+from service.settings import Settings
+from service.sources.arrival import Arrival, SourceError, Step
+from service.sources.opening import opened
+from service.sources.server_clock import ServerClock
+from service.toml_files.building_file import BuildingFile, SourceFile
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """How to look at sources."""
+
+    sessions: sessionmaker[Session]
+    settings: Settings
+    clock: Callable[[], datetime] = lambda: datetime.now(UTC)
+    sleep: Callable[[float], object] = sleep
+    """Waits so many seconds between two attempts."""
+    stopped: Callable[[], bool] = lambda: False
+    """Asked between two steps: a look may then be left, and goes on where it was the next time."""
+
+    def at_all(self) -> None:
+        """Look at every building's source once."""
+        with self.sessions() as session:
+            codes = [building.code for building in session.query(Building).order_by(Building.code)]
+        for code in codes:
+            self.at(code)
+        self.queue_ready()
+
+    def at(self, code: str) -> None:
+        """Look at one building's source; a source that fails is remembered, and logged once."""
+        with self.sessions() as session:
+            building = buildings.find(session, code)
+            described, cursor = buildings.described(session, building), self._cursor(session, building)
+        with self.sessions.begin() as session:
+            read_again_with_this_version(session, building)
+        self._read(building)  # what an interrupted look has stored, or a new description lets be read
+        if described.source is None:
+            return
+        self._remember(building, attempted_at=self.clock())
+        server = ServerClock(self.clock)
+        try:
+            self._follow(building, described, described.source, cursor, server)
+        except SourceError as error:
+            self._failed(building, str(error))
+        else:
+            self._succeeded(building, server)
+
+    def bring(self, building: Building, arrivals: tuple[Arrival, ...]) -> list[Recording]:
+        """Store files, and only when they are safe read them: the one path for whatever comes in."""
+        with self.sessions.begin() as session:
+            recordings = [self._store(session, building, arrival) for arrival in arrivals]
+        self._read(building)
+        with self.sessions() as session:
+            return [session.get_one(Recording, recording.id) for recording in recordings]
+
+    def queue_ready(self) -> None:
+        """Queue the events that have waited long enough."""
+        with self.sessions.begin() as session:
+            events.queue_ready(session, self.clock(), settings=self.settings)
+
+    def _follow(
+        self,
+        building: Building,
+        described: BuildingFile,
+        source: SourceFile,
+        cursor: dict[str, Any],
+        server: ServerClock,
+    ) -> None:
+        memory = Fetched(self.sessions, building.id)
+        with opened(described, source, self.settings, memory, self.sleep, server.hear) as found:
+            for step in found.steps(cursor, self.clock()):
+                self._take(building, step)
+                if self.stopped():
+                    return
+
+    def _take(self, building: Building, step: Step) -> None:
+        with self.sessions.begin() as session:
+            for arrival in step.arrivals:
+                self._store(session, building, arrival)
+            remember(session, building, step.files)
+            _state(session, building).cursor = dict(step.cursor)
+        if step.arrivals:
+            self._read(building)
+
+    def _store(self, session: Session, building: Building, arrival: Arrival) -> Recording:
+        name, origin, now = arrival.name, arrival.origin, self.clock()
+        if arrival.data is None:
+            return refuse_unseen(session, building, name, origin, arrival.refusal or "not taken", now)
+        return store(session, building, name, origin, arrival.data, now)
+
+    def _read(self, building: Building) -> None:
+        """Read what is stored, each in a transaction of its own: one that the code fails at holds up no other."""
+        failed: list[int] = []
+        while (recording := self._next_stored(building, failed)) is not None:
+            try:
+                with self.sessions.begin() as session:
+                    waiting = session.get_one(Recording, recording.id)
+                    read(session, waiting, self.clock(), settings=self.settings)
+            except (OperationalError, InterfaceError):  # the database is away
+                raise
+            except Exception as error:  # the one place that outlives a bug
+                log.exception("reading recording %d of %s went wrong", recording.id, building.code)
+                failed.append(recording.id)
+                with self.sessions.begin() as session:
+                    went_wrong(session.get_one(Recording, recording.id), error, settings=self.settings)
+
+    def _next_stored(self, building: Building, passed: list[int]) -> Recording | None:
+        with reading(self.sessions)() as session:
+            return next_stored(session, building, passed)
+
+    def _cursor(self, session: Session, building: Building) -> dict[str, Any]:
+        state = session.get(SourceState, building.id)
+        return {} if state is None else state.cursor
+
+    def _failed(self, building: Building, error: str) -> None:
+        with self.sessions.begin() as session:
+            state = _state(session, building)
+            if state.failing_since is None:
+                log.warning("the source of %s begins to fail: %s", building.code, error)
+                state.failing_since = self.clock()
+            state.error = error
+
+    def _succeeded(self, building: Building, server: ServerClock) -> None:
+        with self.sessions.begin() as session:
+            state = _state(session, building)
+            if state.failing_since is not None:
+                log.warning("the source of %s has recovered", building.code)
+            state.succeeded_at, state.failing_since, state.error = self.clock(), None, None
+            state.clock_ahead = None if server.ahead is None else server.ahead.total_seconds()
+
+    def _remember(self, building: Building, attempted_at: datetime) -> None:
+        with self.sessions.begin() as session:
+            _state(session, building).attempted_at = attempted_at
+
+
+def _state(session: Session, building: Building) -> SourceState:
+    state = session.get(SourceState, building.id)
+    if state is None:
+        state = SourceState(building_id=building.id, cursor={})
+        session.add(state)
+    return state

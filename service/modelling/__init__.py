@@ -1,0 +1,1 @@
+"""Models of buildings' isolation layers: their versions, and the work on them."""

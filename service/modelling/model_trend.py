@@ -1,0 +1,96 @@
+"""Is a model still good? Pure: errors in, judgement out.
+
+An event is missed where what the noise does not explain of the error is more than the model was used to, in any
+direction: beyond SPARE times the largest such share in the events that its values were fitted to, beyond LEAST, and the
+whole error beyond ABOVE_FLOOR noise floors. One event may be strange; the model has stopped being good when the latest
+IN_A_ROW are missed.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from math import sqrt
+
+from core.comparison.misfit import Misfit
+from core.quality import Finding
+
+SPARE = 1.5
+LEAST = 0.02
+"""Of the force's RMS: less is not told from an error of the estimate."""
+ABOVE_FLOOR = 1.25
+IN_A_ROW = 2
+
+
+@dataclass(frozen=True, slots=True)
+class Held:
+    """A model held against one event in one direction."""
+
+    event: int
+    """Its number."""
+    start: datetime
+    direction: str
+    is_fitted: bool
+    """Whether the model's values were fitted to it."""
+    misfit: Misfit
+    """N."""
+
+
+@dataclass(frozen=True, slots=True)
+class Judged:
+    """The same with a judgement."""
+
+    held: Held
+    excess: float
+    """Of the force's RMS, what the noise does not explain."""
+    allowed: float | None
+    """The most that is not missed; None as long as nothing was fitted."""
+
+    @property
+    def is_missed(self) -> bool:
+        """Whether the model does worse here than it was used to."""
+        beyond = self.allowed is not None and self.excess > self.allowed
+        return beyond and not self.held.is_fitted and self.held.misfit.floors > ABOVE_FLOOR
+
+
+def excess(misfit: Misfit) -> float:
+    """Of the force's RMS, what the noise does not explain of the error."""
+    return sqrt(max(misfit.error - misfit.noise, 0.0) / misfit.signal) if misfit.signal > 0 else 0.0
+
+
+def judged(held: Sequence[Held]) -> tuple[Judged, ...]:
+    """Every event that one version of a model was held against, in the order given."""
+    used_to = [excess(one.misfit) for one in held if one.is_fitted]
+    allowed = max(SPARE * max(used_to), LEAST) if used_to else None
+    return tuple(Judged(one, excess(one.misfit), allowed) for one in held)
+
+
+def finding(trend: Sequence[Judged]) -> Finding | None:
+    """What is to be said of the latest events; None where the model is good, or where nothing was fitted.
+
+    Args:
+        trend: the earliest event first.
+    """
+    later: dict[int, list[Judged]] = {}
+    for one in trend:
+        if not one.held.is_fitted:
+            later.setdefault(one.held.event, []).append(one)
+    latest = [_worst(directions) for directions in later.values()][-IN_A_ROW:]
+    if not latest or not latest[-1].is_missed:
+        return None
+    stopped = len(latest) == IN_A_ROW and all(one.is_missed for one in latest)
+    last = latest[-1]
+    message = (
+        f"{_opening(stopped)}: in the event of {last.held.start:%Y-%m-%d %H:%M:%S} UTC, direction "
+        f"{last.held.direction}, {last.excess:.1%} of the force is neither the model's nor noise; up to "
+        f"{last.allowed:.1%} would be as in the events it was fitted to. A diagnosis tells what is missing."
+    )
+    return Finding("model", "warning" if stopped else "note", message, value=last.excess)
+
+
+def _worst(directions: Sequence[Judged]) -> Judged:
+    """Of one event: it is missed if it is in any direction."""
+    return max(directions, key=lambda one: (one.is_missed, one.excess))
+
+
+def _opening(stopped: bool) -> str:
+    return f"The model misses the latest {IN_A_ROW} events" if stopped else "The model misses the latest event"

@@ -1,0 +1,1 @@
+"""Work that waits in the database, and how far it has come."""

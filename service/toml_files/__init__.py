@@ -1,0 +1,1 @@
+"""The files in which engineers describe buildings and models."""

@@ -1,0 +1,48 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from core.comparison.fitting_rate import fitting_rate
+from core.comparison.misfit import misfit, together
+
+seeds = st.integers(0, 2**32 - 1)
+
+
+@given(seed=seeds)
+def test_fitting_rate_is_the_papers(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    measured, model = rng.standard_normal(50) + 3, rng.standard_normal(50)
+    assert misfit(measured, model, np.ones(50)).fitting_rate == pytest.approx(fitting_rate(measured, model))
+
+
+@given(seed=seeds)
+def test_records_together_are_one_long_record(seed: int) -> None:
+    """The mean is each record's own, so that only the fitting rate of records without a mean is that of one."""
+    rng = np.random.default_rng(seed)
+    measured, model, std = rng.standard_normal((3, 2, 40))
+    measured -= measured.mean(axis=1, keepdims=True)
+    parts = together([misfit(*part) for part in zip(measured, model, abs(std), strict=True)])
+    whole = misfit(measured.ravel(), model.ravel(), abs(std).ravel())
+    for measure in ("rms", "floor", "nrmse", "floors", "fitting_rate", "excess"):
+        assert getattr(parts, measure) == pytest.approx(getattr(whole, measure))
+
+
+def test_a_right_model_has_an_error_of_one_floor() -> None:
+    """To 3 %: 10 standard errors of a root mean square over 10⁵ samples."""
+    noise = 2.0 * np.random.default_rng(1).standard_normal(100_000)
+    found = misfit(100.0 + noise, np.full(noise.size, 100.0), np.full(noise.size, 2.0))
+    assert found.floors == pytest.approx(1.0, rel=0.03)
+    assert found.floor == pytest.approx(2.0)
+
+
+def test_excess_is_what_noise_does_not_explain() -> None:
+    found = misfit(np.full(10, 5.0), np.zeros(10), np.full(10, 3.0))
+    assert found.excess == pytest.approx(4.0)
+    assert found.nrmse == pytest.approx(1.0)
+
+
+def test_a_measurement_at_rest_has_no_rate() -> None:
+    found = misfit(np.zeros(10), np.ones(10), np.zeros(10))
+    assert found.nrmse == found.floors == np.inf
+    assert found.fitting_rate == -np.inf

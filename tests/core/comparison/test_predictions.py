@@ -1,0 +1,72 @@
+"""Of several earthquakes, in two directions that see each other."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from described import paper
+from layer_observations import BAND
+from observed_both import COUPLED, observed_both
+
+from core.building import fixed_base_modes
+from core.comparison.compared import ForceComparison, compare_forces
+from core.comparison.predictions import Predictions, predict_all
+from core.fitting.observation import Observation
+from core.model.isolator import Isolator
+from core.paper import BUILDING
+
+MODES = fixed_base_modes(BUILDING)
+
+
+@pytest.fixture(scope="module")
+def seen() -> tuple[Observation, Observation]:
+    return observed_both(1)
+
+
+def predictions(seen: tuple[Observation, ...]) -> Predictions:
+    forces: tuple[ForceComparison, ...] = compare_forces(COUPLED, seen, BAND)
+    return predict_all(forces, {"x": MODES, "y": MODES}, COUPLED, paper(), BAND)
+
+
+def test_both_directions_are_predicted_from_their_grounds_alone(seen: tuple[Observation, Observation]) -> None:
+    """Whatever was measured of the layer: no direction is told how the other one moved. 0.1 %: as test_prediction."""
+    x, y = (replace(one, conditions=replace(one.conditions, u_cross=0 * one.conditions.u_cross)) for one in seen)
+    found = predictions((x, replace(y, conditions=replace(y.conditions, v_cross=-y.conditions.v_cross))))
+    assert [one.observation.direction for one in found.each] == ["x", "y"]
+    assert all(one.displacement.misfit.nrmse < 1e-3 for one in found.each)
+    assert found.remarks == ()
+
+
+def test_a_direction_that_cannot_be_predicted_is_told_to_the_other_as_it_was_measured(
+    seen: tuple[Observation, Observation],
+) -> None:
+    """0.5 %: it is given at the samples, and straight between them."""
+    found = predictions((seen[0], replace(seen[1], ground_acceleration=None)))
+    (x,) = found.each
+    assert x.displacement.misfit.nrmse < 5e-3
+    name = seen[0].name
+    assert found.remarks == (
+        f"{name}, direction y: the ground's acceleration was not measured; nothing drives the model",
+        f"{name}: motion in the other direction is given as measured, not predicted",
+    )
+
+
+def test_what_cannot_be_computed_is_said_and_the_other_earthquakes_are_there(
+    seen: tuple[Observation, Observation],
+) -> None:
+    later = tuple(
+        replace(one, name="later", start=one.start.replace(year=2025), ground_acceleration=np.full(6000, np.nan))
+        for one in seen
+    )
+    found = predictions((*seen, *later))
+    assert [one.observation.name for one in found.each] == [seen[0].name] * 2
+    (remark,) = found.remarks
+    assert remark.startswith("later: the ground acceleration must be one series without gaps")
+
+
+def test_the_coupling_matters_here(seen: tuple[Observation, Observation]) -> None:
+    """Or the tests above would hold for a prediction that leaves it out."""
+    forces = compare_forces(COUPLED, seen, BAND)
+    apart = Isolator({name: values for name, values in COUPLED.effects.items() if name != "biaxial"})
+    found = predict_all(forces, {"x": MODES, "y": MODES}, apart, paper(), BAND)
+    assert all(one.displacement.misfit.nrmse > 0.03 for one in found.each)

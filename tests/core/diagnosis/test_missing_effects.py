@@ -1,0 +1,100 @@
+"""An effect is hidden in the records' forces: it is named, and nothing is named where nothing is hidden.
+
+The truth is computed by the same laws as the diagnosis, so that this holds the reasoning to what it must reach at
+least; how well it does on data made otherwise is measured by benchmarks/diagnosis.py.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from observed import BOUC_WEN, observations
+
+from core.diagnosis.missing_effects import Outcome, diagnosed
+from core.model.isolator import Isolator
+
+OFFERED = ("friction", "hardening", "mullins", "power_viscous", "second_hysteresis", "moat", "heating")
+HIDDEN = {
+    "friction": {"sliding": 1.2e6, "share": 0.5, "a": 30.0, "slip": 5e-4},
+    "hardening": {"k3": 2e10, "k5": 0.0},
+    "mullins": {"k_M": 2e8, "u_M": 0.025},
+    "second_hysteresis": {"F_2": 3e6, "D_2": 0.03},
+}
+FAR = Isolator(
+    {
+        "elastic": {"k_b": 4e8},
+        "viscous": {"c_b": 8e6},
+        "bouc_wen": {"F_y": 1e6, "D_y": 2e-3, "A": 1.0, "beta": 0.5, "gamma": 0.5, "n": 1.0},
+    }
+)
+
+
+@pytest.mark.parametrize("effect", HIDDEN)
+def test_a_hidden_effect_is_named_and_its_error_taken_away(effect: str) -> None:
+    """5 %: of the noise floor, for the fitted parameters and the one draw of noise."""
+    truth = Isolator({**BOUC_WEN.effects, effect: HIDDEN[effect]})
+    found = diagnosed(observations(truth, 0.01, 7), FAR, OFFERED)
+    assert found.outcome is Outcome.EFFECT
+    assert [step.chosen.effect for step in found.steps] == [effect]
+    assert not found.unexplained.is_there
+    assert found.unexplained.over_floor == pytest.approx(1.0, abs=0.05)
+    assert found.before.over_floor > 1.1
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_nothing_is_named_where_nothing_is_hidden(seed: int) -> None:
+    found = diagnosed(observations(BOUC_WEN, 0.02, seed), BOUC_WEN, OFFERED)
+    assert found.outcome is Outcome.NOTHING_MISSING
+    assert not found.steps
+    assert not found.unexplained.is_there
+
+
+def test_other_values_of_the_same_effects_are_a_refit() -> None:
+    found = diagnosed(observations(BOUC_WEN, 0.02, 5), FAR, OFFERED)
+    assert found.outcome is Outcome.REFIT
+
+
+def test_two_hidden_effects_are_both_named() -> None:
+    """And who waits hears of the first while the second is looked for."""
+    hidden = {name: HIDDEN[name] for name in ("friction", "hardening")}
+    told: list[str] = []
+    found = diagnosed(observations(Isolator({**BOUC_WEN.effects, **hidden}), 0.01, 8), FAR, OFFERED, told.append)
+    assert {step.chosen.effect for step in found.steps} == set(hidden)
+    first, second = (step.chosen.effect for step in found.steps)
+    assert told == [
+        f"step 1: {first}; looking for another effect",
+        f"step 1: {first}, step 2: {second}; looking for another effect",
+        f"step 1: {first}, step 2: {second}; asking again for {first}, beside the later ones",
+    ]
+
+
+@pytest.mark.parametrize(("k3", "named"), [(5e9, ["friction"]), (1.1e10, ["friction", "hardening"])])
+def test_a_weak_second_effect_is_named_once_most_of_what_stands_out_is_its_own(k3: float, named: list[str]) -> None:
+    """It takes 7 % of what is left, which is nothing beyond the noise, and 24 %, which is all that is beyond it."""
+    hidden = {"friction": HIDDEN["friction"], "hardening": {"k3": k3, "k5": 0.0}}
+    found = diagnosed(observations(Isolator({**BOUC_WEN.effects, **hidden}), 0.05, 8), BOUC_WEN, OFFERED[:3])
+    assert [step.chosen.effect for step in found.steps] == named
+
+
+@pytest.mark.parametrize(("louder", "outcome"), [(1.7, Outcome.NOTHING_MISSING), (2.3, Outcome.UNKNOWN)])
+def test_noise_that_is_louder_than_was_seen_is_no_effect(louder: float, outcome: Outcome) -> None:
+    """As coloured noise is, whose floor is seen at high frequencies; from two floors on there must be another cause."""
+    seen = [
+        replace(one, layer=replace(one.layer, force_std=one.layer.force_std / louder))
+        for one in observations(BOUC_WEN, 0.02, 4)
+    ]
+    found = diagnosed(seen, BOUC_WEN, ("friction",))
+    assert not found.steps
+    assert found.unexplained.over_floor == pytest.approx(louder, rel=0.05)
+    assert found.outcome is outcome
+
+
+def test_what_no_effect_can_do_is_flagged() -> None:
+    """A force that waves with displacement, as no isolator's does."""
+    seen = []
+    for one in observations(BOUC_WEN, 0.01, 9):
+        strange = 1.5e6 * np.sin(one.layer.displacement / 0.004)
+        seen.append(replace(one, layer=replace(one.layer, force=one.layer.force + strange)))
+    found = diagnosed(seen, FAR, OFFERED)
+    assert found.unexplained.is_there
+    assert found.outcome is Outcome.UNKNOWN

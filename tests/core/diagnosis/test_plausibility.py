@@ -1,0 +1,59 @@
+"""What speaks against an effect is said, and nothing of an effect that is there."""
+
+from dataclasses import replace
+
+import pytest
+from observed import BOUC_WEN, observations
+
+from core.diagnosis.plausibility import implausible
+from core.fitting.fit import Fit, at_values, fitted
+from core.fitting.layer_columns import Evidence
+from core.model.isolator import Isolator
+
+SEEN = observations(BOUC_WEN, 0.01, 3)
+
+
+def fit(model: Isolator) -> Fit:
+    return fitted(Evidence.by_noise(SEEN), model)
+
+
+def test_nothing_speaks_against_what_is_there() -> None:
+    assert implausible("bouc_wen", fit(BOUC_WEN), SEEN) is None
+
+
+def test_an_effect_whose_opposite_is_asked_for_has_no_strength() -> None:
+    """The records of a layer that softens: a spring less stiff with displacement."""
+    softer = [
+        replace(one, layer=replace(one.layer, force=one.layer.force - 2e10 * one.layer.displacement**3)) for one in SEEN
+    ]
+    model = Isolator({**BOUC_WEN.effects, "hardening": {"k3": 1e10, "k5": 1e12}})
+    found = fitted(Evidence.by_noise(softer), model)
+    assert implausible("hardening", found, softer) == "it has no strength left: the records ask for the opposite of it"
+
+
+def test_one_of_two_strengths_may_be_nothing() -> None:
+    model = Isolator({**BOUC_WEN.effects, "hardening": {"k3": 1e10, "k5": 0.0}})
+    assert implausible("hardening", replace(fit(BOUC_WEN), model=model), SEEN) is None
+
+
+def test_what_no_record_determines_is_said() -> None:
+    wall = {"gap": 0.3, "gap_back": 0.3, "wall": 1e8, "wall_back": 1e8}
+    found = fit(Isolator({**BOUC_WEN.effects, "moat": wall}))
+    reason = implausible("moat", found, SEEN)
+    assert reason is not None
+    assert "strength" in reason or "do not determine" in reason
+
+
+def test_a_layer_does_not_feed_the_motion() -> None:
+    against = Isolator({"elastic": {"k_b": 475e6}, "relief": {"relieved": 2e7, "v_r": 0.01}})
+    found = replace(at_values(Evidence.by_noise(SEEN), BOUC_WEN), model=against)
+    reason = implausible("relief", found, SEEN)
+    assert reason is not None
+    assert reason.startswith("the layer would feed energy into the motion in the earthquake of event")
+
+
+@pytest.mark.parametrize("value", [1e-5, 0.5])
+def test_the_end_of_a_range_is_said(value: float) -> None:
+    yields = {**BOUC_WEN.effects["bouc_wen"], "D_y": value}
+    found = replace(fit(BOUC_WEN), model=Isolator({**BOUC_WEN.effects, "bouc_wen": yields}))
+    assert str(implausible("bouc_wen", found, SEEN)).startswith("D_y went to the ")

@@ -1,0 +1,38 @@
+"""Searches that are left off: the best one is found as if all had been made, and what is left off is far from it."""
+
+import pytest
+from observed import BOUC_WEN, observations
+
+from core.diagnosis.candidates import previews
+from core.diagnosis.race import NEAR, raced
+from core.fitting.descent import Outcome
+from core.fitting.fit import fitted
+from core.fitting.layer_columns import Evidence
+from core.model.isolator import Isolator
+
+EFFECTS = ("hardening", "friction", "maxwell", "second_hysteresis", "relief", "mullins")
+
+
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [
+        ("hardening", {"k3": 2e10, "k5": 0.0}),
+        ("friction", {"sliding": 1.2e6, "share": 0.5, "a": 30.0, "slip": 5e-4}),
+    ],
+)
+def test_the_best_is_as_good_as_by_full_searches_and_what_is_left_off_is_far_from_it(
+    name: str, values: dict[str, float]
+) -> None:
+    evidence = Evidence.by_noise(observations(Isolator({**BOUC_WEN.effects, name: values}), 0.02, 5))
+    base = fitted(evidence, BOUC_WEN)
+    places = {found[0].effect: [one.model for one in found] for found in previews(evidence, base, EFFECTS)}
+    found = raced(evidence, places)
+    whole = {
+        effect: min((fitted(evidence, model) for model in models), key=lambda fit: fit.chi_square)
+        for effect, models in places.items()
+    }
+    best = min(whole, key=lambda effect: whole[effect].chi_square)
+    assert found[best].chi_square == pytest.approx(whole[best].chi_square, rel=1e-3)
+    left_off = [effect for effect, fit in found.items() if fit.outcome is Outcome.STOPPED]
+    assert left_off
+    assert all(whole[effect].chi_square > NEAR * whole[best].chi_square for effect in left_off)

@@ -1,0 +1,80 @@
+"""When a candidate is asked for, and which others the records cannot tell from it: by rules over what fits leave."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from observed import BOUC_WEN, observations
+
+from core.arrays import Vector
+from core.diagnosis.ranking import ALIKE, DECISIVE, FELT, WORTH, Judged, Ranking
+from core.fitting.fit import Fit, at_values
+from core.fitting.layer_columns import Evidence
+
+SEEN = Evidence.by_noise(observations(BOUC_WEN, 0.02, 3, peaks=(0.05,), seconds=20.0))
+BASE = at_values(SEEN, BOUC_WEN)
+
+
+def loud_below(frequency: float, factor: float) -> Evidence:
+    """The same record, with noise that is so much stronger below (Hz)."""
+    (only,) = SEEN.whitenings
+    louder = replace(only, std=only.std * np.where(only.frequency < frequency, factor, 1.0))
+    return replace(SEEN, whitenings=(louder,))
+
+
+def leaving(share: Vector | float) -> Fit:
+    """That leaves this share of the power in each coefficient."""
+    residual = BASE.residual * np.sqrt(share)
+    return replace(BASE, residual=residual, chi_square=float(residual @ residual))
+
+
+def ranking(*candidates: Judged, evidence: Evidence = SEEN) -> Ranking:
+    floor = np.array([np.linalg.norm(w.std) / np.sqrt(w.count) for w in evidence.whitenings])
+    return Ranking(BASE, candidates, evidence, 1.0, floor)
+
+
+def asked_for(*candidates: Judged, evidence: Evidence = SEEN) -> list[str]:
+    return [one.effect for one in ranking(*candidates, evidence=evidence).asked_for]
+
+
+@pytest.mark.parametrize(("taken", "named"), [(WORTH + 0.01, ["friction"]), (WORTH - 0.01, [])])
+def test_what_takes_little_is_not_asked_for_however_certain_it_is(taken: float, named: list[str]) -> None:
+    assert asked_for(Judged("friction", leaving(1 - taken), -1e4)) == named
+
+
+@pytest.mark.parametrize(("delta", "named"), [(-DECISIVE - 1, ["friction"]), (-DECISIVE + 1, [])])
+def test_what_is_not_certain_is_not_asked_for_however_much_it_takes(delta: float, named: list[str]) -> None:
+    assert asked_for(Judged("friction", leaving(0.5), delta)) == named
+
+
+def test_what_takes_much_where_there_is_hardly_a_force_is_not_felt() -> None:
+    """In units of its noise much of the residual lies above 3 Hz, where the noise is a thousandth of that below."""
+    evidence = loud_below(3.0, 1000.0)
+    (only,) = evidence.whitenings
+    above = np.where(only.frequency >= 3.0, 0.2, 1.0)
+    quiet = Judged("resonator", leaving(above), -1e4)
+    left, before = (ranking(quiet, evidence=evidence).left(fit)[0] for fit in (quiet.fit, BASE))
+    assert quiet.fit.chi_square < (1 - WORTH) * BASE.chi_square
+    assert left**2 > (1 - FELT) * before**2
+    assert asked_for(quiet, evidence=evidence) == []
+    assert asked_for(quiet) == ["resonator"], "the same of a force that is as loud there as below"
+
+
+def test_the_set_holds_what_is_as_good_as_the_best_and_what_leaves_as_little() -> None:
+    best = Judged("friction", leaving(0.5), -500.0)
+    near = Judged("breakaway", leaving(0.6), best.delta_bic + DECISIVE - 1)
+    alike = Judged("relief", leaving(0.5 * (1 + ALIKE / 2) ** 2), best.delta_bic + 100)
+    worse = Judged("moat", leaving(0.5 * (1 + 2 * ALIKE) ** 2), best.delta_bic + 100)
+    assert asked_for(best, near, alike, worse) == ["friction", "breakaway", "relief"]
+
+
+def test_the_best_that_is_worth_it_leads_even_behind_one_that_is_not() -> None:
+    certain = Judged("moat", leaving(1 - WORTH / 2), -900.0)
+    assert asked_for(certain, Judged("friction", leaving(0.5), -500.0)) == ["friction"]
+
+
+def test_what_is_left_is_told_in_floors() -> None:
+    """What noise alone leaves is one of them, but for the three amplitudes that were fitted and the draw: 5 %."""
+    judged = ranking()
+    assert judged.over_floor(BASE) == pytest.approx(1.0, abs=0.05)
+    assert judged.over_floor(leaving(4.0)) == pytest.approx(2 * judged.over_floor(BASE), rel=1e-12)

@@ -1,0 +1,88 @@
+"""A fault counts that comes again; gains, clocks and drift are found by all records; each is told in words."""
+
+import numpy as np
+import pytest
+from agreed_records import described_record
+from agreeing import COUNT, RATE
+from described import LAYER, ROOF, paper
+from simulated import START
+
+from core.analysis import EventAnalysis
+from core.arrays import Vector
+from core.diagnosis.sensor_faults import sensor_faults
+from core.diagnosis.suspect import Cause, Suspect
+from core.quality import Finding
+from core.record import Record
+
+SOUND: dict[str, Vector] = {}
+
+
+def analysis(record: Record | None, *quality: Finding) -> EventAnalysis:
+    return EventAnalysis(START, RATE, COUNT, {}, quality, {}, None, None, None, None, record)
+
+
+def earthquakes(errors: dict[str, Vector]) -> list[EventAnalysis]:
+    return [analysis(described_record(errors, 0.03, [7, number])) for number in range(2)]
+
+
+def the_only(found: tuple[Suspect, ...]) -> Suspect:
+    (suspect,) = found
+    assert suspect.cause is Cause.SENSOR
+    return suspect
+
+
+def test_sound_sensors_are_not_suspected() -> None:
+    assert sensor_faults(earthquakes(SOUND), paper()) == ()
+
+
+@pytest.mark.parametrize(
+    ("error", "kind", "value", "said"),
+    [
+        ([np.log(1.12), 0.0, 0.0], "gain", 0.12, "too much"),
+        ([np.log(0.9), 0.0, 0.0], "gain", -0.1, "too little"),
+        ([0.0, 0.02, 0.0], "delay", 0.02, "late"),
+        ([0.0, 0.0, -5e-4], "clock", -5e-4, "fast"),
+    ],
+)
+def test_gains_and_clocks_are_told_with_their_std(error: list[float], kind: str, value: float, said: str) -> None:
+    """Four standard deviations of a value that two records tell."""
+    suspect = the_only(sensor_faults(earthquakes({ROOF: np.array(error)}), paper()))
+    assert (suspect.channel, suspect.kind) == (ROOF, kind)
+    assert suspect.std is not None
+    assert abs(suspect.value - value) < 4 * suspect.std
+    assert said in suspect.message
+
+
+def test_a_gain_too_small_to_matter_is_passed_over() -> None:
+    assert sensor_faults(earthquakes({ROOF: np.array([0.015, 0.0, 0.0])}), paper()) == ()
+
+
+def test_a_drifting_transducer_is_told() -> None:
+    quakes = earthquakes(SOUND)
+    for quake in quakes:
+        assert quake.record is not None
+        row = [channel.id for channel in quake.record.channels].index(LAYER)
+        quake.record.samples[row] += 0.02 * np.linspace(0, 1, COUNT)
+    suspect = the_only(sensor_faults(quakes, paper()))
+    assert (suspect.channel, suspect.kind) == (LAYER, "drift")
+    assert "mm while the building is at rest" in suspect.message
+
+
+def test_a_fault_that_comes_again_in_half_of_the_earthquakes_is_the_sensors() -> None:
+    clipped = Finding("clipping", "warning", "lies flat at 3 m/s²", ROOF, 3.0)
+    sound = analysis(None)
+    suspect = the_only(sensor_faults([analysis(None, clipped), sound], paper()))
+    assert (suspect.kind, suspect.channel, suspect.value) == ("clipping", ROOF, 3.0)
+    assert suspect.message == "in 1 of 2 earthquakes, as in this one: lies flat at 3 m/s²"
+    assert sensor_faults([analysis(None, clipped), sound, sound], paper()) == ()
+
+
+def test_earthquakes_without_the_channel_do_not_count() -> None:
+    clipped = Finding("clipping", "warning", "lies flat", ROOF, 3.0)
+    missing = Finding("missing", "warning", "was not recorded", ROOF)
+    found = sensor_faults([analysis(None, clipped), *[analysis(None, missing)] * 3], paper())
+    assert the_only(found).message.startswith("in 1 of 1 ")
+
+
+def test_notes_are_no_faults() -> None:
+    assert sensor_faults([analysis(None, Finding("offset", "note", "rests at 2 mm", LAYER, 0.002))], paper()) == ()

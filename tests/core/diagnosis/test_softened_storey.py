@@ -1,0 +1,76 @@
+"""One storey that has lost stiffness is named; storeys that are all softer, or each a little, are not."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from core.arrays import Matrix, Vector
+from core.diagnosis.softened_storey import softened_storey
+from core.restoring_force.storeys import StoreyStiffness
+
+FLOORS = 7
+STEPS = np.tril(np.ones((FLOORS, FLOORS)))
+
+
+def told(deviation: Vector, error: float, rng: np.random.Generator) -> StoreyStiffness:
+    """By a record that tells every storey with that error, and a prior of storeys as stiff as those below."""
+    believed = (STEPS * np.array([10.0, *[0.3] * (FLOORS - 1)]) ** 2) @ STEPS.T
+    information = np.eye(FLOORS) / error**2
+    covariance: Matrix = np.asarray(np.linalg.inv(information + np.linalg.inv(believed)), dtype=float)
+    seen = deviation + error * rng.standard_normal(FLOORS)
+    return StoreyStiffness(np.asarray(covariance @ information @ seen), covariance, believed)
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.integers(0, FLOORS - 1), st.floats(0.25, 0.5), st.floats(-0.3, 0.3), st.integers(0, 10**6))
+def test_a_softened_storey_is_named(storey: int, lost: float, common: float, seed: int) -> None:
+    """Five standard deviations of its change."""
+    rng = np.random.default_rng(seed)
+    deviation = common + 0.01 * rng.standard_normal(FLOORS)
+    deviation[storey] += np.log(1 - lost)
+    found = softened_storey([told(deviation, 0.02, rng) for _ in range(4)])
+    assert found is not None
+    assert (found.storey, found.others) == (storey, ())
+    assert abs(found.change + lost) < 5 * found.std
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.floats(-0.4, 0.4), st.floats(0.0, 0.03), st.sampled_from([0.005, 0.05, 0.2]), st.integers(0, 10**6))
+def test_what_designs_leave_open_is_no_softened_storey(common: float, own: float, error: float, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    deviation = common + own * rng.standard_normal(FLOORS)
+    assert softened_storey([told(deviation, error, rng) for _ in range(4)]) is None
+
+
+def test_a_stiffer_storey_is_not_softened() -> None:
+    deviation = np.where(np.arange(FLOORS) == 3, 0.4, 0.0)
+    assert softened_storey([told(deviation, 0.02, np.random.default_rng(seed)) for seed in range(4)]) is None
+
+
+def test_one_record_that_contradicts_the_others_counts_little() -> None:
+    """It is sure of what is wrong by twenty of its standard deviations."""
+    rng = np.random.default_rng(3)
+    wrong = told(np.array([0.0, 0.5, 0.5, -0.5, 0.0, 0.2, 0.0]), 0.01, rng)
+    assert softened_storey([*(told(np.zeros(FLOORS), 0.05, rng) for _ in range(3)), wrong]) is None
+
+
+def test_storeys_that_records_do_not_tell_apart_are_all_named() -> None:
+    """Known is only the sum of two storeys' flexibilities."""
+    rng = np.random.default_rng(4)
+    deviation = np.where(np.arange(FLOORS) == 2, -0.8, 0.0)
+    clear = told(deviation, 0.02, rng)
+    mixed = np.eye(FLOORS)
+    mixed[2:4, 2:4] = 0.5
+    information = mixed @ clear.information @ mixed
+    covariance = np.linalg.inv(information + np.linalg.inv(clear.believed))
+    vague = StoreyStiffness(np.asarray(covariance @ information @ deviation), covariance, clear.believed)
+    found = softened_storey([vague] * 3)
+    assert found is not None
+    assert {found.storey, *found.others} == {2, 3}
+
+
+def test_a_building_of_one_storey_has_no_others_to_compare_with() -> None:
+    one = StoreyStiffness(np.array([-0.4]), np.array([[1e-4]]), np.array([[100.0]]))
+    assert softened_storey([one] * 3) is None
+    assert pytest.approx(one.information[0, 0]) == 1e4 - 0.01

@@ -1,0 +1,60 @@
+"""Noise holds no structure; a force that depends on the motion does, whether or not any effect has its form."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from observed import BOUC_WEN, observations
+
+from core.arrays import Vector
+from core.diagnosis.unexplained import explained_share
+from core.fitting.fit import at_values
+from core.fitting.layer_columns import Evidence
+from core.fitting.observation import Observation
+
+NOISE = 0.02
+SEEN = observations(BOUC_WEN, NOISE, 11, peaks=(0.02, 0.06))
+NOTHING = 0.002
+"""The share from which on a diagnosis calls it structure."""
+
+
+def share(seen: tuple[Observation, ...]) -> float:
+    evidence = Evidence.by_noise(seen)
+    return explained_share(evidence, at_values(evidence, BOUC_WEN))
+
+
+def with_force(one: Observation, more: Vector) -> Observation:
+    return replace(one, layer=replace(one.layer, force=one.layer.force + more))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_noise_holds_none(seed: int) -> None:
+    assert share(observations(BOUC_WEN, NOISE, seed, peaks=(0.02, 0.06))) < NOTHING
+
+
+def test_the_more_a_force_of_the_motion_stands_out_the_larger_the_share() -> None:
+    """A cubic force, which is among the regressors; most of it is what the model's own stiffness cannot do."""
+    found = []
+    for size in (0.5, 1.0, 4.0):
+        cubic = [one.layer.displacement**3 for one in SEEN]
+        scale = size * NOISE * np.sqrt(np.mean(SEEN[1].layer.force ** 2) / np.mean(cubic[1] ** 2))
+        found.append(share(tuple(with_force(one, scale * more) for one, more in zip(SEEN, cubic, strict=True))))
+    assert NOTHING < found[0] < found[1] < found[2]
+    assert found[2] > 0.5
+
+
+def test_what_the_models_own_parameters_can_do_is_no_structure() -> None:
+    """A stiffness that is 3 % off is a refit: it is taken out of residual and regressors alike."""
+    softer = tuple(with_force(one, 0.03 * 475e6 * one.layer.displacement) for one in SEEN)
+    assert share(softer) < NOTHING
+
+
+def test_a_force_of_another_record_is_foretold_by_nothing() -> None:
+    """As strong as the cubic one that is found, and as low in frequency, but of a motion that was not this layer's."""
+    others = observations(BOUC_WEN, NOISE, 12, peaks=(0.02, 0.06))
+    strange = []
+    for one, other in zip(SEEN, others, strict=True):
+        cubic = other.layer.displacement**3
+        scale = NOISE * np.sqrt(np.mean(one.layer.force**2) / np.mean(cubic**2))
+        strange.append(with_force(one, scale * cubic))
+    assert share(tuple(strange)) < NOTHING

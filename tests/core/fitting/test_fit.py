@@ -1,0 +1,72 @@
+"""Parameters from records: exact without noise, within their standard deviations with it, and honest where lost."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from observed import BOUC_WEN, observations
+
+from core.fitting.descent import Outcome
+from core.fitting.fit import fitted
+from core.fitting.layer_columns import Evidence
+from core.model.isolator import Isolator
+
+FAR = Isolator(
+    {
+        "elastic": {"k_b": 1e8},
+        "viscous": {"c_b": 1e6},
+        "bouc_wen": {"F_y": 5e6, "D_y": 1.5e-2, "A": 1.0, "beta": 0.2, "gamma": 0.5, "n": 1.0},
+    }
+)
+
+
+def test_without_noise_the_values_are_exact() -> None:
+    """1e-3: the prior of the nonlinear values is weighed against noise of 1e-4 of the force."""
+    found = fitted(Evidence.by_noise(observations(BOUC_WEN, 1e-4, 1)), FAR)
+    assert found.outcome is Outcome.SETTLED
+    for name, values in BOUC_WEN.effects.items():
+        assert dict(found.model.effects[name]) == pytest.approx(dict(values), rel=1e-3)
+
+
+def test_standard_deviations_cover_the_truth() -> None:
+    """Standard normal distances of 5 values in 12 draws: their mean square lies within 4 standard errors of 1."""
+    squares = []
+    for seed in range(12):
+        found = fitted(Evidence.by_noise(observations(BOUC_WEN, 0.02, seed)), FAR)
+        off = [(found.model.effects[n][p] - BOUC_WEN.effects[n][p]) / std for (n, p), std in found.std.items()]
+        squares.append(np.mean(np.square(off)))
+    assert np.mean(squares) == pytest.approx(1.0, abs=4 * np.std(squares, ddof=1) / np.sqrt(12))
+    assert 0.3 < np.mean(squares) < 3.0
+
+
+def test_a_linear_model_is_least_squares() -> None:
+    """The same as numpy's for elastic and viscous forces, without bounds in the way."""
+    seen = observations(BOUC_WEN, 0.02, 3)
+    evidence = Evidence.by_noise(seen)
+    found = fitted(evidence, Isolator({"elastic": {"k_b": 1.0}, "viscous": {"c_b": 1.0}}))
+    rows = np.concatenate(
+        [
+            band.of(np.array([one.layer.displacement, one.layer.velocity]))
+            for one, band in zip(seen, evidence.whitenings, strict=True)
+        ],
+        axis=1,
+    )
+    k_b, c_b = np.linalg.lstsq(rows.T, evidence.target, rcond=None)[0]
+    assert found.model.effects["elastic"]["k_b"] == pytest.approx(k_b, rel=1e-6)
+    assert found.model.effects["viscous"]["c_b"] == pytest.approx(c_b, rel=1e-6)
+
+
+def test_a_value_stays_within_its_bounds_and_that_is_said() -> None:
+    """A force against the spring asks for a negative stiffness, which rubber has not."""
+    seen = [replace(one, layer=replace(one.layer, force=-one.layer.force)) for one in observations(BOUC_WEN, 0.02, 4)]
+    found = fitted(Evidence.by_noise(seen), Isolator({"elastic": {"k_b": 1e8}}))
+    assert found.model.effects["elastic"]["k_b"] == 0.0
+    assert found.outcome is Outcome.AT_BOUND
+
+
+def test_what_no_record_excites_is_said_to_be_undetermined() -> None:
+    """The wall stands beyond the largest displacement."""
+    wall = {"gap": 0.3, "gap_back": 0.3, "wall": 1e8, "wall_back": 1e8}
+    found = fitted(Evidence.by_noise(observations(BOUC_WEN, 0.02, 5)), Isolator({**BOUC_WEN.effects, "moat": wall}))
+    assert found.outcome is Outcome.UNDETERMINED
+    assert {("moat", "wall"), ("moat", "gap")} <= set(found.undetermined)

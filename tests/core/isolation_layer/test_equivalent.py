@@ -1,0 +1,138 @@
+"""k_eq and c_eq against the describing function (first harmonic) of the true law.
+
+The cycles that count have an amplitude of at least a tenth of the event's largest displacement. Bias is the mean,
+scatter the plain standard deviation, outliers and all; the robust one (1.4826 times the median absolute deviation)
+stands beside it.
+"""
+
+from itertools import product
+
+import numpy as np
+import pytest
+from describing import MOTIONS, SCALES, describing_function, errors, errors_of_records, robust_spread
+from hypothesis import given
+from hypothesis import strategies as st
+
+from core.analysis import AnalysisSettings
+from core.isolation_layer.equivalent import cycles, determined, equivalent_segments, regression, windows
+from core.isolation_layer.motion import Motion
+from core.model.simulation import simulate
+from core.paper import BUILDING, ISOLATOR
+
+
+@pytest.mark.parametrize(("amplitude", "published"), [(0.1, 904), (1, 834), (3, 682), (10, 521), (40, 481)])
+def test_describing_function_of_table_ii(amplitude: float, published: float) -> None:
+    """mm and MN/m, printed to three digits."""
+    assert describing_function(amplitude / 1000)[0] / 1e6 == pytest.approx(published, abs=1.0)
+
+
+@pytest.mark.slow
+def test_cycles_of_the_papers_building_at_one_percent_noise() -> None:
+    """Measured: k_eq bias −1.3 %, scatter 1.7 % (robust 0.45); c_eq −0.1 %, 9.1 % (3.3).
+
+    ± 1.96 standard deviations cover 90 and 100 %: the rest is the estimator's own bias, which no residual shows.
+    """
+    error, std = np.moveaxis(errors_of_records(0.01, AnalysisSettings()), 1, 0)
+    assert len(error) > 200
+    assert (np.abs(error.mean(axis=0)) < [0.02, 0.05]).all()
+    assert (error.std(axis=0) < [0.02, 0.10]).all()
+    assert (np.mean(np.abs(error) < 1.96 * std, axis=0) > 0.87).all()
+
+
+@pytest.mark.slow
+def test_cycles_of_the_papers_building_at_ten_percent_noise() -> None:
+    """Measured: k_eq bias −1.3 %, scatter 1.9 % (robust 0.85); c_eq 0.2 %, 16.4 % (7.3); covered are 92 and 100 %."""
+    error, std = np.moveaxis(errors_of_records(0.1, AnalysisSettings()), 1, 0)
+    assert len(error) > 200
+    assert (np.abs(error.mean(axis=0)) < [0.02, 0.05]).all()
+    assert (np.mean(np.abs(error) < 1.96 * std, axis=0) > 0.9).all()
+
+
+@pytest.mark.slow
+def test_cycles_with_the_exact_force() -> None:
+    """Measured: k_eq bias −0.3 %, scatter 1.5 % (robust 0.42); c_eq −0.3 %, 7.0 % (1.2).
+
+    The plain scatter of k_eq stays above 1 %: within a cycle the amplitude grows or falls, and a describing function
+    knows none that does.
+    """
+    found = []
+    for motion, scale in product(MOTIONS, SCALES):
+        moved = simulate(BUILDING, ISOLATOR, motion() * scale, 100.0)
+        largest = np.abs(moved.isolator_displacement).max()
+        layer = Motion(moved.isolator_displacement, moved.isolator_velocity)
+        spans = cycles(layer.displacement, 1e-5)
+        found.append(errors(determined(equivalent_segments(moved.force, layer, 100.0, spans)), largest))
+    error = np.concatenate(found)[:, 0]
+    assert (np.abs(error.mean(axis=0)) < [0.01, 0.05]).all()
+    assert (error.std(axis=0) < [0.02, 0.10]).all()
+    assert (robust_spread(error) < [0.01, 0.10]).all()
+
+
+def test_what_is_mostly_rest_or_mixes_two_frequencies_is_no_cycle() -> None:
+    time = np.arange(400) / 100
+    pulse = np.where(time < 1, np.sin(2 * np.pi * time), -0.01)  # an oscillation, then rest a little off zero
+    mixed = np.sin(2 * np.pi * time / 4) + 0.8 * np.sin(2 * np.pi * time / 4 * 3)
+    sine = 0.1 * np.sin(2 * np.pi * time / 4)
+    for history, count in ((pulse, 0), (mixed, 0), (sine, 1), (sine + 0.005 * mixed, 1)):
+        three = np.concatenate([sine, history, sine])
+        assert len([1 for start, _ in cycles(three, 0.01) if abs(start - 400) < 2]) == count
+
+
+def test_a_segment_that_does_not_determine_its_stiffness_is_left_out() -> None:
+    time = np.arange(2000) / 100
+    motion = Motion(np.sin(np.pi * time + 1), np.pi * np.cos(np.pi * time + 1))
+    noise = np.random.default_rng(9).standard_normal(time.size)
+    for level, share in ((0.1, 1.0), (10.0, 0.0)):
+        found = equivalent_segments(
+            motion.displacement + level * noise, motion, 100.0, cycles(motion.displacement, 0.5)
+        )
+        assert len(determined(found)) == share * len(found) == share * 9
+
+
+@given(k=st.floats(1e6, 1e9), c=st.floats(0, 1e8), offset=st.floats(-1e6, 1e6), amplitude=st.floats(1e-3, 0.3))
+def test_a_spring_and_a_dashpot_are_found_exactly(k: float, c: float, offset: float, amplitude: float) -> None:
+    time = np.arange(2000) / 100
+    motion = Motion(amplitude * np.sin(np.pi * time + 1), np.pi * amplitude * np.cos(np.pi * time + 1))
+    force = k * motion.displacement + c * motion.velocity + offset
+    found = equivalent_segments(force, motion, 100.0, cycles(motion.displacement, amplitude / 2), 0.2)
+    assert len(found) == 9
+    for segment in found:
+        assert (segment.k_eq, segment.c_eq) == (pytest.approx(k), pytest.approx(c, abs=1e-6 * k))
+        assert segment.amplitude == pytest.approx(amplitude, rel=0.01)  # a cycle is whole to one sample in 200
+        assert segment.shear_strain == segment.amplitude / 0.2
+
+
+def test_noise_that_crosses_zero_makes_no_cycle() -> None:
+    time = np.arange(4000) / 100
+    rng = np.random.default_rng(1)
+    displacement = 0.01 * np.sin(np.pi * time) + 2e-4 * rng.standard_normal(time.size)
+    assert [end - start for start, end in cycles(displacement, 2e-3)] == pytest.approx([200] * 18, abs=4)
+    assert cycles(displacement, 0.02) == ()
+
+
+def test_the_papers_windows_follow_each_other() -> None:
+    assert windows(1050, 100.0, 2.0) == ((0, 200), (200, 400), (400, 600), (600, 800), (800, 1000))
+
+
+def test_standard_deviations_hold_when_residuals_are_autocorrelated() -> None:
+    """Coverage of ± 1.96 standard deviations is never below 95 %, at the price of about three times their width."""
+    rng = np.random.default_rng(2)
+    time = np.arange(200) / 100
+    regressors = np.column_stack([np.sin(np.pi * time), np.cos(np.pi * time), np.ones(200)])
+    covered = plain = 0
+    width, estimate = [], []
+    for _ in range(1000):
+        noise = np.zeros(300)
+        for i, shock in enumerate(rng.standard_normal(299), start=1):
+            noise[i] = 0.8 * noise[i - 1] + shock
+        solution, covariance = regression(regressors, regressors @ [3.0, 1.0, 0.5] + noise[100:])
+        covered += abs(solution[0] - 3.0) < 1.96 * np.sqrt(covariance[0, 0])
+        width.append(np.sqrt(covariance[0, 0]))
+        estimate.append(solution[0])
+        residual = regressors @ (solution - [3.0, 1.0, 0.5]) - noise[100:]
+        plain += abs(solution[0] - 3.0) < 1.96 * np.sqrt(
+            residual.var() * np.linalg.inv(regressors.T @ regressors)[0, 0]
+        )
+    assert covered / 1000 >= 0.95
+    assert np.mean(width) < 3.5 * np.std(estimate)
+    assert plain / 1000 < 0.65

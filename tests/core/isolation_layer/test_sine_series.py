@@ -1,0 +1,42 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from core.isolation_layer import sine_series
+
+
+@given(size=st.integers(5, 60))
+def test_the_coefficients_of_a_line_are_known(size: int) -> None:
+    line = np.linspace(1.0, 0.0, size)
+    assert sine_series.of_falling_line(size) == pytest.approx(sine_series.coefficients(line), abs=1e-9)
+
+
+@given(size=st.integers(5, 60))
+def test_series_and_line_give_the_samples_back_and_their_derivative(size: int) -> None:
+    """A sine that vanishes at both ends, and a line."""
+    time = np.arange(size) / 10.0
+    rate = np.pi / time[-1]
+    line = 2.0 + 0.3 * time
+    found = sine_series.motion(sine_series.coefficients(np.sin(rate * time)), line, 10.0)
+    assert found.displacement == pytest.approx(np.sin(rate * time) + line)
+    assert found.velocity == pytest.approx(rate * np.cos(rate * time) + 0.3)
+
+
+@pytest.mark.parametrize("size", [40, 41])
+def test_variances_are_those_of_a_sum_of_independent_sines(size: int) -> None:
+    """Against the sum written out, for an even and an odd number of samples."""
+    rng = np.random.default_rng(size)
+    density, ω = rng.random(size - 2), sine_series.angular_frequencies(size, 10.0)
+    k, i = np.arange(1, size - 1)[:, None], np.arange(size)[None, :]
+    sines, cosines = (trig(np.pi * k * i / (size - 1)) for trig in (np.sin, np.cos))
+    series, derivative = sine_series.variances(density, ω)
+    assert series == pytest.approx(2 / (size - 1) * density @ sines**2)
+    assert derivative == pytest.approx(2 / (size - 1) * (density * ω**2) @ cosines**2)
+
+
+def test_white_noise_has_its_variance_in_every_term() -> None:
+    noise = np.random.default_rng(1).standard_normal(20000)
+    power = sine_series.power(sine_series.coefficients(noise))
+    # the mean of 20,000 squares is right to 1 %
+    assert power.mean() == pytest.approx(1.0, abs=0.03)

@@ -1,0 +1,81 @@
+"""Gains, delays and clock rates of base slab and ground are found against the transducer, and as well as is said."""
+
+import agreeing
+import numpy as np
+import pytest
+from agreeing import RATE
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from core.arrays import Vector
+from core.errors import RecordError
+from core.sensors.layer_agreement import agreeing as brought_to_agree
+from core.sensors.layer_agreement import layer_agreement
+
+NOTHING = np.zeros(6)
+SMALL = np.array([0.1, 0.02, 5e-4, -0.08, -0.01, -3e-4])
+TRIALS = 12
+
+
+@pytest.mark.parametrize("errors", [NOTHING, SMALL, np.array([-0.3, 0.05, 1e-3, 0.25, -0.05, -1e-3])])
+def test_errors_are_found_without_noise(errors: Vector) -> None:
+    """Up to the transducer's 0.01 mm: 2e-4 of gain, 0.2 ms and 2e-5 s/s is three times what that makes."""
+    found = layer_agreement(*agreeing.layer(np.random.default_rng(1), 0.0, errors), RATE)
+    assert found is not None
+    assert np.abs(found.value - errors) == pytest.approx(NOTHING, abs=3e-4)
+    assert (np.abs(found.value - errors)[[1, 2, 4, 5]] < np.tile([2e-4, 2e-5], 2)).all()
+
+
+@pytest.mark.parametrize("noise", [0.01, 0.1])
+@pytest.mark.parametrize("errors", [NOTHING, SMALL])
+def test_std_is_that_of_the_errors(noise: float, errors: Vector) -> None:
+    """Of 72 errors over their std the root mean square is 1 ± 0.08 if it holds; three times that."""
+    scores = []
+    for seed in range(TRIALS):
+        found = layer_agreement(*agreeing.layer(np.random.default_rng(seed), noise, errors), RATE)
+        assert found is not None
+        scores.append((found.value - errors) / np.sqrt(np.diag(found.covariance)))
+    assert 0.75 < np.sqrt(np.mean(np.square(scores))) < 1.25
+
+
+@settings(max_examples=15, deadline=None)
+@given(
+    st.tuples(*[st.floats(-0.3, 0.3), st.floats(-0.05, 0.05), st.floats(-1e-3, 1e-3)] * 2),
+    st.integers(0, 1000),
+    st.sampled_from([0.01, 0.03, 0.1]),
+)
+def test_any_error_is_found_within_its_std(errors: tuple[float, ...], seed: int, noise: float) -> None:
+    """Five and a half standard deviations are exceeded by chance once in ten million."""
+    found = layer_agreement(*agreeing.layer(np.random.default_rng(seed), noise, np.array(errors)), RATE)
+    assert found is not None
+    assert (np.abs(found.value - errors) < 5.5 * np.sqrt(np.diag(found.covariance))).all()
+
+
+def test_a_transducer_that_reads_too_much_is_both_sides_reading_too_little() -> None:
+    displacement, base, ground = agreeing.layer(np.random.default_rng(3), 0.03, NOTHING)
+    found = layer_agreement(1.1 * displacement, base, ground, RATE)
+    assert found is not None
+    assert found.value[[0, 3]] == pytest.approx(np.full(2, -np.log(1.1)), abs=5 * np.sqrt(found.covariance[3, 3]))
+
+
+def test_too_short_a_record_says_nothing() -> None:
+    displacement, base, ground = agreeing.layer(np.random.default_rng(4), 0.03, NOTHING)
+    assert layer_agreement(displacement[:1100], base[:1100], ground[:1100], RATE) is None
+    with pytest.raises(RecordError, match="10 s"):
+        layer_agreement(displacement[:900], base[:900], ground[:900], RATE)
+
+
+def test_noise_alone_says_nothing() -> None:
+    """A loose cable: the noise of the record's end is that of its middle, and explains all of it."""
+    rng = np.random.default_rng(5)
+    displacement, base, _ = agreeing.layer(rng, 0.03, NOTHING)
+    assert layer_agreement(displacement, base, rng.standard_normal(base.size), RATE) is None
+
+
+def test_accelerations_are_brought_to_agree_with_the_transducer() -> None:
+    """Gains of 2 and -1 %, delays of 3 and -2 ms: nine tenths of what they change is taken back, but for the noise."""
+    errors = np.array([0.02, 3e-3, 0.0, -0.01, -2e-3, 0.0])
+    exact, wrong = (agreeing.layer(np.random.default_rng(2), 0.0, one) for one in (NOTHING, errors))
+    mended = brought_to_agree(*wrong, RATE)
+    for true, before, after in zip(exact[1:], wrong[1:], mended, strict=True):
+        assert np.linalg.norm(after - true) < 0.1 * np.linalg.norm(before - true)

@@ -1,0 +1,115 @@
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from biaxial import biaxial, record_of, turned
+from described import segments
+from motions import akt013, chi_chi, kobe
+
+from core.analysis import AnalysisSettings, analyse
+from core.arrays import Vector
+from core.sensors.orientation import along_described_axes, oriented
+
+GROUND, BASE, FOURTH, ROOF = (f"XX.PAPER.{level}.HN" for level in ("00", "01", "04", "08"))
+LAYER = "XX.PAPER.01.HY"
+ANGLES = (-150.0, -45.0, 4.0, 10.0, 30.0, 90.0)
+
+
+@pytest.mark.parametrize("degrees", ANGLES)
+@pytest.mark.parametrize("sensor", [GROUND, BASE, FOURTH, ROOF, LAYER])
+def test_turned_axes_are_found_and_turned_back(sensor: str, degrees: float) -> None:
+    """To 0.3 degrees; the base slab's are told by all others, and the ground's by the displacement transducers."""
+    description, samples = biaxial()
+    record = record_of(description.channels, turned(samples, sensor, degrees))
+    straight, findings = oriented(record, description)
+    assert [(f.kind, f.severity, f.channel) for f in findings] == [
+        ("rotation", "warning", f"{sensor}X"),
+        ("rotation", "warning", f"{sensor}Y"),
+    ]
+    assert np.rad2deg(findings[0].value or 0.0) == pytest.approx(degrees, abs=0.3)
+    assert f"rotation = {degrees:.0f}" in findings[0].message
+    healthy = record_of(description.channels, samples)
+    # an angle off by 0.3 degrees leaves half a per cent of the other direction's motion
+    assert straight.samples == pytest.approx(healthy.samples, abs=0.006 * np.abs(healthy.samples).max())
+
+
+@pytest.mark.parametrize("degrees", [-45.0, 10.0, 30.0])
+def test_without_transducers_the_ground_is_judged_across_the_layer(degrees: float) -> None:
+    """Whose transfer function no one knows: to 2 degrees."""
+    description, samples = biaxial()
+    left = {name: values for name, values in turned(samples, GROUND, degrees).items() if not name.startswith(LAYER)}
+    _, findings = oriented(record_of(description.channels, left), description)
+    assert {finding.channel for finding in findings} == {f"{GROUND}X", f"{GROUND}Y"}
+    assert np.rad2deg(findings[0].value or 0.0) == pytest.approx(degrees, abs=2.0)
+
+
+@pytest.mark.parametrize("sensor", [BASE, ROOF])
+def test_axes_turned_and_mirrored_are_left_out(sensor: str) -> None:
+    description, samples = biaxial()
+    samples = turned(samples, sensor, 30.0)
+    samples[f"{sensor}Y"] = -samples[f"{sensor}Y"]
+    straight, findings = oriented(record_of(description.channels, samples), description)
+    assert [finding.severity for finding in findings] == 2 * ["fatal" if sensor == BASE else "warning"]
+    assert "mirrored" in findings[0].message
+    assert np.rad2deg(findings[0].value or 0.0) == pytest.approx(30.0, abs=0.3)
+    assert not {f"{sensor}X", f"{sensor}Y"} & {channel.id for channel in straight.channels}
+
+
+@pytest.mark.parametrize("sensor", [BASE, FOURTH, ROOF])
+def test_axes_that_are_only_exchanged_reversed_or_slightly_turned_are_no_rotation(sensor: str) -> None:
+    description, samples = biaxial()
+    x, y = samples[f"{sensor}X"], samples[f"{sensor}Y"]
+    for changed in (
+        {f"{sensor}X": y, f"{sensor}Y": x},
+        {f"{sensor}X": -x},
+        {f"{sensor}Y": -y},
+        {f"{sensor}X": -x, f"{sensor}Y": -y},
+        turned(samples, sensor, 2.0),
+    ):
+        record = record_of(description.channels, samples | changed)
+        same, findings = oriented(record, description)
+        assert findings == ()
+        assert (same.samples == record.samples).all()
+
+
+@pytest.mark.parametrize("noise", [0.01, 0.1])
+@pytest.mark.parametrize("scale", [0.2, 1.0, 4.0])
+@pytest.mark.parametrize(("along", "across"), [(akt013, kobe), (chi_chi, kobe), (chi_chi, akt013)])
+def test_healthy_sensors_are_left_alone(
+    along: Callable[[], Vector], across: Callable[[], Vector], scale: float, noise: float
+) -> None:
+    description, samples = biaxial(along, across, noise, scale)
+    record = record_of(description.channels, samples)
+    assert oriented(record, description)[1] == ()
+    without = {name: values for name, values in samples.items() if not name.startswith(LAYER)}
+    assert oriented(record_of(description.channels, without), description)[1] == ()
+
+
+def test_the_building_file_turns_axes_for_good() -> None:
+    description, samples = biaxial()
+    channels = tuple(
+        replace(channel, rotation=np.deg2rad(30.0)) if channel.id.startswith(ROOF) else channel
+        for channel in description.channels
+    )
+    described = replace(description, channels=channels)
+    record = record_of(channels, turned(samples, ROOF, 30.0))
+    straight, findings = along_described_axes(record, described)
+    assert findings == ()
+    assert straight.samples == pytest.approx(record_of(channels, samples).samples)
+    alone = {name: values for name, values in samples.items() if name != f"{ROOF}Y"}
+    left, findings = along_described_axes(record_of(channels, alone), described)
+    assert [(finding.kind, finding.channel) for finding in findings] == [("rotation", f"{ROOF}X")]
+    assert f"{ROOF}X" not in {channel.id for channel in left.channels}
+
+
+def test_an_event_with_turned_axes_is_analysed_as_if_they_were_not() -> None:
+    description, samples = biaxial()
+    straight = analyse(segments(samples), description, AnalysisSettings())
+    mended = analyse(segments(turned(samples, BASE, 30.0)), description, AnalysisSettings())
+    assert {finding.kind for finding in mended.quality} == {"rotation"}
+    for direction in ("x", "y"):
+        expected = straight.directions[direction].restoring_force.force
+        force = mended.directions[direction].restoring_force.force
+        # an angle off by 0.1 degrees
+        assert np.linalg.norm(force - expected) < 0.02 * np.linalg.norm(expected)

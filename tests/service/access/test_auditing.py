@@ -1,0 +1,122 @@
+"""The audit trail has everything that a person changed, with the change or not at all, and no secret."""
+
+import re
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import pytest
+import simulated
+import watched
+from asking import client
+from click.testing import Result
+from sqlalchemy import select
+from sqlalchemy.orm import Session, sessionmaker
+from typer.testing import CliRunner
+
+from service import buildings
+from service.access import keys
+from service.access.auditing import Deed, audited, without_secrets
+from service.access.auth import Role
+from service.cli import app
+from service.database import AuditEntry, Building
+
+NOW = datetime(2024, 1, 1, tzinfo=UTC)
+COMMANDS = Path(__file__).resolve().parents[3] / "service" / "commands"
+
+
+def entries(sessions: sessionmaker[Session]) -> list[tuple[str, str, str, str, dict[str, Any]]]:
+    with sessions() as session:
+        found = session.scalars(select(AuditEntry).order_by(AuditEntry.id))
+        return [(one.by, one.address, one.action, one.target, one.details) for one in found]
+
+
+@pytest.fixture
+def key(sessions: sessionmaker[Session], tmp_path: Path) -> str:
+    """An engineer's, of a service with a building."""
+    with sessions.begin() as session:
+        buildings.add(session, watched.building_file(tmp_path), tmp_path, NOW)
+        return keys.create(session, "Jo", Role.engineer, NOW)
+
+
+def test_what_a_person_changes_by_the_api_is_kept(database_url: str, sessions: sessionmaker[Session], key: str) -> None:
+    body = {"direction": "x", "change": "mine", "effects": {"hysteresis": {}}}
+    with client(database_url, host="192.0.2.7") as asking:
+        asking.headers["X-API-Key"] = key
+        assert asking.post("/api/v1/buildings/PAPER/models", json={"direction": "x"}).status_code == 201
+        assert asking.post("/api/v1/buildings/PAPER/models", json=body | {"effects": {"no": {}}}).status_code == 409
+        assert asking.get("/api/v1/buildings").status_code == 200
+    target = "/api/v1/buildings/PAPER/models"
+    assert entries(sessions) == [("Jo", "192.0.2.7", "POST", target, {"direction": "x"})]
+
+
+def test_what_a_person_changes_by_a_form_is_kept(database_url: str, sessions: sessionmaker[Session]) -> None:
+    with sessions.begin() as session:
+        buildings.add(session, simulated.building_file(), Path("/"), NOW)
+    with client(database_url) as asking:
+        assert asking.post("/buildings/PAPER/models", data={"direction": "x"}).status_code == 303
+        assert asking.post("/models/1/accept").status_code == 303
+    assert entries(sessions) == [
+        ("loopback", "127.0.0.1", "POST", "/buildings/PAPER/models", {"direction": "x"}),
+        ("loopback", "127.0.0.1", "POST", "/models/1/accept", {}),
+    ]
+
+
+def test_the_entry_stands_and_falls_with_the_change(sessions: sessionmaker[Session]) -> None:
+    writing = audited(sessions, lambda: Deed("Jo", "here", "POST", "/", {}), lambda: NOW)
+    with writing.begin() as session:
+        session.scalars(select(Building)).all()
+    with writing() as session:
+        session.add(Building(code="B", name="", created_at=NOW))
+        session.flush()
+        session.rollback()
+    assert entries(sessions) == []
+    with writing.begin() as session:
+        session.add(Building(code="B", name="", created_at=NOW))
+        session.flush()
+    with writing.begin() as session:
+        session.scalars(select(Building)).one().name = "tower"
+    assert len(entries(sessions)) == 2
+
+
+def test_commands_that_change_something_are_kept(
+    database_url: str, sessions: sessionmaker[Session], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("MENSHIN_DATABASE_URL", database_url)
+    file = tmp_path / "building.toml"
+    file.write_text(simulated.building_file())
+
+    def run(*words: str) -> Result:
+        return CliRunner().invoke(app, list(words))
+
+    assert run("key", "create", "Jo", "--role", "viewer").exit_code == 0
+    assert run("key", "list").exit_code == 0
+    assert run("building", "add", str(file)).exit_code == 0
+    assert run("building", "add", str(file)).exit_code == 1
+    found = entries(sessions)
+    assert [entry[2].partition(" ")[2] for entry in found] == ["key create", "building add"]
+    assert found[0][4] == {"name": "Jo", "role": "viewer"}
+    assert all(entry[0] and entry[1] for entry in found)
+
+
+def test_no_secret_is_kept() -> None:
+    told = {
+        "secret": "whsec_1",
+        "address": "https://me:word@hooks.example/services/T0/B1?token=3",
+        "name": "office",
+        "more": [{"api_key": 4}],
+        "long": "x" * 1000,
+    }
+    assert without_secrets(told) == {
+        "secret": "(hidden)",
+        "address": "https://hooks.example/...",
+        "name": "office",
+        "more": [{"api_key": "(hidden)"}],
+        "long": "x" * 500,
+    }
+
+
+def test_no_command_writes_past_the_trail() -> None:
+    writers = [path for path in COMMANDS.rglob("*.py") if re.search(r"\.begin\(\)", path.read_text("utf-8"))]
+    assert writers
+    assert [path.name for path in writers if "of_command(" not in path.read_text("utf-8")] == []

@@ -1,0 +1,108 @@
+"""From an engineer's question to what a model lacks, with its evidence and what it was made from."""
+
+import re
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import pytest
+import watched
+from asking import client
+from engineer import followed, made, work
+from fastapi.testclient import TestClient
+from sqlalchemy.orm import Session, sessionmaker
+
+from core.effects import EFFECTS
+from service.access import keys
+from service.access.auth import COOKIE, Role
+
+pytestmark = [pytest.mark.slow, pytest.mark.parametrize("empty_database_url", ["postgresql"], indirect=True)]
+
+LINEAR = {"elastic": {"k_b": 4.75e8}, "viscous": {"c_b": 6e6}}
+
+
+@pytest.fixture
+def asking(database_url: str, sessions: sessionmaker[Session], tmp_path: Path) -> Iterator[TestClient]:
+    """An engineer's client; the paper's building has had two earthquakes."""
+    (tmp_path / "records").mkdir()
+    watched.watch(sessions, tmp_path / "records", watched.earthquakes()[1:3])
+    with client(database_url) as made:
+        yield made
+
+
+def test_a_linear_model_lacks_hysteresis(asking: TestClient, sessions: sessionmaker[Session]) -> None:
+    """And the page of that, which is as costly to come by as the diagnosis is."""
+    with sessions.begin() as session:
+        of = {role: keys.create(session, role.name, role, watched.NOW) for role in (Role.engineer, Role.viewer)}
+    asking.headers["X-API-Key"] = of[Role.engineer]
+    model = made(asking, LINEAR)
+    asked = asking.post(f"/api/v1/models/{model}/diagnoses", json={"events": [2], "hold_out": [1]})
+    with ThreadPoolExecutor(1) as beside:
+        beside.submit(work, sessions)
+        told = followed(asking, asked.headers["Location"])
+    job = told[-1]
+    assert (job["kind"], job["state"], job["progress"]["stages"]) == ("diagnose", "done", 3)
+    assert any("step 1: " in one["progress"]["doing"] for one in told if one["progress"])
+    found: dict[str, Any] = asking.get(f"/api/v1/diagnoses/{job['result']['diagnosis']}").json()
+    assert (found["model"], found["job"], found["author"]) == (model, job["id"], "engineer")
+    assert (found["fitted"], found["left_out"], found["analyses"]) == ([2], [1], [1, 2])
+    assert {one["effect"] for one in found["candidates"]} == set(EFFECTS) - set(LINEAR)
+    assert "bouc_wen" in found["set"]
+    hysteretic = next(one for one in found["candidates"] if one["effect"] == "bouc_wen")
+    assert hysteretic["delta_bic"] < -10
+    assert hysteretic["error_after_held_out"] < 0.5 * hysteretic["error_before"]
+    assert hysteretic["parameters"]["F_y"]["unit"] == "N"
+    assert found["versions"][-1]["error_held_out"]["rms"] < found["versions"][1]["error_held_out"]["rms"]
+    assert found["explanation"]
+    (row,) = asking.get(f"/api/v1/models/{model}/diagnoses").json()["items"]
+    assert row == {name: found[name] for name in row}
+    assert asking.get(f"/api/v1/models/{model}").json()["effects"] == list(LINEAR)  # nothing is changed
+    assert asking.get("/api/v1/models/99/diagnoses").status_code == 404
+    assert asking.get("/api/v1/diagnoses/99").status_code == 404
+    of_diagnosis(asking, found)
+    of_model(asking, found)
+    del asking.headers["X-API-Key"]
+    asking.cookies.set(COOKIE, of[Role.viewer])
+    seen_by_a_viewer(asking, found)
+
+
+def of_diagnosis(asking: TestClient, found: dict[str, Any]) -> None:
+    """Text, candidates and pictures; `Add` asks for the events that the diagnosis is of."""
+    page = asking.get(f"/diagnoses/{found['id']}").text
+    assert "<script" not in page
+    assert page.count(">Add</button>") == len(found["candidates"])
+    pictures = re.findall(r'src="(/charts/model-diagnosis.svg[^"]+)"', page)
+    assert len(pictures) >= 6  # what diagnosis pictures there are depends on what moved
+    for picture in pictures:
+        drawn = asking.get(picture)
+        assert (drawn.headers["content-type"], "<svg" in drawn.text) == ("image/svg+xml", True)
+    fields = dict(re.findall(r'type="hidden" name="([^"]+)" value="([^"]+)"', page))
+    sent = asking.post(f"/models/{found['model']}/extend", data={**fields, "effect": "bouc_wen"})
+    assert (sent.status_code, sent.headers["location"]) == (303, f"/models/{found['model']}")
+    (job,) = asking.get("/api/v1/jobs", params={"state": "waiting"}).json()["items"]
+    assert job["arguments"] == {"events": found["fitted"], "hold_out": found["left_out"], "effect": "bouc_wen"}
+    assert asking.get("/diagnoses/99").status_code == 404
+
+
+def of_model(asking: TestClient, found: dict[str, Any]) -> None:
+    """Its diagnoses, and buttons that ask for more with what is ticked left out."""
+    page = asking.get(f"/models/{found['model']}").text
+    assert f'href="/diagnoses/{found["id"]}"' in page
+    assert "leave out 2024-" in page
+    for action in ("fit", "diagnose"):
+        assert asking.post(f"/models/{found['model']}/{action}", data={"hold_out_2": "on"}).status_code == 303
+        job = asking.get("/api/v1/jobs", params={"state": "waiting"}).json()["items"][0]
+        assert (job["kind"], job["arguments"]) == (action, {"events": None, "hold_out": [2]})
+    refused = asking.post(f"/models/{found['model']}/fit", data={"hold_out_x": "on"})
+    assert "no event 'x'" in refused.json()["detail"]
+
+
+def seen_by_a_viewer(asking: TestClient, found: dict[str, Any]) -> None:
+    """All of it, but nothing to press."""
+    assert "<button name=" not in asking.get(f"/diagnoses/{found['id']}").text
+    page = asking.get(f"/models/{found['model']}").text
+    assert "What it lacks" in page
+    assert "Improve it" not in page
+    for action in ("fit", "diagnose", "extend"):
+        assert asking.post(f"/models/{found['model']}/{action}", data={"effect": "friction"}).status_code == 403

@@ -1,0 +1,101 @@
+"""From an engineer's wish to a version whose values are fitted, with its errors on events fitted and left out."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+import watched
+from asking import client
+from engineer import done, made
+from fastapi.testclient import TestClient
+from sqlalchemy.orm import Session, sessionmaker
+
+from core.paper import ISOLATOR
+from service.access import keys
+from service.access.auth import Role
+
+pytestmark = pytest.mark.slow
+
+TRUTH = {name: dict(values) for name, values in ISOLATOR.effects.items()}
+OFF = {**TRUTH, "elastic": {"k_b": 1.2 * TRUTH["elastic"]["k_b"]}}
+
+
+@pytest.fixture
+def asking(database_url: str, sessions: sessionmaker[Session], tmp_path: Path) -> Iterator[TestClient]:
+    """An engineer's client; the paper's building has had two earthquakes."""
+    (tmp_path / "records").mkdir()
+    watched.watch(sessions, tmp_path / "records", watched.earthquakes()[1:3])
+    with client(database_url) as made:
+        yield made
+
+
+def test_a_fit_makes_the_next_version(asking: TestClient, sessions: sessionmaker[Session]) -> None:
+    first = made(asking, OFF)
+    job = done(asking, sessions, f"/api/v1/models/{first}/fits", {"events": [1], "hold_out": [2]})
+    assert (job["kind"], job["progress"]["stages"], job["asked_by"]) == ("fit", 5, "loopback")
+    fitted = asking.get(f"/api/v1/models/{job['result']['made']}").json()
+    assert (fitted["number"], fitted["state"], fitted["parent"], fitted["author"]) == (2, "draft", first, "loopback")
+    assert (fitted["change"], fitted["fitted_to"], fitted["left_out"]) == ("fitted to 1 event, 1 left out", [1], [2])
+    assert fitted["outcome"].startswith("Fitted")
+    assert fitted["reference"] == asking.get("/api/v1/events/1").json()["start"]
+    k_b = next(one for one in fitted["values"] if one["parameter"] == "k_b")
+    assert k_b["value"] == pytest.approx(TRUTH["elastic"]["k_b"], rel=0.03)  # 3 %: the estimate's own error, see floors
+    assert 0 < k_b["std"] < 0.05 * k_b["value"]
+    assert {one["role"] for one in asking.get(f"/api/v1/models/{fitted['id']}/comparisons").json()["items"]} == {
+        "fitted",
+        "left_out",
+    }
+    before, after = asking.get(f"/api/v1/models/{fitted['id']}/lineage").json()["items"]
+    assert after["errors"]["fitted"]["events"] == after["errors"]["left_out"]["events"] == 1
+    assert after["errors"]["later"] is None
+    assert before["errors"]["later"]["events"] == 2  # what it was is held against the same events
+    assert after["errors"]["left_out"]["nrmse"] < 0.5 * before["errors"]["later"]["nrmse"]
+    assert len(job["result"]["fit"]["covariance"]["matrix"]) == len(job["result"]["fit"]["covariance"]["parameters"])
+
+
+def test_an_effect_is_added_and_the_error_falls_where_nothing_was_fitted(
+    asking: TestClient, sessions: sessionmaker[Session]
+) -> None:
+    without = made(asking, {name: values for name, values in TRUTH.items() if name != "bouc_wen"})
+    job = done(asking, sessions, f"/api/v1/models/{without}/effects", {"effect": "bouc_wen", "hold_out": [1]})
+    extended = asking.get(f"/api/v1/models/{job['result']['made']}").json()
+    assert extended["effects"] == [*TRUTH]
+    assert extended["change"] == "with bouc_wen, fitted to 1 event, 1 left out"
+    assert (job["kind"], extended["fitted_to"], extended["left_out"]) == ("extend", [2], [1])
+    before, after = asking.get(f"/api/v1/models/{extended['id']}/lineage").json()["items"]
+    assert after["errors"]["left_out"]["nrmse"] < 0.5 * before["errors"]["later"]["nrmse"]
+    given, refitted, with_it = job["result"]["fit"]["versions"]
+    assert with_it["error_held_out"]["rms"] < 0.5 * refitted["error_held_out"]["rms"]
+    assert with_it["error"]["rms"] < refitted["error"]["rms"] < given["error"]["rms"]
+    assert job["result"]["fit"]["explanation"].startswith("Bouc-Wen hysteresis (bouc_wen): ")
+    accepted = asking.post(f"/api/v1/models/{extended['id']}/accept").json()
+    assert (accepted["state"], accepted["errors"]) == ("current", extended["errors"])
+
+
+REFUSED = (
+    ({"hold_out": [1, 2]}, 409, "Every event is held out"),
+    ({"events": [1], "hold_out": [1]}, 409, "are held out, and among those"),
+    ({"hold_out": [77]}, 409, "events 77"),
+    ({"events": [77]}, 409, "events 77"),
+    ({"hold_out": []}, 422, "hold_out"),
+    ({"hold": [1]}, 422, "hold"),
+)
+
+
+def test_what_cannot_be_fitted_is_refused(asking: TestClient, sessions: sessionmaker[Session]) -> None:
+    with sessions.begin() as session:
+        of = {role: keys.create(session, role.name, role, watched.NOW) for role in (Role.engineer, Role.viewer)}
+    asking.headers["X-API-Key"] = of[Role.engineer]
+    fits = f"/api/v1/models/{made(asking, OFF)}/fits"
+    for wanted, status, said in REFUSED:
+        refused = asking.post(fits, json=wanted)
+        assert refused.status_code == status, wanted
+        assert said in refused.text
+    for effect, said in (("magic", "There is no effect 'magic'"), ("elastic", "has elastic already")):
+        refused = asking.post("/api/v1/models/1/effects", json={"effect": effect})
+        assert (refused.status_code, said in refused.json()["detail"]) == (409, True)
+    assert asking.post("/api/v1/models/99/fits", json={}).status_code == 404
+    asking.headers["X-API-Key"] = of[Role.viewer]
+    for address, wanted in ((fits, {}), ("/api/v1/models/1/effects", {"effect": "friction"})):
+        assert asking.post(address, json=wanted).status_code == 403
+    assert asking.get("/api/v1/jobs", params={"model": 1}).json()["items"] == []

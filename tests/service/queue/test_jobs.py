@@ -1,0 +1,125 @@
+"""Claims: one at a time, lapsing, fenced."""
+
+from collections.abc import Callable
+from datetime import UTC, datetime, timedelta
+
+import pytest
+from sqlalchemy.orm import Session, sessionmaker
+
+from service.database import Building, Event, Job
+from service.queue import jobs
+
+NOW = datetime(2024, 1, 1, tzinfo=UTC)
+LEASE = timedelta(minutes=2)
+
+
+@pytest.fixture
+def queue(sessions: sessionmaker[Session]) -> Callable[..., int]:
+    """Queues a job for an event of its own."""
+    with sessions.begin() as session:
+        building = Building(code="B", name="tower", created_at=NOW)
+        session.add(building)
+        session.flush()
+        building_id = building.id
+
+    def queue(**arguments: object) -> int:
+        with sessions.begin() as session:
+            event = Event(
+                building_id=building_id, start=NOW, end=NOW, state="gathering", created_at=NOW, updated_at=NOW
+            )
+            session.add(event)
+            session.flush()
+            return jobs.enqueue(session, event, arguments, NOW).id
+
+    return queue
+
+
+def claim(sessions: sessionmaker[Session], after: timedelta = timedelta(0)) -> jobs.Claim | None:
+    with sessions.begin() as session:
+        return jobs.claim(session, NOW + after, LEASE)
+
+
+def state(sessions: sessionmaker[Session], job_id: int) -> tuple[str, str]:
+    with sessions() as session:
+        job = session.get_one(Job, job_id)
+        return job.state, job.event.state
+
+
+def test_a_job_is_claimed_once_oldest_first(sessions: sessionmaker[Session], queue: Callable[..., int]) -> None:
+    first, second = queue(), queue()
+    claims = [claim(sessions) for _ in range(3)]
+    assert [held and held.job_id for held in claims] == [first, second, None]
+
+
+def test_a_like_job_that_waits_is_enough(sessions: sessionmaker[Session], queue: Callable[..., int]) -> None:
+    waiting = queue(estimator="cms")
+    with sessions.begin() as session:
+        event = session.get_one(Job, waiting).event
+        assert jobs.enqueue(session, event, {"estimator": "cms"}, NOW).id == waiting
+        assert jobs.enqueue(session, event, {"sensors": ["base", "roof"]}, NOW).id != waiting
+
+
+def test_a_job_that_runs_does_not_stand_for_one_that_is_asked_now(
+    sessions: sessionmaker[Session], queue: Callable[..., int]
+) -> None:
+    running = queue()
+    assert claim(sessions)
+    with sessions.begin() as session:
+        assert jobs.enqueue(session, session.get_one(Job, running).event, {}, NOW).id != running
+
+
+def test_a_dead_workers_claim_lapses_and_its_late_result_is_refused(
+    sessions: sessionmaker[Session], queue: Callable[..., int]
+) -> None:
+    job = queue()
+    dead = claim(sessions)
+    assert dead is not None
+    assert claim(sessions, LEASE / 2) is None
+    heir = claim(sessions, 2 * LEASE)
+    assert heir is not None
+    assert (heir.job_id, heir.token) == (job, dead.token + 1)
+    with sessions.begin() as session:
+        assert not jobs.extend(session, dead, NOW + 2 * LEASE, LEASE)
+        assert not jobs.release(session, dead)
+        assert not jobs.fail(session, dead, "too late", NOW, attempts=1)
+        assert not jobs.finish(session, dead, NOW)
+        assert jobs.finish(session, heir, NOW)
+        assert not jobs.finish(session, heir, NOW)
+    assert state(sessions, job)[0] == "done"
+
+
+def test_an_extended_lease_holds(sessions: sessionmaker[Session], queue: Callable[..., int]) -> None:
+    queue()
+    held = claim(sessions)
+    assert held is not None
+    with sessions.begin() as session:
+        assert jobs.extend(session, held, NOW + LEASE / 2, LEASE)
+    assert claim(sessions, LEASE * 1.4) is None
+    assert claim(sessions, LEASE * 1.6) is not None
+
+
+def test_a_job_is_given_up_after_its_last_attempt_and_the_event_says_why(
+    sessions: sessionmaker[Session], queue: Callable[..., int]
+) -> None:
+    job = queue()
+    for attempt in range(1, 4):
+        held = claim(sessions)
+        assert held is not None
+        with sessions.begin() as session:
+            assert jobs.fail(session, held, "Traceback ...\nValueError: a bug", NOW, attempts=3)
+        assert state(sessions, job) == (("waiting", "queued") if attempt < 3 else ("failed", "failed"))
+    assert claim(sessions) is None
+    with sessions() as session:
+        assert session.get_one(Job, job).event.reason == "ValueError: a bug"
+
+
+def test_a_job_over_which_workers_die_holds_up_no_other(
+    sessions: sessionmaker[Session], queue: Callable[..., int]
+) -> None:
+    deadly = queue()
+    assert claim(sessions)
+    others = {queue(), queue()}
+    claims = [claim(sessions, 2 * LEASE) for _ in range(3)]
+    assert {held.job_id for held in claims[:2] if held} == others
+    assert claims[2] is not None
+    assert claims[2].job_id == deadly
