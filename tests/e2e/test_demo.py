@@ -15,6 +15,8 @@ from core.paper import ISOLATOR
 from service.demo.hidden_effect import RUBBER
 
 PAST = 3
+FITTED = 400.0
+"""s to analyse four earthquakes and fit a model to them: 80 s on two quiet cores, which other tests share."""
 
 
 @pytest.mark.slow
@@ -48,7 +50,7 @@ def test_a_hidden_effect_is_missed_until_a_model_that_has_it_is_in_force(tmp_pat
         demo(tmp_path / "kept", tmp_path / "said.txt", "--hidden-effect", "--earthquakes", "4") as running,
         httpx.Client(base_url=running.address(), timeout=30.0) as service,
     ):
-        former = running.until(lambda: re.search(r"1\. open \S+/models/(\d+)", running.said.read_text()))[1]
+        former = running.until(lambda: re.search(r"1\. open \S+/models/(\d+)", running.said.read_text()), FITTED)[1]
         assert "The model misses the latest 2 events" in service.get("/").text
         before = service.get(f"/api/v1/models/{former}").json()
         assert before["errors"]["later"]["nrmse"] > 0.03 > 2 * before["errors"]["fitted"]["nrmse"]
@@ -56,7 +58,7 @@ def test_a_hidden_effect_is_missed_until_a_model_that_has_it_is_in_force(tmp_pat
         effects = {name: dict(values) for name, values in ISOLATOR.effects.items()} | {"hardening": hardening}
         made = service.post("/api/v1/buildings/DEMO/models", json={"direction": "x", "effects": effects}).json()["id"]
         service.post(f"/api/v1/models/{made}/accept")
-        told = running.until(lambda: re.search(r"no model was fitted to it.*", running.said.read_text()))[0]
+        told = running.until(lambda: re.search(r"no model was fitted to it.*", running.said.read_text()), FITTED)[0]
         was, now = (float(number) for number in re.findall(r"by ([\d.]+)%", told))
         assert now < 0.1 * was
         after = service.get(f"/api/v1/models/{made}").json()["errors"]["later"]
