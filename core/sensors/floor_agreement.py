@@ -5,12 +5,14 @@ higher ones add as if they were static: a = g (a_base + c q'' − γ a_base''), 
 floors have in common. Where the frequency goes to 0 both vanish: what is left is the gain g, and a delay beside.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cache, partial
 
 import numpy as np
 from scipy.optimize import least_squares
+from scipy.signal.windows import hann
 
-from core.arrays import ComplexMatrix, Matrix, Vector
+from core.arrays import ComplexMatrix, ComplexVector, Matrix, Vector
 from core.signals.noise import noise_density
 
 LOWEST = 0.15
@@ -21,6 +23,9 @@ FREQUENCIES = np.geomspace(0.6, 4.0, 28)
 """Hz, first fixed-base frequencies among which the search begins."""
 DAMPING = 0.02
 """Of the first mode, with which the search begins."""
+SAMPLED = 25.0
+"""Hz, rate at which the mode's motion is computed: the lines that are looked at end at 4.8 Hz, and what is beyond half
+this rate leaks into them, through the window, by less than 1e-8."""
 BEGINNING = 2.0
 """s, in which a record that begins at rest hardly moves."""
 AT_REST = 0.1
@@ -54,23 +59,22 @@ class _Lines:
     """(floors, lines)."""
     lag: ComplexMatrix
     """(floors, lines) of t times the slope, by which a rate of delay shows."""
-    noise: Matrix
+    noise: Vector
     """(1 + floors,) power that noise alone has in each line."""
-    samples: Vector
-    """(n,) m/s², of the base slab."""
-    rate: float
+    driven: ComplexVector
+    """(m + 1,) transform of a_base and as many zeros, up to SAMPLED / 2: by it the mode is driven from rest."""
+    duration: float
+    """s, of the record."""
 
     def up_to(self, highest: float) -> "_Lines":
         """The lines from LOWEST up to a frequency in Hz."""
         within = (self.frequency >= LOWEST) & (self.frequency <= highest)
-        return _Lines(
-            self.frequency[within],
-            self.base[:, within],
-            self.floors[:, within],
-            self.lag[:, within],
-            self.noise,
-            self.samples,
-            self.rate,
+        return replace(
+            self,
+            frequency=self.frequency[within],
+            base=self.base[:, within],
+            floors=self.floors[:, within],
+            lag=self.lag[:, within],
         )
 
 
@@ -89,18 +93,22 @@ def floor_agreement(base: Vector, floors: Matrix, rate: float) -> FloorAgreement
         RecordError: the record is shorter than 10 s.
     """
     whole = _lines(base, floors, rate)
-    if not _begins_at_rest(np.vstack([base, floors]), whole):
+    if not _begins_at_rest(np.vstack([base, floors]), whole.noise, rate):
         return None
-    first = min(FREQUENCIES, key=lambda frequency: _left(whole.up_to(HIGHEST * FREQUENCIES[-1]), frequency))
+    searched = whole.up_to(HIGHEST * FREQUENCIES[-1])
+    first = min(FREQUENCIES, key=lambda frequency: _left(searched, frequency))
     lines = whole.up_to(HIGHEST * first)
     if lines.frequency.size < FEWEST_LINES:
         return None
-    start = [
-        np.log(first),
-        np.log(DAMPING),
-        *np.ravel([[*_linear(lines, own, first), 0.0, 0.0] for own in lines.floors]),
-    ]
-    found = least_squares(lambda unknown: _residual(lines, unknown), start, x_scale="jac", method="lm")
+    shares = _shares(lines, _columns(lines, first, DAMPING))
+    start = [np.log(first), np.log(DAMPING), *np.ravel([[*own, 0.0, 0.0] for own in shares])]
+    columns = cache(partial(_columns, lines))  # most of the unknowns, which are changed in turn, leave the mode alone
+
+    def residual(unknown: Vector) -> Vector:
+        frequency, damping = np.exp(unknown[:2]).tolist()
+        return _residual(lines, columns(frequency, damping), unknown[2:].reshape(-1, PER_FLOOR))
+
+    found = least_squares(residual, start, x_scale="jac", method="lm")
     left = 2 * found.cost / max(1, found.fun.size - found.x.size)
     normal = found.jac.T @ found.jac
     scale = 1 / np.sqrt(np.maximum(np.diag(normal), np.finfo(float).tiny))
@@ -115,33 +123,33 @@ def floor_agreement(base: Vector, floors: Matrix, rate: float) -> FloorAgreement
     return FloorAgreement(value, own * CORRELATED * max(left, 1.0))
 
 
-def _begins_at_rest(samples: Matrix, lines: _Lines) -> bool:
-    window = np.sum(np.hanning(samples.shape[1]) ** 2)
-    noise = np.sqrt(lines.noise / window)
-    first = samples[:, : round(BEGINNING * lines.rate)].std(axis=1)
-    return bool((first < AT_REST * samples.std(axis=1) + 2 * noise).all())
+def _begins_at_rest(samples: Matrix, noise: Vector, rate: float) -> bool:
+    window = np.sum(hann(samples.shape[1], sym=False) ** 2)
+    first = samples[:, : round(BEGINNING * rate)].std(axis=1)
+    return bool((first < AT_REST * samples.std(axis=1) + 2 * np.sqrt(noise / window)).all())
 
 
 def _lines(base: Vector, floors: Matrix, rate: float) -> _Lines:
     count = base.size
     frequency: Vector = np.asarray(np.fft.rfftfreq(count, 1 / rate), dtype=float)
-    window = np.hanning(count)
+    window = hann(count, sym=False)
     spectra = np.fft.rfft(window * np.vstack([base, floors]), axis=1)
     bend = -np.fft.rfft(window * np.gradient(np.gradient(base)) * rate**2)
     noise = noise_density(np.vstack([base, floors]), rate) * rate / 2 * np.sum(window**2)
     time = (np.arange(count) - (count - 1) / 2) / rate
     lag = np.fft.rfft(window * time * np.gradient(floors, axis=1) * rate, axis=1)
-    return _Lines(frequency, np.array([spectra[0], bend]), spectra[1:], lag, noise, base, rate)
+    driven = np.fft.rfft(base, 2 * count)[: min(count, round(SAMPLED * count / rate)) + 1]
+    return _Lines(frequency, np.array([spectra[0], bend]), spectra[1:], lag, noise, driven, count / rate)
 
 
-def _mode(lines: _Lines, frequency: float, damping: float) -> ComplexMatrix:
+def _mode(lines: _Lines, frequency: float, damping: float) -> ComplexVector:
     """(lines,) spectrum of q'' under the window; the oscillator is at rest before the record."""
-    size = 2 * lines.samples.size
-    f = np.fft.rfftfreq(size, 1 / lines.rate)
+    count = lines.driven.size - 1
+    f = np.arange(count + 1) / (2 * lines.duration)
     transfer = f**2 / (frequency**2 - f**2 + 2j * damping * frequency * f)
-    history = np.fft.irfft(np.fft.rfft(lines.samples, size) * transfer, size)[: lines.samples.size]
-    spectrum = np.fft.rfft(np.hanning(history.size) * history)
-    first = round(lines.frequency[0] * lines.samples.size / lines.rate)
+    history = np.fft.irfft(lines.driven * transfer, 2 * count)[:count]
+    spectrum = np.fft.rfft(hann(count, sym=False) * history)
+    first = round(lines.frequency[0] * lines.duration)
     return np.asarray(spectrum[first : first + lines.frequency.size])
 
 
@@ -149,26 +157,21 @@ def _columns(lines: _Lines, frequency: float, damping: float) -> ComplexMatrix:
     return np.array([lines.base[0], _mode(lines, frequency, damping), lines.base[1]])
 
 
-def _linear(lines: _Lines, own: ComplexMatrix, frequency: float) -> Vector:
-    """(3,) g, g c and g γ of a floor without delay."""
-    columns = _columns(lines, frequency, DAMPING)
-    shares = np.linalg.lstsq((columns @ columns.conj().T).real, (columns.conj() @ own).real, rcond=None)[0]
-    return np.asarray(shares, dtype=float)
+def _shares(lines: _Lines, columns: ComplexMatrix) -> Matrix:
+    """(floors, 3) g, g c and g γ without delay."""
+    known, sought = (columns @ columns.conj().T).real, (columns.conj() @ lines.floors.T).real
+    return np.asarray(np.linalg.lstsq(known, sought, rcond=None)[0].T)
 
 
 def _left(lines: _Lines, frequency: float) -> float:
     columns = _columns(lines, frequency, DAMPING)
-    residual = [own - _linear(lines, own, frequency) @ columns for own in lines.floors]
-    return float(np.linalg.norm(residual))
+    return float(np.linalg.norm(lines.floors - _shares(lines, columns) @ columns))
 
 
-def _residual(lines: _Lines, unknown: Vector) -> Vector:
+def _residual(lines: _Lines, columns: ComplexMatrix, unknown: Matrix) -> Vector:
     """What is left of all floors in standard deviations of the noise, real and imaginary parts."""
-    columns = _columns(lines, float(np.exp(unknown[0])), float(np.exp(unknown[1])))
     ω, parts = 2 * np.pi * lines.frequency, []
-    for own, lag, power, (*shares, delay, slow) in zip(
-        lines.floors, lines.lag, lines.noise[1:], unknown[2:].reshape(-1, PER_FLOOR), strict=True
-    ):
+    for own, lag, power, (*shares, delay, slow) in zip(lines.floors, lines.lag, lines.noise[1:], unknown, strict=True):
         expected = np.array(shares) @ columns
         ratio = np.abs(expected) ** 2 / np.maximum(np.abs(lines.base[0]) ** 2, np.finfo(float).tiny)
         std = np.sqrt((power + np.minimum(ratio, 100.0) * lines.noise[0]) / 2)
