@@ -9,6 +9,7 @@ The displacement is differentiated within each window by parts, ∫ φ x'' = ∫
 w and its slope vanish at its ends.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -73,12 +74,13 @@ def layer_agreement(displacement: Vector, base: Vector, ground: Vector, rate: fl
     Raises:
         RecordError: the record is shorter than 10 s.
     """
-    samples = np.array([displacement, base, ground])
-    density = noise_density(samples, rate) * rate / 2
+    density = noise_density(np.array([displacement, base, ground]), rate) * rate / 2
+    time = _time(displacement.size, rate)
+    sides = [CubicSpline(time, own) for own in (base, ground)]
     found = np.zeros(6)
     for band in BANDS:
         for _ in range(ROUNDS):
-            lines = _lines(samples, found, density, rate, band)
+            lines = _lines(displacement, sides, found, density, rate, band)
             if lines.columns.shape[1] < FEWEST_LINES:
                 return None
             taken = _step(lines, found)
@@ -115,13 +117,19 @@ def agreeing(displacement: Vector, base: Vector, ground: Vector, rate: float) ->
     return mended[0], mended[1]
 
 
-def _lines(samples: Matrix, found: Vector, density: Vector, rate: float, band: tuple[float, float]) -> _Lines:
-    """Spectra with the delays that were found taken out."""
-    count = samples.shape[1]
+def _lines(
+    displacement: Vector,
+    sides: Sequence[CubicSpline],
+    found: Vector,
+    density: Vector,
+    rate: float,
+    band: tuple[float, float],
+) -> _Lines:
+    """Spectra of the displacement and of both sides' accelerations, with the delays that were found taken out."""
+    count = displacement.size
     time = _time(count, rate)
-    rows = [samples[0]]
-    for own, (_, delay, slow) in zip(samples[1:], found.reshape(2, 3), strict=True):
-        spline = CubicSpline(time, own)
+    rows = [displacement]
+    for spline, (_, delay, slow) in zip(sides, found.reshape(2, 3), strict=True):
         at = np.clip(time + delay + slow * time, time[0], time[-1])
         rows += [spline(at), spline(at, 1), time * spline(at, 1)]
     length = min(count, round(WINDOW * rate))
