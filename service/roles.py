@@ -106,7 +106,7 @@ def api(settings: Settings, stop: Signal) -> None:
 
 def worked_off(opened: sessionmaker[Session], settings: Settings) -> int:
     """Work until no job waits; the number of jobs that were done."""
-    from service.computing.executors import executors
+    from service.computing.executors import end, executors
     from service.computing.worker import Worker
 
     made = executors(settings)
@@ -114,7 +114,7 @@ def worked_off(opened: sessionmaker[Session], settings: Settings) -> int:
         try:
             return Worker(opened, made, settings, notes=Path(notes)).run_until_idle()
         finally:
-            made().shutdown(wait=True)
+            end(made, settings)
 
 
 Part = Callable[[sessionmaker[Session], Settings, Signal], None]
@@ -137,7 +137,7 @@ def _poll(opened: sessionmaker[Session], settings: Settings, stop: Signal) -> No
 
 
 def _work(opened: sessionmaker[Session], settings: Settings, stop: Signal) -> None:
-    from service.computing.executors import executors
+    from service.computing.executors import end, executors
     from service.computing.worker import Worker
 
     made = executors(settings)
@@ -145,7 +145,7 @@ def _work(opened: sessionmaker[Session], settings: Settings, stop: Signal) -> No
         try:
             Worker(opened, made, settings, notes=Path(notes)).run(stop)
         finally:
-            made().shutdown(wait=True, **({"kill_workers": True} if settings.executor == "local" else {}))
+            end(made, settings)
 
 
 def _notify(opened: sessionmaker[Session], settings: Settings, stop: Signal) -> None:

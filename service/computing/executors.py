@@ -1,9 +1,12 @@
 """Where analyses are computed: processes of this machine, or a Dask cluster."""
 
 import os
-from collections.abc import Callable
+import signal
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
+from contextlib import contextmanager
 from functools import partial
+from multiprocessing import resource_tracker
 from pathlib import Path
 from threading import Thread
 from time import sleep
@@ -35,6 +38,20 @@ def local_processes(count: int, effects_folder: Path | None = None) -> Executors
     )
 
 
+@contextmanager
+def out_of_reach_of_interrupts() -> Iterator[None]:
+    """Processes that are begun within never see Ctrl-C, which reaches all of a terminal: who began them ends them.
+
+    Else one that waits for work, or still starts, dies of it and breaks the pool, and a job is said to have failed.
+    """
+    resource_tracker.ensure_running()  # else Python starts it within, and takes the signal off the mask
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # which children and threads inherit
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 def _begin(parent: int, effects_folder: Path | None) -> None:
     end_with(parent)
     add_own_effects(effects_folder)
@@ -49,6 +66,11 @@ def end_with(parent: int) -> None:
         os._exit(1)
 
     Thread(target=watch, daemon=True, name="end with the parent").start()
+
+
+def end(made: Executors, settings: Settings) -> None:
+    """Let them end; what processes of this machine still compute is left off, for nobody will write it."""
+    made().shutdown(wait=True, **({"kill_workers": True} if settings.executor == "local" else {}))
 
 
 def dask_cluster(address: str | None, effects_folder: Path | None = None) -> Executors:

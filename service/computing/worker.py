@@ -16,7 +16,7 @@ from sqlalchemy.exc import OperationalError
 from sqlalchemy.orm import Session, sessionmaker
 
 from core.errors import CoreError
-from service.computing.executors import Executors
+from service.computing.executors import Executors, out_of_reach_of_interrupts
 from service.computing.kinds import KINDS
 from service.computing.running import Running
 from service.database_away import Attempts
@@ -177,7 +177,8 @@ class Worker:
         name = f"{job.claim.job_id}-{job.claim.token}-{len(job.results)}"
         note = Note(self.notes / name) if self.notes else None
         self._tell(job, job.stage.doing)
-        future = self.executors().submit(job.stage.function, *job.stage.arguments(job.results, note or silent))
+        with out_of_reach_of_interrupts():
+            future = self.executors().submit(job.stage.function, *job.stage.arguments(job.results, note or silent))
         self.running[future] = replace(job, note=note, told=None)
 
     def _tell(self, job: Running, doing: str) -> None:
