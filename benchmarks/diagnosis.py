@@ -70,19 +70,29 @@ def wanted(groups: Iterable[Group], parity: int, most: int) -> list[tuple[str, i
 
 
 def run(trials: Sequence[tuple[str, int]], kept: Path) -> None:
-    """Those that are not kept yet; each is kept as soon as it is done."""
+    """Those that are not kept yet; each is kept as soon as it is done.
+
+    Raises:
+        ExceptionGroup: when all others are done, of the trials that failed.
+    """
     kept.parent.mkdir(parents=True, exist_ok=True)
     there = {(one.case, one.seed) for one in read(kept)}
-    missing = [one for one in trials if one not in there]
+    missing, failed = [one for one in trials if one not in there], list[Exception]()
     with ProcessPoolExecutor(PROCESSES, get_context("spawn")) as pool, kept.open("a", encoding="utf-8") as lines:
-        waiting = [pool.submit(row, *one) for one in missing]
+        waiting = {pool.submit(row, *one): one for one in missing}
         try:
             for done in track(as_completed(waiting), "diagnosing", total=len(missing)):
+                if isinstance(error := done.exception(), Exception):
+                    error.add_note("in the trial {}, seed {}".format(*waiting[done]))
+                    failed.append(error)
+                    continue
                 lines.write(json.dumps(asdict(done.result())) + "\n")
                 lines.flush()
         except BaseException:  # else those that wait would be run first, and nobody keep them
             pool.shutdown(cancel_futures=True)
             raise
+    if failed:
+        raise ExceptionGroup("trials that failed", failed)
 
 
 def read(kept: Path) -> list[Row]:

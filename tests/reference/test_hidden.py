@@ -166,6 +166,11 @@ def test_peaks_are_about_those_planned_and_the_misfit_about_that_wanted() -> Non
     assert made("nothing").misfit < 1e-3
 
 
+def test_the_misfit_is_a_number_where_a_damper_that_hardly_comes_back_fits_best() -> None:
+    """The search for β goes to its edge here, where z would stay at -1 whatever the displacement does."""
+    assert 0.001 < trial("power_viscous", 9).misfit < 0.19
+
+
 def test_records_hold_the_force_that_was_there() -> None:
     """F = −Σ m a, of exact accelerations that were low-passed alike."""
     structure = made("friction").building.superstructure

@@ -11,6 +11,8 @@ from hidden.laws.layer import travelled
 
 YIELDS = np.geomspace(3e-4, 5e-2, 12)
 """m, yield displacements that are tried before the best is refined."""
+ROUND = 0.99
+"""Largest β: with 1 a damper that has yielded would never come back, and rounding make its z anything."""
 FAR = 1e-7
 """Of the sum of squares of one event: the search ends when it changes by less, 0.03 % of misfit."""
 
@@ -39,7 +41,7 @@ def misfit(displacement: Sequence[Vector], velocity: Sequence[Vector], force: Se
 
     def left(at: Vector) -> float:
         """Of the logarithm of the yield displacement, and β."""
-        z = [w * _z(u, np.exp(at[0]), min(max(at[1], 0.0), 1.0)) for w, u in zip(weight, displacement, strict=True)]
+        z = [w * _z(u, np.exp(at[0]), min(max(at[1], 0.0), ROUND)) for w, u in zip(weight, displacement, strict=True)]
         return _left(np.column_stack([fixed, np.concatenate(z)]), F)
 
     tried = [np.array([np.log(D_y), 0.5]) for D_y in YIELDS]
