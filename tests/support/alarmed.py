@@ -1,20 +1,26 @@
 """A building with earthquakes that were analysed, as far as those who tell of them care, and what its alerts are."""
 
+from dataclasses import replace
 from datetime import datetime, timedelta
 from itertools import count
 from pathlib import Path
 
 import simulated
-from findings import DAY, START
+from findings import DAY, START, softer
 from sqlalchemy import select, update
 from sqlalchemy.orm import Session
 
 from service import buildings
+from service.alerting.found import Found
+from service.alerting.reconciling import reconcile
 from service.blobs import encode
-from service.database import Alert, Analysis, Building, DirectionResult, Event
+from service.database import Alert, Analysis, Building, DirectionResult, Event, Message
 from service.queue import jobs
 
 NUMBERS = count(1)
+AGE = timedelta(days=2)
+"""Of an earthquake, at most, that is told though nothing is unusual."""
+SOON = timedelta(minutes=10)
 
 
 def building(session: Session, timezone: str = "Asia/Tokyo") -> Building:
@@ -95,3 +101,40 @@ def open_alerts(session: Session, of: Building) -> set[tuple[object, ...]]:
         (one.cause, one.state, one.inhibited_by, one.acknowledged_by, one.summary, one.began_at, len(one.event_ids))
         for one in found
     }
+
+
+def messages(session: Session) -> list[Message]:
+    """All, in their order."""
+    session.flush()
+    return session.query(Message).order_by(Message.id).all()
+
+
+def raised(session: Session, of: Building, *found: Found, softer_by: float = 8.0) -> tuple[int, ...]:
+    """Three earthquakes and what they show."""
+    events = three_earthquakes(session, of)
+    shown = [owned(one, events) for one in (softer(softer_by), *found)]
+    reconcile(session, of.id, shown, "events", START + 3 * DAY)
+    session.flush()
+    return events
+
+
+def owned(found: Found, events: tuple[int, ...]) -> Found:
+    """The same with the numbers that these earthquakes have in the database."""
+    return replace(
+        found,
+        onset_event_id=events[0],
+        raised_event_id=events[(found.raised_event_id or 1) - 1],
+        event_ids=events[: len(found.event_ids)],
+    )
+
+
+def of_events(found: Found, onset: int, raised: int, events: tuple[int, ...]) -> Found:
+    """The same with other earthquakes, counted from 0."""
+    return replace(
+        found,
+        began_at=START + onset * DAY,
+        raised_at=START + raised * DAY,
+        onset_event_id=events[onset],
+        raised_event_id=events[raised],
+        event_ids=events[onset : raised + 1],
+    )
