@@ -6,7 +6,6 @@ from dataclasses import replace
 from datetime import datetime, timedelta
 from pathlib import Path
 
-from sqlalchemy import make_url
 from sqlalchemy.orm import Session
 
 from service import buildings
@@ -43,14 +42,14 @@ def _stopped(
     seen = stopping.channels_ever(session, building.id)
     found += stopped.dead_channels(_sightings(session, building), channels, seen, patience)
     found += stopped.stuck_work(_work(session, building, settings, now), patience, now)
-    if (free := free_bytes(settings)) is not None:
+    if (free := free_bytes(session)) is not None:
         found += stopped.full_disk(free, patience, full_since, now)
     return found
 
 
-def free_bytes(settings: Settings) -> int | None:
+def free_bytes(session: Session) -> int | None:
     """Of the disk that the database's file is on; None of a server, which is not ours to look after."""
-    address = make_url(settings.database_url)
+    address = session.get_bind().engine.url
     if address.get_backend_name() != "sqlite" or not address.database or address.database == ":memory:":
         return None
     return shutil.disk_usage(Path(address.database).parent).free

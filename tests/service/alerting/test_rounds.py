@@ -93,7 +93,7 @@ def test_a_worker_that_died_over_a_job_is_told(sessions: sessionmaker[Session]) 
 def test_a_full_disk_is_told(sessions: sessionmaker[Session], database_url: str) -> None:
     with sessions.begin() as session:
         building(session)
-    greedy = Settings(disk_reserve=2**62, database_url=database_url)
+    greedy = Settings(disk_reserve=2**62)
     go_round(sessions, greedy, NOW)
     go_round(sessions, greedy, NOW + HOUR)
     assert states(sessions) == ({"disk": "firing"} if database_url.startswith("sqlite") else {})
