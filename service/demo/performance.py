@@ -46,10 +46,14 @@ def perform(stage: Stage, settings: Settings, tale: Tale, console: Console) -> N
 
 
 def settings_of(folder: Path, port: int) -> Settings:
-    """Settings as they are in force, but with a database and a port of the demonstration's own."""
-    return Settings(
+    """Settings as they are in force, but with a database and a port of the demonstration's own.
+
+    Messages link to its own pages where no other address is set.
+    """
+    settings = Settings(
         database_url=f"sqlite:///{folder / DATABASE}", host=LOOPBACK, port=port, poll_interval=POLL_INTERVAL
     )
+    return settings.model_copy(update={"public_url": settings.public_url or address(settings)})
 
 
 def address(settings: Settings) -> str:
