@@ -44,9 +44,10 @@ def test_identification_under_noise_takes_the_best_order() -> None:
 
 
 def test_all_integrators_that_are_here_agree() -> None:
-    """2e-4: the accuracy at which the ways are compared."""
+    """2e-4: the accuracy at which the ways are compared. With 1e-5 LSODA is near it, and rounding, which is another on
+    another processor, decides on which side."""
     ground = ground_motion(*recorded())[1500:2100]
-    names = ["core.model.simulation, 1 step", "LSODA, rtol 1e-5"]
+    names = ["core.model.simulation, 1 step", "LSODA, rtol 1e-8"]
     table = simulation.table(ground, {name: INTEGRATORS[name] for name in names}, LIMITS, rounds=1)
     assert [float(row(table, name)["error of the force"]) < 2e-4 for name in names] == [True, True]
 
