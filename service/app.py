@@ -24,6 +24,7 @@ from service.routers import (
     drift,
     drift_pages,
     effects,
+    event_pages,
     events,
     fdsnws,
     health,
@@ -103,7 +104,17 @@ def create(settings: Settings) -> FastAPI:
     app.include_router(api)
     app.include_router(fdsnws.router, dependencies=[Depends(auth.viewer)])
     of_people = (alert_pages, notice_pages)
-    for_browsers = (pages, drift_pages, *of_people, model_pages, diagnosis_pages, pictures, model_pictures, login)
+    for_browsers = (
+        pages,
+        event_pages,
+        drift_pages,
+        *of_people,
+        model_pages,
+        diagnosis_pages,
+        pictures,
+        model_pictures,
+        login,
+    )
     for module in (*for_browsers, health):  # who may ask is theirs to say
         app.include_router(module.router)
     app.mount("/static", StaticFiles(directory=FOLDER / "static"))

@@ -169,7 +169,9 @@ def _numbers(facts: EventFacts) -> Iterator[tuple[str, str]]:
 
 def _link(facts: EventFacts) -> str:
     told = [one for one in facts.alerts if one.is_news]
-    return f"/alerts/{told[0].id}" if len(told) == 1 else f"/?building={facts.code}"
+    if not told:
+        return f"/events/{facts.id}"
+    return f"/alerts/{told[0].id}" if len(told) == 1 else f"/buildings/{facts.code}/alerts"
 
 
 def _picture(facts: EventFacts) -> tuple[int, str] | None:

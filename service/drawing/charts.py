@@ -18,9 +18,9 @@ STEP = 1 / 60
 """Of a loop's width and height, between two points of its line: the chord of a round loop is then 1e-4 off."""
 MM, MRAD, KN, KN_PER_MM = 1e3, 1e3, 1e-3, 1e-6
 TICKS = 8
-"""Of a loop's displacement, about: with more, every second label would be left out, the round ones among them."""
+"""Of a displacement, about: with more, every second label would be left out, the round ones among them."""
 LABELS_APART = 6
-"""Pixels at least, along a logarithmic axis."""
+"""Pixels at least, between the labels of an axis that has many."""
 FEW = 10
 """Events that a legend can name."""
 TWO_YEARS = timedelta(days=730)
@@ -28,6 +28,7 @@ BLUE, GREY, ORANGE = "#1f5fa8", "#b8bec6", "#d9720f"
 Picture = alt.LayerChart | alt.VConcatChart
 CONFIG = {
     "font": "sans-serif",
+    "padding": {"left": 5, "top": 5, "right": 20, "bottom": 5},  # a browser's letters may be wider than those laid out
     "axis": {"labelFontSize": 12, "titleFontSize": 13, "titleFontWeight": "normal", "gridColor": "#e6e8eb"},
     "title": {"fontSize": 15, "anchor": "start", "subtitleFontSize": 12, "subtitleColor": "#555"},
     "legend": {"labelFontSize": 12, "titleFontSize": 12},
@@ -84,12 +85,13 @@ def orbit(time: Vector, x: Vector, y: Vector) -> alt.LayerChart:
     rows = _rows(kept, time=time, x=x * MM, y=y * MM)
     largest = 1.05 * MM * max(float(abs(x).max()), float(abs(y).max())) or 1.0
     scale = alt.Scale(domain=[-largest, largest], nice=False)
+    axis = alt.Axis(tickCount=TICKS, labelSeparation=LABELS_APART)
     path = (
         alt.Chart(rows)
         .mark_line(color=BLUE, strokeWidth=1, strokeJoin="round")
         .encode(
-            x=alt.X("x:Q", title="displacement of the isolation layer in x (mm)", scale=scale),
-            y=alt.Y("y:Q", title="displacement of the isolation layer in y (mm)", scale=scale),
+            x=alt.X("x:Q", title="displacement of the isolation layer in x (mm)", scale=scale, axis=axis),
+            y=alt.Y("y:Q", title="displacement of the isolation layer in y (mm)", scale=scale, axis=axis),
             order="time:Q",
             tooltip=_tooltips({"time": "time (s)", "x": "x (mm)", "y": "y (mm)"}),
         )

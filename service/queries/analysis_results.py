@@ -19,6 +19,18 @@ def direction_results(session: Session, analysis_id: int) -> Sequence[DirectionR
     ).all()
 
 
+def peaks(session: Session, analyses: Sequence[int]) -> Mapping[tuple[int, str], tuple[float | None, float]]:
+    """Largest displacement (m, None where it was not measured) and restoring force (N), by analysis and direction."""
+    columns = (
+        DirectionResult.analysis_id,
+        DirectionResult.direction,
+        DirectionResult.peak_displacement,
+        DirectionResult.peak_force,
+    )
+    found = session.execute(select(*columns).where(DirectionResult.analysis_id.in_(analyses)))
+    return {(analysis, direction): (displacement, force) for analysis, direction, displacement, force in found}
+
+
 def cycle_counts(session: Session, analysis_id: int) -> Mapping[int, int]:
     """Number of cycles that an analysis found, by its direction results' ids; those without any are not in it."""
     question = select(CycleResult.result_id, func.count()).group_by(CycleResult.result_id)

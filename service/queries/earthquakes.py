@@ -41,6 +41,27 @@ def event(session: Session, identity: int) -> Event:
     return found
 
 
+def event_with_analysis(session: Session, identity: int) -> Line:
+    """(Event, its latest analysis or None).
+
+    Raises:
+        NotFoundError: there is no event by that number.
+    """
+    found = session.execute(_events().where(Event.id == identity)).one_or_none()
+    if found is None:
+        raise NotFoundError("event", identity)
+    return found
+
+
+def neighbours(session: Session, event: Event) -> tuple[Event | None, Event | None]:
+    """The building's events just before and just after this one."""
+    of_building = select(Event).where(Event.building_id == event.building_id).limit(1)
+    here, there = tuple_(Event.start, Event.id), tuple_(event.start, event.id)
+    before = session.scalars(of_building.where(here < there).order_by(Event.start.desc(), Event.id.desc()))
+    after = session.scalars(of_building.where(here > there).order_by(Event.start, Event.id))
+    return before.one_or_none(), after.one_or_none()
+
+
 def analyses(session: Session, event_id: int) -> Sequence[Analysis]:
     """Every analysis of an event, the earliest first."""
     return session.scalars(select(Analysis).where(Analysis.event_id == event_id).order_by(Analysis.id)).all()

@@ -1,50 +1,25 @@
 """The first page: buildings, the last event and what came of it; no JavaScript."""
 
 from collections import Counter
-from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Annotated
 
 from fastapi import APIRouter, Depends, Query, Request, Response
 from sqlalchemy.orm import Session
 
 from service import mode_tracks
-from service.database import Analysis, Building, DirectionResult, Event, LayerResult, ModelVersion
+from service.database import Building, ModelVersion
 from service.mode_tracks import TrackedMode
 from service.pages.rendering import page
-from service.queries import alerts, analysis_results, earthquakes, layer_results, versions, watched
+from service.queries import alerts, earthquakes, versions, watched
 from service.queries.question import Span
+from service.routers.event_pages import MODES, View, viewed
 from service.routers.login import reader
 from service.schemas.models import Trend
 from service.web import model_answers
 from service.web.parameters import Reading
 
-STATES = {
-    "gathering": "Its files are still coming in",
-    "queued": "It waits for its analysis",
-    "analysed": "",
-    "refused": "It could not be used",
-    "failed": "Its analysis failed",
-}
-"""What the state of an event means; the reason follows."""
-MODES = 3
-"""Modes that the page lists."""
-
 router = APIRouter(include_in_schema=False, dependencies=[Depends(reader)])
 BuildingCode = Annotated[str | None, Query(pattern=r"^[A-Za-z0-9_-]{1,32}$")]
-
-
-@dataclass(frozen=True, slots=True)
-class View:
-    """An event as the page shows it."""
-
-    event: Event
-    state: str
-    """In words; empty where the results speak for themselves."""
-    analysis: Analysis | None
-    results: Sequence[DirectionResult]
-    layer: LayerResult | None
-    """What holds across the directions."""
 
 
 @router.get("/")
@@ -86,13 +61,6 @@ def last_events(session: Session, building: Building) -> list[View]:
     if any(view.results for view in last):
         return last
     return last + [viewed(session, *pair) for pair in earthquakes.last_analysed(session, building.id)]
-
-
-def viewed(session: Session, event: Event, analysis: Analysis | None) -> View:
-    """An event with what its latest analysis found."""
-    results = analysis_results.direction_results(session, analysis.id) if analysis else []
-    layer = layer_results.layer_result(session, analysis.id) if analysis else None
-    return View(event, STATES.get(event.state, event.state), analysis, results, layer)
 
 
 @router.get("/modes")

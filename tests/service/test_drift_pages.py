@@ -62,7 +62,7 @@ def test_what_both_directions_tell_together_stands_beside_each(
         ]
         assert alarm["low"] < -0.05 < alarm["high"] < 0
         for event in alarm["events"]:
-            assert f'<a href="/api/v1/events/{event}">{event}</a>' in row[0]
+            assert f'<a href="/events/{event}">{event}</a>' in row[0]
         values = asking.get("/api/v1/buildings/PAPER/drift?quantity=stiffness&subject=xy&format=csv").text.splitlines()
         assert len(values) == 1 + len(found)
         watched = asking.get("/api/v1/buildings/PAPER/watched").json()["items"]

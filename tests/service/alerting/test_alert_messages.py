@@ -31,7 +31,7 @@ def test_alerts_of_one_earthquake_are_one_message(session: Session, of: Building
     (told,) = messages(session)
     assert told.subject.endswith("softer in direction x (and 1 more)")
     assert len(told.data["alerts"]) == 2
-    assert told.link == f"/?building={of.code}"
+    assert told.link == f"/buildings/{of.code}/alerts"
 
 
 def test_acknowledging_is_no_news_and_an_inspection_is(session: Session, of: Building) -> None:

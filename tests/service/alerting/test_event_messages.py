@@ -26,6 +26,7 @@ def test_all_clear_is_told_once_in_local_time(session: Session, of: Building) ->
     assert {"name": "Largest isolator displacement, direction x", "value": "23.7 mm"} in told.facts
     assert told.data["peak_displacement"] == {"x": 0.0237}
     assert told.picture_direction == "x"
+    assert told.link == f"/events/{event.id}"
 
 
 def test_a_new_analysis_is_told_only_if_it_says_something_else(session: Session, of: Building) -> None:
