@@ -42,8 +42,8 @@ def test_the_loss_reaches_a_mail_server_and_a_program_and_is_told_as_new_once(tm
                 running.until(lambda wanted=wanted: _added(service, wanted))
             running.events(str(service.base_url).removesuffix("/api/v1/"), PAST, PATIENCE)
             running.until(lambda: box.mails and program.posted and _is_idle(service), PATIENCE)
-            pages = f"{str(service.base_url).removesuffix('/api/v1/')}/buildings/DEMO/"
             [alert] = service.get("/alerts", params={"building": "DEMO", "state": "firing"}).json()["items"]
+            link = f"{str(service.base_url).removesuffix('/api/v1/')}/alerts/{alert['id']}"
             interrupted(running)
             assert not left_over(running.process.pid)
     assert "Traceback" not in running.said.read_text()
@@ -63,7 +63,7 @@ def test_the_loss_reaches_a_mail_server_and_a_program_and_is_told_as_new_once(tm
     assert page is not None
     for words in (" ".join(text.get_content().split()), " ".join(page.get_content().split())):
         assert "% softer" in words
-        assert pages in words
+        assert link in words
         assert "Somebody who knows isolators ought to look at them." in words
     [picture] = [part for part in mail.walk() if part.get_content_type() == "image/png"]
     assert picture.get_content().startswith(b"\x89PNG")
