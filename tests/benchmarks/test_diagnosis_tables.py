@@ -1,0 +1,59 @@
+"""The tables of the diagnosis' benchmark count what is right, and name every trial that is not."""
+
+from dataclasses import replace
+
+from benchmarks.diagnosis_tables import tables
+from benchmarks.diagnosis_trial import Row
+from benchmarks.table import Table
+
+RIGHT = Row(
+    case="hardening",
+    seed=1,
+    noise=0.01,
+    misfit=0.05,
+    hidden=("hardening",),
+    outcome="effect",
+    unknown=False,
+    named=("hardening",),
+    sets=(("hardening",),),
+    suspects=(),
+    before=5.0,
+    after=1.0,
+    predicted=0.005,
+    predicted_before=0.1,
+    seconds=5.0,
+)
+WRONG = replace(
+    RIGHT, seed=3, noise=0.1, named=("friction",), sets=(("friction",),), outcome="one_of_set", unknown=True
+)
+BLAMED = replace(RIGHT, case="mass", hidden=(), misfit=0.0, sets=())
+WEAK = replace(WRONG, seed=5, misfit=0.015)
+NAMED, BLAMES = "same law, misfit > 2 %: named first", "mass 10 % off: outcome mass"
+
+
+def cells(table: Table, first: str) -> tuple[str, ...]:
+    [found] = [row for row in table.rows if row[0] == first]
+    return found[1:]
+
+
+def test_shares_are_of_the_trials_that_are_asked() -> None:
+    """A weak law need not be seen: its trial is in no share of those above 2 %."""
+    whole, by_noise, _ = tables([RIGHT, WRONG, BLAMED, WEAK])
+    assert cells(whole, NAMED) == ("≥ 98 %", "50.0 % (1 of 2)")
+    assert cells(whole, "same law, misfit ≤ 2 %: another named") == ("", "100.0 % (1 of 1)")
+    assert cells(whole, "mass 10 % off: an effect blamed") == ("0", "100.0 % (1 of 1)")
+    assert by_noise.columns == ("right", "1 % noise", "10 % noise")
+    assert cells(by_noise, NAMED) == ("100.0 % (1 of 1)", "0.0 % (0 of 1)")
+    assert cells(by_noise, BLAMES) == ("0.0 % (0 of 1)", "none run")
+
+
+def test_every_trial_that_went_wrong_is_listed_with_what_was_said() -> None:
+    *_, wrong = tables([RIGHT, WRONG, BLAMED, WEAK])
+    assert wrong.rows == (
+        ("same law, misfit > 2 %", "hardening, 3", "10 %", "5.0 %", "one_of_set, friction, unknown"),
+        ("mass 10 % off", "mass, 1", "1 %", "0.0 %", "effect, hardening"),
+    )
+
+
+def test_tables_can_be_made_before_any_trial_is_done() -> None:
+    assert [len(table.rows) for table in tables([])][2] == 0
