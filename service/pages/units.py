@@ -1,7 +1,9 @@
-"""In which unit does a page show a parameter?"""
+"""SI values in the units that engineers read."""
 
 from collections.abc import Mapping
 from types import MappingProxyType
+
+from core.rounding import with_std
 
 SHOWN: Mapping[str, tuple[str, float]] = MappingProxyType(
     {
@@ -29,3 +31,14 @@ def unit(si: str | None) -> str:
 def shown(value: float, si: str | None) -> float:
     """A value in the unit that a page shows."""
     return value * SHOWN.get(si or "1", ("", 1.0))[1]
+
+
+def quantity(value: float, si: str, std: float | None = None) -> str:
+    """An SI value in the unit that a page shows, to the digit that its standard deviation supports: `8,630 ± 120 kN`.
+
+    Args:
+        value: in SI units.
+        si: its unit.
+        std: its standard deviation, in SI units; None or 0 if unknown.
+    """
+    return with_std(shown(value, si), None if std is None else shown(std, si), unit(si))

@@ -1,0 +1,109 @@
+"""Numbers as people read them: no more digits than their uncertainty supports.
+
+Pages, messages, terminals and reports print through these functions; JSON and CSV keep full precision.
+
+- `with_std(value, std)`: a value and its standard deviation, as in `8,630 ± 120`, or `8,630` where none is known.
+- `interval(value, low, high)`: a value and the ends of its interval, as in `−8.1 (95 %: −9.9 to −6.2)`.
+- `significant(value)`: a measured value of unknown uncertainty, as in `8,630` or `12.0`.
+- `plain(value)`: a value that was set, not measured, as in `12`.
+
+The standard deviation gets two digits where they begin with 10 to 35, else one, and the value ends at the same place:
+the rule of the Review of Particle Physics (2024), introduction, section 5.3.
+"""
+
+import math
+
+LONG = 1e7
+"""From which on a number is written with a power of ten."""
+SHORT = 1e-4
+"""Below which a number is written with a power of ten."""
+SIGNIFICANT = 3
+"""Digits of a value whose uncertainty is unknown."""
+TWO_DIGITS = 354
+"""Largest first three digits of a standard deviation of which two are written."""
+RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def with_std(value: float, std: float | None, unit: str = "", *, digits: int = SIGNIFICANT) -> str:
+    """A value and its standard deviation, rounded at the same place.
+
+    Args:
+        value: any unit.
+        std: the same unit. None or 0 if unknown: the value alone, to its significant digits. Not finite if the value
+            is not determined, which is then written.
+        unit: written behind, if any.
+        digits: significant digits of a value whose standard deviation is unknown.
+    """
+    if not math.isfinite(value):
+        return "not determined"
+    if std is None or std == 0:
+        return _behind(significant(value, digits), unit)
+    if not math.isfinite(std):
+        return _behind(f"{significant(value, digits)} (not determined)", unit)
+    power = _power(max(abs(value), std))
+    if power:
+        return _behind(f"({with_std(value / 10.0**power, std / 10.0**power)}) · {_ten_to(power)}", unit)
+    decimals = _decimals(std)
+    return _behind(f"{_to_place(value, decimals)} ± {_to_place(std, decimals)}", unit)
+
+
+def interval(value: float, low: float, high: float, unit: str = "", *, level: str = "95 %", signed: bool = True) -> str:
+    """A value and the ends of its interval, to the digit that the interval's half-width supports.
+
+    Args:
+        value: any unit.
+        low: lower end, the same unit.
+        high: upper end, the same unit.
+        unit: written behind the value and behind the interval, if any.
+        level: coverage of the interval.
+        signed: whether positive numbers get a sign, as changes do.
+    """
+    half = (high - low) / 2
+    decimals = _decimals(half) if math.isfinite(half) and half > 0 else _last_place(value)
+    number, first, last = (_to_place(one, decimals, signed=signed) for one in (value, low, high))
+    return f"{_behind(number, unit)} ({level}: {first} to {_behind(last, unit)})"
+
+
+def significant(value: float, digits: int = SIGNIFICANT) -> str:
+    """A value of unknown uncertainty, to its first digits; a power of ten only where the number is long."""
+    if not math.isfinite(value):
+        return "not determined"
+    power = _power(value)
+    if power:
+        return f"{_to_place(value / 10.0**power, digits - 1)} · {_ten_to(power)}"
+    return _to_place(value, _last_place(value, digits))
+
+
+def plain(value: float, digits: int = 4) -> str:
+    """A value that was set or is a limit, without zeros behind its last digit."""
+    number, raised, power = significant(value, digits).partition(" · ")
+    return (number.rstrip("0").rstrip(".") if "." in number else number) + raised + power
+
+
+def _behind(number: str, unit: str) -> str:
+    return f"{number} {unit}" if unit else number
+
+
+def _power(value: float) -> int:
+    """Exponent to write of a number that is too long without one; else 0."""
+    return math.floor(math.log10(abs(value))) if value and not SHORT <= abs(value) < LONG else 0
+
+
+def _ten_to(power: int) -> str:
+    return f"10{str(power).translate(RAISED)}"
+
+
+def _last_place(value: float, digits: int = SIGNIFICANT) -> int:
+    """Decimals of a number's last significant digit; negative left of the point."""
+    return digits - 1 - int(f"{value:.{digits - 1}e}".partition("e")[2]) if value else 0
+
+
+def _decimals(std: float) -> int:
+    """Decimals to which a value of this standard deviation is written; negative left of the point."""
+    mantissa, _, exponent = f"{std:.2e}".partition("e")
+    return (1 if round(100 * float(mantissa)) <= TWO_DIGITS else 0) - int(exponent)
+
+
+def _to_place(value: float, decimals: int, *, signed: bool = False) -> str:
+    rounded = round(value, decimals) + 0.0  # what rounds to −0 is 0
+    return f"{rounded:{'+' if signed and rounded else ''},.{max(decimals, 0)}f}".replace("-", "−")
