@@ -6,7 +6,8 @@ ServiceError
 ├── TooLargeError       413, more than is taken or given at once
 ├── UnauthorizedError   401, a key is missing or not known
 ├── LoginWantedError    303, a page that wants a key: the form comes next
-└── ForbiddenError      403, known, but not allowed
+├── ForbiddenError      403, known, but not allowed
+└── TooManyRequestsError  429, more than one client may have under way
 """
 
 from collections.abc import Mapping
@@ -83,6 +84,13 @@ class ForbiddenError(ServiceError):
     """Known, but not allowed."""
 
     status = 403
+
+
+class TooManyRequestsError(ServiceError):
+    """More than one client may have under way."""
+
+    status = 429
+    headers = {"Retry-After": "60"}  # noqa: RUF012  read only
 
 
 def problem(status: int, detail: str, headers: Mapping[str, str] | None = None, **members: object) -> Response:

@@ -111,6 +111,9 @@ class Settings(BaseSettings):
     )
     lease: Seconds = Field(default=120.0, description="s after which a silent worker's job is given to another one")
     job_attempts: Count = Field(default=3, description="times that a job is tried before it counts as failed")
+    job_time_limit: Seconds = Field(
+        default=3600.0, description="s that one attempt at a job may take before it is stopped"
+    )
     executor: Literal["local", "dask"] = Field(
         default="local", description="where analyses run: processes of this machine, or a Dask cluster"
     )

@@ -36,6 +36,7 @@ def drill(
     from rich.table import Table
 
     from service.buildings import BuildingError, find
+    from service.errors import TooManyRequestsError
     from service.notices.drill import drill as put_drill
     from service.roles import migrated
 
@@ -43,7 +44,7 @@ def drill(
         try:
             with of_command(context, sessions).begin() as session:
                 number = put_drill(session, find(session, building), getpass.getuser(), datetime.now(UTC)).id
-        except BuildingError as error:
+        except (BuildingError, TooManyRequestsError) as error:
             raise typer.BadParameter(str(error)) from None
         rows = _awaited(sessions, number, wait)
     shown = Table("receiver", "kind", "state", "answer")

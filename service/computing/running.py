@@ -1,7 +1,8 @@
 """What is a worker computing?"""
 
+import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from service.queue.jobs import Claim
@@ -22,6 +23,8 @@ class Running:
     """Into which the stage tells what it is doing."""
     told: str | None = None
     """What of that was passed on."""
+    begun: float = field(default_factory=time.monotonic)
+    """Monotonic s at which its first stage began."""
 
     @property
     def stage(self) -> Stage:

@@ -3,7 +3,8 @@
 import logging
 import os
 import socket
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Collection
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime, timedelta
@@ -16,7 +17,7 @@ from sqlalchemy.exc import OperationalError
 from sqlalchemy.orm import Session, sessionmaker
 
 from core.errors import CoreError
-from service.computing.executors import Executors, out_of_reach_of_interrupts
+from service.computing.executors import Executors, end, out_of_reach_of_interrupts
 from service.computing.kinds import KINDS
 from service.computing.running import Running
 from service.database_away import Attempts
@@ -31,6 +32,18 @@ log = logging.getLogger(__name__)
 
 IDLE = 0.5
 """s between two looks for work."""
+HEED = 2.0
+"""s between two looks for jobs that were cancelled."""
+
+
+class JobTimeoutError(Exception):
+    """A job that was stopped because it took too long."""
+
+    def __init__(self, seconds: float) -> None:
+        super().__init__(
+            f"stopped after {seconds:g} s, the longest that a job may take (setting job_time_limit); fewer or shorter "
+            "events take less time"
+        )
 
 
 @dataclass(slots=True)
@@ -49,6 +62,8 @@ class Worker:
     """Folder in which computations tell what they are doing; None: who waits is told of whole stages."""
     running: dict[Future[Any], Running] = field(default_factory=dict)
     extended_at: datetime | None = None
+    heeded_at: float = -float("inf")
+    """Monotonic s of the latest look for cancelled jobs."""
     holder: str = field(default_factory=lambda: f"{socket.gethostname()}:{os.getpid()}")
 
     def run(self, stop: Signal) -> None:
@@ -68,6 +83,7 @@ class Worker:
         while self.fill() or self.running:
             finished += self.collect(IDLE)
             self.pass_on()
+            self.heed()
             self.hold()
         return finished
 
@@ -76,6 +92,7 @@ class Worker:
         self.fill()
         self.collect(IDLE)
         self.pass_on()
+        self.heed()
         self.hold()
         return bool(self.running)
 
@@ -124,6 +141,21 @@ class Worker:
                 future.cancel()
                 del self.running[future]
 
+    def heed(self) -> None:
+        """Stop what was cancelled, and what takes longer than a job may: that attempt counts as failed."""
+        now = time.monotonic()
+        if not self.running or now - self.heeded_at < HEED:
+            return
+        self.heeded_at = now
+        limit = self.settings.job_time_limit
+        overdue = {future for future, job in self.running.items() if now - job.begun > limit and not future.done()}
+        with reading(self.sessions)() as session:
+            running = jobs.still_running(session, [job.claim for job in self.running.values()])
+        cancelled = {future for future, job in self.running.items() if job.claim.job_id not in running}
+        for future in overdue - cancelled:
+            self._went_wrong(self.running[future].claim, JobTimeoutError(limit))
+        self._stop(overdue | cancelled)
+
     def put_back(self) -> None:
         """Give up every claim, so that another worker need not wait for the lease to lapse."""
         try:
@@ -135,6 +167,26 @@ class Worker:
         except OperationalError as error:
             log.warning("the database is out of reach, the claims will lapse by themselves: %s", error.orig)
         self.running.clear()
+
+    def _stop(self, futures: Collection[Future[Any]]) -> None:
+        """End these computations. Local processes are killed; the other jobs then begin their stage again.
+
+        A Dask cluster cannot be made to stop: its worker computes to the end, and the result is dropped.
+        """
+        if not futures:
+            return
+        stopped = [self.running.pop(future) for future in futures]
+        log.warning("stopped computing %s", ", ".join(f"job {job.claim.job_id}" for job in stopped))
+        undone = [future for future in futures if not future.cancel() and not future.done()]
+        for job in stopped:
+            if job.note:
+                job.note.erase()
+        if undone and self.settings.executor == "local":
+            others = {future: job for future, job in self.running.items() if not future.done()}
+            end(self.executors, self.settings)
+            for future, job in others.items():
+                self._submit(job)
+                del self.running[future]
 
     @property
     def _lease(self) -> timedelta:

@@ -26,7 +26,7 @@ class Job(Base):
     """Name of the key that asked for it; None where nobody had to."""
     arguments: Mapped[dict[str, Any]]
     state: Mapped[str]
-    """`waiting`, `running`, `done` or `failed`."""
+    """`waiting`, `running`, `done`, `failed` or `cancelled`."""
     claims: Mapped[int] = mapped_column(default=0)
     failures: Mapped[int] = mapped_column(default=0)
     """Attempts that went wrong; a worker that was stopped is none."""

@@ -1,17 +1,20 @@
 """What is sent that is not real? Drills to everybody, and a test to one receiver."""
 
 from collections.abc import Sequence
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 
-from sqlalchemy import select
+from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from service import receivers
 from service.database import Analysis, Building, DirectionResult, Event, Message, Receiver
+from service.errors import TooManyRequestsError
 from service.notices.notice import Kind, Notice
 from service.notices.outbox import put_for
 from service.receiver_rules import Severity
 
+MOST_PER_HOUR = 20
+"""Drills and tests of one building: each is a real message to people, and costs a real mail server's patience."""
 INSTEAD = (
     "Had it been real, you would read here what happened, how far the isolators moved, and whether anything unusual "
     "was seen.",
@@ -27,7 +30,11 @@ def drill(session: Session, building: Building, by: str, now: datetime) -> Messa
         building: whose receivers are told.
         by: who holds the drill.
         now: aware time.
+
+    Raises:
+        TooManyRequestsError: the building has had MOST_PER_HOUR drills and tests within an hour.
     """
+    _check_rate(session, building.id, now)
     told = [one for one in receivers.of_building(session, building.id) if "drill" in one.kinds]
     said = (f"{by} holds this drill.", *INSTEAD)
     subject = "An alarm, as a drill"
@@ -35,10 +42,28 @@ def drill(session: Session, building: Building, by: str, now: datetime) -> Messa
 
 
 def trial(session: Session, receiver: Receiver, by: str, now: datetime) -> Message:
-    """Put a test into the outbox, for this receiver alone, whatever it wants to hear of."""
+    """Put a test into the outbox, for this receiver alone, whatever it wants to hear of.
+
+    Raises:
+        TooManyRequestsError: the building has had MOST_PER_HOUR drills and tests within an hour.
+    """
+    _check_rate(session, receiver.building_id, now)
     said = (f"{by} asked for this test of {receiver.name}.", INSTEAD[-1])
     notice = _notice(session, receiver.building_id, "test", "note", f"A test of {receiver.name}", said, now)
     return put_for(session, notice, [receiver], now)
+
+
+def _check_rate(session: Session, building_id: int, now: datetime) -> None:
+    recent = (
+        Message.building_id == building_id,
+        Message.kind.in_(("drill", "test")),
+        Message.created_at > now - timedelta(hours=1),
+    )
+    if (session.scalar(select(func.count()).where(*recent)) or 0) >= MOST_PER_HOUR:
+        raise TooManyRequestsError(
+            f"{MOST_PER_HOUR} drills and tests were sent for this building within the last hour, the most that are "
+            "allowed. Try again later."
+        )
 
 
 def _notice(

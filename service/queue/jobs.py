@@ -1,17 +1,24 @@
 """Work that waits in the database: claimed under a lease, finished under a fencing token."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from typing import Any
 
-from sqlalchemy import and_, func, or_, select, update
+from sqlalchemy import and_, case, func, or_, select, update
 from sqlalchemy.orm import Session
 
-from service.database import Building, Event, Job, ModelVersion
+from service.database import Analysis, Building, Event, Job, ModelVersion
+from service.errors import ConflictError, TooManyRequestsError
 
 ANALYSE, COMPARE, FIT, EXTEND, DIAGNOSE, WATCH = "analyse", "compare", "fit", "extend", "diagnose", "watch"
 """Kinds of work: the first on an event, the last on a building, the others on a model."""
+UNDER_WAY = ("waiting", "running")
+"""States of a job whose outcome is still open."""
+MOST_REQUESTED = 100
+"""Jobs of one key that may wait or run at the same time."""
+WORN = 3
+"""Claims after which a job loses its precedence: workers seem to die of it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,17 +37,25 @@ class Claim:
     """Attempts that went wrong before."""
 
 
-def enqueue(session: Session, event: Event, arguments: Mapping[str, Any], now: datetime) -> Job:
-    """Queue the analysis of an event, in the transaction that stores it; a like job that still waits will do.
+def enqueue(
+    session: Session, event: Event, arguments: Mapping[str, Any], now: datetime, asked_by: str | None = None
+) -> Job:
+    """Queue the analysis of an event, in the transaction that stores it; a like job that still waits serves as well.
 
     Args:
         session: of the transaction.
         event: a stored event.
         arguments: analysis settings that differ from the service's own, by name.
         now: aware time.
+        asked_by: name of the key that requested it; None for an earthquake that has just been recorded.
+
+    Raises:
+        TooManyRequestsError: the key has too many jobs under way.
     """
+    job = Job(kind=ANALYSE, event_id=event.id, arguments=dict(arguments), asked_by=asked_by, created_at=now)
+    queued = _queued(session, job)
     event.state, event.reason, event.updated_at = "queued", None, now
-    return _queued(session, Job(kind=ANALYSE, event_id=event.id, arguments=dict(arguments), created_at=now))
+    return queued
 
 
 def enqueue_work(
@@ -77,19 +92,22 @@ def is_being_watched(session: Session, building_id: int) -> bool:
     """Whether what is to be monitored for drift at a building waits or is under way: its outcome is not known yet."""
     of_building = (Job.kind == WATCH, Job.building_id == building_id)
     latest = session.scalar(select(Job.state).where(*of_building).order_by(Job.id.desc()).limit(1))
-    return latest in ("waiting", "running")
+    return latest in UNDER_WAY
 
 
 def claim(session: Session, now: datetime, lease: timedelta) -> Claim | None:
-    """Take a job that nobody holds, the oldest of those claimed least; None if there is none.
+    """Take the most urgent job that no worker has; None if there is none.
 
-    A job over which workers die again and again so comes last, and holds up no other.
+    Earthquakes that were just recorded come first, then what follows from them by itself, then what people requested.
+    Among equals the job with the fewest claims comes first, then the oldest. A job with WORN claims comes last.
     """
     lapsed = and_(Job.state == "running", Job.claimed_until < now)
+    worn = case((Job.claims >= WORN, 1), else_=0)
+    urgency = case((Job.asked_by.is_not(None), 2), (Job.kind == ANALYSE, 0), else_=1)
     job = session.scalar(
         select(Job)
         .where(or_(Job.state == "waiting", lapsed))
-        .order_by(Job.claims, Job.id)
+        .order_by(worn, urgency, Job.claims, Job.id)
         .limit(1)
         .with_for_update(skip_locked=True, of=Job)
     )
@@ -138,8 +156,48 @@ def fail(session: Session, held: Claim, error: str, now: datetime, attempts: int
         return _change(session, held, state="waiting", claimed_until=None, error=error, failures=failures)
     if not _change(session, held, state="failed", claimed_until=None, error=error, failures=failures, finished_at=now):
         return False
-    _end_event(session, held, "failed", error.strip().splitlines()[-1], now)
+    _end_event(session, held, "failed", _last_line(error), now)
     return True
+
+
+def cancel(session: Session, job: Job, now: datetime) -> None:
+    """Cancel a job that a person requested; the worker that computes it stops within seconds.
+
+    The event of a cancelled analysis goes back to the outcome of its current one.
+
+    Raises:
+        ConflictError: the job has ended, or Menshin queued it itself.
+    """
+    session.refresh(job, with_for_update=True)
+    if job.asked_by is None or job.kind == WATCH:
+        raise ConflictError(f"Menshin itself needs job {job.id}; only a job that a person requested can be cancelled.")
+    if job.state not in UNDER_WAY:
+        raise ConflictError(f"Job {job.id} has ended already: {job.state}.")
+    job.state, job.claimed_until, job.finished_at = "cancelled", None, now
+    session.flush()
+    if job.event is not None:
+        _restore(session, job.event, now)
+
+
+def still_running(session: Session, claims: Collection[Claim]) -> set[int]:
+    """Numbers of the claimed jobs that nobody cancelled and no other worker took over."""
+    question = select(Job.id, Job.claims).where(Job.id.in_([held.job_id for held in claims]), Job.state == "running")
+    tokens = {held.job_id: held.token for held in claims}
+    return {number for number, token in session.execute(question) if tokens[number] == token}
+
+
+def _restore(session: Session, event: Event, now: datetime) -> None:
+    """Set an event back to its outcome before a job that was cancelled, unless another job is under way."""
+    own = (Job.event_id == event.id, Job.kind == ANALYSE)
+    if session.scalar(select(func.count()).where(*own, Job.state.in_(UNDER_WAY))):
+        return
+    analysis = session.scalar(select(Analysis).where(Analysis.event_id == event.id, Analysis.current))
+    failed = session.scalar(select(Job.error).where(*own, Job.state == "failed").order_by(Job.id.desc()).limit(1))
+    if analysis is not None:
+        event.state, event.reason = ("analysed", None) if analysis.refusal is None else ("refused", analysis.refusal)
+    elif failed is not None:
+        event.state, event.reason = "failed", _last_line(failed)
+    event.updated_at = now
 
 
 def _end_event(session: Session, held: Claim, state: str, reason: str, now: datetime) -> None:
@@ -169,11 +227,30 @@ def _queued(session: Session, job: Job) -> Job:
     begun = session.scalar(select(func.max(Job.id)).where(*alike, Job.state != "waiting")) or 0
     for one in waiting:
         if one.id > begun and one.arguments == job.arguments:
+            if job.asked_by is None:
+                one.asked_by = None  # Menshin needs it too, and sooner
             return one
+    if job.asked_by is not None:
+        _check_quota(session, job.asked_by)
     job.state, job.claims, job.failures = "waiting", 0, 0
     session.add(job)
     session.flush()
     return job
+
+
+def _check_quota(session: Session, key: str) -> None:
+    """Refuse further jobs of a key that has enough of them under way."""
+    requested = select(func.count()).where(Job.asked_by == key, Job.kind != WATCH, Job.state.in_(UNDER_WAY))
+    if (session.scalar(requested) or 0) >= MOST_REQUESTED:
+        raise TooManyRequestsError(
+            f"The key {key!r} has {MOST_REQUESTED} jobs under way, the most that one key may have. Wait until "
+            "some have ended, or cancel some."
+        )
+
+
+def _last_line(error: str) -> str:
+    """The line of a traceback that names the error."""
+    return error.strip().splitlines()[-1]
 
 
 def _change(session: Session, held: Claim, **values: object) -> bool:

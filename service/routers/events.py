@@ -9,7 +9,7 @@ from sqlalchemy.orm import Session
 
 from core.description import BuildingDescription
 from service import levels
-from service.access.auth import engineer
+from service.access.auth import Caller, engineer
 from service.buildings import described
 from service.database import Analysis
 from service.errors import ConflictError, NotFoundError, documented
@@ -126,14 +126,14 @@ def layer(session: Session, analysis_id: int) -> LayerOut | None:
     operation_id="analyse_event",
     status_code=202,
     response_model=JobOut,
-    dependencies=[Depends(engineer)],
-    responses=documented(400, 401, 403, 404, 409, 422) | {202: {"headers": {"Location": LOCATION}}},
+    responses=documented(400, 401, 403, 404, 409, 422, 429) | {202: {"headers": {"Location": LOCATION}}},
 )
 def analyse(
     request: Request,
     event_id: Id,
     sessions: Writing,
     response: Response,
+    by: Annotated[Caller, Depends(engineer)],
     wanted: Annotated[AnalysisRequest, Body(description="Settings that differ; {} for none.")],
 ) -> JobOut:
     """Have the event analysed again; the earlier results are kept. A like job that still waits is answered instead.
@@ -143,7 +143,7 @@ def analyse(
     with sessions.begin() as session:
         found = earthquakes.event(session, event_id)
         arguments = checked(wanted, described(session, found.building).description, request.app.state.settings)
-        job = jobs.enqueue(session, found, arguments, datetime.now(UTC))
+        job = jobs.enqueue(session, found, arguments, datetime.now(UTC), by.name)
         answer = JobOut.model_validate(job)
     response.headers["Location"] = f"/api/v1/jobs/{answer.id}"
     return answer

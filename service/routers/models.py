@@ -35,7 +35,7 @@ LOCATION = {"description": "Address of what was made.", "schema": {"type": "stri
 
 def making(*statuses: int) -> dict[int | str, dict[str, Any]]:
     """What the OpenAPI document says of the answers of an operation that changes something."""
-    return documented(400, 401, 403, 404, 409, 422) | {
+    return documented(400, 401, 403, 404, 409, 422, 429) | {
         status: {"headers": {"Location": LOCATION}} for status in statuses
     }
 

@@ -1,6 +1,7 @@
 """How the service is doing: its sources and its jobs."""
 
 from collections.abc import AsyncIterator
+from datetime import UTC, datetime
 from typing import Annotated, Literal
 
 import anyio
@@ -11,20 +12,26 @@ from sqlalchemy.engine import make_url
 from sqlalchemy.exc import ArgumentError
 from sqlalchemy.orm import Session, sessionmaker
 
+from service.access.auth import Caller, Role, engineer
 from service.buildings import described
-from service.errors import documented
+from service.errors import ForbiddenError, documented
 from service.queries import watched, work
+from service.queue import jobs as queue
+from service.queue.jobs import UNDER_WAY
 from service.schemas.buildings import SourceOut, Sources
 from service.schemas.operations import JobOut, Jobs
 from service.web.answers import Format, document, responses, table
-from service.web.parameters import LARGEST, Before, JobId, Limit, Reading
+from service.web.parameters import LARGEST, Before, JobId, Limit, Reading, Writing
 
 router = APIRouter(tags=["operations"])
 
 LOOK = 0.3
 """s between two looks at a job that somebody follows."""
 
-State = Annotated[Literal["waiting", "running", "done", "failed"] | None, Query(description="Only jobs in this state.")]
+State = Annotated[
+    Literal["waiting", "running", "done", "failed", "cancelled"] | None, Query(description="Only jobs in this state.")
+]
+By = Annotated[Caller, Depends(engineer)]
 OfModel = Annotated[int | None, Query(description="Only jobs on this model.", ge=1, le=LARGEST)]
 OfEvent = Annotated[int | None, Query(description="Only jobs of this event.", ge=1, le=LARGEST)]
 
@@ -79,6 +86,25 @@ def job(request: Request, job_id: JobId, sessions: Reading) -> Response:
     return document(request, answer)
 
 
+@router.delete(
+    "/jobs/{job_id}",
+    operation_id="cancel_job",
+    response_model=JobOut,
+    responses=documented(401, 403, 404, 409, 422),
+)
+def cancel(job_id: JobId, sessions: Writing, by: By) -> JobOut:
+    """Cancel a job that waits or runs. Engineers cancel their own, admins those of others; else 409 or 403.
+
+    What Menshin queued by itself, such as the first analysis of an earthquake, cannot be cancelled.
+    """
+    with sessions.begin() as session:
+        found = work.job(session, job_id)
+        if found.asked_by not in (None, by.name) and by.role < Role.admin:
+            raise ForbiddenError(f"Job {job_id} was requested by {found.asked_by!r}; only they or an admin cancel it.")
+        queue.cancel(session, found, datetime.now(UTC))
+        return JobOut.model_validate(found)
+
+
 def existing(job_id: JobId, sessions: Reading) -> int:
     """The number of a job that there is; asked before a stream begins, which can only succeed."""
     with sessions() as session:
@@ -94,7 +120,7 @@ def existing(job_id: JobId, sessions: Reading) -> int:
 async def progress(
     request: Request, identity: Annotated[int, Depends(existing)], sessions: Reading
 ) -> AsyncIterator[JobOut]:
-    """The job as server-sent events: as it is, then whenever it changes, until it is done or has failed.
+    """The job as server-sent events: as it is, then whenever it changes, until it has ended.
 
     A stream without news for long ends as well; browsers ask again by themselves.
     """
@@ -105,7 +131,7 @@ async def progress(
         if found != seen:
             seen, told = found, anyio.current_time()
             yield found
-        if found.state in ("done", "failed"):
+        if found.state not in UNDER_WAY:
             return
         await anyio.sleep(LOOK)
 

@@ -17,7 +17,7 @@ class Progress(Answer):
 
 
 class JobOut(Answer):
-    """Work that waits, runs, is done or has failed."""
+    """Work that waits, runs, is done, has failed or was cancelled."""
 
     id: int = Field(description="Its number.")
     kind: str = Field(description="Of which kind it is.")
@@ -25,7 +25,7 @@ class JobOut(Answer):
     model_id: int | None = Field(description="Number of the model; null where it works on something else.")
     building_id: int | None = Field(description="Number of the building; null where it works on something else.")
     asked_by: str | None = Field(description="Name of the key that asked for it; null where nobody had to.")
-    state: str = Field(description="`waiting`, `running`, `done` or `failed`.")
+    state: str = Field(description="`waiting`, `running`, `done`, `failed` or `cancelled`.")
     arguments: dict[str, Any] = Field(description="What was asked for: of an analysis, what differs from the settings.")
     claims: int = Field(description="How often a worker took it.")
     claimed_until: datetime | None = Field(description="End of the worker's lease; null while nobody works on it.")

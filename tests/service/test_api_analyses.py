@@ -70,6 +70,24 @@ def test_what_cannot_be_is_refused_and_told(asking: httpx.Client) -> None:
     assert asking.get("/api/v1/jobs", params={"state": "waiting"}).json()["items"] == []
 
 
+def test_engineers_cancel_their_own_jobs_and_admins_all(asking: httpx.Client, sessions: sessionmaker[Session]) -> None:
+    with sessions.begin() as session:
+        others = {role: keys.create(session, role.name + " two", role, watched.NOW) for role in Role}
+    for role, status in ((Role.viewer, 403), (Role.engineer, 403), (Role.admin, 200)):
+        asked = asking.post(AGAIN, json={"estimator": "cms"})
+        answer = asking.delete(asked.headers["Location"], headers={"X-API-Key": others[role]})
+        assert answer.status_code == status, answer.text
+    assert answer.json()["state"] == "cancelled"
+    assert asking.get("/api/v1/events/1").json()["state"] == "analysed"
+    own = asking.post(AGAIN, json={"estimator": "cms"}).headers["Location"]
+    assert asking.delete(own).json()["state"] == "cancelled"
+    assert asking.delete(own).status_code == 409
+    assert asking.delete("/api/v1/jobs/1").status_code == 409, "the earthquake's first analysis"
+    assert asking.delete("/api/v1/jobs/999").status_code == 404
+    with httpx.stream("GET", f"{asking.base_url}{own}/progress", headers=asking.headers) as stream:
+        assert '"cancelled"' in stream.read().decode(), "a stream ends with its job"
+
+
 def test_a_viewer_may_not_ask_for_it(asking: httpx.Client, sessions: sessionmaker[Session]) -> None:
     with sessions.begin() as session:
         viewer = keys.create(session, "viewer", Role.viewer, watched.NOW)

@@ -3,7 +3,7 @@
 import json
 import re
 from collections.abc import Iterator
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from html import unescape
 from pathlib import Path
 from typing import Any
@@ -14,14 +14,15 @@ from building_files import SMALL
 from fastapi.testclient import TestClient
 from letters import KEY
 from receiving import Hook, hook
-from sqlalchemy import select
+from sqlalchemy import select, update
 from sqlalchemy.orm import Session, sessionmaker
 from standardwebhooks import Webhook
 
 from service import buildings
 from service.access import keys
 from service.access.auth import Role
-from service.database import AuditEntry
+from service.database import AuditEntry, Message
+from service.notices import drill
 from service.notices.notice import Notice
 from service.notices.notifier import Notifier
 from service.notices.outbox import put
@@ -256,3 +257,16 @@ def test_metrics_tell_of_what_waits_and_what_failed(
     assert 'menshin_deliveries{state="delivered"} 1.0' in text
     assert 'menshin_failed_deliveries{building="TOWER"} 1.0' in text
     assert "\nmenshin_oldest_waiting_delivery_timestamp_seconds" not in text
+
+
+def test_drills_and_tests_of_a_building_are_limited(asking: TestClient, sessions: sessionmaker[Session]) -> None:
+    (manager,) = asking.get(RECEIVERS).json()["items"]
+    ways = ("/api/v1/buildings/TOWER/drill", f"/api/v1/receivers/{manager['id']}/test")
+    answers = [asking.post(ways[number % 2]) for number in range(drill.MOST_PER_HOUR + 2)]
+    assert [answer.status_code for answer in answers] == [202] * drill.MOST_PER_HOUR + [429] * 2
+    assert "within the last hour" in answers[-1].json()["detail"]
+    assert int(answers[-1].headers["Retry-After"]) > 0
+    an_hour_ago = datetime.now(UTC) - timedelta(minutes=61)
+    with sessions.begin() as session:
+        session.execute(update(Message).values(created_at=an_hour_ago))
+    assert asking.post(ways[0]).status_code == 202

@@ -1,8 +1,10 @@
 """From a queued event to its stored result, and what becomes of a job that goes wrong."""
 
 import os
+import time
 from collections.abc import Callable
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from dataclasses import replace
 from datetime import timedelta
 from hashlib import sha256
 from pathlib import Path
@@ -10,6 +12,7 @@ from threading import Event as Signal
 from typing import Any
 
 import numpy as np
+import psutil
 import pytest
 import simulated
 from sqlalchemy import select
@@ -17,7 +20,7 @@ from sqlalchemy.orm import Session, sessionmaker
 
 from service import buildings
 from service.blobs import decode
-from service.computing.executors import local_processes
+from service.computing.executors import end, local_processes
 from service.computing.worker import Worker
 from service.database import Analysis, DirectionResult, Event, Job
 from service.intake.ingest import ingest
@@ -165,6 +168,68 @@ def test_a_bug_is_tried_three_times_then_shown(sessions: sessionmaker[Session], 
         assert (job.state, job.failures, event.state) == ("failed", 3, "failed")
         assert event.reason == "RuntimeError: a process was killed"
         assert session.scalars(select(Analysis)).all() == []
+
+
+def test_a_job_that_takes_too_long_is_stopped_and_its_process_ends(
+    sessions: sessionmaker[Session], event_id: int
+) -> None:
+    """The other job that the pool computed at the same time is computed again and takes effect."""
+    with sessions.begin() as session:
+        jobs.enqueue(session, session.get_one(Event, event_id), {"estimator": "cms"}, NOW, "engineer")
+    settings = Settings(workers=2, job_time_limit=1000.0, job_attempts=1)
+    processes = local_processes(2)
+    end(processes, settings)  # a fresh pool is not done before we look
+    busy = Worker(sessions, local_processes(2), settings, clock=lambda: NOW)
+    try:
+        assert busy.fill() == 2
+        slow, other = busy.running
+        before = computing()
+        assert before
+        busy.running[slow] = replace(busy.running[slow], begun=time.monotonic() - 1001.0)
+        busy.heed()
+        assert [job.claim.kind for job in busy.running.values()] == [jobs.ANALYSE]
+        assert not other.done() or other.exception() is not None
+        while busy.running:
+            busy.collect(1.0)
+        assert not before & computing()
+    finally:
+        end(processes, settings)
+    with sessions() as session:
+        first, second = session.scalars(select(Job).where(Job.kind == jobs.ANALYSE).order_by(Job.id))
+        assert (first.state, second.state) == ("failed", "done")
+        assert first.error is not None
+        assert "stopped after 1000 s" in first.error.strip().splitlines()[-1]
+        assert session.scalars(select(Analysis)).one().estimator == "cms"
+
+
+def computing() -> set[int]:
+    """Numbers of the processes of the pool."""
+    children = psutil.Process().children(recursive=True)
+    return {child.pid for child in children if "loky.backend.popen" in " ".join(child.cmdline())}
+
+
+def test_a_worker_stops_computing_what_was_cancelled(sessions: sessionmaker[Session], event_id: int) -> None:
+    worker(sessions).run_until_idle()
+    with sessions.begin() as session:
+        requested = jobs.enqueue(session, session.get_one(Event, event_id), {"sensors": ["1F", "RF"]}, NOW, "engineer")
+        number = requested.id
+    processes = local_processes(1)
+    end(processes, SETTINGS)
+    busy = worker(sessions, processes)
+    try:
+        assert busy.fill() == 1
+        (future,) = busy.running
+        with sessions.begin() as session:
+            jobs.cancel(session, session.get_one(Job, number), NOW)
+        busy.heed()
+        assert not busy.running
+        assert future.cancelled() or future.exception(10) is not None
+        with sessions() as session:
+            assert session.get_one(Job, number).state == "cancelled"
+            assert session.get_one(Event, event_id).state == "analysed"
+            assert session.scalars(select(Analysis)).one().settings["sensors"] is None
+    finally:
+        end(processes, SETTINGS)
 
 
 def test_an_event_that_failed_can_be_analysed_again(sessions: sessionmaker[Session], event_id: int) -> None:

@@ -7,6 +7,7 @@ import pytest
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.database import Building, Event, Job
+from service.errors import ConflictError, TooManyRequestsError
 from service.queue import jobs
 
 NOW = datetime(2024, 1, 1, tzinfo=UTC)
@@ -22,14 +23,14 @@ def queue(sessions: sessionmaker[Session]) -> Callable[..., int]:
         session.flush()
         building_id = building.id
 
-    def queue(**arguments: object) -> int:
+    def queue(key: str | None = None, **arguments: object) -> int:
         with sessions.begin() as session:
             event = Event(
                 building_id=building_id, start=NOW, end=NOW, state="gathering", created_at=NOW, updated_at=NOW
             )
             session.add(event)
             session.flush()
-            return jobs.enqueue(session, event, arguments, NOW).id
+            return jobs.enqueue(session, event, arguments, NOW, key).id
 
     return queue
 
@@ -123,3 +124,113 @@ def test_a_job_over_which_workers_die_holds_up_no_other(
     assert {held.job_id for held in claims[:2] if held} == others
     assert claims[2] is not None
     assert claims[2].job_id == deadly
+
+
+def test_a_new_earthquake_comes_before_two_hundred_requests(
+    sessions: sessionmaker[Session], queue: Callable[..., int]
+) -> None:
+    requested = [queue(estimator="cms", key=f"engineer {number % 4}") for number in range(200)]
+    earthquake = queue()
+    order = [claim(sessions) for _ in range(2)]
+    assert [held and held.job_id for held in order] == [earthquake, requested[0]]
+
+
+def test_what_an_earthquake_needs_by_itself_comes_before_requests(
+    sessions: sessionmaker[Session], queue: Callable[..., int]
+) -> None:
+    requested = queue(key="engineer")
+    with sessions.begin() as session:
+        event = session.get_one(Job, requested).event
+        assert event is not None
+        watch = jobs.enqueue_watch(session, event.building_id, None, NOW).id
+    order = [claim(sessions) for _ in range(2)]
+    assert [held and held.job_id for held in order] == [watch, requested]
+
+
+def test_a_job_that_workers_die_of_does_not_hold_up_requests(
+    sessions: sessionmaker[Session], queue: Callable[..., int]
+) -> None:
+    earthquake, requested = queue(), queue(key="engineer")
+    for _ in range(jobs.WORN):
+        held = claim(sessions)
+        assert held is not None
+        assert held.job_id == earthquake
+        with sessions.begin() as session:
+            assert jobs.release(session, held)
+    held = claim(sessions)
+    assert held is not None
+    assert held.job_id == requested
+
+
+def test_a_request_that_menshin_needs_too_becomes_urgent(
+    sessions: sessionmaker[Session], queue: Callable[..., int]
+) -> None:
+    queue(key="engineer")
+    later = queue(key="engineer")
+    with sessions.begin() as session:
+        event = session.get_one(Job, later).event
+        assert event is not None
+        assert jobs.enqueue(session, event, {}, NOW).id == later
+    held = claim(sessions)
+    assert held is not None
+    assert held.job_id == later
+
+
+def test_one_key_has_a_limited_number_of_jobs_under_way(
+    sessions: sessionmaker[Session], queue: Callable[..., int]
+) -> None:
+    requested = [queue(key="busy") for _ in range(jobs.MOST_REQUESTED)]
+    with pytest.raises(TooManyRequestsError, match="'busy' has 100 jobs under way"):
+        queue(key="busy")
+    queue(key="another")
+    queue()
+    with sessions.begin() as session:
+        jobs.cancel(session, session.get_one(Job, requested[0]), NOW)
+    queue(key="busy")
+
+
+def test_a_cancelled_request_gives_the_event_its_outcome_back(
+    sessions: sessionmaker[Session], queue: Callable[..., int]
+) -> None:
+    first = queue()
+    for _ in range(3):
+        held = claim(sessions)
+        assert held is not None
+        with sessions.begin() as session:
+            assert jobs.fail(session, held, "Traceback\nMemoryError: 74 GiB", NOW, 3)
+    with sessions.begin() as session:
+        event = session.get_one(Job, first).event
+        assert event is not None
+        again = jobs.enqueue(session, event, {}, NOW, "engineer").id
+    with sessions.begin() as session:
+        jobs.cancel(session, session.get_one(Job, again), NOW)
+    assert state(sessions, again) == ("cancelled", "failed")
+    assert claim(sessions) is None
+    with sessions() as session:
+        event = session.get_one(Job, first).event
+        assert event is not None
+        assert event.reason == "MemoryError: 74 GiB"
+
+
+def test_a_result_of_a_cancelled_job_is_refused(sessions: sessionmaker[Session], queue: Callable[..., int]) -> None:
+    job = queue(key="engineer")
+    held = claim(sessions)
+    assert held is not None
+    with sessions.begin() as session:
+        assert jobs.still_running(session, [held]) == {job}
+        jobs.cancel(session, session.get_one(Job, job), NOW)
+    with sessions.begin() as session:
+        assert jobs.still_running(session, [held]) == set()
+        assert not jobs.finish(session, held, NOW)
+
+
+@pytest.mark.parametrize("kind", ["automatic", "ended"])
+def test_what_cannot_be_cancelled(sessions: sessionmaker[Session], queue: Callable[..., int], kind: str) -> None:
+    job = queue(key=None if kind == "automatic" else "engineer")
+    held = claim(sessions)
+    assert held is not None
+    with sessions.begin() as session:
+        if kind == "ended":
+            jobs.finish(session, held, NOW)
+    with sessions.begin() as session, pytest.raises(ConflictError, match=r"itself needs|ended already: done"):
+        jobs.cancel(session, session.get_one(Job, job), NOW)
