@@ -52,11 +52,13 @@ def every(context: typer.Context) -> None:
 def show(context: typer.Context, code: Code) -> None:
     """Print the description of a building, as its latest file gave it but for secrets."""
     from service import buildings, receivers
+    from service.shown_addresses import without_credentials
 
     with _session(context) as session:
         found = buildings.find(session, code)
         rules = buildings.described(session, found).receivers
-        typer.echo(receivers.without_secrets(buildings.current(session, found).toml, rules), nl=False)
+        text = receivers.without_secrets(buildings.current(session, found).toml, rules)
+        typer.echo(without_credentials(text), nl=False)
 
 
 @app.command()

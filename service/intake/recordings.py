@@ -9,6 +9,7 @@ from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.orm import Session
 
 from service.database import Building, Content, Recording
+from service.shown_addresses import without_credentials
 
 
 def store(session: Session, building: Building, name: str, origin: str, data: bytes, now: datetime) -> Recording:
@@ -28,7 +29,10 @@ def refuse_unseen(
 ) -> Recording:
     """Remember a file whose bytes were not taken, and why."""
     had = select(Recording).where(
-        Recording.building_id == building.id, Recording.sha256.is_(None), Recording.origin == origin
+        Recording.building_id == building.id,
+        Recording.sha256.is_(None),
+        Recording.origin == without_credentials(origin),
+        Recording.name == name,
     )
     if (recording := session.scalar(had)) is not None:
         recording.reason = reason
@@ -51,7 +55,7 @@ def _recorded(
         building_id=building.id,
         sha256=sha256,
         name=name,
-        origin=origin,
+        origin=without_credentials(origin),
         received_at=now,
         kind="unknown",
         state=state,

@@ -8,8 +8,6 @@ import anyio
 from anyio import to_thread
 from fastapi import APIRouter, Depends, Query, Request, Response
 from fastapi.sse import EventSourceResponse
-from sqlalchemy.engine import make_url
-from sqlalchemy.exc import ArgumentError
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.access.auth import Caller, Role, engineer
@@ -20,6 +18,7 @@ from service.queue import jobs as queue
 from service.queue.jobs import UNDER_WAY
 from service.schemas.buildings import SourceOut, Sources
 from service.schemas.operations import JobOut, Jobs
+from service.shown_addresses import without_credentials
 from service.web.answers import Format, document, responses, table
 from service.web.parameters import LARGEST, Before, JobId, Limit, Reading, Writing
 
@@ -36,14 +35,6 @@ OfModel = Annotated[int | None, Query(description="Only jobs on this model.", ge
 OfEvent = Annotated[int | None, Query(description="Only jobs of this event.", ge=1, le=LARGEST)]
 
 
-def without_password(location: str) -> str:
-    """An address as it may be shown; a path stays as it is."""
-    try:
-        return make_url(location).render_as_string(hide_password=True) if "@" in location else location
-    except ArgumentError:
-        return location
-
-
 @router.get("/sources", operation_id="list_sources", **responses(Sources, csv=True))
 def sources(request: Request, sessions: Reading, format: Format = None) -> Response:
     """Every building's monitoring server and how it is doing."""
@@ -52,7 +43,7 @@ def sources(request: Request, sessions: Reading, format: Format = None) -> Respo
             (
                 building.code,
                 source.kind,
-                without_password(source.location),
+                without_credentials(source.location),
                 *(getattr(state, name, None) for name in ("attempted_at", "succeeded_at", "failing_since", "error")),
             )
             for building, _, state in watched.sources(session)

@@ -66,7 +66,7 @@ class SourceOut(Answer):
 
     building: str = Field(description="Code of the building.")
     kind: str = Field(description="Of which kind it is.")
-    location: str = Field(description="Without the password, if it has one.")
+    location: str = Field(description="A path, or an address without user name, password and query.")
     attempted_at: datetime | None = Field(description="Null before the first attempt.")
     succeeded_at: datetime | None = Field(description="Null before the first success.")
     failing_since: datetime | None = Field(description="Null while it answers.")

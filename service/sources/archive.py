@@ -7,6 +7,7 @@ from datetime import datetime, timedelta
 from email.utils import parsedate_to_datetime
 from urllib.parse import unquote
 
+from service.shown_addresses import without_credentials
 from service.sources.arrival import Arrival, Cursor, SourceError, Step, TooLargeError
 from service.sources.http import Answer, Client, Partial, UnansweredError
 from service.sources.listing import Listed
@@ -74,7 +75,7 @@ class Archive:
             yield from (wanted[first : first + count] for first in range(0, len(wanted), count))
 
     def _outcome(self, entry: Listed, known: Known, seen: dict[str, str], now: datetime) -> Outcome:
-        name = unquote(entry.address.rsplit("/", 1)[1])
+        name = unquote(without_credentials(entry.address).rsplit("/", 1)[1])
         taken = Known(entry.address, entry.mark)
         try:
             answer = self.client.get(entry.address, partial=self._partial(known))

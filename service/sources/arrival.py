@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import Any, Protocol
 
+from service.shown_addresses import without_credentials
 from service.sources.memory import Known
 
 Cursor = Mapping[str, Any]
@@ -12,7 +13,10 @@ Cursor = Mapping[str, Any]
 
 
 class SourceError(Exception):
-    """A source that could not be read; the message says what was found and what would do."""
+    """A source that could not be read; the message says what was found and what would do, and repeats no secret."""
+
+    def __init__(self, message: str) -> None:
+        super().__init__(without_credentials(message))
 
 
 class TooLargeError(SourceError):

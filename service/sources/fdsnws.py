@@ -174,15 +174,15 @@ class FdsnWebServices:
 
     def _named(self, start: datetime, end: datetime, body: bytes) -> Arrival:
         name = f"{start:%Y%m%dT%H%M%S}-{end:%Y%m%dT%H%M%S}.mseed"
-        return Arrival(name=name, origin=self._origin(start, end), data=body)
+        return Arrival(name=name, origin=self._origin, data=body)
 
     def _refused(self, start: datetime, end: datetime, error: SourceError) -> Arrival:
-        return Arrival(
-            name=f"{start:%Y%m%dT%H%M%S}.mseed", origin=self._origin(start, end), data=None, refusal=str(error)
-        )
+        name = f"{start:%Y%m%dT%H%M%S}-{end:%Y%m%dT%H%M%S}.mseed"
+        return Arrival(name=name, origin=self._origin, data=None, refusal=str(error))
 
-    def _origin(self, start: datetime, end: datetime) -> str:
-        return f"{self.address}/fdsnws/dataselect/1/query?starttime={_written(start)}&endtime={_written(end)}"
+    @property
+    def _origin(self) -> str:
+        return f"{self.address}/fdsnws/dataselect/1/query"
 
 
 def _pieces(arrivals: Iterable[Arrival]) -> tuple[Piece, ...]:

@@ -2,6 +2,7 @@
 
 import logging
 import random
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from datetime import timedelta
@@ -19,6 +20,7 @@ log = logging.getLogger(__name__)
 
 WORTH_REPEATING = {408, 425, 429, 500, 502, 503, 504}
 LONGEST_DELAY = 60.0  # s
+MOST_REDIRECTS = 5
 LONGEST_ANSWER = 20  # times the timeout: an answer that comes by drops is given up
 
 
@@ -78,6 +80,8 @@ class Client:
     settings: Settings
     sleep: Callable[[float], object]
     """Waits so many seconds."""
+    logins: Mapping[httpx.URL, httpx.BasicAuth] = field(default_factory=dict, repr=False)
+    """By origin: addresses themselves carry no password, for they are stored and shown."""
 
     def get(
         self,
@@ -100,7 +104,12 @@ class Client:
             UnansweredError: no answer after all attempts.
             SourceError: a refusal.
         """
-        url = httpx.URL(address, params=parameters) if parameters else httpx.URL(address)
+        try:
+            url = httpx.URL(address, params=parameters) if parameters else httpx.URL(address)
+        except httpx.InvalidURL as error:
+            raise SourceError(
+                f"{address} is no valid address ({error}); correct location in the building file"
+            ) from None
         partial = partial or Partial()
         for attempt in range(self.settings.http_retries + 1):
             try:
@@ -117,19 +126,23 @@ class Client:
         delay: float = self.settings.retry_delay * 2.0**attempt * random.uniform(0.5, 1.5)
         return min(max(delay, wanted or 0.0), LONGEST_DELAY)
 
-    def _attempt(self, url: httpx.URL, unless: Mapping[str, str], partial: Partial) -> Answer:
+    def _attempt(self, url: httpx.URL, unless: Mapping[str, str], partial: Partial, redirects: int = 0) -> Answer:
         headers = dict(unless)
         if partial.body and partial.version:
             headers = {"Range": f"bytes={len(partial.body)}-", "If-Range": partial.version}
         try:
-            with self.http.stream("GET", url, headers=headers) as response:
-                return self._answer(response, partial)
+            with self.http.stream("GET", url, headers=headers, auth=self.logins.get(origin(url))) as response:
+                if response.next_request is None:
+                    return self._answer(response, partial)
+                target = response.next_request.url
         except httpx.TimeoutException as error:
             raise BrokenError(f"{url} did not answer within {self.settings.http_timeout:g} s") from error
         except httpx.TransportError as error:
             raise BrokenError(f"{url} cannot be reached, or broke off: {error}") from error
         except httpx.HTTPError as error:
             raise SourceError(f"{url} cannot be asked: {error}; correct location in the building file") from error
+        _check_redirect(url, target, redirects)
+        return self._attempt(target, unless, partial, redirects + 1)
 
     def _answer(self, response: httpx.Response, partial: Partial) -> Answer:
         status = response.status_code
@@ -142,9 +155,9 @@ class Client:
             partial.body.clear()
             raise BrokenError(f"{response.url} has nothing beyond the bytes that had come")
         if status in WORTH_REPEATING:
-            after = response.headers.get("retry-after", "")
             raise BrokenError(
-                f"{response.url} answered {status} {response.reason_phrase}", float(after) if after.isdigit() else None
+                f"{response.url} answered {status} {response.reason_phrase}",
+                _seconds(response.headers.get("retry-after", "")),
             )
         if status not in (HTTPStatus.OK, HTTPStatus.PARTIAL_CONTENT):
             raise SourceError(
@@ -173,6 +186,27 @@ class Client:
                 raise BrokenError(f"{response.url} sent only {len(body)} bytes in {monotonic() - began:.0f} s")
 
 
+def origin(url: httpx.URL) -> httpx.URL:
+    """Scheme, host and port of an address (RFC 6454)."""
+    return httpx.URL(scheme=url.scheme, host=url.host, port=url.port)
+
+
+def _check_redirect(url: httpx.URL, target: httpx.URL, redirects: int) -> None:
+    """Refuse a way to another server, which the building file does not name and which may be an inside one."""
+    if origin(target) != origin(url):
+        raise SourceError(
+            f"{url} redirects to another server, {target}, which is not asked; if that is the right one, give its "
+            f"address in the building file"
+        )
+    if redirects >= MOST_REDIRECTS:
+        raise SourceError(f"{url} redirects more than {MOST_REDIRECTS} times; correct the source in the building file")
+
+
+def _seconds(written: str) -> float | None:
+    """Of a header Retry-After; None if it is a date, or nothing."""
+    return float(written) if re.fullmatch(r"[0-9]{1,9}", written) else None
+
+
 def _between(earlier: str | None, later: str | None) -> timedelta | None:
     """Between two times of HTTP; None if one of them is missing or is none."""
     try:
@@ -184,14 +218,20 @@ def _between(earlier: str | None, later: str | None) -> timedelta | None:
 
 
 def client(
-    settings: Settings, sleep: Callable[[float], object], hear: Callable[[httpx.Response], None] | None = None
+    settings: Settings,
+    sleep: Callable[[float], object],
+    hear: Callable[[httpx.Response], None] | None = None,
+    logins: Mapping[httpx.URL, httpx.BasicAuth] | None = None,
 ) -> Client:
-    """A client for one source, which lets somebody hear of every answer; close its `http` afterwards."""
+    """A client for one source, which passes every answer to `hear`; close its `http` afterwards.
+
+    Redirects are followed within one origin only (RFC 6454).
+    """
     http = httpx.Client(
         timeout=httpx.Timeout(settings.http_timeout),
         limits=httpx.Limits(max_connections=settings.source_concurrency),
         headers={"User-Agent": f"menshin/{VERSION}", "Accept-Encoding": "identity"},
-        follow_redirects=True,
+        follow_redirects=False,
         event_hooks={"response": [] if hear is None else [hear]},
     )
-    return Client(http, settings, sleep)
+    return Client(http, settings, sleep, logins or {})

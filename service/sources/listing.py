@@ -53,7 +53,9 @@ def _json(address: str, text: str) -> list[tuple[str, str]]:
     for row in rows:
         name = row if isinstance(row, str) else next((row[k] for k in ("url", "href", "name") if k in row), None)
         if not isinstance(name, str):
-            raise SourceError(f"{address} lists {row!r}; a name, or an object with name and size, would do")
+            raise SourceError(
+                f"{address} lists a {type(row).__name__} without a name; a name, or an object with a name, would do"
+            )
         entries.append((name, "" if isinstance(row, str) else json.dumps(row, sort_keys=True)))
     return entries
 

@@ -9,11 +9,11 @@ import httpx
 
 from service.settings import Settings
 from service.sources.archive import Archive
-from service.sources.arrival import Source
+from service.sources.arrival import Source, SourceError
 from service.sources.catalogue import Catalogue
 from service.sources.fdsnws import EARLIEST, FdsnWebServices
 from service.sources.folder import Folder
-from service.sources.http import Client, client
+from service.sources.http import Client, client, origin
 from service.sources.memory import Memory
 from service.toml_files.building_file import BuildingFile, SourceFile
 
@@ -31,10 +31,11 @@ def opened(
     if source.kind == "folder":
         yield Folder(Path(source.location), settings.max_answer_bytes, settings.settle_time, memory)
         return
-    asking = client(settings, sleep, hear)
+    logins = dict(filter(None, (_login(address) for address in (source.location, source.catalogue) if address)))
+    asking = client(settings, sleep, hear, logins)
     try:
         if source.kind == "archive":
-            yield Archive(source.location, asking, memory)
+            yield Archive(_without_login(source.location), asking, memory)
         else:
             yield _fdsnws(building, source, asking)
     finally:
@@ -66,4 +67,24 @@ def _catalogue(building: BuildingFile, source: SourceFile, asking: Client) -> Ca
 
 
 def _server(location: str) -> str:
-    return location.split("/fdsnws")[0].rstrip("/")
+    return _without_login(location).split("/fdsnws")[0].rstrip("/")
+
+
+def _login(address: str) -> tuple[httpx.URL, httpx.BasicAuth] | None:
+    """The name and password that an address carries, with the origin that they are for."""
+    url = _parsed(address)
+    return (origin(url), httpx.BasicAuth(url.username, url.password)) if url.userinfo else None
+
+
+def _without_login(address: str) -> str:
+    url = _parsed(address)
+    return str(url.copy_with(username=None, password=None)) if url.userinfo else address
+
+
+def _parsed(address: str) -> httpx.URL:
+    try:
+        return httpx.URL(address)
+    except httpx.InvalidURL as error:
+        raise SourceError(
+            f"the address of the source is not valid ({error}); correct it in the building file"
+        ) from None

@@ -1,0 +1,23 @@
+"""Addresses of servers as they may be shown: user names, passwords and tokens stay out of tables, logs and answers."""
+
+import re
+
+ADDRESS = re.compile(r"[a-z][a-z0-9+.-]{0,19}://[^\s<>\"]+", re.IGNORECASE)
+CLOSING = ".,;:!?'`)]}…"
+"""Punctuation that follows an address in a sentence."""
+
+
+def without_credentials(text: str) -> str:
+    """The text with every address in it cut down to scheme, host, port and path.
+
+    User info, query and fragment may hold secrets and are left out. All other words, and paths of files, stay.
+    """
+    return ADDRESS.sub(_shown, text) if "://" in text else text
+
+
+def _shown(found: re.Match[str]) -> str:
+    scheme, _, rest = found[0].partition("://")
+    kept = re.split(r"[?#]", rest, maxsplit=1)[0]
+    authority, slash, path = kept.partition("/")
+    address = f"{scheme}://{authority.rpartition('@')[2]}{slash}{path}"
+    return address if kept == rest else address + rest[len(rest.rstrip(CLOSING)) :]
