@@ -121,12 +121,28 @@ def analyse(segments: Sequence[Segment], description: BuildingDescription, setti
         segments: what was recorded, in any order; channels that the description does not list are ignored.
         description: of the building.
         settings: the engineer's choices.
+
+    Raises:
+        ModelError: there is no estimator of the name in the settings.
     """
+    if settings.estimator not in ESTIMATORS:
+        raise ModelError(f"no estimator is called {settings.estimator!r}; there are {', '.join(sorted(ESTIMATORS))}")
     preparation = prepared(segments, description, settings.rate)
     found, record = list(preparation.findings), preparation.record
     if record is None:
         start = min((segment.start for segment in segments), default=datetime.min.replace(tzinfo=UTC))
-        return EventAnalysis(start, settings.rate, 0, {}, tuple(found), {}, None, None, None, _refusal(found))
+        return EventAnalysis(
+            start=start,
+            rate=settings.rate,
+            count=0,
+            directions={},
+            quality=tuple(found),
+            peaks={},
+            pga=None,
+            torsion=None,
+            axial_load=None,
+            refusal=_refusal(found),
+        )
     levels = reconciled(record, description)
     torsion, torsion_findings = layer_torsion(levels, description)
     load, load_findings = axial_load(levels.record, description, settings.band)
@@ -161,8 +177,6 @@ def analyse(segments: Sequence[Segment], description: BuildingDescription, setti
 def _direction(
     record: Record, description: BuildingDescription, settings: AnalysisSettings, direction: Direction
 ) -> tuple[DirectionAnalysis, tuple[Finding, ...]]:
-    if settings.estimator not in ESTIMATORS:
-        raise ModelError(f"no estimator is called {settings.estimator!r}; there are {sorted(ESTIMATORS)}")
     superstructure = instrumented_superstructure(record, description, direction, settings.sensors, settings.band)
     force = ESTIMATORS[settings.estimator](superstructure)
     motion, findings = layer_motion(record, description, direction)

@@ -153,7 +153,9 @@ class Settings(BaseSettings):
     effects_folder: Path | None = Field(
         default=None, description="folder with effects of your own, one Python file each; see effects-own.md"
     )
-    estimator: str = Field(default="smoother", description="estimator of the restoring force: smoother or cms")
+    estimator: Literal["smoother", "cms"] = Field(
+        default="smoother", description="estimator of the restoring force: smoother or cms"
+    )
     rate: Annotated[float, Field(gt=0)] = Field(default=100.0, description="Hz, to which records are resampled")
     band: tuple[float, float] = Field(default=(0.1, 30.0), description="Hz, pass band of everything that is estimated")
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from scipy import signal
@@ -9,7 +10,7 @@ from scipy import signal
 from core.arrays import Indices, Matrix, Tensor, Vector
 from core.comparison.circumstances import Circumstance
 from core.comparison.compared import ForceComparison
-from core.comparison.excess import Blocks, Share, by_bin, drawn, noise_of, shares
+from core.comparison.excess import Blocks, Share, by_bin, drawn, noise_of, shares, std_of
 from core.comparison.varying import taken_away
 
 BINS = 8
@@ -113,7 +114,8 @@ def over_frequency(compared: Sequence[ForceComparison], band: tuple[float, float
         band: Hz, pass band.
         rng: draws the windows' weights.
     """
-    edges = np.array([*(f for f in OCTAVES if f < band[1]), band[1]])
+    ends = [*(f for f in OCTAVES if f < band[1]), band[1]]
+    edges = np.array([*(first for first, end in pairwise(ends) if end > band[0]), band[1]])
     sums = np.concatenate([_by_octave(one, edges, band) for one in compared], axis=0)
     error, noise, force = np.moveaxis(sums, 2, 0)
     excess = error - noise
@@ -135,7 +137,7 @@ def _by_octave(one: ForceComparison, edges: Vector, band: tuple[float, float]) -
     octave = np.searchsorted(edges, frequency, side="right") - 1
     within = [(octave == number) & (frequency >= band[0]) for number in range(edges.size - 1)]
     width = np.diff(np.clip(edges, *band)) / (band[1] - band[0])
-    noise = np.full(error.shape[1], np.mean(one.std**2) / noise_of(one) ** 2)
+    noise = np.full(error.shape[1], np.mean(std_of(one) ** 2) / noise_of(one) ** 2)
     return np.stack(
         [
             np.array([error[rows].sum(axis=0) * frequency[1] for rows in within]).T,

@@ -72,7 +72,12 @@ def _regressors(observation: Observation, far: float, fast: float) -> Iterator[V
         yield from (z, z * np.abs(u), z * largest, z * travel, z * load, z * warm, z * np.abs(across), z * np.abs(v))
     for lag in LAGS:
         late = round(lag * observation.rate)
-        yield from (np.roll(u, late), np.roll(v, late))
+        yield from (delayed(u, late), delayed(v, late))
+
+
+def delayed(series: Vector, samples: int) -> Vector:
+    """(n,) the series so many samples later; its first value before that."""
+    return np.concatenate([np.full(samples, series[0]), series])[: series.size]
 
 
 @njit(cache=False)

@@ -20,6 +20,8 @@ from core.identification.modal_transfer import (
 LARGEST_STEPS = 60
 FIRST_DAMPING = 1e-4
 """Of the diagonal of the information."""
+MOST_RAISES = 30
+"""Of the damping, tenfold each, within one step: more would not change the step."""
 SMALL = 5e-2
 """Of the cost per degree of freedom, or of what noise makes it: a step that promises or brings less is the last."""
 
@@ -42,11 +44,13 @@ class Fit:
 
     transfer: ModalTransfer
     covariance: Matrix
-    """(parameters, parameters) of transfer.parameters, as large as the misfit says."""
+    """(parameters, parameters) of transfer.parameters, as large as the misfit says; NaN where the lines do not
+    determine the parameters."""
     cost: float
     """Σ|z - g a|², z in standard deviations of the noise."""
     degrees_of_freedom: int
     converged: bool
+    """False also where no step could be computed, as from lines that say nothing of a mode."""
     inverse_information: Matrix
     """(parameters, parameters) (JᵀJ)⁻¹."""
 
@@ -146,6 +150,8 @@ def fit(start: ModalTransfer, lines: NoisyLines) -> Fit:
     damping, growth, converged = FIRST_DAMPING, 2.0, False
     for _ in range(LARGEST_STEPS):
         step = _step(here, damping)
+        if step is None:
+            break
         expected = -float(here.gradient @ step)
         moved = transfer.moved(step)
         decrease = here.cost - cost(moved, lines)
@@ -163,23 +169,32 @@ def fit(start: ModalTransfer, lines: NoisyLines) -> Fit:
     return Fit(transfer, covariance, here.cost, freedom, converged, inverse)
 
 
-def _step(here: Linearised, damping: float) -> Vector:
-    """Newton's step with the diagonal raised, more where the Hessian is not positive there."""
+def _step(here: Linearised, damping: float) -> Vector | None:
+    """Newton's step with the diagonal raised, more where the Hessian is not positive there; None if there is none."""
     length = np.sqrt(np.diag(here.information))
+    if not (np.all(length > 0) and np.isfinite(here.hessian).all() and np.isfinite(here.gradient).all()):
+        return None
     scaled = here.hessian / np.outer(length, length)
-    while True:
+    for raised in damping * 10.0 ** np.arange(MOST_RAISES):
         try:
-            factor = linalg.cho_factor(scaled + damping * np.eye(length.size), check_finite=False)
+            factor = linalg.cho_factor(scaled + raised * np.eye(length.size), check_finite=False)
         except linalg.LinAlgError:
-            damping *= 10
             continue
         return np.asarray(-linalg.cho_solve(factor, here.gradient / length, check_finite=False) / length)
+    return None
 
 
 def _covariance(here: Linearised, freedom: int) -> tuple[Matrix, Matrix]:
     """H⁻¹ (JᵀJ / 2) H⁻¹, times the chi-square per degree of freedom where that is above 1; and (JᵀJ)⁻¹."""
     length = np.sqrt(np.diag(here.information))
+    unknown = np.full_like(here.hessian, np.nan)
+    if not (np.all(length > 0) and np.isfinite(here.hessian).all()):
+        return unknown, unknown
     scale = np.outer(length, length)
-    inverse = linalg.pinvh(here.hessian / scale, check_finite=False) / scale
+    try:
+        inverse = linalg.pinvh(here.hessian / scale, check_finite=False) / scale
+        inverse_information = linalg.pinvh(here.information / scale, check_finite=False) / scale
+    except linalg.LinAlgError:  # its eigenvalues did not converge
+        return unknown, unknown
     covariance = inverse @ here.information @ inverse * 0.5 * max(1.0, 2 * here.cost / freedom)
-    return np.asarray(covariance), linalg.pinvh(here.information / scale, check_finite=False) / scale
+    return np.asarray(covariance), np.asarray(inverse_information)

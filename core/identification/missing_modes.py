@@ -80,7 +80,8 @@ def _better(found: Fit, lines: NoisyLines, candidates: Candidates) -> Iterator[F
         start = _with_mode(_moved(found.transfer, candidates.move[i]), frequency, candidates.driven[i])
         more = fit(start, lines)
         growth = 2 * (found.cost - more.cost) / max(1.0, found.misfit)
-        if more.converged and growth >= worth and _is_plausible(more.transfer):
+        is_known = more.converged and np.isfinite(more.inverse_information).all()
+        if is_known and growth >= worth and _is_plausible(more.transfer):
             yield more
 
 

@@ -91,7 +91,7 @@ def _most_likely(modes: Sequence[IdentifiedMode], lines: NoisyLines) -> Fit | No
     found = fit(start, lines)
     if not found.converged and len(modes) > 1:
         found = fit(_start(modes[:-1], lines), lines)
-    if found.misfit > HOPELESS_MISFIT:
+    if found.misfit > HOPELESS_MISFIT or not np.isfinite(found.inverse_information).all():
         return found
     return with_missing_modes(found, lines, 2 * np.pi * LOWEST_MODE)
 

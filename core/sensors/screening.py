@@ -80,11 +80,11 @@ def _without_gaps(trace: Trace, channel: Channel, lost: Severity) -> tuple[Trace
 
 
 def _dead(trace: Trace, channel: Channel, lost: Severity) -> Finding | None:
-    still = float(np.mean(np.diff(trace.samples) == 0)) if trace.samples.size > 1 else 1.0
     if channel.quantity == "temperature" or np.ptp(trace.samples) > 0:
         return None
-    message = f"{100 * still:.3g} % of the samples repeat the one before; check sensor and cable. It is left out"
-    return Finding("dead", lost, message, channel.id, float(trace.samples[0]))
+    level = float(trace.samples[0])
+    message = f"every sample is {level:.4g} (SI); check the sensor and its cable. It is left out"
+    return Finding("dead", lost, message, channel.id, level)
 
 
 def _unit(trace: Trace, channel: Channel, lost: Severity) -> Finding | None:

@@ -43,7 +43,8 @@ def estimate(superstructure: InstrumentedSuperstructure) -> RestoringForce:
     design = Design.of(superstructure.floor_mass, superstructure.storey_stiffness, superstructure.measured)
     lines = spectral_lines(superstructure)
     try:
-        choice = chosen(within(lines, CALIBRATED), design, ringing(superstructure, lines))
+        with np.errstate(divide="raise", over="raise", invalid="raise"):  # as a channel of zeros, without noise, does
+            choice = chosen(within(lines, CALIBRATED), design, ringing(superstructure, lines))
     except (linalg.LinAlgError, FloatingPointError) as error:
         return _fallen_back(superstructure, lines, f"the calibration broke down ({error})")
     reliance = _reliance(choice, design.layout)
@@ -67,19 +68,17 @@ def _force(
     bands = choice.lines.band
     whole = replace(lines, noise=choice.lines.noise, band=np.clip(lines.band, bands.min(), bands.max()))
     found = smoothed(whole, design, choice.calibration, superstructure.base_mass)
-    modes = cms.fixed_base_modes(superstructure, Identification())
-    modal = found.force - found.rigid
     return RestoringForce(
-        NAME,
-        found.force,
-        found.rigid,
-        modal,
-        found.std,
-        modes,
-        found.error,
-        reliance,
-        _modes(choice),
-        _storeys(superstructure, design, choice),
+        estimator=NAME,
+        force=found.force,
+        rigid=found.rigid,
+        modal=found.force - found.rigid,
+        std=found.std,
+        modes=cms.fixed_base_modes(superstructure, Identification()),
+        error=found.error,
+        reliance=reliance,
+        superstructure=_modes(choice),
+        storeys=_storeys(superstructure, design, choice),
     )
 
 

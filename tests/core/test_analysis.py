@@ -8,6 +8,7 @@ from motions import RATE, akt013
 from shared import needs_shared
 
 from core.analysis import AnalysisSettings, analyse
+from core.errors import ModelError
 from core.model.simulation import simulate
 from core.paper import BUILDING, ISOLATOR
 
@@ -82,8 +83,10 @@ def test_an_unknown_level_is_refused_with_the_known_ones() -> None:
     assert "'RF'" in str(result.refusal)
 
 
-def test_an_unknown_estimator_is_refused_with_the_known_ones() -> None:
-    assert "there are ['cms'" in str(analyse(segments(records(3)), paper(), AnalysisSettings(estimator="x")).refusal)
+def test_an_unknown_estimator_is_an_error_with_the_known_ones() -> None:
+    """It is the caller's fault, not the data's."""
+    with pytest.raises(ModelError, match="no estimator is called 'x'; there are cms, smoother"):
+        analyse(segments(records(3)), paper(), AnalysisSettings(estimator="x"))
 
 
 def test_nothing_at_all_is_refused() -> None:

@@ -6,6 +6,7 @@ import pytest
 import typer
 from pydantic import ValidationError
 
+from core.estimators import ESTIMATORS
 from service.commands.in_force import settings_in_force
 from service.settings import Settings
 
@@ -56,12 +57,17 @@ def test_passwords_are_masked() -> None:
         ("port = 70000", "port"),
         ('executor = "dask"', "dask_address"),
         ("trigger_off = 9.0", "trigger_off must be below"),
+        ('estimator = "kalman"', "'smoother' or 'cms'"),
     ],
 )
 def test_a_wrong_file_is_refused_by_key(tmp_path: Path, text: str, wanted: str) -> None:
     (tmp_path / "menshin.toml").write_text(text)
     with pytest.raises(ValidationError, match=wanted):
         Settings()
+
+
+def test_every_estimator_may_be_set() -> None:
+    assert {Settings(estimator=name).estimator for name in ESTIMATORS} == set(ESTIMATORS)
 
 
 def test_every_setting_is_documented_with_its_meaning() -> None:

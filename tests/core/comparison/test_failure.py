@@ -207,3 +207,23 @@ def test_the_largest_past_displacement_goes_on_from_earthquake_to_earthquake() -
 def test_nothing_to_compare_is_refused() -> None:
     with pytest.raises(RecordError, match="no earthquake has both"):
         failed([])
+
+
+@pytest.mark.parametrize("silent", [slice(None), slice(0, 2000)])
+def test_an_estimate_without_any_noise_has_its_failure_in_numbers(silent: slice) -> None:
+    """All of every record, or its first blocks only."""
+    compared = planted(hardening(0.1), seed=5)
+    for one in compared:
+        one.std[silent] = 0.0
+    found = failed(compared)
+    assert not found.is_noise
+    assert np.isfinite([found.floors.value, found.floors.low, found.floors.high]).all()
+    assert all(np.isfinite([window.rms, window.share]).all() for window in found.windows)
+    assert said(found)
+
+
+def test_octaves_below_the_pass_band_are_left_out() -> None:
+    found = failure(planted(hardening(0.1), seed=5), (1.0, 20.0), np.random.default_rng(3))
+    (profile,) = [one for one in found.profiles if one.name == "frequency"]
+    assert profile.bins[0].low < 1.0 < profile.bins[0].high
+    assert np.isfinite([one.floors for one in profile.bins]).all()

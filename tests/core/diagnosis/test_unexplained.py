@@ -7,7 +7,7 @@ import pytest
 from observed import BOUC_WEN, observations
 
 from core.arrays import Vector
-from core.diagnosis.unexplained import explained_share
+from core.diagnosis.unexplained import delayed, explained_share
 from core.fitting.fit import at_values
 from core.fitting.layer_columns import Evidence
 from core.fitting.observation import Observation
@@ -58,3 +58,9 @@ def test_a_force_of_another_record_is_foretold_by_nothing() -> None:
         scale = NOISE * np.sqrt(np.mean(one.layer.force**2) / np.mean(cubic**2))
         strange.append(with_force(one, scale * cubic))
     assert share(tuple(strange)) < NOTHING
+
+
+def test_what_is_late_begins_as_the_record_does() -> None:
+    """Not as it ends: a record may end far from where it began."""
+    assert np.array_equal(delayed(np.array([1.0, 2.0, 3.0, 9.0]), 2), [1.0, 1.0, 1.0, 2.0])
+    assert np.array_equal(delayed(np.array([1.0, 2.0]), 5), [1.0, 1.0])

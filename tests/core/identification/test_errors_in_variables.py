@@ -149,3 +149,15 @@ def test_a_fit_claims_no_more_than_it_has_reached() -> None:
         failed += not reached
         assert reached or not found.converged or found.misfit > 100
     assert failed
+
+
+def test_lines_that_say_nothing_of_a_mode_end_the_search_without_a_result() -> None:
+    """Floors at rest: no step can be computed, however much the diagonal is raised."""
+    rng = np.random.default_rng(4)
+    start = transfer(rng, 2, 2, is_cut=False)
+    at_rest = replace(start, driven=np.zeros_like(start.driven))
+    base = complex_normal(rng, W.size)
+    seen = NoisyLines(W, np.vstack([base, 0 * base, 0 * base]), np.ones(3))
+    found = fit(at_rest, seen)
+    assert not found.converged
+    assert np.isnan(found.covariance).all()

@@ -76,6 +76,13 @@ def test_an_unusable_channel_is_named_and_refuses_the_event_if_it_is_the_base_sl
     assert (result.refusal is not None) == (channel == BASE) == (not result.directions)
 
 
+def test_a_dead_channel_is_said_to_have_one_value() -> None:
+    samples = records(2)
+    samples[ROOF] = 0 * samples[ROOF] + 0.25
+    (message,) = [finding.message for finding in analysed(samples).quality if finding.kind == "dead"]
+    assert message.startswith("every sample is 0.25 (SI)")
+
+
 @pytest.mark.parametrize("channel", CHANNELS)
 def test_a_spike_is_mended_with_a_warning(channel: str) -> None:
     samples = records(3)

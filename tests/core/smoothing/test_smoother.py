@@ -181,3 +181,17 @@ def test_refuses_what_it_cannot_use() -> None:
         estimate(
             replace(s, base_acceleration=s.base_acceleration[:900], floor_acceleration=s.floor_acceleration[:, :900])
         )
+
+
+@pytest.mark.parametrize("silent", [(0,), (1,), (1, 2), (0, 1, 2)])
+def test_channels_of_zeros_leave_the_force_to_the_paper_s_estimator_with_the_reason(silent: tuple[int, ...]) -> None:
+    """Channel 0 is the base slab. Without any noise in a channel the calibration cannot weigh it."""
+    s = short([3, 6])
+    channels = np.vstack([s.base_acceleration, s.floor_acceleration])
+    channels[list(silent)] = 0.0
+    still = replace(s, base_acceleration=channels[0], floor_acceleration=channels[1:])
+    result, paper = estimate(still), cms.estimate(still)
+    assert result.reliance is not None
+    assert "the calibration broke down" in str(result.reliance.fallback)
+    assert result.estimator == cms.NAME
+    assert np.array_equal(result.force, paper.force)
