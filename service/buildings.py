@@ -30,7 +30,7 @@ def add(session: Session, text: str, folder: Path, now: datetime) -> Building:
         BuildingError: its code is taken.
         BuildingFileError: the file is wrong.
     """
-    described = building_file.read(text, folder).description
+    described = building_file.read_new(text, folder).description
     if session.scalar(select(Building).where(Building.code == described.code)) is not None:
         raise BuildingError(f"building {described.code!r} is there already; `menshin building update` would do")
     building = Building(code=described.code, name=described.name, created_at=now)
@@ -51,7 +51,7 @@ def update_description(session: Session, text: str, folder: Path, now: datetime)
         BuildingError: there is no building of that code.
         BuildingFileError: the file is wrong.
     """
-    described = building_file.read(text, folder).description
+    described = building_file.read_new(text, folder).description
     building = find(session, described.code)
     before = current(session, building)
     read_again(session, building)

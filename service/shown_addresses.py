@@ -18,6 +18,5 @@ def without_credentials(text: str) -> str:
 def _shown(found: re.Match[str]) -> str:
     scheme, _, rest = found[0].partition("://")
     kept = re.split(r"[?#]", rest, maxsplit=1)[0]
-    authority, slash, path = kept.partition("/")
-    address = f"{scheme}://{authority.rpartition('@')[2]}{slash}{path}"
+    address = f"{scheme}://{kept.rpartition('@')[2]}"  # a password may have a / in it
     return address if kept == rest else address + rest[len(rest.rstrip(CLOSING)) :]

@@ -1,5 +1,6 @@
 """`menshin building`: the buildings under watch."""
 
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from datetime import UTC, datetime
@@ -16,6 +17,8 @@ from service.commands.in_force import settings_in_force
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
 
+    from service.database import Building
+
 app = typer.Typer(no_args_is_help=True, help="The buildings under watch.")
 
 File = Annotated[Path, typer.Argument(exists=True, dir_okay=False, readable=True, help="Building file (TOML).")]
@@ -30,6 +33,7 @@ def add(context: typer.Context, file: File) -> None:
     with _session(context) as session:
         building = buildings.add(session, file.read_text("utf-8"), file.parent.resolve(), datetime.now(UTC))
         Console().print(f"{building.code} is under watch: {building.name}")
+        _warn_of_a_missing_folder(session, building)
 
 
 @app.command("list")
@@ -75,6 +79,19 @@ def update(context: typer.Context, code: Code, file: File) -> None:
             raise buildings.BuildingError(f"{file} describes building {described!r}; a file of {code!r} would do")
         revision = buildings.update_description(session, text, folder, datetime.now(UTC))
         Console().print(f"{code} is described by revision {revision.number}")
+        _warn_of_a_missing_folder(session, revision.building)
+
+
+def _warn_of_a_missing_folder(session: "Session", building: "Building") -> None:
+    """A folder that is not there yet may still come: it is no error, but the warning saves a wait in vain."""
+    from service import buildings
+
+    source = buildings.described(session, building).source
+    if source is not None and source.kind == "folder" and not os.path.isdir(source.location):
+        typer.echo(
+            f"warning: the folder {source.location} does not exist; make it, or correct location in the building file",
+            err=True,
+        )
 
 
 @contextmanager

@@ -14,6 +14,7 @@ from service.sources.listing import Listed
 from service.sources.memory import Known, Memory, in_batches
 from service.sources.miniseed import problem
 from service.sources.pages import Page, pages, remembered
+from service.sources.unreachable import is_page, titled
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,7 +90,7 @@ class Archive:
             return Outcome(grows=True)
         arrival = Arrival(name=name, origin=entry.address, data=answer.body)
         if is_page(answer.body):
-            told = f"{entry.address} answered with an HTML page in place of a file; it is asked for again"
+            told = f"{entry.address} answered with {titled(answer.body)} in place of a file; it is asked for again"
             return Outcome(arrival, Known(entry.address, known.mark), error=SourceError(told))
         if known.attempts + 1 < self.client.settings.job_attempts and (found := _half(name, answer)) is not None:
             told = f"{entry.address} may have broken off ({found}); it is asked for again"
@@ -110,11 +111,6 @@ class Archive:
             return False
         settle_time = timedelta(seconds=self.client.settings.settle_time)
         return changed.tzinfo is not None and timedelta(0) <= now - changed < settle_time
-
-
-def is_page(body: bytes) -> bool:
-    """Whether a server that wants a login, or is being mended, has answered in place of the file."""
-    return body[:256].lstrip().lower().startswith((b"<!doctype html", b"<html"))
 
 
 def _begun(known: Known, partial: Partial) -> Known | None:

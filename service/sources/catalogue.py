@@ -33,13 +33,25 @@ class Catalogue:
     within: tuple[float, float, float] | None
     """Latitude, longitude and radius in degrees."""
     client: Client
+    is_named: bool = False
+    """Whether the building file names it; else it is the waveform server's own, if that has one."""
     patience: timedelta = timedelta(days=1)
     """Records and earthquakes may appear this much later than they happened."""
 
     def is_offered(self) -> bool:
-        """Whether the server has an event service."""
+        """Whether the server has an event service.
+
+        Raises:
+            SourceError: the server cannot be asked, or it has none although the building file names it.
+        """
         try:
-            return not self.client.get(f"{self.address}/fdsnws/event/1/version").is_empty
+            answer = self.client.get(f"{self.address}/fdsnws/event/1/version")
+            if answer.is_empty and self.is_named:
+                raise SourceError(
+                    f"{self.address} has no FDSN event service: nothing is served at /fdsnws/event/1/version "
+                    f"below it; correct catalogue in the building file"
+                )
+            return not answer.is_empty
         except SourceError as error:
             if "answered 501" in str(error) or "answered 405" in str(error):
                 return False

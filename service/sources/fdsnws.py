@@ -8,6 +8,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from hashlib import sha256
+from http import HTTPStatus
 from typing import Any
 
 from service.sources.arrival import Arrival, Cursor, SourceError, Step, TooLargeError
@@ -15,6 +16,7 @@ from service.sources.catalogue import Catalogue
 from service.sources.http import Client
 from service.sources.lateness import Gap, gaps, noted, reached, still_open, written
 from service.sources.miniseed import Piece, pieces, problem
+from service.sources.unreachable import LOCATION, is_page, titled
 
 EARLIEST = datetime(1990, 1, 1, tzinfo=UTC)
 FIRST_WINDOW = timedelta(hours=1)
@@ -64,12 +66,32 @@ class FdsnWebServices:
             "level": "response",
         }
         answer = self.client.get(f"{self.address}/fdsnws/station/1/query", asked)
+        if answer.status == HTTPStatus.NOT_FOUND and cursor.get("server") != self.address:
+            self._check_services()  # some FDSN servers answer 404 where there is no result, others have no stations
+            cursor = {**cursor, "server": self.address}
+        elif is_page(answer.body):
+            raise SourceError(
+                f"{self.address} answered with {titled(answer.body)} in place of StationXML: this is not an "
+                f"FDSN server; correct {LOCATION}"
+            )
         digest = sha256(WRITTEN.sub(b"", answer.body)).hexdigest()  # it is written anew for every question
         if answer.is_empty or digest == cursor.get("stations"):
             yield Step((), {**cursor, **({} if answer.is_empty else {"stations_at": now.isoformat()})})
             return
         arrival = Arrival(name="station.xml", origin=f"{self.address}/fdsnws/station/1", data=answer.body)
         yield Step((arrival,), {**cursor, "stations": digest, "stations_at": now.isoformat()})
+
+    def _check_services(self) -> None:
+        """Refuse a server that does not even have the service that every FDSN server has.
+
+        Raises:
+            SourceError: there is none.
+        """
+        if self.client.get(f"{self.address}/fdsnws/dataselect/1/version").status != HTTPStatus.OK:
+            raise SourceError(
+                f"{self.address} is not an FDSN server: nothing is served at /fdsnws/dataselect/1/version below "
+                f"it; correct {LOCATION}"
+            )
 
     def _late(self, cursor: Cursor, now: datetime) -> Iterator[Step]:
         """What has come since of the gaps that are open."""

@@ -13,6 +13,7 @@ from service.sources.memory import Known, Memory, in_batches
 
 DOCUMENTS = {".toml", ".md", ".pdf", ".rst"}
 """What lies beside records and is none."""
+RIGHTS = "give the service's account the right to read it"
 DOCUMENT_NAMES = {"license", "readme", "copying"}
 
 
@@ -36,37 +37,61 @@ class Folder:
     memory: Memory
 
     def steps(self, cursor: Cursor, now: datetime) -> Iterator[Step]:
-        """New and changed files; one that still grows is left for the next look."""
-        if not self.path.is_dir():
-            raise SourceError(f"{self.path} is no folder; make it, or correct location in the building file")
+        """New and changed files; one that still grows is left for the next look.
+
+        Raises:
+            SourceError: the folder is not there; after all others, the first file or folder that cannot be read.
+        """
+        self._check()
+        unreadable: list[OSError] = []
         seen: dict[str, str] = cursor.get("seen", {})
         growing: dict[str, str] = {}
-        for file, mark in self._new_files():
+        for file, mark in self._new_files(unreadable):
             address = str(file)
             is_young = now.timestamp() - mark.changed < self.settle_time
             if seen.get(address, str(mark)) != str(mark) or is_young:
                 growing[address] = str(mark)
                 continue
-            arrival = self._arrival(file, mark.size)
+            try:
+                arrival = self._arrival(file, mark.size)
+            except OSError as error:
+                unreadable.append(error)
+                continue
             if _mark(file) != mark:  # it grew while it was read
                 growing[address] = str(mark)
                 continue
             yield Step((arrival,), cursor, (Known(address, str(mark)),))
         if growing != seen:
             yield Step((), {"seen": growing})
+        if unreadable:
+            more = f" (and {len(unreadable) - 1} more)" if unreadable[1:] else ""
+            raise SourceError(f"{unreadable[0].filename} cannot be read: {unreadable[0].strerror}{more}; {RIGHTS}")
 
-    def _new_files(self) -> Iterator[tuple[Path, Mark]]:
-        """Those that are not known by the mark that they have now, with it."""
-        for batch in in_batches(self._files()):
+    def _check(self) -> None:
+        try:
+            is_there = self.path.is_dir()
+        except OSError as error:
+            raise SourceError(f"{self.path} cannot be read: {error.strerror}; {RIGHTS}") from error
+        if not is_there:
+            found = "is not a folder" if self.path.exists() else "does not exist"
+            raise SourceError(f"the folder {self.path} {found}; make it, or correct location in the building file")
+
+    def _new_files(self, unreadable: list[OSError]) -> Iterator[tuple[Path, Mark]]:
+        """Those that are not known by the mark that they have now, with it; what cannot be read is noted."""
+        for batch in in_batches(self._files(unreadable)):
             known = self.memory.known([str(file) for file in batch])
             for file in batch:
-                mark, had = _mark(file), known.get(str(file))
+                try:
+                    mark, had = _mark(file), known.get(str(file))
+                except OSError as error:
+                    unreadable.append(error)
+                    continue
                 if mark is not None and (had is None or had.mark != str(mark)):
                     yield file, mark
 
-    def _files(self) -> list[Path]:
+    def _files(self, unreadable: list[OSError]) -> list[Path]:
         found = []
-        for folder, folders, names in os.walk(self.path):
+        for folder, folders, names in os.walk(self.path, onerror=unreadable.append):
             folders[:] = (name for name in folders if not name.startswith("."))
             found += [Path(folder, name) for name in names if not name.startswith(".")]
         return sorted(path for path in found if not _is_document(path))
@@ -77,10 +102,7 @@ class Folder:
             return Arrival(
                 name=name, origin=str(file), data=None, refusal=str(TooLargeError(str(file), size, self.max_bytes))
             )
-        try:
-            return Arrival(name=name, origin=str(file), data=file.read_bytes())
-        except OSError as error:
-            raise SourceError(f"{file} cannot be read: {error.strerror}; the service needs the right to") from error
+        return Arrival(name=name, origin=str(file), data=file.read_bytes())
 
 
 def _mark(file: Path) -> Mark | None:

@@ -14,6 +14,7 @@ import httpx
 
 from service.settings import Settings
 from service.sources.arrival import SourceError, TooLargeError
+from service.sources.unreachable import LOCATION, refusal, unreachable
 from service.version import VERSION
 
 log = logging.getLogger(__name__)
@@ -22,6 +23,7 @@ WORTH_REPEATING = {408, 425, 429, 500, 502, 503, 504}
 LONGEST_DELAY = 60.0  # s
 MOST_REDIRECTS = 5
 LONGEST_ANSWER = 20  # times the timeout: an answer that comes by drops is given up
+AGAIN = "it is tried again at the next look"
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,9 +69,10 @@ class UnansweredError(SourceError):
 class BrokenError(SourceError):
     """An attempt that may go better the next time."""
 
-    def __init__(self, message: str, after: float | None = None) -> None:
+    def __init__(self, message: str, after: float | None = None, helps: str = AGAIN) -> None:
         super().__init__(message)
         self.after = after
+        self.helps = helps
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,8 +119,7 @@ class Client:
                 return self._attempt(url, unless or {}, partial)
             except BrokenError as error:
                 if attempt == self.settings.http_retries:
-                    told = f"{error}, {attempt + 1} times; it is tried again at the next look"
-                    raise UnansweredError(told, partial) from error
+                    raise UnansweredError(f"{error}, {attempt + 1} times; {error.helps}", partial) from error
                 self.sleep(self._delay(attempt, error.after))
         raise AssertionError("unreachable")
 
@@ -136,33 +138,33 @@ class Client:
                     return self._answer(response, partial)
                 target = response.next_request.url
         except httpx.TimeoutException as error:
-            raise BrokenError(f"{url} did not answer within {self.settings.http_timeout:g} s") from error
+            found = f"{url} did not answer within {self.settings.http_timeout:g} s"
+            raise BrokenError(found) from error
         except httpx.TransportError as error:
-            raise BrokenError(f"{url} cannot be reached, or broke off: {error}") from error
+            found, helps = unreachable(error)
+            raise BrokenError(f"{url} {found}", helps=helps) from error
         except httpx.HTTPError as error:
-            raise SourceError(f"{url} cannot be asked: {error}; correct location in the building file") from error
+            raise SourceError(f"{url} cannot be asked: {error}; correct {LOCATION}") from error
         _check_redirect(url, target, redirects)
         return self._attempt(target, unless, partial, redirects + 1)
 
     def _answer(self, response: httpx.Response, partial: Partial) -> Answer:
-        status = response.status_code
+        status, url = response.status_code, str(response.url)
         etag, modified = response.headers.get("etag"), response.headers.get("last-modified")
         if status in (HTTPStatus.NO_CONTENT, HTTPStatus.NOT_FOUND, HTTPStatus.NOT_MODIFIED):
             return Answer(status, b"", etag, modified)
         if status == HTTPStatus.REQUEST_ENTITY_TOO_LARGE:
-            raise TooLargeError(str(response.url), None, self.settings.max_answer_bytes)
+            raise TooLargeError(url, None, self.settings.max_answer_bytes)
         if status == HTTPStatus.REQUESTED_RANGE_NOT_SATISFIABLE and partial.body:
             partial.body.clear()
-            raise BrokenError(f"{response.url} has nothing beyond the bytes that had come")
+            raise BrokenError(f"{url} has nothing beyond the bytes that had come")
         if status in WORTH_REPEATING:
             raise BrokenError(
-                f"{response.url} answered {status} {response.reason_phrase}",
+                f"{url} answered {status} {response.reason_phrase}",
                 _seconds(response.headers.get("retry-after", "")),
             )
         if status not in (HTTPStatus.OK, HTTPStatus.PARTIAL_CONTENT):
-            raise SourceError(
-                f"{response.url} answered {status} {response.reason_phrase}; correct the source in the building file"
-            )
+            raise SourceError(f"{url} {refusal(status, response.reason_phrase)}")
         if status == HTTPStatus.OK or not response.headers.get("content-range", "").startswith(
             f"bytes {len(partial.body)}-"
         ):
@@ -174,16 +176,16 @@ class Client:
         return Answer(HTTPStatus.OK, bytes(partial.body), etag, modified, is_delimited, age)
 
     def _read(self, response: httpx.Response, body: bytearray) -> None:
-        limit, began = self.settings.max_answer_bytes, monotonic()
+        limit, began, url = self.settings.max_answer_bytes, monotonic(), str(response.url)
         promised = int(response.headers.get("content-length") or 0) + len(body)
         if promised > limit:
-            raise TooLargeError(str(response.url), promised, limit)
+            raise TooLargeError(url, promised, limit)
         for piece in response.iter_raw():
             body.extend(piece)
             if len(body) > limit:
-                raise TooLargeError(str(response.url), None, limit)
+                raise TooLargeError(url, None, limit)
             if monotonic() - began > LONGEST_ANSWER * self.settings.http_timeout:
-                raise BrokenError(f"{response.url} sent only {len(body)} bytes in {monotonic() - began:.0f} s")
+                raise BrokenError(f"{url} sent only {len(body)} bytes in {monotonic() - began:.0f} s")
 
 
 def origin(url: httpx.URL) -> httpx.URL:

@@ -16,6 +16,7 @@ from service.sources.folder import Folder
 from service.sources.http import Client, client, origin
 from service.sources.memory import Memory
 from service.toml_files.building_file import BuildingFile, SourceFile
+from service.web_addresses import wrong_web_address
 
 
 @contextmanager
@@ -27,10 +28,17 @@ def opened(
     sleep: Callable[[float], object],
     hear: Callable[[httpx.Response], None] | None = None,
 ) -> Iterator[Source]:
-    """The source, with its connections closed afterwards; somebody may hear of every answer."""
+    """The source, with its connections closed afterwards; somebody may hear of every answer.
+
+    Raises:
+        SourceError: its address is none, as an earlier version let a building file say.
+    """
     if source.kind == "folder":
         yield Folder(Path(source.location), settings.max_answer_bytes, settings.settle_time, memory)
         return
+    for key, address in (("location", source.location), ("catalogue", source.catalogue)):
+        if address is not None and (problem := wrong_web_address(address)):
+            raise SourceError(f"{key} in the building file: {problem}")
     logins = dict(filter(None, (_login(address) for address in (source.location, source.catalogue) if address)))
     asking = client(settings, sleep, hear, logins)
     try:
@@ -63,6 +71,7 @@ def _catalogue(building: BuildingFile, source: SourceFile, asking: Client) -> Ca
         minimum_magnitude=source.minimum_magnitude,
         within=within,
         client=asking,
+        is_named=source.catalogue is not None,
     )
 
 

@@ -6,8 +6,10 @@ from datetime import timedelta
 from http import HTTPStatus
 from typing import Any
 
+from service.sources.arrival import SourceError
 from service.sources.http import Answer, Client
 from service.sources.listing import Listed, listed
+from service.sources.unreachable import refusal
 
 DEEPEST = 4
 """Folders below the first: an archive by year, month and day."""
@@ -40,6 +42,8 @@ def pages(client: Client, address: str, had: Mapping[str, Any], depth: int = 0) 
     """
     known = had.get(address, {"unless": {}, "folders": []})
     answer = client.get(address, unless=known["unless"])
+    if answer.status == HTTPStatus.NOT_FOUND and depth == 0:
+        raise SourceError(f"{address} {refusal(answer.status, 'Not Found')}")
     if answer.status == HTTPStatus.NOT_MODIFIED:
         page = Page(address, (), tuple(known["folders"]), known["unless"])
     else:

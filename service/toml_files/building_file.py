@@ -1,6 +1,6 @@
 """What a building file says: TOML in; a building, or everything that is wrong with the file, out."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from math import radians
@@ -13,7 +13,8 @@ from service.formats.errors import FormatError
 from service.formats.units import Gain, unit_gain
 from service.receiver_rules import SEVERITIES, ReceiverKind, ReceiverRule, wanted_kinds, wrong_address, wrong_secret
 from service.toml_files.building_tables import BuildingTable, ChannelTable, ReceiverTable, SourceTable
-from service.toml_files.toml_problems import Problem, TomlError, checked, wrong_keys
+from service.toml_files.toml_problems import Check, Problem, TomlError, checked, wrong_keys
+from service.web_addresses import wrong_web_address
 
 
 class BuildingFileError(TomlError):
@@ -64,8 +65,20 @@ def read(text: str, folder: Path) -> BuildingFile:
     Raises:
         BuildingFileError: with every problem of the file, not only the first.
     """
+    return _read(text, folder, CHECKS)
+
+
+def read_new(text: str, folder: Path) -> BuildingFile:
+    """The same of a file that comes into force now: its addresses must be such that a server can be asked there.
+
+    A file that is in force already keeps what an earlier version accepted.
+    """
+    return _read(text, folder, (*CHECKS, _wrong_addresses))
+
+
+def _read(text: str, folder: Path, checks: Sequence[Check]) -> BuildingFile:
     try:
-        document = checked(text, (_wrong_keys, _wrong_levels, _wrong_source, _wrong_channels, _wrong_receivers))
+        document = checked(text, checks)
     except TomlError as error:
         raise BuildingFileError(error.problems) from None
     return _building(BuildingTable.model_validate(document), folder)
@@ -112,6 +125,17 @@ def _wrong_source(document: Mapping[str, Any]) -> Iterator[Problem]:
     placed = "latitude" in document and "longitude" in document
     if isinstance(source, dict) and "maximum_radius" in source and not placed:
         yield ("source", "maximum_radius"), "around where? give latitude and longitude at the top of the file"
+
+
+def _wrong_addresses(document: Mapping[str, Any]) -> Iterator[Problem]:
+    """Addresses at which no server can be asked; none of them is repeated, as it may hold a password."""
+    source = document.get("source")
+    if not isinstance(source, dict):
+        return
+    of_servers = ("location", "catalogue") if source.get("kind") in ("fdsnws", "archive") else ("catalogue",)
+    for key in of_servers:
+        if isinstance(address := source.get(key), str) and (problem := wrong_web_address(address)):
+            yield ("source", key), problem
 
 
 def _wrong_channels(document: Mapping[str, Any]) -> Iterator[Problem]:
@@ -171,6 +195,9 @@ def _wrong_receivers(document: Mapping[str, Any]) -> Iterator[Problem]:
             yield ("receiver", index, "address"), problem
         if (secret is None or isinstance(secret, str)) and (problem := wrong_secret(kind, secret)):
             yield ("receiver", index, *(["secret"] if secret is not None else [])), problem
+
+
+CHECKS: tuple[Check, ...] = (_wrong_keys, _wrong_levels, _wrong_source, _wrong_channels, _wrong_receivers)
 
 
 def _building(table: BuildingTable, folder: Path) -> BuildingFile:

@@ -77,3 +77,26 @@ def test_wrong_settings_end_with_two_and_their_name(folder: Path, monkeypatch: p
     done = building("list")
     assert done.exit_code == 2
     assert "port: " in done.output
+
+
+SOURCE = 'kind = "folder"\nlocation = "records"'
+
+
+@pytest.mark.parametrize("kind", ["archive", "fdsnws"])
+def test_a_source_with_an_address_that_is_none_is_refused(folder: Path, kind: str) -> None:
+    assert SOURCE in SMALL
+    wrong = SMALL.replace(SOURCE, f'kind = "{kind}"\nlocation = "htp://alice:s3cret@host/x"')
+    (folder / "building.toml").write_text(wrong, "utf-8")
+    done = building("add", folder / "building.toml")
+    assert done.exit_code == 1
+    assert "source.location: this is not a web address: it begins with 'htp:'; http://host/path" in done.output
+    assert "s3cret" not in done.output
+    assert "TOWER" not in building("list").output
+
+
+def test_a_folder_that_is_missing_is_warned_of(folder: Path) -> None:
+    done = building("add", folder / "building.toml")
+    assert done.exit_code == 0
+    assert f"warning: the folder {folder / 'records'} does not exist" in done.stderr
+    (folder / "records").mkdir()
+    assert building("update", "TOWER", folder / "building.toml").stderr == ""

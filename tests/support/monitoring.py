@@ -123,6 +123,8 @@ class Server:
     ended: threading.Event = field(default_factory=threading.Event)
     waveforms: Stream | None = None
     """Answers dataselect, where it is given."""
+    is_fdsn: bool = True
+    """Whether it answers for the version of its dataselect, as every FDSN server does."""
     most: int = 10**12
     """Samples beyond which dataselect answers 413."""
 
@@ -190,6 +192,8 @@ def answer(request: BaseHTTPRequestHandler, server: Server) -> None:
     path, _, query = request.path.partition("?")
     if path not in server.pages and path == "/fdsnws/dataselect/1/query" and server.waveforms is not None:
         page = selected(server, query)
+    elif path not in server.pages and path == "/fdsnws/dataselect/1/version" and server.is_fdsn:
+        page = Page(b"1.1.3")
     else:
         page = server.pages.get(path, Page(status=404))
     if page.failures > 0:

@@ -70,7 +70,7 @@ def test_a_file_too_large_is_not_read(folder: Folder) -> None:
 
 
 def test_a_folder_that_is_missing_is_told(tmp_path: Path) -> None:
-    with pytest.raises(SourceError, match="is no folder"):
+    with pytest.raises(SourceError, match="does not exist; make it"):
         list(Folder(tmp_path / "gone", 1000, 2, Remembering()).steps({}, NOW))
 
 

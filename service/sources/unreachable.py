@@ -1,0 +1,78 @@
+"""Why a server cannot be asked, in words, and what helps."""
+
+import re
+import socket
+import ssl
+from http import HTTPStatus
+
+LOCATION = "location in the building file"
+REFUSED = f"check that the server runs, and the host and port of {LOCATION}"
+HELPS = {
+    HTTPStatus.UNAUTHORIZED: f"the user name or the password is missing or wrong; correct it in {LOCATION}",
+    HTTPStatus.FORBIDDEN: f"the server denies access; ask its operator, or correct {LOCATION}",
+    HTTPStatus.NOT_FOUND: f"nothing is served at this path; correct {LOCATION}",
+    HTTPStatus.PROXY_AUTHENTICATION_REQUIRED: "the proxy between here and there needs a password; ask its operator",
+}
+"""What helps against an answer that will not change by itself."""
+TITLE = re.compile(rb"<title[^>]*>(.*?)</title>", re.IGNORECASE | re.DOTALL)
+
+
+def unreachable(error: BaseException) -> tuple[str, str]:
+    """What the server does (`cannot be reached: ...`) and what helps, by the error of the system behind an error."""
+    for cause in _causes(error):
+        if isinstance(cause, ssl.SSLError):
+            found, helps = _tls(cause)
+            return f"cannot be reached: {found}", helps
+        if isinstance(cause, socket.gaierror):
+            return (
+                "cannot be reached: its name is not known",
+                f"check {LOCATION}, and the name server (DNS)",
+            )
+        if isinstance(cause, ConnectionRefusedError):
+            return "cannot be reached: the connection is refused, as no server listens at this port", REFUSED
+        if isinstance(cause, ConnectionResetError):
+            return "broke off its answer", REFUSED
+        if isinstance(cause, OSError) and cause.strerror:
+            return f"cannot be reached: the network says {cause.strerror!r}", REFUSED
+    return f"broke off its answer ({str(error) or type(error).__name__})", "it is tried again at the next look"
+
+
+def refusal(status: int, reason: str) -> str:
+    """`answered 401 Unauthorized; ...` with what helps."""
+    helps = HELPS.get(HTTPStatus(status) if status in set(HTTPStatus) else HTTPStatus.OK)
+    return f"answered {status} {reason}; {helps or f'correct {LOCATION}'}"
+
+
+def is_page(body: bytes) -> bool:
+    """Whether a server that asks for a login, or is under maintenance, has answered in place of the data."""
+    return body[:256].lstrip().lower().startswith((b"<!doctype html", b"<html"))
+
+
+def titled(page: bytes) -> str:
+    """`an HTML page ('Log in')`, of the beginning of one."""
+    title = TITLE.search(page[:4096])
+    named = " ".join(title[1].decode(errors="replace").split())[:100] if title else ""
+    return f"an HTML page ({named!r})" if named else "an HTML page without a title"
+
+
+def _tls(error: ssl.SSLError) -> tuple[str, str]:
+    if isinstance(error, ssl.SSLCertVerificationError):
+        return (
+            f"its TLS certificate is not trusted ({error.verify_message.rstrip('.')})",
+            f"give the server a certificate for this host that is trusted here, or correct {LOCATION}",
+        )
+    if error.reason in ("WRONG_VERSION_NUMBER", "RECORD_LAYER_FAILURE", "HTTP_REQUEST"):
+        return (
+            "it does not speak TLS at this port",
+            f"http:// in place of https://, or another port, in {LOCATION} helps",
+        )
+    return f"TLS failed ({error.reason or error})", f"check that https:// and the port of {LOCATION} are right"
+
+
+def _causes(error: BaseException | None) -> list[BaseException]:
+    """An error and those that it comes from, the innermost first."""
+    found: list[BaseException] = []
+    while error is not None and error not in found:
+        found.append(error)
+        error = error.__cause__ or error.__context__
+    return found[::-1]
