@@ -75,7 +75,7 @@ def trial(plan: Plan, seed: int) -> Trial:
     last = max(n for n, value in enumerate(healthy.values) if value.is_reference) + HEALTHY
     strength = {name: evidence_of_loss(one) for name, one in changed.items()}
     return Trial(
-        healthy=frozenset(one.rule for one in healthy.alarms if one.is_firing and one.raised <= last),
+        healthy=frozenset(one.rule for one in healthy.alarms if one.is_sure and one.raised <= last),
         found={name: events_until(losses(alarms), onset) for name, alarms in told.items()},
         repair=events_until(recoveries(told["8 %"]), onset + REPAIRED),
         is_covered=is_covered(losses(told["5 %"]), onset, -0.05),
@@ -123,11 +123,11 @@ def told_of(healthy: Monitoring, changed: Judged) -> tuple[Alarm, ...]:
 
 
 def losses(alarms: Sequence[Alarm]) -> list[Alarm]:
-    return [one for one in alarms if one.is_firing and one.drift < 0]
+    return [one for one in alarms if one.is_sure and one.drift < 0]
 
 
 def recoveries(alarms: Sequence[Alarm]) -> list[Alarm]:
-    return [one for one in alarms if one.is_firing and one.drift > 0]
+    return [one for one in alarms if one.is_sure and one.drift > 0]
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,7 +156,7 @@ def trial_together(plan: Plan, seed: int) -> Together:
     }
     last = FIRST_REFERENCE + HEALTHY
     return Together(
-        any(alarm.is_firing and alarm.raised <= last for alarm in alarms_together(one, other)),
+        any(alarm.is_sure and alarm.raised <= last for alarm in alarms_together(one, other)),
         {name: events_until(losses(alarms), onset) for name, alarms in told.items()},
     )
 

@@ -9,7 +9,7 @@ class Alarm:
 
     rule: str
     """`sudden`, `slow`, `recovery` or `within` (damage within one event)."""
-    is_firing: bool
+    is_sure: bool
     """False while evidence gathers."""
     onset: int
     """Event with which the change most likely began."""

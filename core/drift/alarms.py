@@ -38,7 +38,7 @@ class Crossing:
     first: int
     """Of the events whose evidence raised it."""
     raised: int
-    is_firing: bool
+    is_sure: bool
 
 
 def alarms(known: Quantity, baseline: Baseline, judged: Judged) -> tuple[Alarm, ...]:
@@ -53,7 +53,7 @@ def alarms(known: Quantity, baseline: Baseline, judged: Judged) -> tuple[Alarm, 
             break
         crossing = _located(crossing, left.innovations(LOCATING_CLIP), looked_for, start)
         crossings.append((crossing, white))
-        if not crossing.is_firing:
+        if not crossing.is_sure:
             break
         left = replace(left, covariance=left.covariance + _nuisance(crossing, judged.deviation.size, baseline))
         start = crossing.raised + 1
@@ -95,7 +95,7 @@ def _alarm_within(lost: Change, when: Dated, baseline: Baseline) -> Alarm:
     drift, low, high = (relative(value, baseline) for value in (lost.size, lost.low, lost.high))
     return Alarm(
         rule=WITHIN,
-        is_firing=True,
+        is_sure=True,
         onset=when.event,
         raised=when.event,
         events=(when.event,),
@@ -116,13 +116,13 @@ def _crossing(white: Innovations, looked_for: Sequence[Rule], start: int) -> Cro
         now = min(reached)
         rule, excess = max(found, key=lambda pair: float(pair[1][now].max()))
         onset = int(excess[now].argmax())
-        return Crossing(rule, onset, onset, now, is_firing=True)
+        return Crossing(rule, onset, onset, now, is_sure=True)
     last = [(rule, gathering(white, rule, start) - rule.threshold) for rule in looked_for]
     rule, gathered = max(last, key=lambda pair: float(pair[1].max()))
     if gathered.max() < GATHERING:
         return None
     onset = int(gathered.argmax())
-    return Crossing(rule, onset, onset, white.raw.size - 1, is_firing=False)
+    return Crossing(rule, onset, onset, white.raw.size - 1, is_sure=False)
 
 
 def _located(crossing: Crossing, white: Innovations, looked_for: Sequence[Rule], start: int) -> Crossing:
@@ -132,7 +132,7 @@ def _located(crossing: Crossing, white: Innovations, looked_for: Sequence[Rule],
     """
     seen = min(white.raw.size - 1, crossing.raised + HINDSIGHT)
     likely: list[tuple[Rule, Vector]] = [(crossing.rule, gathering(white, crossing.rule, start))]
-    if crossing.is_firing:
+    if crossing.is_sure:
         alike = [rule for rule in looked_for if rule.sense == crossing.rule.sense]
         likely = [(rule, strengths(white, rule, start)[seen, : crossing.raised + 1]) for rule in alike]
     rule, strength = max(likely, key=lambda pair: float(pair[1].max()))
@@ -159,7 +159,7 @@ def _alarm(crossing: Crossing, white: Innovations, end: int, baseline: Baseline,
     drift, low, high = (relative(float(pattern[-1]) * value, baseline) for value in (size.size, size.low, size.high))
     return Alarm(
         rule=crossing.rule.name,
-        is_firing=crossing.is_firing,
+        is_sure=crossing.is_sure,
         onset=dated[crossing.onset].event,
         raised=dated[crossing.raised].event,
         events=tuple(one.event for one in dated[min(crossing.first, crossing.onset) : crossing.raised + 1]),

@@ -38,7 +38,7 @@ def causes_of_events(
     every = []
     for n, (when, deviation, note) in enumerate(zip(dated, found, notes, strict=True)):
         recent = [m for m in largest if m < n and when.time - dated[m].time <= RECOVERY]
-        causes = [finding.message for finding in note.inhibiting]
+        causes = [finding.message for finding in note.excluding]
         causes += [BEYOND] if deviation.is_beyond else []
         causes += [TEMPERATURE] if is_cold[n] else []
         causes += [SCRAGGING] if n in largest else [AFTER_SCRAGGING] if recent else []

@@ -24,7 +24,7 @@ class EventNotes:
     """Of the sensors that the series is measured with. Any but a note keeps the event's value out of every rule."""
 
     @property
-    def inhibiting(self) -> tuple[Finding, ...]:
+    def excluding(self) -> tuple[Finding, ...]:
         """Those for which the event's value is not trusted."""
         return tuple(finding for finding in self.sensor_findings if finding.severity != "note")
 
@@ -45,7 +45,7 @@ class EventValue:
     is_reference: bool
     is_beyond: bool
     """Whether all its amplitudes lie outside what the baseline has seen: it takes part in no rule."""
-    is_inhibited: bool
+    is_excluded: bool
     """Whether a sensor finding keeps it out of every rule."""
     causes: tuple[str, ...]
     """What else than a change of the building could explain a deviation, for people."""

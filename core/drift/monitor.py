@@ -86,7 +86,7 @@ def _healthy(dated: Sequence[Dated], noted: Sequence[EventNotes], reference: Ref
         for n, (one, note) in enumerate(zip(dated, noted, strict=True))
         if (reference.start is None or one.time >= reference.start)
         and (reference.end is None or one.time <= reference.end)
-        and not note.inhibiting
+        and not note.excluding
     ]
 
 
@@ -153,7 +153,7 @@ def _values(
             count=one.count,
             is_reference=when.event in reference,
             is_beyond=one.is_beyond,
-            is_inhibited=bool(note.inhibiting),
+            is_excluded=bool(note.excluding),
             causes=cause,
         )
         for when, one, error, note, cause in zip(dated, found, std, noted, causes, strict=True)
@@ -163,4 +163,4 @@ def _values(
 def _comparable(values: Sequence[EventValue], baseline: Baseline) -> list[int]:
     """Those after the reference that can be compared with it."""
     last = max(n for n, one in enumerate(values) if one.is_reference)
-    return [n for n, one in enumerate(values) if n > last and not one.is_beyond and not one.is_inhibited]
+    return [n for n, one in enumerate(values) if n > last and not one.is_beyond and not one.is_excluded]

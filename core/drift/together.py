@@ -94,7 +94,7 @@ def _mean_value(one: EventValue, other: EventValue, common: float, known: Quanti
         count=one.count + other.count,
         is_reference=one.is_reference or other.is_reference,
         is_beyond=one.is_beyond or other.is_beyond,
-        is_inhibited=one.is_inhibited or other.is_inhibited,
+        is_excluded=one.is_excluded or other.is_excluded,
         causes=tuple(dict.fromkeys((*one.causes, *other.causes))),
     )
 

@@ -19,7 +19,7 @@ from service.queries import alerts
 
 
 def tell_of_alert(session: Session, alert: Alert, now: datetime) -> None:
-    """Tell people that an alert fires, and when it is over; one that was over before they were told is not told."""
+    """Tell people that an alert is active, and when it is over; one that was over before they were told is not told."""
     zone = ZoneInfo(buildings.described(session, alert.building).timezone)
     facts = alert_facts(alert, alerts.silences(session, alert.building_id), zone, now)
     was_told = bool(alerts.messages(session, alert.building_id, key(alert.id)))

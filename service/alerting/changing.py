@@ -25,8 +25,8 @@ def follow_act(alert: Alert, act: Act | None) -> None:
 def change(alert: Alert, state: str, by: str | None, note: str, now: datetime) -> None:
     """Bring an alert into a state, and keep why, by whom and on which evidence."""
     alert.state = state
-    if state in STANDING and alert.fired_at is None:
-        alert.fired_at = now
+    if state in STANDING and alert.activated_at is None:
+        alert.activated_at = now
     if state in CLOSED:
         alert.closed_at = now
     alert.changes.append(

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 from service.alerting.acts import Act, latest
 from service.alerting.found import Found
-from service.alerting.inhibition import inhibitor
-from service.alerting.states import ACKNOWLEDGED, FIRING, INHIBITED, PENDING, RESOLVED, WITHDRAWN
+from service.alerting.holding import holder
+from service.alerting.states import ACKNOWLEDGED, ACTIVE, ON_HOLD, PENDING, RESOLVED, WITHDRAWN
 
 NO_LONGER = "It is no longer found."
 GONE = "The evidence that was gathering is gone."
@@ -22,7 +22,7 @@ class Standing:
 
     cause: str
     kind: str
-    has_fired: bool
+    was_active: bool
     is_revised: bool
     """Whether there are data of its events that were not there when it was found last."""
 
@@ -35,7 +35,7 @@ class Verdict:
     state: str
     found: Found | None
     """None of an alert that ends because it is not found."""
-    inhibited_by: str | None = None
+    held_by: str | None = None
     note: str = ""
     """Why it is so, where its finding does not say that."""
     act: Act | None = None
@@ -61,14 +61,14 @@ def decide(found: Sequence[Found], standing: Sequence[Standing], acts: Sequence[
 
 
 def _found(one: Found, live: Sequence[Found], before: Standing | None, acts: Sequence[Act]) -> Iterator[Verdict]:
-    if not one.is_firing:
+    if not one.is_sure:
         if before is None or not _stays(before):
             yield Verdict(one.cause, PENDING, one)
-    elif (by := inhibitor(one, live)) is not None:
-        yield Verdict(one.cause, INHIBITED, one, by.cause, f"Held back by {by.cause}: {by.summary}.")
+    elif (by := holder(one, live)) is not None:
+        yield Verdict(one.cause, ON_HOLD, one, by.cause, f"Held back by {by.cause}: {by.summary}.")
     else:
         act = latest(acts, one, ends=False)
-        yield Verdict(one.cause, FIRING if act is None else ACKNOWLEDGED, one, act=act)
+        yield Verdict(one.cause, ACTIVE if act is None else ACKNOWLEDGED, one, act=act)
 
 
 def _inspected(found: Sequence[Found], answered: dict[str, Act | None]) -> Iterator[Verdict]:
@@ -84,7 +84,7 @@ def _not_found(standing: Sequence[Standing], causes: Collection[str]) -> Iterato
     for one in standing:
         if one.cause in causes or _stays(one):
             continue
-        if not one.has_fired:
+        if not one.was_active:
             yield Verdict(one.cause, WITHDRAWN, None, note=GONE)
         elif one.kind != "data" and one.is_revised:
             yield Verdict(one.cause, WITHDRAWN, None, note=REVISED)
@@ -94,4 +94,4 @@ def _not_found(standing: Sequence[Standing], causes: Collection[str]) -> Iterato
 
 def _stays(one: Standing) -> bool:
     """Deterioration never resolves by itself: only an inspection ends it, or data that show that it never was."""
-    return one.kind == "deterioration" and one.has_fired and not one.is_revised
+    return one.kind == "deterioration" and one.was_active and not one.is_revised

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import Any
 
-from service.alerting.states import CLOSED, INHIBITED, STANDING
+from service.alerting.states import CLOSED, ON_HOLD, STANDING
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,7 +44,7 @@ class AlertFacts:
     @property
     def is_held_back(self) -> bool:
         """Whether a sensor may explain it."""
-        return self.state == INHIBITED
+        return self.state == ON_HOLD
 
     @property
     def has_ended(self) -> bool:

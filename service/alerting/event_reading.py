@@ -123,7 +123,7 @@ def _is_told_elsewhere(alert: Alert, now: Telling, event_id: int, here: Collecti
 
 def _told_by(alert: Alert) -> str | None:
     """Cause of the alert that tells the same, if one holds it back for that."""
-    by = alert.inhibited_by
+    by = alert.held_by
     return by if by is not None and overlap(by, alert.cause) else None
 
 

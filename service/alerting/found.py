@@ -23,7 +23,7 @@ class Found:
     cause: str
     """What it is about: `stiffness/x`, `frequency/x/1`, `gain/XX.DEMO.01.HNX`, `model/x`, `source`, `disk`, ..."""
     kind: Kind
-    is_firing: bool
+    is_sure: bool
     """Whether there is evidence enough to tell people; else it is still gathering."""
     began_at: datetime
     """Since when it is so: the start of the first event that shows it, or what the clock says."""

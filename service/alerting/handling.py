@@ -7,7 +7,7 @@ from sqlalchemy.orm import Session
 from service import reference_periods
 from service.alerting.acts import OUTCOMES, Act, Outcome
 from service.alerting.changing import change, follow_act
-from service.alerting.states import ACKNOWLEDGED, FIRING, MEANINGS
+from service.alerting.states import ACKNOWLEDGED, ACTIVE, MEANINGS, NAMES
 from service.alerting.words import quantity_of, sensor_of
 from service.database import Alert, Building, Inspection, Silence
 from service.errors import ConflictError
@@ -17,14 +17,14 @@ def acknowledge(session: Session, alert: Alert, by: str, note: str, now: datetim
     """Take an alert on: others see who looks after it. One that somebody has taken on stays theirs.
 
     Raises:
-        ConflictError: it does not fire.
+        ConflictError: it is not active.
     """
     _held(session, alert)
     if alert.state == ACKNOWLEDGED:
         return
-    if alert.state != FIRING:
+    if alert.state != ACTIVE:
         raise ConflictError(
-            f"Alert {alert.id} is {alert.state}: {MEANINGS[alert.state]}; only one that fires is taken on."
+            f"Alert {alert.id} is {NAMES[alert.state]}: {MEANINGS[alert.state]}; only an active one is acknowledged."
         )
     follow_act(alert, Act(alert.cause, now, by, note, ends=False, evidence=alert.evidence))
     change(alert, ACKNOWLEDGED, by, note, now)

@@ -63,7 +63,7 @@ def _standing(session: Session, alert: Alert) -> Standing:
     return Standing(
         cause=alert.cause,
         kind=alert.kind,
-        has_fired=alert.fired_at is not None,
+        was_active=alert.activated_at is not None,
         is_revised=alerts.has_newer_results(session, alert),
     )
 
@@ -77,6 +77,6 @@ def _apply(session: Session, building_id: int, alert: Alert | None, verdict: Ver
     if verdict.found is not None:
         follow(alert, verdict.found, now)
         follow_act(alert, verdict.act)
-    if (alert.state, alert.inhibited_by) != (verdict.state, verdict.inhibited_by):
-        alert.inhibited_by = verdict.inhibited_by
+    if (alert.state, alert.held_by) != (verdict.state, verdict.held_by):
+        alert.held_by = verdict.held_by
         change(alert, verdict.state, None, verdict.note or alert.summary, now)

@@ -10,7 +10,7 @@ from service import buildings, receivers
 from service.alerting import alert_messages, reminding
 from service.alerting.event_reading import GRAVITY, alert_facts, gravity
 from service.alerting.reminding import Untaken
-from service.alerting.states import FIRING
+from service.alerting.states import ACTIVE
 from service.alerting.telling import tellings
 from service.database import Building
 from service.notices import outbox
@@ -51,5 +51,5 @@ def _untaken(session: Session, building_id: int, zone: ZoneInfo, now: datetime) 
         key, facts = alert_messages.thread(session, one, told), alert_facts(one, silences, zone, now)
         messages = alerts.messages(session, building_id, key)
         was_told = bool(messages) and (one.raised_event_id is None or one.id in told)
-        if one.state == FIRING and one.fired_at is not None and facts.is_news and was_told:
-            yield key, Untaken(facts=facts, fired_at=one.fired_at, told_at=messages[-1].created_at)
+        if one.state == ACTIVE and one.activated_at is not None and facts.is_news and was_told:
+            yield key, Untaken(facts=facts, activated_at=one.activated_at, told_at=messages[-1].created_at)

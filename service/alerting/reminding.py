@@ -7,6 +7,7 @@ from zoneinfo import ZoneInfo
 
 from service.alerting.event_facts import AlertFacts
 from service.alerting.event_notice import GRAVEST, SEVERITIES
+from service.alerting.states import NAMES
 from service.alerting.words import of_cause, of_duration, of_time
 from service.notices.notice import Notice
 
@@ -18,10 +19,10 @@ APART = timedelta(days=1)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Untaken:
-    """An alert that fires, that people were told of and that nobody has taken on."""
+    """An active alert that people were told of and that has not been acknowledged."""
 
     facts: AlertFacts
-    fired_at: datetime
+    activated_at: datetime
     told_at: datetime
     """When people were told of it last."""
 
@@ -56,12 +57,17 @@ def reminder(
         subject=f"Nobody has taken it on yet: {first.summary}{more}",
         sentences=(
             f"This is a reminder of what was told of {name}, still holds, and nobody has taken on.",
-            *(f"{one.facts.summary}. It fires since {of_time(one.fired_at.astimezone(zone))}." for one in untaken),
+            *(
+                f"{one.facts.summary}. It has been active since {of_time(one.activated_at.astimezone(zone))}."
+                for one in untaken
+            ),
             "To take it on, open its page and acknowledge it with a note on what you do about it; or end it there by "
             "what was found at the building. Who may not do so asks an engineer of the service.",
             f"Until then you are reminded every {of_duration(max(interval, APART))}; a silence holds that back.",
         ),
-        facts=tuple((f"Alert {one.facts.id}", f"{of_cause(one.facts.cause)}: {one.facts.state}") for one in untaken),
+        facts=tuple(
+            (f"Alert {one.facts.id}", f"{of_cause(one.facts.cause)}: {NAMES[one.facts.state]}") for one in untaken
+        ),
         link=f"/alerts/{first.id}" if len(untaken) == 1 else f"/buildings/{code}/alerts",
         data={"building": code, "alerts": [_data(one) for one in untaken]},
     )
@@ -74,7 +80,7 @@ def _data(one: Untaken) -> dict[str, object]:
         "cause": facts.cause,
         "kind": facts.kind,
         "state": facts.state,
-        "fired_at": one.fired_at.astimezone(UTC).isoformat(),
+        "activated_at": one.activated_at.astimezone(UTC).isoformat(),
         "evidence": dict(facts.evidence),
         "summary": facts.summary,
     }

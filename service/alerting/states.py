@@ -2,17 +2,19 @@
 
 from collections.abc import Mapping
 
-PENDING, INHIBITED, FIRING, ACKNOWLEDGED = "pending", "inhibited", "firing", "acknowledged"
+PENDING, ON_HOLD, ACTIVE, ACKNOWLEDGED = "pending", "on_hold", "active", "acknowledged"
 RESOLVED, WITHDRAWN = "resolved", "withdrawn"
 
 MEANINGS: Mapping[str, str] = {
-    PENDING: "evidence is gathering; nobody is told yet",
-    INHIBITED: "there is evidence, but a sensor that measures wrongly may explain it; it fires when that is settled",
-    FIRING: "there is evidence enough, and people are told",
-    ACKNOWLEDGED: "somebody has taken it on",
-    RESOLVED: "settled: by an inspection, or because it is no longer so",
-    WITHDRAWN: "it was never so, as better data or a review showed",
+    PENDING: "evidence is gathering; no message is sent yet",
+    ON_HOLD: "another alert may explain it; it becomes active if the evidence remains once that one has ended",
+    ACTIVE: "there is enough evidence, and messages are sent",
+    ACKNOWLEDGED: "a person is looking after it",
+    RESOLVED: "settled, by an inspection or because it is no longer so",
+    WITHDRAWN: "it never was so, as better data or a review showed",
 }
-STANDING = frozenset({FIRING, ACKNOWLEDGED})
+NAMES: Mapping[str, str] = {state: state.replace("_", " ") for state in MEANINGS} | {PENDING: "under review"}
+"""As people read them."""
+STANDING = frozenset({ACTIVE, ACKNOWLEDGED})
 """States of what people were told and that is not settled."""
 CLOSED = frozenset({RESOLVED, WITHDRAWN})

@@ -204,7 +204,7 @@ def _found(
     return Found(
         cause=cause,
         kind="data",
-        is_firing=True,
+        is_sure=True,
         began_at=began_at,
         raised_at=raised_at,
         channels=channels,

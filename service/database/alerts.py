@@ -33,19 +33,19 @@ class Alert(Base):
     onset_event_id: Mapped[int | None] = mapped_column(ForeignKey("event.id"))
     """First event that shows it; None of what goes by the clock."""
     raised_event_id: Mapped[int | None] = mapped_column(ForeignKey("event.id"), index=True)
-    """Event whose result made it fire, and whose message tells of it."""
+    """Event whose result made it active, and whose message reports it."""
     event_ids: Mapped[list[int]]
     """Events that triggered it."""
     channels: Mapped[list[str]]
     evidence: Mapped[dict[str, Any]]
     summary: Mapped[str] = mapped_column(Text)
     sentences: Mapped[list[str]]
-    inhibited_by: Mapped[str | None]
-    """Cause of the alert that may explain it, and holds it back as long as it stands."""
+    held_by: Mapped[str | None]
+    """Cause of the alert that may explain it: it is on hold while that one is open."""
     opened_at: Mapped[datetime]
     updated_at: Mapped[datetime]
     """When its evidence was found last."""
-    fired_at: Mapped[datetime | None]
+    activated_at: Mapped[datetime | None]
     acknowledged_at: Mapped[datetime | None]
     acknowledged_by: Mapped[str | None]
     acknowledgement: Mapped[str | None] = mapped_column(Text)

@@ -72,7 +72,7 @@ class DriftValue(Base):
     """Observations it is from."""
     is_reference: Mapped[bool]
     is_beyond: Mapped[bool]
-    is_inhibited: Mapped[bool]
+    is_excluded: Mapped[bool]
     causes: Mapped[list[str]]
     series: Mapped[WatchedSeries] = relationship(back_populates="values")
     event: Mapped[Event] = relationship()
@@ -85,7 +85,7 @@ class DriftAlarm(Base):
     id: Mapped[int] = mapped_column(primary_key=True)
     series_id: Mapped[int] = mapped_column(ForeignKey("watched_series.id"), index=True)
     rule: Mapped[str]
-    is_firing: Mapped[bool]
+    is_sure: Mapped[bool]
     onset_event_id: Mapped[int] = mapped_column(ForeignKey("event.id"), index=True)
     raised_event_id: Mapped[int] = mapped_column(ForeignKey("event.id"), index=True)
     event_ids: Mapped[list[int]]

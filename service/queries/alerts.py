@@ -131,7 +131,7 @@ def of_numbers(session: Session, numbers: Collection[int]) -> Sequence[Alert]:
 
 def standing_at(session: Session, building_id: int, at: datetime) -> Sequence[Alert]:
     """Alerts that events of the building had raised and that stood at that time, by number."""
-    stood = (Alert.fired_at <= at, or_(Alert.closed_at.is_(None), Alert.closed_at > at))
+    stood = (Alert.activated_at <= at, or_(Alert.closed_at.is_(None), Alert.closed_at > at))
     question = select(Alert).where(Alert.building_id == building_id, Alert.raised_event_id.is_not(None), *stood)
     return session.scalars(question.order_by(Alert.id)).all()
 
@@ -139,7 +139,7 @@ def standing_at(session: Session, building_id: int, at: datetime) -> Sequence[Al
 def held_back(session: Session, building_id: int) -> Sequence[tuple[Alert, Alert]]:
     """Alerts that are held back, each with the one that does so, by number."""
     by = aliased(Alert)
-    same = (by.building_id == Alert.building_id) & (by.cause == Alert.inhibited_by) & by.closed_at.is_(None)
+    same = (by.building_id == Alert.building_id) & (by.cause == Alert.held_by) & by.closed_at.is_(None)
     question = select(Alert, by).join(by, same).where(Alert.building_id == building_id, Alert.closed_at.is_(None))
     return [(held, holding) for held, holding in session.execute(question.order_by(Alert.id))]
 
@@ -147,7 +147,7 @@ def held_back(session: Session, building_id: int) -> Sequence[tuple[Alert, Alert
 def is_compared(session: Session, event_id: int) -> bool:
     """Whether the isolators' stiffness in an event was held against that of earlier ones."""
     of_event = (DriftValue.event_id == event_id, WatchedSeries.quantity == "stiffness")
-    usable = (DriftValue.is_reference.is_(False), DriftValue.is_beyond.is_(False), DriftValue.is_inhibited.is_(False))
+    usable = (DriftValue.is_reference.is_(False), DriftValue.is_beyond.is_(False), DriftValue.is_excluded.is_(False))
     question = select(DriftValue.id).join(DriftValue.series).where(*of_event, *usable).limit(1)
     return session.scalar(question) is not None
 
@@ -191,6 +191,6 @@ def events_to_tell(session: Session, building_id: int, since: datetime) -> Seque
 
 
 def alerts_without_event(session: Session, building_id: int) -> Sequence[Alert]:
-    """Alerts that fired and that no event raised: they go by the clock; ended ones too, by number."""
-    question = select(Alert).where(Alert.building_id == building_id, Alert.fired_at.is_not(None))
+    """Alerts that became active and that no event raised: they go by the clock; ended ones too, by number."""
+    question = select(Alert).where(Alert.building_id == building_id, Alert.activated_at.is_not(None))
     return session.scalars(question.where(Alert.raised_event_id.is_(None)).order_by(Alert.id)).all()

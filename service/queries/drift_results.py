@@ -39,7 +39,7 @@ def values(
     limit: int,
 ) -> Sequence[Line]:
     """Every event's value in these series, the earliest event first; the last column is the value's id."""
-    of_value = ("value", "std", "count", "is_reference", "is_beyond", "is_inhibited", "causes")
+    of_value = ("value", "std", "count", "is_reference", "is_beyond", "is_excluded", "causes")
     question: Question = (
         select(
             Event.id.label("event"),

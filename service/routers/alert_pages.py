@@ -12,7 +12,7 @@ from starlette.responses import RedirectResponse
 
 from service.access.auth import Caller, Role
 from service.alerting import handling
-from service.alerting.states import MEANINGS
+from service.alerting.states import MEANINGS, NAMES
 from service.alerting.words import of_cause, of_time
 from service.buildings import described
 from service.database import Alert, Building, DirectionResult
@@ -127,7 +127,12 @@ def end(silence_id: SilenceId, sessions: Writing, by: By) -> Response:
 def _words(session: Session, building: Building) -> dict[str, Any]:
     """How a page of the building tells times, causes and states."""
     zone = ZoneInfo(described(session, building).timezone)
-    return {"when": lambda moment: of_time(moment.astimezone(zone)), "about": of_cause, "meanings": MEANINGS}
+    return {
+        "when": lambda moment: of_time(moment.astimezone(zone)),
+        "about": of_cause,
+        "meanings": MEANINGS,
+        "names": NAMES,
+    }
 
 
 def _results(session: Session, alert: Alert) -> list[DirectionResult]:

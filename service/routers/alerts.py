@@ -32,7 +32,7 @@ AnyBuilding = Annotated[
     str | None, Query(description="Only of the building of this code.", pattern=r"^[A-Za-z0-9_-]{1,32}$")
 ]
 AnyState = Annotated[
-    Literal["open", "pending", "inhibited", "firing", "acknowledged", "resolved", "withdrawn"] | None,
+    Literal["open", "pending", "on_hold", "active", "acknowledged", "resolved", "withdrawn"] | None,
     Query(description="Only alerts in this state; `open`: those that have not ended."),
 ]
 AnyKind = Annotated[

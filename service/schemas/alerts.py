@@ -25,13 +25,13 @@ class AlertRow(Answer):
     cause: str = Field(description="What it is about, such as `stiffness/x` or `source`.")
     kind: str = Field(description="`deterioration`, `recovery`, `sensor`, `model` or `data`.")
     state: str = Field(
-        description="`pending`, `inhibited` (a sensor may explain it), `firing`, `acknowledged`, `resolved` or "
-        "`withdrawn` (it never was so)."
+        description="`pending` (under review), `on_hold` (another alert may explain it), `active`, `acknowledged`, "
+        "`resolved` or `withdrawn` (it never was so)."
     )
     summary: str = Field(description="One line for somebody who is no engineer.")
     began_at: datetime = Field(description="Since when it is so.")
     opened_at: datetime = Field(description="When it was found first.")
-    fired_at: datetime | None = Field(description="When there was evidence enough; null before.")
+    activated_at: datetime | None = Field(description="When there was evidence enough; null before.")
     acknowledged_at: datetime | None = Field(description="When somebody took it on; null before.")
     acknowledged_by: str | None = Field(description="Who took it on; null before.")
     closed_at: datetime | None = Field(description="When it was resolved or withdrawn; null while it is open.")
@@ -93,7 +93,7 @@ class AlertOut(AlertRow):
     )
     events: list[int] = Field(description="Numbers of the events that triggered it.")
     channels: list[str] = Field(description="Channels that it was found with.")
-    inhibited_by: str | None = Field(description="Cause of the alert that holds it back; null where none does.")
+    held_by: str | None = Field(description="Cause of the alert that holds it back; null where none does.")
     acknowledgement: str | None = Field(description="Note of who took it on; null before.")
     silenced_until: datetime | None = Field(description="Until when nobody is told of it; null where people are.")
     changes: list[ChangeOut] = Field(description="Every change of its state, the earliest first.")

@@ -44,7 +44,7 @@ class SeriesRow(Answer):
     latest_event: int | None = Field(description="Number of the latest event that has a value; null where none has.")
     latest_value: Number | None = Field(description="Its value, see the drift history; null where there is none.")
     latest_std: Number | None = Field(description="Standard deviation of it; null where there is none.")
-    alarms: int = Field(description="Alarms that fire.")
+    alarms: int = Field(description="Alarms that the rules are sure of.")
     monitored_at: datetime = Field(description="When that was computed.")
 
 
@@ -123,7 +123,7 @@ class DriftRow(Answer):
     count: int = Field(description="Observations it is from.")
     is_reference: bool = Field(description="Whether the event belongs to the reference.")
     is_beyond: bool = Field(description="Whether its amplitudes lie outside the reference's: no rule judges it.")
-    is_inhibited: bool = Field(description="Whether a sensor finding keeps it out of every rule.")
+    is_excluded: bool = Field(description="Whether a sensor finding keeps it out of every rule.")
     causes: list[str] = Field(description="What else could explain a deviation.")
 
 
@@ -141,7 +141,7 @@ class DriftAlarmRow(Answer):
     quantity: str = Field(description=QUANTITY)
     subject: str = Field(description=SUBJECT)
     rule: str = Field(description="`sudden`, `slow`, `recovery` or `within` (one event).")
-    is_firing: bool = Field(description="Whether the rule is sure; else evidence gathers.")
+    is_sure: bool = Field(description="Whether the rule is sure; else evidence gathers.")
     onset_event: int = Field(description="Number of the event with which the change most likely began.")
     onset_start: datetime = Field(description="Of that event.")
     raised_event: int = Field(description="Number of the event at which the rule was sure; else of the latest.")

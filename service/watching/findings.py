@@ -52,15 +52,15 @@ def _told(monitoring: Monitoring) -> Iterator[tuple[str, Kind, int]]:
     changes = [n for n, alarm in enumerate(alarms) if alarm.rule != RECOVERY]
     returns = [n for n, alarm in enumerate(alarms) if alarm.rule == RECOVERY]
     has_returned = bool(returns) and returns[-1] > max(changes, default=-1)
-    if changes and not (has_returned and kind != "deterioration" and alarms[returns[-1]].is_firing):
+    if changes and not (has_returned and kind != "deterioration" and alarms[returns[-1]].is_sure):
         yield cause, kind, _surest(alarms, changes)
     if has_returned and kind == "deterioration":
         yield f"{RECOVERED}/{cause}", "recovery", _surest(alarms, returns)
 
 
 def _surest(alarms: Sequence[Alarm], among: Sequence[int]) -> int:
-    """The last that fires, else the last."""
-    return next((n for n in reversed(among) if alarms[n].is_firing), among[-1])
+    """The last that is sure, else the last."""
+    return next((n for n in reversed(among) if alarms[n].is_sure), among[-1])
 
 
 def _found(
@@ -76,11 +76,11 @@ def _found(
     alarm, series = monitoring.alarms[number], monitoring.series
     began = starts[alarm.onset]
     told = explanations(shifts(every, began)) if series.quantity in EXPLAINED else ()
-    earlier = tuple(one for one in monitoring.alarms[:number] if one.is_firing)
+    earlier = tuple(one for one in monitoring.alarms[:number] if one.is_sure)
     return Found(
         cause=cause,
         kind=kind,
-        is_firing=alarm.is_firing,
+        is_sure=alarm.is_sure,
         began_at=began,
         raised_at=starts[alarm.raised],
         onset_event_id=alarm.onset,

@@ -178,7 +178,7 @@ def _value(value: EventValue) -> DriftValue:
         count=value.count,
         is_reference=value.is_reference,
         is_beyond=value.is_beyond,
-        is_inhibited=value.is_inhibited,
+        is_excluded=value.is_excluded,
         causes=list(value.causes),
     )
 
@@ -186,7 +186,7 @@ def _value(value: EventValue) -> DriftValue:
 def _alarm(alarm: Alarm) -> DriftAlarm:
     return DriftAlarm(
         rule=alarm.rule,
-        is_firing=alarm.is_firing,
+        is_sure=alarm.is_sure,
         onset_event_id=alarm.onset,
         raised_event_id=alarm.raised,
         event_ids=list(alarm.events),

@@ -28,7 +28,7 @@ def whole(session: Session, found: Alert, now: datetime) -> AlertOut:
         onset_event=found.onset_event_id,
         events=found.event_ids,
         channels=found.channels,
-        inhibited_by=found.inhibited_by,
+        held_by=found.held_by,
         acknowledgement=found.acknowledgement,
         silenced_until=silence.ends_at if silence else None,
         changes=[ChangeOut.model_validate(change) for change in found.changes],

@@ -36,7 +36,7 @@ def inspect(
     if handling.inspect(session, alert, by, outcome, note, reference_from, now) is None:
         return
     if alert.kind != "data":
-        jobs.enqueue_watch(session, alert.building_id, by, now)  # what it held back may fire now
+        jobs.enqueue_watch(session, alert.building_id, by, now)  # what was on hold for it may become active now
     session.flush()
     tell(session, alert.building_id, message_age, now)
 

@@ -29,7 +29,7 @@ def series_rows(session: Session, building_id: int) -> list[SeriesRow]:
             latest_event=None if last is None else last.event_id,
             latest_value=None if last is None else last.value,
             latest_std=None if last is None else last.std,
-            alarms=sum(alarm.is_firing for alarm in series.alarms),
+            alarms=sum(alarm.is_sure for alarm in series.alarms),
             monitored_at=series.created_at,
         )
         for series in drift_results.every_series(session, building_id)
@@ -93,7 +93,7 @@ def _alarm_row(alarm: DriftAlarm) -> DriftAlarmRow:
         quantity=alarm.series.quantity,
         subject=alarm.series.subject,
         rule=alarm.rule,
-        is_firing=alarm.is_firing,
+        is_sure=alarm.is_sure,
         onset_event=alarm.onset_event_id,
         onset_start=alarm.onset.start,
         raised_event=alarm.raised_event_id,

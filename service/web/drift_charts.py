@@ -135,12 +135,12 @@ def _value_row(row: DriftRow, scale: float) -> dict[str, Any]:
         "low": (row.value - row.std) * scale,
         "high": (row.value + row.std) * scale,
         "shade": OLDER if row.is_reference else BLUE,
-        "is_judged": not (row.is_beyond or row.is_inhibited),
+        "is_judged": not (row.is_beyond or row.is_excluded),
     }
 
 
 def _alarm_row(alarm: DriftAlarmRow, end: float, scale: float, unit: str) -> dict[str, Any]:
-    sure = "" if alarm.is_firing else ", not yet sure"
+    sure = "" if alarm.is_sure else ", not yet sure"
     return {
         "start": alarm.onset_start.timestamp() * 1e3,
         "end": end,

@@ -42,7 +42,7 @@ def test_the_loss_reaches_a_mail_server_and_a_program_and_is_told_as_new_once(tm
                 running.until(lambda wanted=wanted: _added(service, wanted))
             running.events(str(service.base_url).removesuffix("/api/v1/"), PAST, PATIENCE)
             running.until(lambda: box.mails and program.posted and _is_idle(service), PATIENCE)
-            [alert] = service.get("/alerts", params={"building": "DEMO", "state": "firing"}).json()["items"]
+            [alert] = service.get("/alerts", params={"building": "DEMO", "state": "active"}).json()["items"]
             link = f"{str(service.base_url).removesuffix('/api/v1/')}/alerts/{alert['id']}"
             interrupted(running)
             assert not left_over(running.process.pid)

@@ -57,7 +57,7 @@ def asking(database_url: str, code: str) -> Iterator[TestClient]:
 
 def test_alerts_are_listed_and_filtered(asking: TestClient, code: str) -> None:
     every = asking.get(ALERTS).json()["items"]
-    assert [(one["cause"], one["state"]) for one in every] == [("source", "firing"), ("stiffness/x", "firing")]
+    assert [(one["cause"], one["state"]) for one in every] == [("source", "active"), ("stiffness/x", "active")]
     assert {one["building"] for one in every} == {code}
     for query, causes in (
         (f"building={code}&kind=data", ["source"]),
@@ -75,7 +75,7 @@ def test_alerts_are_listed_and_filtered(asking: TestClient, code: str) -> None:
 def test_an_alert_tells_its_evidence_its_history_and_who_was_told(asking: TestClient) -> None:
     found = asking.get(f"{ALERTS}/1").json()
     assert found["evidence"]["drift"] == -0.08
-    assert [(one["state"], one["by"]) for one in found["changes"]] == [("firing", None)]
+    assert [(one["state"], one["by"]) for one in found["changes"]] == [("active", None)]
     assert [(one["receiver"], one["state"], one["sequence"]) for one in found["told"]] == [("office", "waiting", "new")]
     assert asking.get(f"{ALERTS}/99").status_code == 404
 
@@ -91,7 +91,7 @@ def test_an_alert_is_acknowledged_and_ended_by_an_inspection(
     for _ in range(2):
         ended = asking.post(f"{ALERTS}/1/inspect", json=wanted)
         assert ended.status_code == 200, ended.text
-    assert [one["state"] for one in ended.json()["changes"]] == ["firing", "acknowledged", "resolved"]
+    assert [one["state"] for one in ended.json()["changes"]] == ["active", "acknowledged", "resolved"]
     (inspection,) = ended.json()["inspections"]
     assert inspection["reference_from"] == "2024-01-05T00:00:00Z"
     with sessions.begin() as session:
@@ -168,4 +168,4 @@ def test_an_alert_of_another_cause_stays(asking: TestClient, sessions: sessionma
         reconcile(session, of.id, found, "events", NOW + DAY)
     with sessions() as session:
         states = {alert.cause: alert.state for alert in session.query(Alert)}
-    assert states == {"stiffness/x": "withdrawn", "stiffness/y": "firing", "source": "firing"}
+    assert states == {"stiffness/x": "withdrawn", "stiffness/y": "active", "source": "active"}

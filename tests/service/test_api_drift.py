@@ -99,7 +99,7 @@ def events_after_the_onset_lie_below(asking: httpx.Client) -> None:
 
 def the_alarm_says_how_much_and_since_when(asking: httpx.Client) -> None:
     (alarm,) = [one for one in asking.get(f"{PAPER}/drift-alarms").json()["items"] if one["quantity"] == "stiffness"]
-    assert (alarm["rule"], alarm["is_firing"]) == ("sudden", True)
+    assert (alarm["rule"], alarm["is_sure"]) == ("sudden", True)
     assert alarm["low"] < -LOSS < alarm["high"] < 0
     onset = f"{histories.start(ONSET):%Y-%m-%dT%H:%M:%SZ}"
     assert abs(ONSET - (int(alarm["onset_event"]) - 1)) <= 1, f"it began with the event of {onset}"

@@ -98,7 +98,7 @@ def open_alerts(session: Session, of: Building) -> set[tuple[object, ...]]:
     """What people see of the building's open alerts."""
     found = session.scalars(select(Alert).where(Alert.building_id == of.id, Alert.closed_at.is_(None)))
     return {
-        (one.cause, one.state, one.inhibited_by, one.acknowledged_by, one.summary, one.began_at, len(one.event_ids))
+        (one.cause, one.state, one.held_by, one.acknowledged_by, one.summary, one.began_at, len(one.event_ids))
         for one in found
     }
 

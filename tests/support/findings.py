@@ -16,7 +16,7 @@ def softer(percent: float = 8.0, **differently: object) -> Found:
         **{
             "cause": "stiffness/x",
             "kind": "deterioration",
-            "is_firing": True,
+            "is_sure": True,
             "began_at": START,
             "raised_at": START + 2 * DAY,
             "onset_event_id": 1,
@@ -37,7 +37,7 @@ def gain(channel: str = CHANNELS[1], **differently: object) -> Found:
         **{
             "cause": f"gain/{channel}",
             "kind": "sensor",
-            "is_firing": True,
+            "is_sure": True,
             "began_at": START,
             "raised_at": START + DAY,
             "onset_event_id": 1,
@@ -58,7 +58,7 @@ def stopped(cause: str = "source", **differently: object) -> Found:
         **{
             "cause": cause,
             "kind": "data",
-            "is_firing": True,
+            "is_sure": True,
             "began_at": START,
             "raised_at": START + DAY,
             "evidence": {},

@@ -67,11 +67,11 @@ def test_shifts_are_measured_in_every_series() -> None:
 
 def test_a_loss_in_both_directions_is_told_by_their_mean() -> None:
     one, other = both(0.04)
-    (alarm,) = [alarm for alarm in alarms_together(one, other) if alarm.is_firing]
+    (alarm,) = [alarm for alarm in alarms_together(one, other) if alarm.is_sure]
     assert alarm.onset in (ONSET - 1, ONSET)
     assert alarm.low < -0.04 < alarm.high
     assert 0.0 <= correlation(one, other) < 0.8
-    assert not [alarm for alarm in alarms_together(*both(0.0)) if alarm.is_firing]
+    assert not [alarm for alarm in alarms_together(*both(0.0)) if alarm.is_sure]
 
 
 def test_the_mean_has_the_values_that_its_rules_judge() -> None:

@@ -27,14 +27,14 @@ def monitored(lived: History, change: Vector | None = None) -> Monitoring:
     return monitor(series(lived, change), Reference(), {})
 
 
-def firing(found: Monitoring) -> list[Alarm]:
-    return [alarm for alarm in found.alarms if alarm.is_firing]
+def sure(found: Monitoring) -> list[Alarm]:
+    return [alarm for alarm in found.alarms if alarm.is_sure]
 
 
 @pytest.mark.parametrize("seed", range(10, 16))
 def test_a_sudden_loss_alarms_within_three_events(seed: int) -> None:
     lived = history(QUIET, seed)
-    (alarm,) = firing(monitored(lived, stepped(lived, 50, 0.08)))
+    (alarm,) = sure(monitored(lived, stepped(lived, 50, 0.08)))
     assert alarm.rule == "sudden"
     assert alarm.onset in (49, 50)  # the event before may happen to be low too
     assert 50 <= alarm.raised <= 52
@@ -46,14 +46,14 @@ def test_a_sudden_loss_alarms_within_three_events(seed: int) -> None:
 
 def test_a_slow_loss_alarms_as_one() -> None:
     lived = history(QUIET, 20)
-    first = firing(monitored(lived, sloping(lived, 45, 0.006)))[0]
+    first = sure(monitored(lived, sloping(lived, 45, 0.006)))[0]
     assert first.rule == "slow"
     assert 45 < first.raised < 57
 
 
 def test_a_repair_is_noticed() -> None:
     lived = history(QUIET, 21)
-    lost, repaired = firing(monitored(lived, stepped(lived, 40, 0.08) - stepped(lived, 60, 0.08)))
+    lost, repaired = sure(monitored(lived, stepped(lived, 40, 0.08) - stepped(lived, 60, 0.08)))
     assert (lost.rule, lost.onset) == ("sudden", 40)
     assert (repaired.rule, repaired.onset) == ("recovery", 60)
     assert repaired.drift > 0.05
@@ -61,7 +61,7 @@ def test_a_repair_is_noticed() -> None:
 
 def test_a_second_loss_is_told_beside_the_first() -> None:
     lived = history(QUIET, 22)
-    one, other = firing(monitored(lived, stepped(lived, 40, 0.08) + stepped(lived, 60, 0.08)))
+    one, other = sure(monitored(lived, stepped(lived, 40, 0.08) + stepped(lived, 60, 0.08)))
     assert (one.onset, other.onset) == (40, 60)
 
 
@@ -70,9 +70,9 @@ def test_a_single_event_never_alarms_alone() -> None:
     change = np.zeros(QUIET.events)
     change[50] = -0.5
     found = monitored(lived, change)
-    assert not firing(found)
+    assert not sure(found)
     pending = monitor(cut(series(lived, change), 51), Reference(), {}).alarms
-    assert [alarm.is_firing for alarm in pending] == [False]
+    assert [alarm.is_sure for alarm in pending] == [False]
     assert pending[0].onset == pending[0].raised == 50
 
 
@@ -85,7 +85,7 @@ def test_damage_that_shows_within_an_event_alarms_at_once() -> None:
         replace(one, value=0.8 * one.value) if one.event == event and one.time > largest.time else one
         for one in whole.observations
     )
-    alarms = firing(monitor(cut(replace(whole, observations=damaged), event + 1), Reference(), {}))
+    alarms = sure(monitor(cut(replace(whole, observations=damaged), event + 1), Reference(), {}))
     assert [(alarm.rule, alarm.onset, alarm.raised) for alarm in alarms] == [("within", event, event)]
     assert alarms[0].low < -0.2 < alarms[0].high
 
@@ -94,14 +94,14 @@ def test_a_giant_earthquake_does_not_alarm() -> None:
     lived = history(replace(QUIET, giant=True), 25)
     assert lived.giant is not None
     found = monitored(lived)
-    assert not firing(found)
+    assert not sure(found)
     giant = found.values[lived.giant]
     assert giant.causes, "that it is larger than all before is told"
 
 
 def test_what_rubber_loses_in_a_giant_and_regains_does_not_alarm() -> None:
     lived = history(replace(QUIET, giant=True, scragging=0.05), 25)
-    assert not firing(monitored(lived))
+    assert not sure(monitored(lived))
 
 
 @pytest.mark.parametrize("seed", range(40, 52))
@@ -112,7 +112,7 @@ def test_many_changes_are_told_one_after_the_other(seed: int) -> None:
     alarms = monitored(lived, np.repeat([0.0, *level], [25, 15, 15, 15, 15, 15])).alarms
     over_events = [alarm for alarm in alarms if alarm.rule != "within"]
     for one, following in pairwise(over_events):
-        assert one.is_firing
+        assert one.is_sure
         assert one.onset <= one.raised < following.onset <= following.raised
     for alarm in over_events:
         assert set(alarm.events) >= {alarm.onset, alarm.raised}
@@ -125,7 +125,7 @@ def test_winters_do_not_alarm(has_thermometer: bool) -> None:
     lived = history(plan, 26)
     assert np.ptp(lived.temperature) > 15.0
     found = monitored(lived)
-    assert not firing(found)
+    assert not sure(found)
     told = any("temperature" in cause for value in found.values for cause in value.causes)
     assert told != has_thermometer
 
@@ -135,20 +135,20 @@ def test_sensor_findings_keep_an_event_out_and_are_told() -> None:
     whole = series(lived, stepped(lived, 50, 0.08))
     notes = {event: EventNotes((CALIBRATION,)) for event in range(50, QUIET.events)}
     found = monitor(whole, Reference(), notes)
-    assert firing(monitor(whole, Reference(), {}))
+    assert sure(monitor(whole, Reference(), {}))
     assert not found.alarms
-    assert all(value.is_inhibited and CALIBRATION.message in value.causes for value in found.values[50:])
+    assert all(value.is_excluded and CALIBRATION.message in value.causes for value in found.values[50:])
     harmless = {event: EventNotes((replace(CALIBRATION, severity="note"),)) for event in range(50, QUIET.events)}
-    assert firing(monitor(whole, Reference(), harmless))
+    assert sure(monitor(whole, Reference(), harmless))
 
 
 def test_what_was_alarmed_does_not_depend_on_what_came_later() -> None:
     lived = history(QUIET, 28)
     whole = series(lived, stepped(lived, 45, 0.05))
-    every = [(alarm.rule, alarm.onset, alarm.raised) for alarm in firing(monitor(whole, Reference(), {}))]
+    every = [(alarm.rule, alarm.onset, alarm.raised) for alarm in sure(monitor(whole, Reference(), {}))]
     assert every
     for last in range(40, QUIET.events, 7):
-        known = [(a.rule, a.onset, a.raised) for a in firing(monitor(cut(whole, last), Reference(), {}))]
+        known = [(a.rule, a.onset, a.raised) for a in sure(monitor(cut(whole, last), Reference(), {}))]
         assert [raised for _, _, raised in known] == [raised for _, _, raised in every if raised < last]
         settled = [one for one in every if one[2] < last - HINDSIGHT]
         assert known[: len(settled)] == settled
@@ -196,7 +196,7 @@ def test_a_reference_may_be_chosen() -> None:
     assert not after.alarms, "what came before the reference is not judged, and after it nothing changed"
     assert np.mean([value.value for value in after.values[:30]]) > 0.06
     before = monitor(whole, Reference(None, times[29] + timedelta(seconds=1)), {})
-    assert firing(before)[0].onset == 30
+    assert sure(before)[0].onset == 30
 
 
 def test_what_is_not_watched_is_refused() -> None:
@@ -208,4 +208,4 @@ def test_what_is_not_watched_is_refused() -> None:
 def test_the_false_alarms_are_as_stated() -> None:
     """Of 60 healthy histories of 100 events: binomial with 5 %, of which 8 or more have a probability of 1 %."""
     plan = Plan(events=121)
-    assert sum(bool(firing(monitored(history(plan, 10_001 + 2 * n)))) for n in range(60)) < 8
+    assert sum(bool(sure(monitored(history(plan, 10_001 + 2 * n)))) for n in range(60)) < 8

@@ -35,14 +35,14 @@ def one_a_event(name: str, change: float, seed: int) -> Series:
 
 @pytest.mark.parametrize("name", QUANTITIES)
 def test_healthy_it_is_quiet(name: str) -> None:
-    assert not [a for a in monitor(one_a_event(name, 0.0, 2), Reference(), {}).alarms if a.is_firing]
+    assert not [a for a in monitor(one_a_event(name, 0.0, 2), Reference(), {}).alarms if a.is_sure]
 
 
 @pytest.mark.parametrize("name", QUANTITIES)
 def test_changed_for_the_worse_it_alarms(name: str) -> None:
     known = quantity(name)
     for sense in {"less": (-1,), "more": (1,), "either": (-1, 1)}[known.harm]:
-        (alarm,) = [a for a in monitor(one_a_event(name, 8.0 * sense, 2), Reference(), {}).alarms if a.is_firing]
+        (alarm,) = [a for a in monitor(one_a_event(name, 8.0 * sense, 2), Reference(), {}).alarms if a.is_sure]
         assert (alarm.rule, alarm.onset) == ("sudden", ONSET)
         assert alarm.raised <= ONSET + 3
         size = np.expm1(8 * sense * known.scatter) if known.is_logarithmic else 8 * sense * known.scatter

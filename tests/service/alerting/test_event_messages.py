@@ -139,7 +139,7 @@ def test_an_event_that_was_compared_is_told_without_reserve(
         count=5,
         is_reference=is_reference,
         is_beyond=is_beyond,
-        is_inhibited=False,
+        is_excluded=False,
         causes=[],
     )
     series = WatchedSeries(

@@ -22,9 +22,9 @@ STEP = timedelta(hours=1)
 OFFERED = {
     "softer": softer(),
     "much softer": softer(20.0),
-    "softer, as it seems": softer(is_firing=False),
+    "softer, as it seems": softer(is_sure=False),
     "a gain": gain(),
-    "a gain, as it seems": gain(is_firing=False),
+    "a gain, as it seems": gain(is_sure=False),
     "another sensor's": gain("XX.DEMO.05.HNX"),
 }
 Lists = tuple[tuple[str, ...], str | None]
@@ -60,7 +60,7 @@ def run(session: Session, steps: list[Lists]) -> tuple[Building, set[tuple[objec
 
 
 def _act(session: Session, of: Building, act: str | None, now: datetime) -> None:
-    standing = (Alert.building_id == of.id, Alert.cause == "stiffness/x", Alert.state.in_(("firing", "acknowledged")))
+    standing = (Alert.building_id == of.id, Alert.cause == "stiffness/x", Alert.state.in_(("active", "acknowledged")))
     alert = session.scalars(select(Alert).where(*standing, Alert.closed_at.is_(None))).one_or_none()
     if alert is not None and act == "acknowledge":
         handling.acknowledge(session, alert, "Jo", "on my way", now)
@@ -95,7 +95,7 @@ def test_repeating_changes_nothing(sessions: sessionmaker[Session]) -> None:
             reconcile(session, of.id, found(("softer", "a gain"), events), "events", NOW)
             session.flush()
             assert session.query(AlertChange).count() == 2
-            assert {row[1] for row in open_alerts(session, of)} == {"inhibited", "firing"}
+            assert {row[1] for row in open_alerts(session, of)} == {"on_hold", "active"}
 
 
 def test_a_sensor_that_is_settled_lets_the_drift_fire(sessions: sessionmaker[Session]) -> None:
@@ -109,8 +109,8 @@ def test_a_sensor_that_is_settled_lets_the_drift_fire(sessions: sessionmaker[Ses
         reconcile(session, of.id, found(("softer", "a gain"), events), "events", NOW + 2 * STEP)
         session.flush()
         drift = session.scalars(select(Alert).where(Alert.kind == "deterioration")).one()
-        assert [change.state for change in drift.changes] == ["inhibited", "firing"]
-        assert drift.fired_at == NOW + 2 * STEP
+        assert [change.state for change in drift.changes] == ["on_hold", "active"]
+        assert drift.activated_at == NOW + 2 * STEP
 
 
 def test_deterioration_stays_without_new_data_and_is_withdrawn_by_them(sessions: sessionmaker[Session]) -> None:
@@ -120,7 +120,7 @@ def test_deterioration_stays_without_new_data_and_is_withdrawn_by_them(sessions:
         reconcile(session, of.id, found(("softer",), events), "events", NOW)
         session.flush()
         reconcile(session, of.id, [], "events", NOW + STEP)
-        assert {row[1] for row in open_alerts(session, of)} == {"firing"}
+        assert {row[1] for row in open_alerts(session, of)} == {"active"}
         analysed(session, session.get_one(Event, events[1]), NOW + 2 * STEP)
         reconcile(session, of.id, [], "events", NOW + 3 * STEP)
         session.flush()
@@ -137,7 +137,7 @@ def test_the_scopes_leave_each_other_alone(sessions: sessionmaker[Session]) -> N
         reconcile(session, of.id, [stopped()], "clock", NOW)
         reconcile(session, of.id, [], "clock", NOW + STEP)
         session.flush()
-        assert {(a.cause, a.state) for a in session.query(Alert)} == {("stiffness/x", "firing"), ("source", "resolved")}
+        assert {(a.cause, a.state) for a in session.query(Alert)} == {("stiffness/x", "active"), ("source", "resolved")}
         with pytest.raises(ValueError, match="not about"):
             reconcile(session, of.id, [stopped()], "events", NOW)
         with pytest.raises(ValueError, match="twice"):
@@ -155,7 +155,7 @@ def test_an_inspection_ends_an_alert_and_is_safe_to_repeat(sessions: sessionmake
         assert (alert.acknowledged_by, alert.acknowledgement) == ("Jo", "calling them")
         assert handling.inspect(session, alert, "Jo", "unfounded", "maintenance", None, NOW + STEP)
         assert handling.inspect(session, alert, "Jo", "unfounded", "maintenance", None, NOW + 2 * STEP) is None
-        assert [change.state for change in alert.changes] == ["firing", "acknowledged", "withdrawn"]
+        assert [change.state for change in alert.changes] == ["active", "acknowledged", "withdrawn"]
         for act in (
             lambda: handling.acknowledge(session, alert, "Al", "", NOW),
             lambda: handling.inspect(session, alert, "Al", "confirmed", "broken", None, NOW),

@@ -32,9 +32,9 @@ SETTINGS = Settings(disk_reserve=0)
 
 
 def untaken(told_at: datetime, **differently: object) -> Untaken:
-    about = {"id": 5, "cause": "stiffness/x", "kind": "deterioration", "state": "firing", "summary": "It is softer"}
+    about = {"id": 5, "cause": "stiffness/x", "kind": "deterioration", "state": "active", "summary": "It is softer"}
     facts = AlertFacts(**about | {"sentences": (), "evidence": {}, "began_at": START} | differently)
-    return Untaken(facts=facts, fired_at=START, told_at=told_at)
+    return Untaken(facts=facts, activated_at=START, told_at=told_at)
 
 
 @pytest.mark.parametrize(
@@ -80,7 +80,7 @@ def test_a_reminder_says_what_waits_since_when_and_what_to_do() -> None:
     said = reminder(1, "TOWER", "A tower", ZoneInfo("Asia/Tokyo"), waiting, WEEK)
     assert (said.sequence, said.kind, said.severity, said.is_over) == ("repeat", "alert", "alarm", False)
     assert said.subject == "Nobody has taken it on yet: It is softer (and 1 more)"
-    assert said.sentences[1] == "It is softer. It fires since 1 January 2024, 09:00 (JST)."
+    assert said.sentences[1] == "It is softer. It has been active since 1 January 2024, 09:00 (JST)."
     words = " ".join(said.sentences)
     assert "reminder" in said.sentences[0]
     assert "The server is silent" in words

@@ -51,7 +51,7 @@ def test_a_source_that_stops_is_told_once_and_resolves_by_itself(
     look.at("PAPER")
     for now in (NOW + HOUR, NOW + 1.1 * HOUR, NOW + 2 * HOUR):
         go_round(sessions, SETTINGS, now)
-    assert states(sessions) == {"source": "firing"}
+    assert states(sessions) == {"source": "active"}
     folder.mkdir()
     look.at("PAPER")
     for now in (NOW + 3 * HOUR, NOW + 4 * HOUR):
@@ -71,7 +71,7 @@ def test_work_that_nobody_does_is_told(sessions: sessionmaker[Session]) -> None:
     go_round(sessions, SETTINGS, NOW + HOUR / 3)
     assert states(sessions) == {}
     go_round(sessions, SETTINGS, NOW + HOUR)
-    assert states(sessions) == {"worker": "firing"}
+    assert states(sessions) == {"worker": "active"}
     with sessions.begin() as session:
         session.execute(update(Job).where(Job.state == "waiting").values(state="done", finished_at=NOW + HOUR))
     go_round(sessions, SETTINGS, NOW + HOUR)
@@ -87,7 +87,7 @@ def test_a_worker_that_died_over_a_job_is_told(sessions: sessionmaker[Session]) 
     go_round(sessions, SETTINGS, NOW + HOUR)
     assert states(sessions) == {}
     go_round(sessions, SETTINGS, NOW + 2 * HOUR)
-    assert states(sessions) == {"worker": "firing"}
+    assert states(sessions) == {"worker": "active"}
 
 
 def test_a_full_disk_is_told(sessions: sessionmaker[Session], database_url: str) -> None:
@@ -96,7 +96,7 @@ def test_a_full_disk_is_told(sessions: sessionmaker[Session], database_url: str)
     greedy = Settings(disk_reserve=2**62)
     go_round(sessions, greedy, NOW)
     go_round(sessions, greedy, NOW + HOUR)
-    assert states(sessions) == ({"disk": "firing"} if database_url.startswith("sqlite") else {})
+    assert states(sessions) == ({"disk": "active"} if database_url.startswith("sqlite") else {})
     with sessions() as session:
         for alert in session.query(Alert):
             assert alert.began_at == NOW
@@ -110,7 +110,7 @@ def test_a_dead_channel_is_told_and_comes_back(sessions: sessionmaker[Session]) 
             for channel in list(simulated.SENSORS)[: 5 if number == 0 else 4]:
                 _seen(session, event, channel)
     go_round(sessions, SETTINGS, NOW)
-    assert states(sessions) == {f"channel/{list(simulated.SENSORS)[4]}": "firing"}
+    assert states(sessions) == {f"channel/{list(simulated.SENSORS)[4]}": "active"}
     with sessions.begin() as session:
         event = earthquake(session, session.query(Building).one(), START + 5 * HOUR)
         for channel in simulated.SENSORS:
@@ -143,7 +143,7 @@ def test_a_record_from_the_future_tells_of_the_clock(sessions: sessionmaker[Sess
             )
         )
     go_round(sessions, SETTINGS, NOW)
-    assert states(sessions) == {"clock/recorder": "firing"}
+    assert states(sessions) == {"clock/recorder": "active"}
 
 
 def test_a_round_tells_what_was_silenced_and_what_nobody_told(sessions: sessionmaker[Session]) -> None:
@@ -167,7 +167,7 @@ def test_a_server_whose_clock_differs_is_told_until_it_is_set(sessions: sessionm
         with sessions.begin() as session:
             text = building_file("archive", f"{server.address}/events/")
             buildings.add(session, text, Path("/"), now)
-        for ours, wanted in ((now + timedelta(minutes=10), "firing"), (now, "resolved")):
+        for ours, wanted in ((now + timedelta(minutes=10), "active"), (now, "resolved")):
             look_at(sessions, ours)
             go_round(sessions, SETTINGS, ours)
             assert states(sessions) == {"clock/server": wanted}
@@ -189,7 +189,7 @@ def test_the_poller_makes_the_rounds(sessions: sessionmaker[Session], tmp_path: 
     polling.start()
     try:
         end = monotonic() + 20
-        while states(sessions) != {"source": "firing"}:
+        while states(sessions) != {"source": "active"}:
             assert monotonic() < end, states(sessions)
             sleep(0.05)
     finally:

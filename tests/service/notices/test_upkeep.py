@@ -141,7 +141,7 @@ def test_no_heart_beats_while_work_is_stuck(sessions: sessionmaker[Session], bui
                 building_id=building,
                 cause="worker",
                 kind="data",
-                state="firing",
+                state="active",
                 began_at=NOW,
                 event_ids=[],
                 channels=[],

@@ -28,7 +28,7 @@ def test_a_loss_in_both_directions_is_told_of_their_mean_too() -> None:
     starts = {value.event: value.time for value in watched[0][0].values}
     found = {one.cause: one for one in findings(watched, starts, ZoneInfo("UTC"))}
     together = found["stiffness/xy"]
-    assert together.is_firing
+    assert together.is_sure
     assert together.summary.endswith("% softer in both directions")
     assert together.channels == ("XX.D.01.HNx", "XX.D.01.HNy")
     assert together.evidence["low"] < -0.04 < together.evidence["high"]

@@ -93,7 +93,7 @@ def test_a_loss_is_told_once_and_an_inspection_begins_a_new_reference(
     with sessions.begin() as session:
         (alert,) = session.scalars(select(Alert).where(Alert.cause == "stiffness/x"))
         told = session.scalars(select(Message).where(Message.key == f"event/{alert.raised_event_id}")).all()
-        assert (alert.state, alert.kind, len(told)) == ("firing", "deterioration", 1)
+        assert (alert.state, alert.kind, len(told)) == ("active", "deterioration", 1)
         assert alert.evidence["low"] < -0.08 < alert.evidence["high"] < 0
         assert {one["cause"] for one in alert.evidence["explanations"]} == {"mass", "gain/x"}
         assert any(one.startswith("Held against everything that is watched: a ") for one in alert.sentences)
@@ -143,7 +143,7 @@ def test_a_sensor_finding_keeps_its_events_values_out_and_says_so(
     with sessions() as session:
         question = select(DriftValue).join(WatchedSeries).join(Event, Event.id == DriftValue.event_id)
         values = session.scalars(question.where(WatchedSeries.quantity == "stiffness").order_by(Event.start)).all()
-        assert [value.is_inhibited for value in values] == [False] * 20 + [True] * 6
+        assert [value.is_excluded for value in values] == [False] * 20 + [True] * 6
         assert "its clock jumps" in values[-1].causes
         assert session.scalars(select(Alert).where(Alert.cause == "stiffness/x")).all() == []
 
@@ -152,7 +152,7 @@ def test_a_sensor_with_more_gain_raises_an_alert_about_itself(sessions: sessionm
     found = [histories.earthquake(number, gain=1.08 if number >= 20 else 1.0) for number in range(24)]
     histories.analysed(sessions, building, found, NOW)
     with sessions() as session:
-        (alert,) = session.scalars(select(Alert).where(Alert.state == "firing"))
+        (alert,) = session.scalars(select(Alert).where(Alert.state == "active"))
     with sessions.begin() as session:
         again = session.get_one(Alert, alert.id)
         handling.inspect(session, again, "Kimura", "confirmed", "its gain was set anew", histories.start(20), NOW)
@@ -173,6 +173,6 @@ def test_a_transducer_with_more_gain_is_no_loss_of_stiffness(sessions: sessionma
     histories.analysed(sessions, building, found, NOW)
     with sessions() as session:
         states = {alert.cause: alert.state for alert in session.scalars(select(Alert))}
-    assert states[f"gain/{LAYER}"] == "firing"
-    assert states["stiffness/x"] == "inhibited"
-    assert "firing" not in {state for cause, state in states.items() if not cause.startswith("gain/")}
+    assert states[f"gain/{LAYER}"] == "active"
+    assert states["stiffness/x"] == "on_hold"
+    assert "active" not in {state for cause, state in states.items() if not cause.startswith("gain/")}

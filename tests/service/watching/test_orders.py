@@ -132,7 +132,7 @@ def outcome(sessions: sessionmaker[Session]) -> dict[str, Any]:
                 for one in session.scalars(select(DriftValue))
             ),
             "alarms": sorted(
-                (*name[one.series_id], one.rule, one.is_firing, moments[one.onset_event_id], one.drift, one.message)
+                (*name[one.series_id], one.rule, one.is_sure, moments[one.onset_event_id], one.drift, one.message)
                 for one in session.scalars(select(DriftAlarm))
             ),
             "alerts": sorted(
@@ -176,7 +176,7 @@ def expected(tmp_path_factory: pytest.TempPathFactory) -> Outcome:
     with database(f"sqlite:///{tmp_path_factory.mktemp('expected') / 'menshin.sqlite'}") as sessions:
         found = lived(sessions, [Step(number, (one,)) for number, one in enumerate(FINAL)], ())
     assert [(cause, state) for cause, state, *_ in found["alerts"] if cause == "stiffness/x"] == [
-        ("stiffness/x", "firing")
+        ("stiffness/x", "active")
     ]
     return Outcome(found)
 

@@ -11,14 +11,14 @@ FROM_THE_SOURCE = ("record", "channel", "clock")
 """Causes that say nothing new while the source does not answer: the first part of their names."""
 
 
-def inhibitor(found: Found, others: Sequence[Found]) -> Found | None:
+def holder(found: Found, others: Sequence[Found]) -> Found | None:
     """The finding that holds this one back, the earliest of them; None where nothing does."""
-    return min(_inhibitors(found, others), key=lambda other: (other.began_at, other.cause), default=None)
+    return min(_holders(found, others), key=lambda other: (other.began_at, other.cause), default=None)
 
 
-def _inhibitors(found: Found, others: Sequence[Found]) -> Iterator[Found]:
+def _holders(found: Found, others: Sequence[Found]) -> Iterator[Found]:
     for other in others:
-        if other.is_firing and (_explains(other, found) or _silences(other, found) or _tells_it(other, found)):
+        if other.is_sure and (_explains(other, found) or _silences(other, found) or _tells_it(other, found)):
             yield other
 
 
