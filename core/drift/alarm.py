@@ -13,6 +13,10 @@ class Alarm:
     """False while evidence gathers."""
     onset: int
     """Event with which the change most likely began."""
+    after: int
+    """The last event that did not show it, and"""
+    by: int
+    """the first that did, with 95 %; the same event where the change happened within it."""
     raised: int
     """Event at which the rule was sure; of one that is not yet, the latest event."""
     events: tuple[int, ...]

@@ -12,11 +12,12 @@ import numpy as np
 from core.arrays import Matrix, Vector
 from core.drift.alarm import Alarm
 from core.drift.baseline import Baseline
+from core.drift.dating import onset_interval
 from core.drift.event_value import relative
 from core.drift.judged import Judged, gathering, strengths
 from core.drift.points import Dated, Points
 from core.drift.rules import SLOW, WITHIN, WITHIN_RATE, Rule, ramps, rules, steps
-from core.drift.sequential import LOCATING_CLIP, Change, Innovations, change
+from core.drift.sequential import LOCATING_CLIP, Change, Innovations, change, until
 from core.drift.watched import Quantity
 from core.drift.within import contrasts, damage
 from core.drift.words import message, message_within
@@ -39,6 +40,10 @@ class Crossing:
     """Of the events whose evidence raised it."""
     raised: int
     is_sure: bool
+    earliest: int
+    """First and"""
+    latest: int
+    """last event with which it may have begun."""
 
 
 def alarms(known: Quantity, baseline: Baseline, judged: Judged) -> tuple[Alarm, ...]:
@@ -51,7 +56,7 @@ def alarms(known: Quantity, baseline: Baseline, judged: Judged) -> tuple[Alarm, 
         crossing = _crossing(white, looked_for, start)
         if crossing is None:
             break
-        crossing = _located(crossing, left.innovations(LOCATING_CLIP), looked_for, start)
+        crossing = _located(crossing, left.innovations(LOCATING_CLIP), looked_for, start, baseline)
         crossings.append((crossing, white))
         if not crossing.is_sure:
             break
@@ -60,8 +65,7 @@ def alarms(known: Quantity, baseline: Baseline, judged: Judged) -> tuple[Alarm, 
     following = [crossing.onset for crossing, _ in crossings[1:]]
     ends = [*following, judged.deviation.size][: len(crossings)]
     return tuple(
-        _alarm(crossing, white, end, baseline, judged.dated)
-        for (crossing, white), end in zip(crossings, ends, strict=True)
+        _alarm(crossing, white, end, baseline, judged) for (crossing, white), end in zip(crossings, ends, strict=True)
     )
 
 
@@ -97,6 +101,8 @@ def _alarm_within(lost: Change, when: Dated, baseline: Baseline) -> Alarm:
         rule=WITHIN,
         is_sure=True,
         onset=when.event,
+        after=when.event,
+        by=when.event,
         raised=when.event,
         events=(when.event,),
         drift=drift,
@@ -116,29 +122,35 @@ def _crossing(white: Innovations, looked_for: Sequence[Rule], start: int) -> Cro
         now = min(reached)
         rule, excess = max(found, key=lambda pair: float(pair[1][now].max()))
         onset = int(excess[now].argmax())
-        return Crossing(rule, onset, onset, now, is_sure=True)
+        return Crossing(rule, onset, onset, now, True, onset, onset)
     last = [(rule, gathering(white, rule, start) - rule.threshold) for rule in looked_for]
     rule, gathered = max(last, key=lambda pair: float(pair[1].max()))
     if gathered.max() < GATHERING:
         return None
     onset = int(gathered.argmax())
-    return Crossing(rule, onset, onset, white.raw.size - 1, is_sure=False)
+    return Crossing(rule, onset, onset, white.raw.size - 1, False, onset, onset)
 
 
-def _located(crossing: Crossing, white: Innovations, looked_for: Sequence[Rule], start: int) -> Crossing:
+def _located(
+    crossing: Crossing, white: Innovations, looked_for: Sequence[Rule], start: int, baseline: Baseline
+) -> Crossing:
     """With the kind and the onset that are likeliest by what came soon after, large deviations counting nearly in full.
 
     A slow loss begins like a small sudden one: only what follows tells them apart.
     """
     seen = min(white.raw.size - 1, crossing.raised + HINDSIGHT)
     likely: list[tuple[Rule, Vector]] = [(crossing.rule, gathering(white, crossing.rule, start))]
+    alike = [crossing.rule]
     if crossing.is_sure:
         alike = [rule for rule in looked_for if rule.sense == crossing.rule.sense]
         likely = [(rule, strengths(white, rule, start)[seen, : crossing.raised + 1]) for rule in alike]
     rule, strength = max(likely, key=lambda pair: float(pair[1].max()))
     if strength.max() == 0.0:
         return crossing
-    return replace(crossing, rule=rule, onset=int(strength.argmax()))
+    onset = int(strength.argmax())
+    scale = baseline.design.size
+    earliest, latest = onset_interval(until(white, seen + 1), alike, scale, start, crossing.raised)
+    return replace(crossing, rule=rule, onset=onset, earliest=min(earliest, onset), latest=max(latest, onset))
 
 
 def _nuisance(crossing: Crossing, count: int, baseline: Baseline) -> Matrix:
@@ -151,16 +163,20 @@ def _nuisance(crossing: Crossing, count: int, baseline: Baseline) -> Matrix:
     return np.asarray(columns.T @ columns)
 
 
-def _alarm(crossing: Crossing, white: Innovations, end: int, baseline: Baseline, dated: Sequence[Dated]) -> Alarm:
+def _alarm(crossing: Crossing, white: Innovations, end: int, baseline: Baseline, judged: Judged) -> Alarm:
     """With everything that was measured until the next change."""
-    until = Innovations(white.lower[:end, :end], white.clipped[:end], white.raw[:end], white.freedom)
+    dated = judged.dated
+    after = dated[crossing.earliest - 1] if crossing.earliest > 0 else judged.before
+    by = dated[crossing.latest]
     pattern = crossing.rule.pattern(end)[:, crossing.onset]
-    size = change(until, pattern)
+    size = change(until(white, end), pattern)
     drift, low, high = (relative(float(pattern[-1]) * value, baseline) for value in (size.size, size.low, size.high))
     return Alarm(
         rule=crossing.rule.name,
         is_sure=crossing.is_sure,
         onset=dated[crossing.onset].event,
+        after=after.event,
+        by=by.event,
         raised=dated[crossing.raised].event,
         events=tuple(one.event for one in dated[min(crossing.first, crossing.onset) : crossing.raised + 1]),
         drift=drift,
@@ -168,5 +184,5 @@ def _alarm(crossing: Crossing, white: Innovations, end: int, baseline: Baseline,
         high=high,
         false_alarms=crossing.rule.false_alarms,
         causes=(),
-        message=message(baseline.design.quantity, crossing.rule, dated[crossing.onset].time, drift, low, high),
+        message=message(baseline.design.quantity, crossing.rule, after.time, by.time, drift, low, high),
     )

@@ -21,6 +21,8 @@ class Judged:
     """(n, n) of the deviations while the building is healthy."""
     freedom: float
     """Degrees of freedom of the covariance's scale."""
+    before: Dated
+    """The last event of the reference."""
 
     def innovations(self, clip: float = CLIP) -> Innovations:
         """Each deviation less what those before it foretell, in standard deviations."""

@@ -98,6 +98,7 @@ def _judged(
         deviation=np.array([found[n].value for n in chosen]),
         covariance=shared[np.ix_(chosen, chosen)],
         freedom=baseline.scatter.freedom,
+        before=next(one for one in reversed(dated) if one.event == baseline.events[-1]),
     )
 
 

@@ -58,6 +58,16 @@ def innovations(deviation: Vector, covariance: Matrix, freedom: float, clip: flo
     return Innovations(lower, clipped, np.asarray(solve_triangular(lower, deviation, lower=True)), freedom)
 
 
+def until(found: Innovations, count: int) -> Innovations:
+    """Of the first `count` events alone."""
+    return Innovations(found.lower[:count, :count], found.clipped[:count], found.raw[:count], found.freedom)
+
+
+def whitened(found: Innovations, patterns: Matrix) -> Matrix:
+    """(n, k) patterns as they show in the innovations."""
+    return np.asarray(solve_triangular(found.lower, patterns, lower=True))
+
+
 def evidence(found: Innovations, patterns: Matrix, sense: int) -> tuple[Matrix, Indices]:
     """Signed root of twice the log likelihood ratio.
 
@@ -69,7 +79,7 @@ def evidence(found: Innovations, patterns: Matrix, sense: int) -> tuple[Matrix, 
     Returns:
         (n, onsets) by the latest event and the onset, and how many events speak for it.
     """
-    white = np.asarray(solve_triangular(found.lower, patterns, lower=True))
+    white = whitened(found, patterns)
     z = found.clipped[:, None]
     along, length = np.cumsum(white * z, axis=0), np.cumsum(white**2, axis=0)
     explained = np.maximum(sense * along, 0.0) ** 2 / np.maximum(length, np.finfo(float).tiny)

@@ -110,6 +110,7 @@ def _mean(one: Judged, other: Judged, common: float) -> Judged:
         deviation=(one.deviation[here] + other.deviation[there]) / 2,
         covariance=(first + last + across + across.T) / 4,
         freedom=(one.freedom + other.freedom) / 2,
+        before=max(one.before, other.before, key=lambda dated: dated.time),
     )
 
 

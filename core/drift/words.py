@@ -6,10 +6,11 @@ from core.drift.rules import RECOVERY, SLOW, Rule
 from core.drift.watched import Quantity
 
 
-def message(known: Quantity, rule: Rule, onset: datetime, drift: float, low: float, high: float) -> str:
-    """One sentence with the change, its interval and since when."""
-    pace = {SLOW: "little by little since", RECOVERY: "come back since"}.get(rule.name, "since")
-    return f"the {known.title} has changed by {interval(known, drift, low, high)}, {pace} {onset:%Y-%m-%d %H:%M} UTC"
+def message(known: Quantity, rule: Rule, after: datetime, by: datetime, drift: float, low: float, high: float) -> str:
+    """One sentence with the change, its interval and between which events it began."""
+    pace = {SLOW: "little by little, beginning", RECOVERY: "back, beginning"}.get(rule.name, "beginning")
+    began = f"between the events of {after:%Y-%m-%d %H:%M} and {by:%Y-%m-%d %H:%M} UTC"
+    return f"the {known.title} has changed by {interval(known, drift, low, high)}, {pace} {began}"
 
 
 def message_within(known: Quantity, when: datetime, drift: float, low: float, high: float) -> str:

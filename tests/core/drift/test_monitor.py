@@ -209,3 +209,29 @@ def test_the_false_alarms_are_as_stated() -> None:
     """Of 60 healthy histories of 100 events: binomial with 5 %, of which 8 or more have a probability of 1 %."""
     plan = Plan(events=121)
     assert sum(bool(sure(monitored(history(plan, 10_001 + 2 * n)))) for n in range(60)) < 8
+
+
+@pytest.mark.parametrize(
+    ("size", "most"),
+    [(0.08, 2), (0.04, 6)],  # events, of the median: from 200 random histories in docs/drift.md, and half as many more
+    ids=["8 %", "4 %"],
+)
+def test_a_change_is_dated_by_an_interval_that_holds_its_beginning(size: float, most: int) -> None:
+    """The last event that did not show it, and the first that did."""
+    held, lengths = [], []
+    for seed in range(300, 320):
+        lived = history(Plan(events=80, giant=False), seed)
+        alarm = next(one for one in sure(monitored(lived, stepped(lived, 50, size))) if one.drift < 0)
+        assert alarm.after < alarm.onset <= alarm.by <= alarm.raised
+        held.append(alarm.after < 50 <= alarm.by)
+        lengths.append(alarm.by - alarm.after)
+    assert sum(held) >= 18  # of 20 with 95 % each: fewer in one of 13 trials
+    assert np.median(lengths) <= most
+
+
+def test_a_change_with_the_first_event_after_the_reference_is_dated_from_its_last() -> None:
+    lived = history(QUIET, 10)
+    found = monitored(lived)
+    last = max(value.event for value in found.values if value.is_reference)
+    (alarm,) = sure(monitor(series(lived, stepped(lived, last + 1, 0.08)), Reference(), {}))
+    assert (alarm.after, alarm.by) == (last, last + 1)
