@@ -3,8 +3,8 @@
 import sqlalchemy as sa
 from alembic import op
 
-revision = "0013_alert_words"
-down_revision = "0012_reference_subject"
+revision = "0014_alert_words"
+down_revision = "0013_without_credentials"
 branch_labels = None
 depends_on = None
 
