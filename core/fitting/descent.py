@@ -19,6 +19,7 @@ from core.fitting.projected_misfit import (
     Point,
     Search,
     derivatives,
+    is_clamped,
     off_prior,
     parameter,
     projected,
@@ -125,8 +126,7 @@ def _slope(evidence: Evidence, search: Search, point: Point) -> Slope:
         return Slope(np.zeros((0, 0)), np.zeros(0), ())
     units = np.array([_unit(key, point.values[key]) for key in search.nonlinear])
     turned = units[:, None] * derivatives(evidence, search, point.values, search.nonlinear)
-    scale = np.linalg.norm(point.linear, axis=1)
-    basis = linalg.orth((point.linear[scale > 0] / scale[scale > 0, None]).T)
+    basis = linalg.orth(_adapting(search, point).T)
     own = turned - (turned @ basis) @ basis.T
     priors = [parameter(key).prior for key in search.nonlinear]
     off = np.array([off_prior(key, point.values) for key in search.nonlinear])
@@ -140,6 +140,14 @@ def _slope(evidence: Evidence, search: Search, point: Point) -> Slope:
         or (descent[row] > 0) == (point.values[key] <= parameter(key).bounds[0])
     ]
     return Slope(normal[np.ix_(free, free)], descent[free], tuple(free))
+
+
+def _adapting(search: Search, point: Point) -> Matrix:
+    """(k, m) of unit length: what the amplitudes do that follow a change of the others; one at a bound does not."""
+    scale = np.linalg.norm(point.linear, axis=1)
+    clamped = np.array([is_clamped(key, point.values) for key in search.linear], dtype=bool)
+    follows = (scale > 0) & ~clamped
+    return np.asarray(point.linear[follows] / scale[follows, None])
 
 
 def _step(evidence: Evidence, now: Descent) -> tuple[Point | None, float]:

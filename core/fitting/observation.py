@@ -9,7 +9,6 @@ import numpy as np
 from core.analysis import EventAnalysis
 from core.arrays import Matrix, Vector
 from core.description import BuildingDescription
-from core.isolation_layer.axial_load import axial_load
 from core.model.isolator import Conditions
 from core.record import Direction, Record
 from core.restoring_force.error_spectrum import ErrorSpectrum
@@ -76,44 +75,10 @@ def observations(
         name: of the earthquake.
         reference: instant from which the conditions count time, aware.
     """
-    histories: dict[Direction, LayerHistory] = {
-        direction: LayerHistory(
-            found.motion.displacement,
-            found.motion.velocity,
-            force.force,
-            force.std,
-            found.motion.displacement_std,
-            found.motion.velocity_std,
-            force.error,
-            analysis.band,
-        )
-        for direction, found in analysis.directions.items()
-        if found.motion is not None and (force := found.restoring_force)
-    }
-    if analysis.record is None:
+    histories = _histories(analysis)
+    record, load, temperature = analysis.record, analysis.axial_load, analysis.temperature
+    if record is None:
         return ()
-    return observed(analysis.record, histories, analysis.temperature, description, name, reference)
-
-
-def observed(
-    record: Record,
-    histories: Mapping[Direction, LayerHistory],
-    temperature: float | None,
-    description: BuildingDescription,
-    name: str,
-    reference: datetime,
-) -> tuple[Observation, ...]:
-    """The same from histories that were kept.
-
-    Args:
-        record: complete channels about their position at rest, one for each level, quantity and direction.
-        histories: by direction, of as many samples.
-        temperature: °C, None where nothing measured it.
-        description: of the building.
-        name: of the earthquake.
-        reference: instant from which the conditions count time, aware.
-    """
-    load, _ = axial_load(record, description, VERTICAL_BAND)
     time = record.time + (record.start - reference).total_seconds()
     return tuple(
         Observation(
@@ -139,8 +104,21 @@ def observed(
     )
 
 
-VERTICAL_BAND = (0.1, 30.0)
-"""Hz, of the vertical acceleration that loads the isolators."""
+def _histories(analysis: EventAnalysis) -> Mapping[Direction, LayerHistory]:
+    return {
+        direction: LayerHistory(
+            displacement=found.motion.displacement,
+            velocity=found.motion.velocity,
+            force=force.force,
+            force_std=force.std,
+            displacement_std=found.motion.displacement_std,
+            velocity_std=found.motion.velocity_std,
+            force_error=force.error,
+            band=analysis.band,
+        )
+        for direction, found in analysis.directions.items()
+        if found.motion is not None and (force := found.restoring_force)
+    }
 
 
 def _measured(record: Record, description: BuildingDescription, direction: Direction) -> tuple[tuple[str, Vector], ...]:

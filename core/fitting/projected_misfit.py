@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy import linalg
+from scipy.optimize import lsq_linear
 
 from core.arrays import Matrix, Vector
 from core.effect import Parameter
@@ -18,6 +19,12 @@ from core.model.isolator import Isolator, Key
 
 DEGENERATE = 1e-9
 """Share of a column's power that must be its own, else the others can do all that it does."""
+SMALLEST = 1e-12
+"""The same within bounds, where a share is raised to it instead of left out: bounds keep the amplitudes small."""
+TOLERANCE = 1e-12
+"""Of the cost: a change of the bounds that are met gains more."""
+MOST_CHANGES = 20
+"""Of the bounds that are met, for each amplitude."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +101,7 @@ def projected(evidence: Evidence, search: Search, values: Mapping[Key, float]) -
     linear = derivatives(evidence, search, values, search.linear)
     if not np.isfinite(linear).all():  # a law too fast for the records at these values
         return Point(dict(values), np.inf, evidence.target, np.zeros_like(linear))
-    best = _least_squares(linear, evidence.target, [parameter(key).bounds for key in search.linear])
+    best = bounded_least_squares(linear, evidence.target, [parameter(key).bounds for key in search.linear])
     residual = evidence.target - best @ linear
     found = {**values, **dict(zip(search.linear, best, strict=True))}
     return Point(found, 0.5 * float(residual @ residual) + _penalty(search, found), residual, linear)
@@ -113,25 +120,49 @@ def off_prior(key: Key, values: Mapping[Key, float]) -> float:
     return 0.0 if one.is_instant else one.prior.residual(values[key])
 
 
-def _least_squares(rows: Matrix, target: Vector, bounds: Sequence[tuple[float, float]]) -> Vector:
-    """Least squares within bounds: a value that would leave its range stays at the end of it."""
+def is_clamped(key: Key, values: Mapping[Key, float]) -> bool:
+    """Whether a value is at an end of its range."""
+    return values[key] in parameter(key).bounds
+
+
+def bounded_least_squares(rows: Matrix, target: Vector, bounds: Sequence[tuple[float, float]]) -> Vector:
+    """(k,) amplitudes x of least |target − x rows| within bounds; Stark and Parker's (1995) BVLS where they matter.
+
+    Where the amplitudes without bounds are within them, they are the answer. What other rows can do all of gets the
+    least amplitudes.
+
+    Args:
+        rows: (k, m).
+        target: (m,)
+        bounds: (k,) smallest and largest amplitude.
+    """
     scale = np.linalg.norm(rows, axis=1)
-    free = [int(row) for row in np.flatnonzero(scale > 0)]
-    best = np.array([low if low > 0 else 0.0 for low, _ in bounds])
-    while free:
-        rest = target - np.delete(best, free) @ np.delete(rows, free, axis=0)
-        solved = _solved(rows[free] / scale[free, None], rest) / scale[free]
-        within = np.clip(solved, *np.array([bounds[row] for row in free]).T)
-        best[free] = within
-        outside = [row for row, a, b in zip(free, solved, within, strict=True) if a != b]
-        if not outside:
-            break
-        free = [row for row in free if row not in outside]
-    return best
-
-
-def _solved(rows: Matrix, target: Vector) -> Vector:
-    values, vectors = linalg.eigh(rows @ rows.T)
+    free = np.flatnonzero(scale > 0)
+    low, high = np.array(bounds, dtype=float).reshape(-1, 2).T
+    best = np.clip(np.zeros(len(rows)), low, high)
+    if not free.size:
+        return best
+    alike = rows[free] / scale[free, None]
+    values, vectors = linalg.eigh(alike @ alike.T)
     kept = values > DEGENERATE * values[-1]
-    projected = vectors[:, kept].T @ (rows @ target)
-    return np.asarray(vectors[:, kept] @ (projected / values[kept]))
+    along = vectors.T @ (alike @ target)
+    inside = vectors[:, kept] @ (along[kept] / values[kept]) / scale[free]
+    if np.all((low[free] <= inside) & (inside <= high[free])):
+        best[free] = inside
+        return best
+    ends = low[free] * scale[free], high[free] * scale[free]
+    size = float(np.linalg.norm(along)) or 1.0
+    roots = np.sqrt(np.maximum(values, SMALLEST * values[-1]))
+    reduced, wanted = roots[:, None] * vectors.T, along / roots / size
+    found = lsq_linear(
+        reduced,
+        wanted,
+        (ends[0] / size, ends[1] / size),
+        method="bvls",
+        tol=TOLERANCE,
+        max_iter=MOST_CHANGES * free.size,
+    )
+    best[free] = np.clip(found.x * size / scale[free], low[free], high[free])
+    best[free[found.active_mask < 0]] = low[free[found.active_mask < 0]]
+    best[free[found.active_mask > 0]] = high[free[found.active_mask > 0]]
+    return best
