@@ -19,19 +19,21 @@ from service.formats.trace import Contents, Trace
 from service.formats.units import Gain, unit_gain
 from service.formats.volume import PRINTED, check_peak, first_match, numbers_in_columns, records, sampling_rate
 
-FIRST = re.compile(rb"(corrected |velocity|displacement)[^\r\n]*\(format v", re.IGNORECASE)
+FIRST = re.compile(rb"(corrected |velocity|displacement)[^\r\n]{0,200}\(format v", re.IGNORECASE)
 """Raw counts, uncorrected accelerations and response spectra begin otherwise."""
 VERSION = re.compile(r"\(format v([\d.]+)", re.IGNORECASE)
 STATION = re.compile(r"Code:\s*(\w{1,2})\s*-\s*(\w+)", re.IGNORECASE)
-START = re.compile(r"start time:.*?\b(\d{1,2})\s*:\s*(\d{1,2})\s*:[\s\d.]*(?:UTC|GMT)", re.IGNORECASE)
-SENSOR = re.compile(r"Sta Cha\w*:?\s*[\d?]+\s*:\s*(.*?)\s*(?:\(Rcrdr Chan[^)]*\))?\s*(?:Location:\s*(.*?))?\s*$")
+START = re.compile(r"^(?>.*?start time:).*?\b(\d{1,2})\s*:\s*(\d{1,2})\s*:[\s\d.]*(?:UTC|GMT)", re.IGNORECASE)
+SENSOR = re.compile(r"Sta Cha\w{0,8}:?\s*+[\d?]{1,8}\s*+:(.*)")
+RECORDER = re.compile(r"\(Rcrdr Chan[^)]*\)$")
 CODES = re.compile(r"^\s*\|\s*<SCNL>\s*\w+\.(\w+)\.\w+\.([\w-]*)", re.IGNORECASE)
 """Station, channel, network and location, in the comments of networks that give channels no number."""
 SERIES = re.compile(
-    r"^\s*(?P<count>[1-9]\d{0,8})\s+[a-z][^|]*?pts,.*units\s*=\s*(?P<unit>[^\s,(]*)\s*(?:\(\s*(?P<code>\d{1,3})\s*\))?\s*,\s*"
-    + LAYOUT,
+    r"^\s*+(?P<count>[1-9]\d{0,8})\s++[a-z](?>[^|]*?pts,).*"
+    r"units\s*+=\s*+(?P<unit>[^\s,(]{0,40}+)\s*+(?:\(\s*+(?P<code>\d{1,3})\s*+\)\s*+)?,\s*+" + LAYOUT,
     re.IGNORECASE,
 )
+"""Repetitions are possessive or bounded: a search takes linear time."""
 END = re.compile(r"\s*End-of-data for", re.IGNORECASE)
 
 CORRECTED = 2
@@ -73,7 +75,7 @@ def _trace(name: str, lines: Sequence[str]) -> Trace:
     channel = f"{_channel(header)}.{code}"
     what = f"{channel} in {name}"
     unit = _unit(what, header, quantity, series)
-    sensor = next((found.groups() for line in header.lines if (found := SENSOR.search(line))), ())
+    sensor = next((_sensor(found[1]) for line in header.lines if (found := SENSOR.search(line))), ())
     return Trace(
         channel=channel,
         start=_start(header),
@@ -83,6 +85,12 @@ def _trace(name: str, lines: Sequence[str]) -> Trace:
         quantity=quantity,
         sensor=", ".join(part for part in sensor if part),
     )
+
+
+def _sensor(text: str) -> tuple[str, str]:
+    """Orientation and location, as the line of a channel says them beside its number on the recorder."""
+    orientation, _, location = text.partition("Location:")
+    return RECORDER.sub("", orientation.strip()).strip(), location.strip()
 
 
 def _parameter(header: Header) -> tuple[Quantity, str]:

@@ -13,10 +13,11 @@ from service.formats.volume import first_match, numbers_in_columns
 
 UNKNOWN = re.compile(r"unknown/unspecified:\s*(-?\d+)[,\s]+(-?\d+\.?\d*)", re.IGNORECASE)
 LAYOUT = (
-    r"Format\s*=?\s*\(\s*(?:\d+P,?)?(?P<columns>[1-9]\d?)?(?P<kind>[EFGI])(?P<width>[1-9]\d?)(?:\.(?P<decimals>\d))?"
+    r"Format\s*+(?:=\s*+)?\(\s*+(?:\d++P,?)?"
+    r"(?P<columns>[1-9]\d?)?(?P<kind>[EFGI])(?P<width>[1-9]\d?)(?:\.(?P<decimals>\d))?"
 )
-"""Of numbers in columns, as Fortran says it."""
-TABLE = r"^\s*(?P<count>\d{1,9})\s+%s-header values follow on\s+(?P<rows>\d{1,9})\s+lines,?\s*" + LAYOUT
+"""Of numbers in columns, as Fortran says it. Repetitions are possessive (`*+`): a search takes linear time."""
+TABLE = r"^\s*(?P<count>\d{1,9})\s+%s-header values follow on\s+(?P<rows>\d{1,9})\s+lines,?\s*+" + LAYOUT
 
 
 @dataclass(frozen=True, slots=True)

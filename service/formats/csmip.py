@@ -21,15 +21,17 @@ ZONES = {"UTC": 0, "GMT": 0, "PST": -8, "PDT": -7}
 """h ahead of UTC; older files give California's time."""
 HEADER_LINES = 25
 STATION = re.compile(r"Station No\.\s*(\S+)", re.IGNORECASE)
-CHANNEL = re.compile(r"^Chan\s+(\d+):\s*(.*?)\s*(?:\(Sta Chn:\s*(\d+)\s*\))?\s*(?:Location:\s*(.*))?$", re.IGNORECASE)
+CHANNEL = re.compile(r"^Chan\s+(\d{1,9}):(.*)", re.IGNORECASE)
+LOCATION = re.compile(r"Location:", re.IGNORECASE)
+AT_STATION = re.compile(r"\(Sta Chn:\s*(\d{1,9})\s*\)$", re.IGNORECASE)
 """A station of several recorders gives a channel its number on the recorder, and its number at the station."""
 PEAK = re.compile(r"Peak\s+(acceleration|velocity|displacement)\s*=\s*(-?[\d.]+)", re.IGNORECASE)
 SERIES = re.compile(
-    r"\s*([1-9]\d*) points of (accel|veloc|displ) data equally spaced at\s+([\d.]+)\s*sec[,.]\s*"
+    r"\s*([1-9]\d{0,8}) points of (accel|veloc|displ) data equally spaced at\s+([\d.]+)\s*sec[,.]\s*"
     r"(?:in|\(units:) ([a-z/]+2?)[.)]?(?:\s*\(([1-9]\d?)f([1-9]\d?)\.\d+\))?",
     re.IGNORECASE,
 )
-END = re.compile(r"/&\s*-*\s*End of data for channel")
+END = re.compile(r"/&\s*+(?:-++\s*+)?End of data for channel")
 COLUMNS, WIDTH = 8, 10
 """Where the line before the numbers does not say it."""
 CODES = {"acceleration": "ACC", "velocity": "VEL", "displacement": "DIS"}
@@ -58,13 +60,12 @@ def _channel(name: str, lines: Sequence[str]) -> list[Trace]:
 def _series(name: str, header: Sequence[str], lines: Sequence[str], series: re.Match[str]) -> Trace:
     _, station = first_match(name, header, STATION, "Station No.")
     _, channel = first_match(name, header, CHANNEL, "Chan")
-    recorded, orientation, at_station, location = channel.groups(default="")
-    number = at_station or recorded
+    number, orientation, location = _sensor(channel)
     what, unit = f"{series[2].lower()} of channel {number} in {name}", unit_gain(series[4])
     count, columns, width = int(series[1]), int(series[5] or COLUMNS), int(series[6] or WIDTH)
     numbers = numbers_in_columns(what, lines, count, columns, width)
-    peaks = {peak[1].lower(): abs(float(peak[2])) for line in header if (peak := PEAK.match(line))}
-    check_peak(what, numbers, peaks.get(unit.quantity))
+    peaks = {peak[1].lower(): peak[2] for line in header if (peak := PEAK.match(line))}
+    check_peak(what, numbers, _printed(what, peaks.get(unit.quantity)))
     return Trace(
         channel=f"CE.{station[1]}.{int(number):02d}.{CODES[unit.quantity]}",
         start=_start(name, header),
@@ -74,6 +75,22 @@ def _series(name: str, header: Sequence[str], lines: Sequence[str], series: re.M
         quantity=unit.quantity,
         sensor=", ".join(part for part in (orientation, location) if part),
     )
+
+
+def _sensor(channel: re.Match[str]) -> tuple[str, str, str]:
+    """The channel's number at the station, its orientation and its location."""
+    orientation, *location = LOCATION.split(channel[2], maxsplit=1)
+    orientation = orientation.strip()
+    if at_station := AT_STATION.search(orientation):
+        return at_station[1], orientation[: at_station.start()].strip(), "".join(location).lstrip()
+    return channel[1], orientation, "".join(location).lstrip()
+
+
+def _printed(what: str, peak: str | None) -> float | None:
+    try:
+        return None if peak is None else float(peak)
+    except ValueError:
+        raise FormatError(f"{what} is damaged: its header prints the peak {peak!r}; a number would do") from None
 
 
 def _start(name: str, header: Sequence[str]) -> datetime:

@@ -16,9 +16,17 @@ from core.arrays import Matrix
 from service.formats.errors import FormatError
 from service.formats.trace import Contents, Trace
 from service.formats.units import Gain, unit_gain
+from service.formats.volume import text_lines
 
 KEYS = ("start", "rate")
 COLUMN = re.compile(r"(\S+)\s*\[([^\]]*)\]")
+LONGEST_COLUMN = 200
+"""Characters of a column's name and unit."""
+LONGEST_LINE = 100_000
+"""Characters."""
+MOST_COLUMNS = 1000
+AT_ONCE = 2**17
+"""Numbers that are read together."""
 
 
 def is_csv(data: bytes) -> bool:
@@ -29,12 +37,17 @@ def is_csv(data: bytes) -> bool:
 def read_csv(name: str, data: bytes, gains: Mapping[str, Gain]) -> Contents:
     """The record of a CSV file, whose header states start, rate, channels and units."""
     try:
-        lines = [line for line in data.decode("utf-8-sig").splitlines() if line.strip()]
+        text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise FormatError(f"{name} is no UTF-8 text: {error}; save it as UTF-8") from None
+    lines = [line for line in text_lines(name, text) if line.strip()]
+    if (longest := max(map(len, lines), default=0)) > LONGEST_LINE:
+        raise FormatError(f"{name} has a line of {longest} characters, at most {LONGEST_LINE} are accepted")
     heading = [line for line in lines if line.startswith("#")]
     start, rate = _start_and_rate(name, heading)
     names, *rows = lines[len(heading) :] or [""]
+    if (count := names.count(",") + 1) > MOST_COLUMNS:
+        raise FormatError(f"{name} has {count} columns, at most {MOST_COLUMNS} are accepted")
     columns = [_column(name, cell) for cell in names.split(",")]
     samples = _samples(name, len(heading) + 2, len(columns), rows)
     traces = (
@@ -63,10 +76,11 @@ def _start_and_rate(name: str, heading: Sequence[str]) -> tuple[datetime, float]
 
 
 def _column(name: str, cell: str) -> tuple[str, Gain]:
-    found = COLUMN.fullmatch(cell.strip())
+    found = COLUMN.fullmatch(cell.strip()) if len(cell) <= LONGEST_COLUMN else None
     if not found:
         raise FormatError(
-            f"column {cell.strip()!r} of {name} is no channel with its unit; XX.TOWER.01.HNX [gal] would do"
+            f"column {cell.strip()[:LONGEST_COLUMN]!r} of {name} is no channel with its unit; XX.TOWER.01.HNX [gal] "
+            f"would do"
         )
     try:
         return found[1], unit_gain(found[2])
@@ -81,8 +95,12 @@ def _samples(name: str, first: int, columns: int, rows: Sequence[str]) -> Matrix
     for number, row in enumerate(rows, start=first):
         if row.count(",") != columns - 1:
             raise FormatError(f"line {number} of {name} has {row.count(',') + 1} numbers; {columns} would do")
+    samples = np.empty((columns, len(rows)))
+    together = max(1, AT_ONCE // columns)
     try:
-        cells = np.array(",".join(rows).split(","), dtype=np.float64)
+        for at in range(0, len(rows), together):
+            cells = np.array(",".join(rows[at : at + together]).split(","), dtype=np.float64)
+            samples[:, at : at + together] = cells.reshape(-1, columns).T
     except ValueError as error:
-        raise FormatError(f"{name} holds what is no number: {error}") from None
-    return np.ascontiguousarray(cells.reshape(-1, columns).T)
+        raise FormatError(f"{name} holds what is no number: {str(error)[:LONGEST_COLUMN]}") from None
+    return samples

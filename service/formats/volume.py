@@ -12,6 +12,14 @@ import numpy as np
 from core.arrays import Vector
 from service.formats.errors import FormatError
 
+LONGEST_LINE = 1024
+"""Characters; the formats have 80."""
+MOST_LINES = 5_000_000
+"""Of a text file, whatever its format."""
+HEADER_LINES = 1000
+"""In which a header must have whatever it must have; the formats have fewer than 100."""
+AT_ONCE = 2**20
+"""Characters that are turned into numbers together."""
 PRINTED = 0.001
 """The last digit of the peaks that headers print, in the file's units."""
 
@@ -20,11 +28,16 @@ def records(name: str, data: bytes, end: re.Pattern[str]) -> list[list[str]]:
     """The lines of each record of a file, without the line that ends it.
 
     Raises:
-        FormatError: no line ends a record, or something follows the last that does.
+        FormatError: no line ends a record, something follows the last that does, or a line is far too long.
     """
     found: list[list[str]] = []
     lines: list[str] = []
-    for line in data.decode("ascii", errors="replace").splitlines():
+    for number, line in enumerate(text_lines(name, data.decode("ascii", errors="replace")), start=1):
+        if len(line) > LONGEST_LINE:
+            raise FormatError(
+                f"line {number} of {name} has {len(line)} characters, at most {LONGEST_LINE} are accepted; lines of "
+                f"this format have 80"
+            )
         if end.match(line):
             found.append(lines)
             lines = []
@@ -35,9 +48,23 @@ def records(name: str, data: bytes, end: re.Pattern[str]) -> list[list[str]]:
     return found
 
 
+def text_lines(name: str, text: str) -> list[str]:
+    """The lines of a text file.
+
+    Raises:
+        FormatError: it has too many.
+    """
+    if (count := text.count("\n") + text.count("\r")) > 2 * MOST_LINES:  # where lines end with both
+        raise FormatError(f"{name} has about {count} lines, at most {MOST_LINES} are accepted; send shorter files")
+    lines = text.splitlines()
+    if len(lines) > MOST_LINES:
+        raise FormatError(f"{name} has {len(lines)} lines, at most {MOST_LINES} are accepted; send shorter files")
+    return lines
+
+
 def first_match(name: str, lines: Sequence[str], pattern: re.Pattern[str], label: str) -> tuple[int, re.Match[str]]:
     """Where the first line stands that has what a header must have, and what was found in it."""
-    for at, line in enumerate(lines):
+    for at, line in enumerate(lines[:HEADER_LINES]):
         if found := pattern.search(line):
             return at, found
     raise FormatError(f"the header of {name} has no {label!r}; a volume 2 file with it would do")
@@ -46,15 +73,23 @@ def first_match(name: str, lines: Sequence[str], pattern: re.Pattern[str], label
 def numbers_in_columns(what: str, lines: Sequence[str], count: int, columns: int, width: int) -> Vector:
     """(count,) in the file's units, from the first lines, which have so many columns of so many characters."""
     rows = lines[: -(-count // columns)]
-    text = "".join(row.ljust(columns * width)[: columns * width] for row in rows)
-    fields = np.frombuffer(text.encode("ascii", errors="replace"), dtype=f"S{width}")[:count]
-    try:
-        numbers = fields.astype(np.float64)
-    except ValueError:
-        numbers = np.empty(0)
-    if numbers.size != count:
+    together = max(1, AT_ONCE // (columns * width))
+    if count > min(len(rows) * columns, sum(map(len, rows))):  # a number has one character at least
         raise FormatError(f"{what} is truncated or damaged: {count} numbers of {width} columns would do")
+    numbers = np.empty(count)
+    try:
+        for first in range(0, len(rows), together):
+            place = slice(first * columns, min((first + together) * columns, count))
+            numbers[place] = _fields(rows[first : first + together], columns, width)[: place.stop - place.start]
+    except ValueError:
+        raise FormatError(f"{what} is truncated or damaged: {count} numbers of {width} columns would do") from None
     return numbers
+
+
+def _fields(rows: Sequence[str], columns: int, width: int) -> np.ndarray[tuple[int], np.dtype[np.bytes_]]:
+    """What stands in the columns of some rows, as text."""
+    text = "".join(row.ljust(columns * width)[: columns * width] for row in rows)
+    return np.frombuffer(text.encode("ascii", errors="replace"), dtype=f"S{width}")
 
 
 def sampling_rate(what: str, interval: str) -> float:

@@ -1,17 +1,24 @@
 """Zip archives of files of records, with a bound on what they may unpack to."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from io import BytesIO
-from zipfile import BadZipFile, ZipFile, ZipInfo
+from lzma import LZMAError
+from zipfile import BadZipFile, ZipFile
 from zlib import error as ZlibError  # noqa: N812  a class, whatever its name
 
 from service.formats.errors import FormatError, UnknownFormatError
+from service.formats.stationxml import is_stationxml
 from service.formats.trace import Contents
 from service.formats.units import Gain
 
 LARGEST = 256 * 2**20
 """Bytes, of all members together."""
 MOST_MEMBERS = 10_000
+LARGEST_RATIO = 100
+"""Bytes of all members to one of the archive, beyond SMALL: records compress 3 to 10 times."""
+SMALL = 32 * 2**20
+"""Bytes, of all members together, that any archive may unpack to."""
 
 Reader = Callable[[str, bytes, Mapping[str, Gain]], Contents]
 
@@ -26,54 +33,68 @@ def read_zip(name: str, data: bytes, gains: Mapping[str, Gain], read: Reader) ->
 
     A member of no known format is left out with a remark, as archives carry spectra and notes beside their records.
     """
-    members = _members(name, data)
-    stations = {member: content for member, content in members.items() if b"<FDSNStationXML" in content[:4096]}
-    told = [read(f"{name}/{member}", content, gains) for member, content in stations.items()]
-    known = {**{channel: gain for contents in told for channel, gain in contents.gains.items()}, **gains}
+    found = [
+        read(f"{name}/{member}", content, gains) for member, content in _members(name, data) if is_stationxml(content)
+    ]
+    known = {**{channel: gain for contents in found for channel, gain in contents.gains.items()}, **gains}
     remarks: list[str] = []
-    for member, content in members.items():
-        if member in stations:
+    for member, content in _members(name, data):
+        if is_stationxml(content):
             continue
         try:
-            told.append(read(f"{name}/{member}", content, known))
+            found.append(read(f"{name}/{member}", content, known))
         except UnknownFormatError as error:
             remarks.append(str(error))
-    if not told:
+    if not found:
         raise FormatError(f"{name} holds no file of a known format; {'; '.join(remarks[:3]) or 'it is empty'}")
-    return _together(told, tuple(remarks))
+    return _together(found, tuple(remarks))
 
 
-def _together(told: list[Contents], remarks: tuple[str, ...]) -> Contents:
-    traces = tuple(trace for contents in told for trace in contents.traces)
+def _together(found: list[Contents], remarks: tuple[str, ...]) -> Contents:
+    traces = tuple(trace for contents in found for trace in contents.traces)
     return Contents(
         kind="waveforms" if traces else "station",
         traces=traces,
-        gains={channel: gain for contents in told for channel, gain in contents.gains.items()},
-        without_unit=tuple(channel for contents in told for channel in contents.without_unit),
-        remarks=tuple(remark for contents in told for remark in contents.remarks) + remarks,
+        gains={channel: gain for contents in found for channel, gain in contents.gains.items()},
+        without_unit=tuple(channel for contents in found for channel in contents.without_unit),
+        remarks=tuple(remark for contents in found for remark in contents.remarks) + remarks,
     )
 
 
-def _members(name: str, data: bytes) -> dict[str, bytes]:
-    """The unpacked files by name."""
+def _members(name: str, data: bytes) -> Iterator[tuple[str, bytes]]:
+    """The files by name, unpacked one at a time; of several with one name the last."""
+    bound = min(LARGEST, max(SMALL, LARGEST_RATIO * len(data)))
+    with _readable(name):
+        archive = ZipFile(BytesIO(data))
+        infos = [info for info in archive.infolist() if not info.is_dir()]
+    if len(infos) > MOST_MEMBERS:
+        raise FormatError(f"{name} has {len(infos)} members; at most {MOST_MEMBERS} would do")
+    left = bound
+    for member, info in {info.filename: info for info in infos}.items():
+        with _readable(name), archive.open(info) as opened:
+            content = opened.read(left + 1)  # the directory's sizes are only claims
+        if len(content) > left:
+            raise FormatError(
+                f"{name} has {len(data)} bytes and unpacks to more than {bound}; smaller archives, or ones packed at "
+                f"most {LARGEST_RATIO} times, would do"
+            )
+        left -= len(content)
+        yield member, content
+
+
+@contextmanager
+def _readable(name: str) -> Iterator[None]:
+    """Whatever a damaged archive makes the reader of archives stumble over is a refusal."""
     try:
-        with ZipFile(BytesIO(data)) as archive:
-            infos = [info for info in archive.infolist() if not info.is_dir()]
-            if len(infos) > MOST_MEMBERS:
-                raise FormatError(f"{name} has {len(infos)} members; at most {MOST_MEMBERS} would do")
-            left, members = LARGEST, {}
-            for info in infos:
-                members[info.filename] = _unpacked(name, archive, info, left)
-                left -= len(members[info.filename])
-            return members
-    except (BadZipFile, ZlibError, NotImplementedError, RuntimeError, EOFError, OSError) as error:
+        yield
+    except (
+        BadZipFile,
+        ZlibError,
+        LZMAError,
+        NotImplementedError,
+        RuntimeError,
+        EOFError,
+        OSError,
+        ValueError,
+    ) as error:
         raise FormatError(f"{name} is no readable zip archive: {error}; fetch it again") from error
-
-
-def _unpacked(name: str, archive: ZipFile, info: ZipInfo, left: int) -> bytes:
-    """A member's bytes; the directory's sizes are only claims, so reading stops at the bound."""
-    with archive.open(info) as member:
-        content = member.read(left + 1)
-    if len(content) > left:
-        raise FormatError(f"{name} unpacks to more than {LARGEST} bytes; smaller archives would do")
-    return content

@@ -23,7 +23,7 @@ FIRST_WINDOW = timedelta(hours=1)
 LONGEST_WINDOW = timedelta(days=366)
 SHORTEST_WINDOW = timedelta(seconds=60)
 STATIONS_HOLD = timedelta(days=1)
-WRITTEN = re.compile(rb"<Created>.*?</Created>", re.DOTALL)
+WRITTEN = re.compile(rb"<Created>[^<]{0,100}</Created>")
 
 
 @dataclass(frozen=True, slots=True)
