@@ -11,6 +11,7 @@ from fastapi.staticfiles import StaticFiles
 from service import errors
 from service.access import auth
 from service.access.auth import Keys
+from service.database.encryption import SecretKeyError
 from service.own_effects import add_own_effects
 from service.pages.rendering import FOLDER
 from service.routers import (
@@ -43,7 +44,7 @@ from service.routers import (
     series,
 )
 from service.schemas.answer import Problem
-from service.sessions import reading, sessions
+from service.sessions import NulError, reading, sessions
 from service.settings import Settings
 from service.version import VERSION
 from service.web import metrics
@@ -96,6 +97,8 @@ def create(settings: Settings) -> FastAPI:
     app.add_middleware(Heard)
     app.add_middleware(Measured, registry=app.state.metrics)
     errors.install(app)
+    app.add_exception_handler(NulError, errors.of_text)
+    app.add_exception_handler(SecretKeyError, errors.of_secret_key)
     api = APIRouter(prefix="/api/v1", dependencies=[Depends(auth.viewer)])
     of_models = (effects, models, model_work, comparisons, diagnoses)
     of_notices = (alerts, audit, receivers, messages)

@@ -2,7 +2,7 @@
 
 import typer
 
-from service.commands import analyse, building, demo, drill, effects, keys, model, reproduce, run
+from service.commands import analyse, building, demo, drill, effects, keys, model, reproduce, run, secret
 
 app = typer.Typer(
     name="menshin",
@@ -15,3 +15,4 @@ for group in (demo, run, drill, analyse, reproduce, effects):
 app.add_typer(building.app, name="building")
 app.add_typer(model.app, name="model")
 app.add_typer(keys.app, name="key")
+app.add_typer(secret.app, name="secret")

@@ -140,6 +140,16 @@ def of_ours(_: Request, __: Exception) -> Response:
     return problem(500, DETAIL[500])
 
 
+def of_text(_: Request, error: Exception) -> Response:
+    """A text that cannot be stored."""
+    return problem(422, str(error))
+
+
+def of_secret_key(_: Request, error: Exception) -> Response:
+    """A secret that cannot be decrypted: the operator has to set the right key."""
+    return problem(503, str(error))
+
+
 def of_database(_: Request, __: Exception) -> Response:
     """The database is away, or too busy: it is worth asking again."""
     return problem(503, AWAY, {"Retry-After": str(RETRY_AFTER)})

@@ -10,9 +10,11 @@ from threading import Event as Signal
 from threading import Thread
 from types import FrameType
 
+from sqlalchemy import Text, func, not_, select, type_coerce
 from sqlalchemy.orm import Session, sessionmaker
 
 from service import migrate
+from service.database import Receiver, encryption
 from service.sessions import sessions
 from service.settings import Settings
 
@@ -68,6 +70,7 @@ def running(
     logging.getLogger("apscheduler").setLevel(logging.ERROR)  # a look longer than the interval skips one: no fault
     logging.getLogger("httpx").setLevel(logging.WARNING)
     with migrated(settings) as opened:
+        _warn_of_plain_secrets(opened)
         parts = [
             *([Thread(target=_guarded, args=(_poll, opened, settings, stop), name="poller")] if poll else []),
             *([Thread(target=_guarded, args=(_work, opened, settings, stop), name="worker")] if work else []),
@@ -81,6 +84,28 @@ def running(
             stop.set()
             for part in parts:
                 part.join()
+
+
+def _warn_of_plain_secrets(opened: sessionmaker[Session]) -> None:
+    """Log how many receivers' secrets are stored without encryption.
+
+    Raises:
+        SecretKeyError: the key in the environment is malformed, or another one than that of the database.
+    """
+    with opened() as session:
+        plain = select(func.count(Receiver.id)).where(
+            Receiver.kind != "email",
+            Receiver.removed_at.is_(None),
+            not_(type_coerce(Receiver.address, Text).startswith(encryption.PREFIX)),
+        )
+        if count := session.scalar(plain):
+            log.warning(
+                "%d receivers' addresses and secrets are stored unencrypted; set %s (docs/settings.md)",
+                count,
+                encryption.VARIABLE,
+            )
+        session.scalars(select(Receiver.secret).limit(1)).one_or_none()
+    encryption.is_key_set()
 
 
 def api(settings: Settings, stop: Signal) -> None:

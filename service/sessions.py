@@ -1,6 +1,8 @@
 """How the database is reached: the same way for SQLite and PostgreSQL."""
 
+import os
 import sqlite3
+import stat
 from pathlib import Path
 from time import monotonic, sleep
 from typing import Any
@@ -13,12 +15,22 @@ LOCKED_TIMEOUT = 1.0  # s that a file which is being made may be locked
 READING = "reading"
 
 
+class NulError(ValueError):
+    """A text that is to be stored or looked for holds a NUL character, which PostgreSQL cannot store."""
+
+    def __init__(self) -> None:
+        super().__init__("A text contains a NUL character (U+0000), which cannot be stored. Remove it.")
+
+
 def engine(url: str) -> Engine:
     """The engine of a database; the folder of an SQLite file is made if it is missing."""
     address = _address(url)
     if address.get_backend_name() == "sqlite":
-        return _sqlite(address)
-    return create_engine(address, pool_pre_ping=True, connect_args={"connect_timeout": 10})
+        made = _sqlite(address)
+    else:
+        made = create_engine(address, pool_pre_ping=True, hide_parameters=True, connect_args={"connect_timeout": 10})
+    event.listen(made, "before_cursor_execute", _refuse_nul)
+    return made
 
 
 def sessions(url: str) -> sessionmaker[Session]:
@@ -38,13 +50,29 @@ def _address(url: str) -> URL:
 
 
 def _sqlite(address: URL) -> Engine:
-    if address.database and address.database != ":memory:":
-        Path(address.database).parent.mkdir(parents=True, exist_ok=True)
+    if address.database and address.database != ":memory:" and not address.database.startswith("file:"):
+        _keep_to_the_owner(Path(address.database))
     waits = {} if "timeout" in address.query else {"timeout": BUSY_TIMEOUT}
-    made = create_engine(address, connect_args=waits)
+    made = create_engine(address, hide_parameters=True, connect_args=waits)
     event.listen(made, "connect", _prepare)
     event.listen(made, "begin", _begin)
     return made
+
+
+def _keep_to_the_owner(file: Path) -> None:
+    """Make a new database file, and its folder, unreadable to other users; from an old file take the world's rights.
+
+    SQLite gives its journals the rights of the file. A group's rights of an old file stay: somebody gave them.
+    """
+    file.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
+    try:
+        os.close(os.open(file, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o600))
+    except FileExistsError:
+        rights = stat.S_IMODE(file.stat().st_mode)
+        if rights & stat.S_IRWXO and os.access(file, os.W_OK) and file.stat().st_uid == os.geteuid():
+            file.chmod(rights & ~stat.S_IRWXO)
+    except OSError:
+        pass  # SQLite says why a file cannot be opened
 
 
 def _prepare(connection: Any, _: object) -> None:  # noqa: ANN401  the driver's own, without a type of SQLAlchemy's
@@ -66,6 +94,15 @@ def _write_ahead(connection: sqlite3.Connection) -> None:
             sleep(0.01)
         else:
             return
+
+
+def _refuse_nul(_: Connection, __: object, ___: str, parameters: Any, *____: object) -> None:  # noqa: ANN401
+    """Refuse NUL on both databases alike, before the driver does it with an error of its own."""
+    rows = parameters if isinstance(parameters, list) else [parameters]
+    for row in rows:
+        for value in row.values() if isinstance(row, dict) else row:
+            if isinstance(value, str) and "\0" in value:
+                raise NulError
 
 
 def _begin(connection: Connection) -> None:

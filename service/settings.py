@@ -218,9 +218,22 @@ class Settings(BaseSettings):
         dotenv_settings: PydanticBaseSettingsSource,
         file_secret_settings: PydanticBaseSettingsSource,
     ) -> tuple[PydanticBaseSettingsSource, ...]:
-        """Arguments, then the environment, then the file."""
+        """Arguments, then the environment, then the file.
+
+        Raises:
+            ValueError: a menshin.toml that nobody named, but that lies in the working directory, names a folder whose
+                code would be run.
+        """
         file = settings_file()
-        return (init_settings, env_settings, *([] if file is None else [TomlConfigSettingsSource(settings_cls, file)]))
+        if file is None:
+            return (init_settings, env_settings)
+        written = TomlConfigSettingsSource(settings_cls, file)
+        if "effects_folder" in written() and not os.environ.get(FILE_VARIABLE):
+            raise ValueError(
+                f"{file} of the working directory sets effects_folder, whose files are run as code. If you trust the "
+                f"file, name it in {FILE_VARIABLE}, or set {PREFIX}EFFECTS_FOLDER instead."
+            )
+        return (init_settings, env_settings, written)
 
     def explained(self) -> tuple[Explained, ...]:
         """Every setting, its value, and why it has it."""

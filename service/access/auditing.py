@@ -20,6 +20,10 @@ DEED, CLOCK, CHANGED = "deed", "clock", "changed"
 """What a session's `info` holds for us."""
 SECRET = re.compile(r"secret|password|token|key|authorization", re.IGNORECASE)
 """Names whose values are kept from the trail."""
+ADDRESS_KEY = re.compile(r"address|mail|location", re.IGNORECASE)
+"""Names whose values may be mail addresses."""
+ADDRESS = re.compile(r"(?<![a-z0-9+.-])[a-z][a-z0-9+.-]{0,30}://\S+", re.IGNORECASE)
+"""An address anywhere in a text."""
 LONGEST = 500
 """Characters that are kept of a text."""
 
@@ -59,24 +63,34 @@ def without_secrets(value: Any) -> Any:  # noqa: ANN401  whatever JSON may hold
     """The same, with secrets hidden, of addresses only the server, and long texts cut."""
     match value:
         case Mapping():
-            return {key: "(hidden)" if SECRET.search(key) else without_secrets(member) for key, member in value.items()}
+            return {key: _member(key, member) for key, member in value.items()}
         case list() | tuple():
             return [without_secrets(member) for member in value]
         case str():
-            return _server(value)[:LONGEST]
+            return ADDRESS.sub(lambda found: _server(found.group()), value)[:LONGEST]
     return value
 
 
-def _server(text: str) -> str:
-    """Of an address what tells where it leads: its path, query and user may be secrets, and so may the host of one
-    that is not of the web, such as slack://TOKEN."""
+def _member(key: str, value: Any) -> Any:  # noqa: ANN401  whatever JSON may hold
+    """One value of an object; of a mail address the trail keeps the first letter and the domain."""
+    if SECRET.search(key):
+        return "(hidden)"
+    if ADDRESS_KEY.search(key) and isinstance(value, str) and "://" not in value and "@" in value:
+        return f"{value[:1]}...@{value.rpartition('@')[2]}"[:LONGEST]
+    return without_secrets(value)
+
+
+def _server(address: str) -> str:
+    """The scheme and the server of an address.
+
+    Its path, query and user may be secrets, and so may the host of one that is not of the web, such as slack://TOKEN.
+    """
+    scheme = address.partition("://")[0]
     try:
-        parts = urlsplit(text)
-    except ValueError:
-        return text
-    if not (parts.scheme and parts.netloc):
-        return text
-    return f"{parts.scheme}://{parts.hostname}/..." if parts.scheme in ("http", "https") else f"{parts.scheme}://..."
+        host = urlsplit(address).hostname if scheme.lower() in ("http", "https") else None
+    except ValueError:  # brackets that do not match
+        host = None
+    return f"{scheme}://{host}/..." if host else f"{scheme}://..."
 
 
 def _entry(deed: Deed, now: datetime) -> AuditEntry:

@@ -30,7 +30,8 @@ def _told(wrong: "ErrorDetails") -> str:
     from service.settings import SECRETS
 
     name = ".".join(map(str, wrong["loc"]))
-    got = "" if not name or name in SECRETS else f", got {wrong['input']!r}"
+    is_secret = not name or name in SECRETS or wrong["type"] == "extra_forbidden"  # it may be a misspelt password
+    got = "" if is_secret else f", got {wrong['input']!r}"
     return f"{name or 'settings'}: {wrong['msg']}{got}"
 
 

@@ -2,10 +2,11 @@
 
 from datetime import datetime
 
-from sqlalchemy import ForeignKey, Text, UniqueConstraint
+from sqlalchemy import ForeignKey, UniqueConstraint
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
 from service.database.base import Base
+from service.database.encryption import Encrypted
 
 
 class Building(Base):
@@ -27,7 +28,8 @@ class Revision(Base):
     id: Mapped[int] = mapped_column(primary_key=True)
     building_id: Mapped[int] = mapped_column(ForeignKey("building.id"))
     number: Mapped[int]
-    toml: Mapped[str] = mapped_column(Text)
+    toml: Mapped[str] = mapped_column(Encrypted)
+    """It may hold passwords of sources and secrets of receivers."""
     folder: Mapped[str]
     """Where the description lay: relative source locations start here."""
     created_at: Mapped[datetime]

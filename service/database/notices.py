@@ -8,6 +8,7 @@ from sqlalchemy.orm import Mapped, mapped_column, relationship
 
 from service.database.base import Base
 from service.database.buildings import Building
+from service.database.encryption import Encrypted
 
 
 class Receiver(Base):
@@ -20,9 +21,9 @@ class Receiver(Base):
     name: Mapped[str]
     kind: Mapped[str]
     """`email`, `webhook`, `alertmanager` or `apprise`."""
-    address: Mapped[str] = mapped_column(Text)
+    address: Mapped[str] = mapped_column(Encrypted)
     """As given: it may hold a password or a token, or name a variable of the environment (`env:NAME`)."""
-    secret: Mapped[str | None] = mapped_column(Text)
+    secret: Mapped[str | None] = mapped_column(Encrypted)
     """Key of the signature, or the variable that holds it; never shown again."""
     kinds: Mapped[list[str]]
     """Of notices that it wants."""

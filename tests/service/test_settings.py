@@ -43,6 +43,27 @@ def test_the_file_that_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     assert Settings().band == (0.2, 20.0)
 
 
+def test_a_file_that_nobody_named_cannot_name_code(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Else a command in a folder of downloaded records runs what came with them."""
+    (tmp_path / "menshin.toml").write_text('effects_folder = "effects"\n')
+    with pytest.raises(typer.Exit):
+        settings_in_force()
+    assert "run as code" in capsys.readouterr().err
+    monkeypatch.setenv("MENSHIN_SETTINGS", str(tmp_path / "menshin.toml"))
+    assert Settings().effects_folder == Path("effects")
+
+
+def test_a_misspelt_password_is_not_printed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "menshin.toml").write_text('smtp_pasword = "hunter2"\n')
+    with pytest.raises(typer.Exit):
+        settings_in_force()
+    printed = capsys.readouterr().err
+    assert "smtp_pasword" in printed
+    assert "hunter2" not in printed
+
+
 def test_passwords_are_masked() -> None:
     explained = origins(Settings(database_url="postgresql://me:secret@host/name"))
     assert explained["database_url"][0] == "postgresql://me:***@host/name"

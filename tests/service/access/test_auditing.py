@@ -116,6 +116,22 @@ def test_no_secret_is_kept() -> None:
     }
 
 
+@pytest.mark.parametrize(
+    ("told", "kept"),
+    [
+        ({"address": "jo@example.org"}, {"address": "j...@example.org"}),
+        ({"address": "o'hara+\u202etag@b\u00fcro.example"}, {"address": "o...@b\u00fcro.example"}),
+        ({"address": '"odd name@x"@example.org'}, {"address": '"...@example.org'}),
+        ({"address": "https://[me:word@hooks.example"}, {"address": "https://..."}),
+        ({"address": "SLACK://token-a/token-b"}, {"address": "SLACK://..."}),
+        ({"note": "see https://me:word@x.example/a?token=3 now"}, {"note": "see https://x.example/... now"}),
+        ({"note": "ask jo@example.org"}, {"note": "ask jo@example.org"}),
+    ],
+)
+def test_an_address_is_kept_only_in_part(told: dict[str, str], kept: dict[str, str]) -> None:
+    assert without_secrets(told) == kept
+
+
 def test_no_command_writes_past_the_trail() -> None:
     writers = [path for path in COMMANDS.rglob("*.py") if re.search(r"\.begin\(\)", path.read_text("utf-8"))]
     assert writers

@@ -1,0 +1,85 @@
+"""Secrets at rest: columns that are encrypted with a key from the environment.
+
+The key is a Fernet key (AES-128 in CBC mode with an HMAC of SHA-256). MENSHIN_SECRET_KEY may hold several, separated by
+commas: the first one encrypts, all of them decrypt, so that a key can be replaced. Without a key secrets are stored as
+they are, and rows that were stored so stay readable after a key was set.
+"""
+
+import os
+from functools import lru_cache
+
+from cryptography.fernet import Fernet, InvalidToken, MultiFernet
+from sqlalchemy import Dialect, Text, TypeDecorator
+
+VARIABLE = "MENSHIN_SECRET_KEY"
+PREFIX = "fernet:"
+"""Before every encrypted value."""
+
+
+class SecretKeyError(Exception):
+    """The secret key is malformed, missing or another one than that which encrypted a value."""
+
+
+def new_key() -> str:
+    """A random key."""
+    return Fernet.generate_key().decode()
+
+
+def is_key_set() -> bool:
+    """Whether secrets are encrypted before they are stored.
+
+    Raises:
+        SecretKeyError: MENSHIN_SECRET_KEY holds something else than keys.
+    """
+    return _keys(os.environ.get(VARIABLE, "")) is not None
+
+
+def is_encrypted(stored: str) -> bool:
+    """Whether a value, as it is stored, is encrypted."""
+    return stored.startswith(PREFIX)
+
+
+class Encrypted(TypeDecorator[str]):
+    """Text that is encrypted in the database. It cannot be compared there: equal texts are stored differently."""
+
+    impl = Text
+    cache_ok = True
+
+    def process_bind_param(self, value: str | None, dialect: Dialect) -> str | None:
+        """Encrypt with the first key, if there is one."""
+        keys = _keys(os.environ.get(VARIABLE, ""))
+        if value is None or keys is None:
+            return value
+        return PREFIX + keys.encrypt(value.encode()).decode()
+
+    def process_result_value(self, value: str | None, dialect: Dialect) -> str | None:
+        """Decrypt what is encrypted.
+
+        Raises:
+            SecretKeyError: none of the keys, or no key, decrypts it.
+        """
+        if value is None or not is_encrypted(value):
+            return value
+        keys = _keys(os.environ.get(VARIABLE, ""))
+        if keys is None:
+            raise SecretKeyError(
+                f"The database holds encrypted secrets. Set {VARIABLE} to the key that encrypted them."
+            )
+        try:
+            return keys.decrypt(value.removeprefix(PREFIX)).decode()
+        except InvalidToken:
+            raise SecretKeyError(
+                f"No key in {VARIABLE} decrypts a secret in the database. Add the key that encrypted it after a comma."
+            ) from None
+
+
+@lru_cache(maxsize=4)
+def _keys(given: str) -> MultiFernet | None:
+    """The keys of the variable's value; None if it is empty."""
+    names = [name.strip() for name in given.split(",") if name.strip()]
+    try:
+        return MultiFernet([Fernet(name) for name in names]) if names else None
+    except ValueError:
+        raise SecretKeyError(
+            f"{VARIABLE} holds no key. `menshin secret new-key` prints one; separate several by commas."
+        ) from None
