@@ -6,8 +6,8 @@ from datetime import datetime
 from typing import Any, Literal
 
 from service.alerting.found import Found
+from service.alerting.parts import alert_cause, part_then
 from service.alerting.states import RESOLVED, WITHDRAWN
-from service.alerting.words import overlap
 
 Outcome = Literal["confirmed", "unfounded"]
 OUTCOMES: Mapping[Outcome, str] = {"confirmed": RESOLVED, "unfounded": WITHDRAWN}
@@ -28,17 +28,15 @@ class Act:
     """What was known then."""
 
     def answers(self, found: Found) -> bool:
-        """Whether it holds for a finding: of the same cause, of what began before, and no worse than it was then.
-
-        Who looks at a layer looks at both directions: what they tell together is answered with either of them.
-        """
-        is_about_it = self.cause == found.cause or overlap(self.cause, found.cause)
-        return is_about_it and found.began_at <= self.at and not is_worse(self.evidence, found.evidence)
+        """Whether it holds for a finding: of its alert, of what began before, and no worse than it was then."""
+        if self.cause != alert_cause(found.cause) or found.began_at > self.at:
+            return False
+        return not is_worse(part_then(self.evidence, found), found.evidence)
 
 
-def latest(acts: Sequence[Act], found: Found, *, ends: bool) -> Act | None:
-    """The last act of that sort that answers a finding."""
-    answering = [act for act in acts if act.ends == ends and act.answers(found)]
+def latest(acts: Sequence[Act], found: Sequence[Found], *, ends: bool) -> Act | None:
+    """The last act of that sort that answers all of these findings."""
+    answering = [act for act in acts if act.ends == ends and all(act.answers(one) for one in found)]
     return max(answering, key=lambda act: act.at, default=None)
 
 
@@ -52,8 +50,15 @@ def is_worse(then: Mapping[str, Any], now: Mapping[str, Any]) -> bool:
 
 
 def differs(then: Mapping[str, Any], now: Mapping[str, Any]) -> bool:
-    """Whether what was said of a drift no longer holds: another rule found it, or it left the 95 % interval of then."""
+    """Whether what was said of a drift no longer holds: another rule found it, it left the 95 % interval of then, or it
+    shows in another direction too."""
+    if _active_parts(now) - _active_parts(then):
+        return True
     drift, low, high = now.get("drift"), then.get("low"), then.get("high")
     if drift is None or low is None or high is None or then.get("rule") != now.get("rule"):
         return then != now
     return not low <= drift <= high
+
+
+def _active_parts(evidence: Mapping[str, Any]) -> set[str]:
+    return {part["subject"] for part in evidence.get("parts", ()) if part["state"] == "active"}

@@ -11,6 +11,7 @@ from service.database import Alert, AlertChange
 def follow(alert: Alert, found: Found, now: datetime) -> None:
     """Let an alert say what is found now."""
     alert.kind, alert.began_at, alert.updated_at = found.kind, found.began_at, now
+    alert.changed_after, alert.changed_by = found.changed_after, found.changed_by
     alert.onset_event_id, alert.raised_event_id = found.onset_event_id, found.raised_event_id
     alert.event_ids, alert.channels = list(found.event_ids), list(found.channels)
     alert.evidence, alert.summary, alert.sentences = dict(found.evidence), found.summary, list(found.sentences)

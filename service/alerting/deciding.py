@@ -3,12 +3,14 @@
 A pure function: the same findings and acts give the same open alerts, whatever was found on the way there.
 """
 
-from collections.abc import Collection, Iterator, Sequence
+from collections import defaultdict
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from service.alerting.acts import Act, latest
 from service.alerting.found import Found
-from service.alerting.holding import holder
+from service.alerting.holding import holder, reason
+from service.alerting.parts import alert_cause, joined
 from service.alerting.states import ACKNOWLEDGED, ACTIVE, ON_HOLD, PENDING, RESOLVED, WITHDRAWN
 
 NO_LONGER = "It is no longer found."
@@ -46,38 +48,54 @@ def decide(found: Sequence[Found], standing: Sequence[Standing], acts: Sequence[
     """What every alert should be, of one building and the kinds of one scope; no verdict: as it is.
 
     Args:
-        found: all that is found now, at most one of a cause.
+        found: all that is found now, at most one of a cause; those of one layer's directions become one alert.
         standing: the open alerts, at most one of a cause.
         acts: what people did about the building's alerts, ended ones too.
     """
-    answered = {one.cause: latest(acts, one, ends=True) for one in found}
+    answered = {one.cause: latest(acts, [one], ends=True) for one in found}
     live = [one for one in found if answered[one.cause] is None]
     before = {one.cause: one for one in standing}
+    alerts = _by_alert(live)
     return (
-        *(verdict for one in live for verdict in _found(one, live, before.get(one.cause), acts)),
-        *_inspected([one for one in found if one.cause in before], answered),
-        *_not_found(standing, {one.cause for one in found}),
+        *(verdict for cause, parts in alerts.items() for verdict in _found(parts, live, before.get(cause), acts)),
+        *_inspected([one for one in found if alert_cause(one.cause) not in alerts], before, answered),
+        *_not_found(standing, {alert_cause(one.cause) for one in found}),
     )
 
 
-def _found(one: Found, live: Sequence[Found], before: Standing | None, acts: Sequence[Act]) -> Iterator[Verdict]:
-    if not one.is_sure:
-        if before is None or not _stays(before):
-            yield Verdict(one.cause, PENDING, one)
-    elif (by := holder(one, live)) is not None:
-        yield Verdict(one.cause, ON_HOLD, one, by.cause, f"Held back by {by.cause}: {by.summary}.")
-    else:
-        act = latest(acts, one, ends=False)
-        yield Verdict(one.cause, ACTIVE if act is None else ACKNOWLEDGED, one, act=act)
-
-
-def _inspected(found: Sequence[Found], answered: dict[str, Act | None]) -> Iterator[Verdict]:
-    """Open alerts whose finding, as it is now, an earlier inspection has answered."""
+def _by_alert(found: Sequence[Found]) -> Mapping[str, Sequence[Found]]:
+    """By cause of the alert, what is found of it."""
+    every: dict[str, list[Found]] = defaultdict(list)
     for one in found:
-        if (act := answered[one.cause]) is not None:
-            yield Verdict(
-                one.cause, RESOLVED, None, note=f"The inspection by {act.by} at {act.at:%Y-%m-%d} answers it."
-            )
+        every[alert_cause(one.cause)].append(one)
+    return every
+
+
+def _found(
+    parts: Sequence[Found], live: Sequence[Found], before: Standing | None, acts: Sequence[Act]
+) -> Iterator[Verdict]:
+    sure = [part for part in parts if part.is_sure]
+    held = {part.cause: by for part in sure if (by := holder(part, live)) is not None}
+    whole = joined(parts, held)
+    if not sure:
+        if before is None or not _stays(before):
+            yield Verdict(whole.cause, PENDING, whole)
+    elif free := [part for part in sure if part.cause not in held]:
+        act = latest(acts, free, ends=False)
+        yield Verdict(whole.cause, ACTIVE if act is None else ACKNOWLEDGED, whole, act=act)
+    else:
+        by = next(iter(held.values()))
+        yield Verdict(whole.cause, ON_HOLD, whole, by.cause, reason(by))
+
+
+def _inspected(
+    found: Sequence[Found], before: Mapping[str, Standing], answered: Mapping[str, Act | None]
+) -> Iterator[Verdict]:
+    """Open alerts of which an earlier inspection has answered all that is found."""
+    acts = {alert_cause(one.cause): answered[one.cause] for one in found}
+    for cause, act in acts.items():
+        if act is not None and cause in before:
+            yield Verdict(cause, RESOLVED, None, note=f"The inspection by {act.by} at {act.at:%Y-%m-%d} answers it.")
 
 
 def _not_found(standing: Sequence[Standing], causes: Collection[str]) -> Iterator[Verdict]:

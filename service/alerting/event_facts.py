@@ -20,6 +20,10 @@ class AlertFacts:
     sentences: tuple[str, ...]
     evidence: Mapping[str, Any]
     began_at: datetime
+    changed_after: datetime | None = None
+    """Start of the last event that did not show it; None of what goes by the clock."""
+    changed_by: datetime | None = None
+    """Start of the first event that surely did."""
     end: str = ""
     """Why it ended, by whom; empty as long as it is open."""
     silenced_until: datetime | None = None

@@ -203,6 +203,8 @@ def _alert_data(one: AlertFacts) -> dict[str, object]:
         "kind": one.kind,
         "state": one.state,
         "began_at": one.began_at.astimezone(UTC).isoformat(),
+        "changed_after": one.changed_after and one.changed_after.astimezone(UTC).isoformat(),
+        "changed_by": one.changed_by and one.changed_by.astimezone(UTC).isoformat(),
         "evidence": dict(one.evidence),
         "summary": one.summary,
         "sentences": list(one.sentences),

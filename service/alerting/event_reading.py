@@ -12,7 +12,7 @@ from service.alerting.event_facts import AlertFacts, EventFacts
 from service.alerting.silences import silence_of
 from service.alerting.states import CLOSED, PENDING
 from service.alerting.telling import Telling, as_told, tellings, told_with
-from service.alerting.words import of_cause, overlap
+from service.alerting.words import of_cause
 from service.database import Alert, Analysis, Building, Event, Silence
 from service.queries import alerts, analysis_results, layer_results
 
@@ -41,12 +41,7 @@ def event_facts(
     silences = alerts.silences(session, building.id)
     before = tellings(session, building.id)
     here = [(one, at) for one, at in _told_here(session, event, before) if _is_told_of(one, told)]
-    causes = {one.cause for one, _ in here}
-    moved = [
-        one
-        for one in alerts.of_numbers(session, told)
-        if _is_told_elsewhere(one, told_with(session, one, before), event.id, causes)
-    ]
+    moved = [one for one in alerts.of_numbers(session, told) if told_with(session, one, before).event_id != event.id]
     return EventFacts(
         id=event.id,
         building_id=building.id,
@@ -72,7 +67,7 @@ def event_facts(
 
 def alert_facts(alert: Alert, silences: Sequence[Silence], zone: ZoneInfo, now: datetime) -> AlertFacts:
     """An alert as people may be told of it."""
-    silence = silence_of(alert.cause, silences, now)
+    silence = silence_of(alert, silences, now)
     return AlertFacts(
         id=alert.id,
         cause=alert.cause,
@@ -82,6 +77,8 @@ def alert_facts(alert: Alert, silences: Sequence[Silence], zone: ZoneInfo, now: 
         sentences=tuple(alert.sentences),
         evidence=alert.evidence,
         began_at=alert.began_at,
+        changed_after=alert.changed_after,
+        changed_by=alert.changed_by,
         end=_end(alert) if alert.state in CLOSED else "",
         silenced_until=silence.ends_at.astimezone(zone) if silence else None,
         silence_reason=silence.reason.rstrip(".") if silence else "",
@@ -110,21 +107,7 @@ def _earlier(session: Session, event: Event, before: Mapping[int, Telling], at: 
 
 
 def _is_told_of(alert: Alert, told: Collection[int]) -> bool:
-    if _told_by(alert) is not None:
-        return False
     return alert.state != PENDING and (alert.state not in CLOSED or alert.id in told)
-
-
-def _is_told_elsewhere(alert: Alert, now: Telling, event_id: int, here: Collection[str]) -> bool:
-    """Whether what people were told of with an event is told with another one now; `here` are causes told with it."""
-    by = _told_by(alert)
-    return now.event_id != event_id if by is None else by not in here
-
-
-def _told_by(alert: Alert) -> str | None:
-    """Cause of the alert that tells the same, if one holds it back for that."""
-    by = alert.held_by
-    return by if by is not None and overlap(by, alert.cause) else None
 
 
 def _end(alert: Alert) -> str:

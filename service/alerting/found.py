@@ -33,6 +33,10 @@ class Found:
     """First event that shows it; None of what goes by the clock."""
     raised_event_id: int | None = None
     """Event that brought evidence enough; the message about that event tells of it."""
+    changed_after: datetime | None = None
+    """Start of the last event that did not show it; None of what goes by the clock."""
+    changed_by: datetime | None = None
+    """Start of the first event that surely did."""
     event_ids: tuple[int, ...] = ()
     """Events that triggered it, in the order of time."""
     channels: tuple[str, ...] = ()
@@ -44,3 +48,5 @@ class Found:
     """One line for somebody who is no engineer, without an end: `The isolators are 8 % softer in direction x`."""
     sentences: tuple[str, ...]
     """More of it, first for everybody, then the numbers for the engineer."""
+    dated: str = ""
+    """When it began, one sentence; of what is found in several directions each part has its own."""

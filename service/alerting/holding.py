@@ -1,10 +1,8 @@
-"""Which findings may be explained by another one, and are held back as long as that stands."""
+"""Findings that another one may explain: they are on hold while that one is open."""
 
 from collections.abc import Iterator, Sequence
 
-from core.drift.together import BOTH
 from service.alerting.found import Found
-from service.alerting.words import overlap
 
 SOURCE = "source"
 FROM_THE_SOURCE = ("record", "channel", "clock")
@@ -12,13 +10,20 @@ FROM_THE_SOURCE = ("record", "channel", "clock")
 
 
 def holder(found: Found, others: Sequence[Found]) -> Found | None:
-    """The finding that holds this one back, the earliest of them; None where nothing does."""
+    """The finding that may explain this one, the earliest of them; None where nothing does."""
     return min(_holders(found, others), key=lambda other: (other.began_at, other.cause), default=None)
+
+
+def reason(by: Found) -> str:
+    """Why what a finding may explain is on hold."""
+    if by.cause == SOURCE:
+        return f"On hold: {by.summary}, which explains it."
+    return f"On hold: {by.summary}, and what is measured with that sensor may show nothing else."
 
 
 def _holders(found: Found, others: Sequence[Found]) -> Iterator[Found]:
     for other in others:
-        if other.is_sure and (_explains(other, found) or _silences(other, found) or _tells_it(other, found)):
+        if other.is_sure and (_explains(other, found) or _silences(other, found)):
             yield other
 
 
@@ -33,13 +38,6 @@ def _explains(sensor: Found, found: Found) -> bool:
         and sensor.began_at <= found.raised_at
         and not set(sensor.channels).isdisjoint(found.channels)
     )
-
-
-def _tells_it(other: Found, found: Found) -> bool:
-    """Whether it was told before, by both directions together or by one of them; of one earthquake both go first."""
-    if other.kind != found.kind or not overlap(other.cause, found.cause):
-        return False
-    return (other.raised_at, not other.cause.endswith(BOTH)) < (found.raised_at, not found.cause.endswith(BOTH))
 
 
 def _silences(source: Found, found: Found) -> bool:

@@ -13,7 +13,6 @@ from sqlalchemy.orm import Session
 
 from service.alerting.acts import differs
 from service.alerting.event_facts import AlertFacts
-from service.alerting.words import overlap
 from service.database import Alert, Event
 from service.queries import alerts
 
@@ -29,24 +28,19 @@ class Telling:
 
 
 def tellings(session: Session, building_id: int) -> dict[int, Telling]:
-    """By alert: the last message about an earthquake that told of it, or of what it tells again for both directions."""
+    """By alert: the last message about an earthquake that told of it."""
     found: dict[int, Telling] = {}
     for message in alerts.messages_of_alerts(session, building_id):
         start = datetime.fromisoformat(message.data["start"])
         for said in message.data["alerts"]:
             found[said["id"]] = Telling(message.data["event"], start, said)
-    again = [
-        (found[held.id], by.id) for held, by in alerts.held_back(session, building_id) if _is_told(held, by, found)
-    ]
-    for before, number in sorted(again, key=lambda pair: pair[0].start):
-        found.setdefault(number, replace(before, said=None))
     return found
 
 
 def told_with(session: Session, alert: Alert, told: Mapping[int, Telling]) -> Telling:
     """Where people are told of an alert that an event raised; what began after that earthquake is another change."""
     before = told.get(alert.id)
-    if before is not None and alert.began_at <= before.start:
+    if before is not None and not _began_after(alert, before.start):
         return before
     event = session.get_one(Event, alert.raised_event_id)
     return Telling(event.id, event.start, None)
@@ -62,6 +56,6 @@ def as_told(facts: AlertFacts, telling: Telling) -> AlertFacts:
     return replace(facts, summary=said["summary"], sentences=tuple(said["sentences"]), evidence=said["evidence"])
 
 
-def _is_told(held: Alert, by: Alert, found: Mapping[int, Telling]) -> bool:
-    """Whether people were told of an alert that another one tells again, for both directions or for one of them."""
-    return held.id in found and overlap(held.cause, by.cause)
+def _began_after(alert: Alert, start: datetime) -> bool:
+    """Whether it surely began after the earthquake of that start, which did not show it."""
+    return alert.began_at > start and (alert.changed_after is None or alert.changed_after >= start)

@@ -45,12 +45,6 @@ def sensor_of(cause: str) -> str | None:
     return rest if first in SENSOR_QUANTITIES else None
 
 
-def overlap(one: str, other: str) -> bool:
-    """Whether two causes are about one quantity, one of them about both directions together."""
-    first, last = one.rpartition("/"), other.rpartition("/")
-    return one != other and first[0] == last[0] and BOTH in (first[2], last[2])
-
-
 def of_cause(cause: str) -> str:
     """`stiffness of the isolators, direction x`; a cause that has no words yet stands for itself."""
     first, _, rest = cause.partition("/")
@@ -63,9 +57,14 @@ def of_cause(cause: str) -> str:
         return title
     if title.endswith("sensor"):
         return f"{title} {rest}"
-    direction, _, number = rest.partition("/")
-    where = "both directions" if direction == BOTH else f"direction {direction}"
-    return f"{title}, {where}" + (f", mode {number}" if number else "")
+    return f"{title}, {of_subject(rest)}"
+
+
+def of_subject(subject: str) -> str:
+    """`direction x`, `both directions on average`, `direction x, mode 1`."""
+    direction, _, mode = subject.partition("/")
+    where = "both directions on average" if direction == BOTH else f"direction {direction}"
+    return where + (f", mode {mode}" if mode else "")
 
 
 def of_time(local: datetime) -> str:
@@ -73,6 +72,13 @@ def of_time(local: datetime) -> str:
     zone = f"{local:%Z}"
     named = f"UTC{zone}" if zone[:1] in "+-" else zone
     return f"{local.day} {local:%B %Y, %H:%M} ({named})"
+
+
+def of_span(first: datetime, last: datetime) -> str:
+    """`5 January 2024, 14:03 and 7 March 2024, 09:10 (JST)`, of two times in the building's zone."""
+    whole, end = of_time(first), of_time(last)
+    zone = f" {whole.rpartition(' ')[2]}"
+    return f"{whole.removesuffix(zone) if end.endswith(zone) else whole} and {end}"
 
 
 def of_length(metres: float) -> str:

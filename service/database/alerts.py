@@ -23,13 +23,17 @@ class Alert(Base):
     id: Mapped[int] = mapped_column(primary_key=True)
     building_id: Mapped[int] = mapped_column(ForeignKey("building.id"), index=True)
     cause: Mapped[str]
-    """What it is about, such as `stiffness/x` or `source`."""
+    """What it is about, such as `stiffness`, `frequency/x/1` or `source`."""
     kind: Mapped[str]
     """One of service.alerting.found.KINDS."""
     state: Mapped[str]
     """One of service.alerting.states."""
     began_at: Mapped[datetime]
     """Since when what it tells of has been so."""
+    changed_after: Mapped[datetime | None]
+    """Start of the last event that did not show it, and"""
+    changed_by: Mapped[datetime | None]
+    """of the first that surely did: it began between them. None of what goes by the clock."""
     onset_event_id: Mapped[int | None] = mapped_column(ForeignKey("event.id"))
     """First event that shows it; None of what goes by the clock."""
     raised_event_id: Mapped[int | None] = mapped_column(ForeignKey("event.id"), index=True)

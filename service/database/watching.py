@@ -87,6 +87,10 @@ class DriftAlarm(Base):
     rule: Mapped[str]
     is_sure: Mapped[bool]
     onset_event_id: Mapped[int] = mapped_column(ForeignKey("event.id"), index=True)
+    after_event_id: Mapped[int | None] = mapped_column(ForeignKey("event.id"))
+    """Last event that did not show it; None of rows from before it was kept."""
+    by_event_id: Mapped[int | None] = mapped_column(ForeignKey("event.id"))
+    """First event that surely did."""
     raised_event_id: Mapped[int] = mapped_column(ForeignKey("event.id"), index=True)
     event_ids: Mapped[list[int]]
     drift: Mapped[float]
@@ -97,4 +101,6 @@ class DriftAlarm(Base):
     message: Mapped[str] = mapped_column(Text)
     series: Mapped[WatchedSeries] = relationship(back_populates="alarms")
     onset: Mapped[Event] = relationship(foreign_keys=onset_event_id)
+    after: Mapped[Event | None] = relationship(foreign_keys=after_event_id)
+    by: Mapped[Event | None] = relationship(foreign_keys=by_event_id)
     raised: Mapped[Event] = relationship(foreign_keys=raised_event_id)

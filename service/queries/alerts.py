@@ -4,7 +4,7 @@ from collections.abc import Collection, Sequence
 from datetime import datetime
 
 from sqlalchemy import or_, select
-from sqlalchemy.orm import Session, aliased, joinedload
+from sqlalchemy.orm import Session, joinedload
 
 from service.database import (
     Alert,
@@ -134,14 +134,6 @@ def standing_at(session: Session, building_id: int, at: datetime) -> Sequence[Al
     stood = (Alert.activated_at <= at, or_(Alert.closed_at.is_(None), Alert.closed_at > at))
     question = select(Alert).where(Alert.building_id == building_id, Alert.raised_event_id.is_not(None), *stood)
     return session.scalars(question.order_by(Alert.id)).all()
-
-
-def held_back(session: Session, building_id: int) -> Sequence[tuple[Alert, Alert]]:
-    """Alerts that are held back, each with the one that does so, by number."""
-    by = aliased(Alert)
-    same = (by.building_id == Alert.building_id) & (by.cause == Alert.held_by) & by.closed_at.is_(None)
-    question = select(Alert, by).join(by, same).where(Alert.building_id == building_id, Alert.closed_at.is_(None))
-    return [(held, holding) for held, holding in session.execute(question.order_by(Alert.id))]
 
 
 def is_compared(session: Session, event_id: int) -> bool:

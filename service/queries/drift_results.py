@@ -78,5 +78,10 @@ def latest_values(session: Session, building_id: int) -> Mapping[int, DriftValue
 def alarms(session: Session, building_id: int) -> Sequence[DriftAlarm]:
     """What the rules found, by quantity and subject, in the order in which it was raised; with series and events."""
     question = select(DriftAlarm).join(DriftAlarm.series).where(WatchedSeries.building_id == building_id)
-    loaded = question.options(*(joinedload(one) for one in (DriftAlarm.series, DriftAlarm.onset, DriftAlarm.raised)))
+    loaded = question.options(
+        *(
+            joinedload(one)
+            for one in (DriftAlarm.series, DriftAlarm.onset, DriftAlarm.after, DriftAlarm.by, DriftAlarm.raised)
+        )
+    )
     return session.scalars(loaded.order_by(WatchedSeries.quantity, WatchedSeries.subject, DriftAlarm.id)).all()

@@ -10,10 +10,12 @@ from pydantic import BaseModel, ValidationError
 from sqlalchemy.orm import Session
 from starlette.responses import RedirectResponse
 
+from core.drift.watched import quantity
+from core.drift.words import interval
 from service.access.auth import Caller, Role
 from service.alerting import handling
 from service.alerting.states import MEANINGS, NAMES
-from service.alerting.words import of_cause, of_time
+from service.alerting.words import of_cause, of_span, of_subject, of_time, quantity_of
 from service.buildings import described
 from service.database import Alert, Building, DirectionResult
 from service.errors import ConflictError
@@ -22,7 +24,7 @@ from service.queries import alerts, analysis_results, earthquakes, watched
 from service.routers.alerts import AlertId, By, SilenceId
 from service.routers.login import reader
 from service.routers.model_pages import Form
-from service.schemas.alerts import AcknowledgeRequest, InspectRequest, SilenceRequest
+from service.schemas.alerts import AcknowledgeRequest, InspectRequest, PartOut, SilenceRequest
 from service.web import alert_answers, alert_requests
 from service.web.parameters import Code, Reading, Writing
 
@@ -128,6 +130,9 @@ def _words(session: Session, building: Building) -> dict[str, Any]:
     """How a page of the building tells times, causes and states."""
     zone = ZoneInfo(described(session, building).timezone)
     return {
+        "span": lambda first, last: of_span(first.astimezone(zone), last.astimezone(zone)),
+        "of": of_subject,
+        "size": _size,
         "when": lambda moment: of_time(moment.astimezone(zone)),
         "about": of_cause,
         "meanings": MEANINGS,
@@ -143,6 +148,14 @@ def _results(session: Session, alert: Alert) -> list[DirectionResult]:
     results = [one for analysis in analyses for one in analysis_results.direction_results(session, analysis.id)]
     measured = [one for one in results if one.peak_displacement is not None]
     return [one for one in measured if one.direction in alert.cause.split("/")] or measured
+
+
+def _size(cause: str, part: PartOut) -> str:
+    """Change of a part with its 95 % interval; nothing where none is known."""
+    name = quantity_of(cause)
+    if name is None or part.drift is None or part.low is None or part.high is None:
+        return ""
+    return interval(quantity(name), part.drift, part.low, part.high)
 
 
 def _checked(model: type[Wanted], form: dict[str, str]) -> Wanted:

@@ -11,8 +11,8 @@ from service.queries import alerts, watched
 from service.routers.models import making
 from service.schemas.alerts import (
     AcknowledgeRequest,
+    AlertLine,
     AlertOut,
-    AlertRow,
     Alerts,
     InspectRequest,
     SilenceOut,
@@ -20,7 +20,7 @@ from service.schemas.alerts import (
     Silences,
 )
 from service.web import alert_answers, alert_requests
-from service.web.answers import Format, document, responses, table
+from service.web.answers import Format, document, responses, table, wants_csv
 from service.web.parameters import LARGEST, Before, Code, Limit, Reading, Writing
 
 router = APIRouter(tags=["alerts"])
@@ -57,7 +57,9 @@ def every(
         of = None if building is None else watched.building(session, building)[0].id
         rows = [alert_answers.row(one) for one in alerts.every(session, of, state, kind, cursor, limit)]
     last = str(rows[-1].id) if len(rows) == limit and rows[-1].id > 1 else None
-    return table(request, format, tuple(AlertRow.model_fields), [tuple(dict(one).values()) for one in rows], last)
+    is_csv = wants_csv(request, format)
+    lines = [alert_answers.cells(one) if is_csv else tuple(one.model_dump().values()) for one in rows]
+    return table(request, format, tuple(AlertLine.model_fields), lines, last)
 
 
 @router.get("/alerts/{alert_id}", operation_id="get_alert", **responses(AlertOut, 404))

@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
 
-from service.schemas.answer import Answer
+from service.schemas.answer import Answer, Number
 from service.times import read_time
 
 Given = Annotated[
@@ -22,14 +22,20 @@ class AlertRow(Answer):
 
     id: int = Field(description="Its number.")
     building: str = Field(description="Code of the building.")
-    cause: str = Field(description="What it is about, such as `stiffness/x` or `source`.")
+    cause: str = Field(description="What it is about, such as `stiffness` or `source`.")
     kind: str = Field(description="`deterioration`, `recovery`, `sensor`, `model` or `data`.")
     state: str = Field(
         description="`pending` (under review), `on_hold` (another alert may explain it), `active`, `acknowledged`, "
         "`resolved` or `withdrawn` (it never was so)."
     )
     summary: str = Field(description="One line for somebody who is no engineer.")
-    began_at: datetime = Field(description="Since when it is so.")
+    began_at: datetime = Field(description="Since when it is so, as it seems: the start of the likeliest event.")
+    changed_after: datetime | None = Field(
+        description="Start of the last event that did not show it; null where the clock found it."
+    )
+    changed_by: datetime | None = Field(
+        description="Start of the first event that did; with 95 % it began between. Null where the clock found it."
+    )
     opened_at: datetime = Field(description="When it was found first.")
     activated_at: datetime | None = Field(description="When there was evidence enough; null before.")
     acknowledged_at: datetime | None = Field(description="When somebody took it on; null before.")
@@ -38,10 +44,35 @@ class AlertRow(Answer):
     raised_event: int | None = Field(description="Number of the event that raised it; null where the clock did.")
 
 
+class PartOut(Answer):
+    """What one direction of a layer, or the mean of both, shows of an alert."""
+
+    subject: str = Field(description="`x`, `y`, or `xy`: both directions on average.")
+    state: str = Field(description="`active`, `pending` or `on_hold`, as it was found last.")
+    held_by: str | None = Field(description="Cause of the alert that may explain it; null where none does.")
+    rule: str | None = Field(description="`sudden`, `slow`, `recovery` or `within` (one event).")
+    drift: Number | None = Field(description="Relative, -0.08 for 8 % less; of `residual_displacement` m.")
+    low: Number | None = Field(description="Lower end of its 95 % interval.")
+    high: Number | None = Field(description="Upper end of it.")
+    began_at: datetime = Field(description="Start of the event with which it most likely began.")
+    changed_after: datetime | None = Field(description="Start of the last event that did not show it.")
+    changed_by: datetime | None = Field(description="Start of the first event that did.")
+    events: list[int] = Field(description="Numbers of the events that show it.")
+    summary: str = Field(description="One line for somebody who is no engineer.")
+
+
+class AlertLine(AlertRow):
+    """An alert in a list, with its parts."""
+
+    parts: list[PartOut] = Field(
+        description="Directions of the layer; in CSV each as direction, state, change and interval."
+    )
+
+
 class Alerts(Answer):
     """A page of alerts, the latest first."""
 
-    items: list[AlertRow] = Field(description="The rows of this page.")
+    items: list[AlertLine] = Field(description="The rows of this page.")
     next: str | None = Field(description="Cursor of the next page; null after the last.")
 
 
@@ -83,7 +114,7 @@ class TellingOut(Answer):
     finished_at: datetime | None = Field(description="When it arrived or was given up; null before.")
 
 
-class AlertOut(AlertRow):
+class AlertOut(AlertLine):
     """An alert with its evidence and history."""
 
     sentences: list[str] = Field(description="More of it, first for everybody, then for the engineer.")

@@ -144,6 +144,12 @@ class DriftAlarmRow(Answer):
     is_sure: bool = Field(description="Whether the rule is sure; else evidence gathers.")
     onset_event: int = Field(description="Number of the event with which the change most likely began.")
     onset_start: datetime = Field(description="Of that event.")
+    after_event: int | None = Field(description="Number of the last event that did not show it; null of old results.")
+    changed_after: datetime | None = Field(description="Of that event.")
+    by_event: int | None = Field(
+        description="Number of the first event that did: with 95 % the change began between the two."
+    )
+    changed_by: datetime | None = Field(description="Of that event.")
     raised_event: int = Field(description="Number of the event at which the rule was sure; else of the latest.")
     raised_start: datetime = Field(description="Of that event.")
     events: list[int] = Field(description="Numbers of the events from the onset until then.")

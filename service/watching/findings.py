@@ -18,7 +18,7 @@ from core.drift.monitor import Monitoring
 from core.drift.rules import RECOVERY
 from service.alerting.found import Found, Kind
 from service.alerting.words import RECOVERED
-from service.watching.words import sentences, summary
+from service.watching.words import dated, sentences, summary
 
 KINDS: Mapping[str, Kind] = {"gain": "sensor", "noise": "sensor", "model_error": "model"}
 """By quantity; every other one is of the building itself."""
@@ -83,13 +83,16 @@ def _found(
         is_sure=alarm.is_sure,
         began_at=began,
         raised_at=starts[alarm.raised],
+        changed_after=starts[alarm.after],
+        changed_by=starts[alarm.by],
         onset_event_id=alarm.onset,
         raised_event_id=alarm.raised,
         event_ids=alarm.events,
         channels=channels,
         evidence={**_evidence(alarm), "explanations": [asdict(one) for one in told]},
         summary=summary(series.quantity, series.subject, alarm),
-        sentences=sentences(series.quantity, alarm, began.astimezone(zone), len(alarm.events), earlier, told),
+        sentences=sentences(series.quantity, alarm, earlier, told),
+        dated=dated(alarm, starts[alarm.after].astimezone(zone), starts[alarm.by].astimezone(zone)),
     )
 
 

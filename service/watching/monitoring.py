@@ -188,6 +188,8 @@ def _alarm(alarm: Alarm) -> DriftAlarm:
         rule=alarm.rule,
         is_sure=alarm.is_sure,
         onset_event_id=alarm.onset,
+        after_event_id=alarm.after,
+        by_event_id=alarm.by,
         raised_event_id=alarm.raised,
         event_ids=list(alarm.events),
         drift=alarm.drift,

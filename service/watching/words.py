@@ -7,8 +7,7 @@ from datetime import datetime
 from core.drift.alarm import Alarm
 from core.drift.explanations import Explanation
 from core.drift.rules import RECOVERY, SLOW, WITHIN
-from core.drift.together import BOTH
-from service.alerting.words import listed, of_time
+from service.alerting.words import SENSOR_QUANTITIES, listed, of_span, of_subject, of_time
 
 PERCENT, MM = 100.0, 1e3
 ACROSS = "residual_displacement"
@@ -84,8 +83,6 @@ def summary(quantity: str, subject: str, alarm: Alarm) -> str:
 def sentences(
     quantity: str,
     alarm: Alarm,
-    began: datetime,
-    events: int,
     earlier: tuple[Alarm, ...],
     told: tuple[Explanation, ...],
 ) -> tuple[str, ...]:
@@ -94,19 +91,24 @@ def sentences(
     Args:
         quantity: one of core.drift.watched.
         alarm: what was found.
-        began: start of the event with which it began, in the building's time.
-        events: that show it.
         earlier: what the rules had found in the series before.
         told: causes beside the layer and the building, held against every series.
     """
-    return tuple(_sentences(quantity, alarm, began, events, earlier, told))
+    return tuple(_sentences(quantity, alarm, earlier, told))
+
+
+def dated(alarm: Alarm, after: datetime, by: datetime) -> str:
+    """When it began: between the events of these starts, in the building's time."""
+    if alarm.rule == WITHIN:
+        return f"It happened within the earthquake of {of_time(by)}."
+    shown = "one earthquake shows" if len(alarm.events) == 1 else f"{len(alarm.events)} earthquakes show"
+    pace = "It grows little by little; it began" if alarm.rule == SLOW else "It began"
+    return f"{pace} between the earthquakes of {of_span(after, by)}; {shown} it."
 
 
 def _sentences(
     quantity: str,
     alarm: Alarm,
-    began: datetime,
-    events: int,
     earlier: tuple[Alarm, ...],
     told: tuple[Explanation, ...],
 ) -> Iterator[str]:
@@ -114,7 +116,6 @@ def _sentences(
         yield "After an earlier loss it goes back: this is what a repair does, or rubber that had time to recover."
     else:
         yield TELLINGS[quantity].meaning
-    yield _since(alarm, began, events)
     if alarm.causes:
         yield f"What else could explain it: {'; '.join(alarm.causes)}."
     yield f"For the engineer: {alarm.message}."
@@ -128,15 +129,6 @@ def _sentences(
     )
 
 
-def _since(alarm: Alarm, began: datetime, events: int) -> str:
-    when = of_time(began)
-    if alarm.rule == WITHIN:
-        return f"It happened within the earthquake of {when}."
-    shown = "one earthquake shows" if events == 1 else f"{events} earthquakes show"
-    pace = "grows little by little since" if alarm.rule == SLOW else "began with"
-    return f"It {pace} the earthquake of {when}; {shown} it."
-
-
 def _size(quantity: str, drift: float) -> str:
     """The amount, of which the words say the sense."""
     return f"{abs(drift) * MM:.1f} mm" if quantity == ACROSS else f"{abs(drift) * PERCENT:.2g} %"
@@ -144,9 +136,4 @@ def _size(quantity: str, drift: float) -> str:
 
 def _subject(quantity: str, subject: str) -> str:
     """A channel stands for itself; a direction or a mode is named."""
-    if quantity in ("gain", "noise"):
-        return subject
-    direction, _, mode = subject.partition("/")
-    if direction == BOTH:
-        return "both directions"
-    return f"direction {direction}" + (f", mode {mode}" if mode else "")
+    return subject if quantity in SENSOR_QUANTITIES else of_subject(subject)

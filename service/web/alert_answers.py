@@ -9,18 +9,34 @@ from service.alerting.silences import silence_of
 from service.alerting.telling import tellings
 from service.database import Alert, Silence
 from service.queries import alerts
-from service.schemas.alerts import AlertOut, AlertRow, ChangeOut, InspectionOut, SilenceOut, TellingOut
+from service.schemas.alerts import (
+    AlertLine,
+    AlertOut,
+    AlertRow,
+    ChangeOut,
+    InspectionOut,
+    PartOut,
+    SilenceOut,
+    TellingOut,
+)
 
 
-def row(found: Alert) -> AlertRow:
+def row(found: Alert) -> AlertLine:
     """An alert as a list has it."""
     same = {name: getattr(found, name) for name in AlertRow.model_fields if name not in ("building", "raised_event")}
-    return AlertRow(building=found.building.code, raised_event=found.raised_event_id, **same)
+    parts = [PartOut(**part) for part in found.evidence.get("parts", ())]
+    return AlertLine(building=found.building.code, raised_event=found.raised_event_id, parts=parts, **same)
+
+
+def cells(line: AlertLine) -> tuple[object, ...]:
+    """The same as a line of CSV: each part as direction, state, change and its 95 % interval."""
+    parts = [_part_cell(part) for part in line.parts]
+    return tuple((dict(line) | {"parts": parts}).values())
 
 
 def whole(session: Session, found: Alert, now: datetime) -> AlertOut:
     """An alert with its evidence and history."""
-    silence = silence_of(found.cause, alerts.silences(session, found.building_id), now)
+    silence = silence_of(found, alerts.silences(session, found.building_id), now)
     return AlertOut(
         **row(found).model_dump(),
         sentences=found.sentences,
@@ -41,6 +57,11 @@ def silence_row(found: Silence) -> SilenceOut:
     """A silence."""
     same = {name: getattr(found, name) for name in SilenceOut.model_fields if name != "building"}
     return SilenceOut(building=found.building.code, **same)
+
+
+def _part_cell(part: PartOut) -> str:
+    sizes = [None if one is None else f"{one:.4g}" for one in (part.drift, part.low, part.high)]
+    return f"{part.subject} {part.state} {sizes[0]} ({sizes[1]} to {sizes[2]})"
 
 
 def _told(session: Session, found: Alert) -> list[TellingOut]:

@@ -52,7 +52,7 @@ def test_a_loss_of_eight_percent_is_told_once_in_words_for_everybody_and_signed_
                 sleep(0.1)
             assert interrupt(notifier) == 0
     with sessions() as session:
-        (alert,) = session.scalars(select(Alert).where(Alert.state == "active", Alert.cause == "stiffness/x"))
+        (alert,) = session.scalars(select(Alert).where(Alert.state == "active", Alert.cause == "stiffness"))
     mails = [mail for mail in box.mails if "softer" in mail["Subject"]]
     assert len(mails) == 1
     text = mails[0].get_body(("plain",))
@@ -63,7 +63,7 @@ def test_a_loss_of_eight_percent_is_told_once_in_words_for_everybody_and_signed_
     signed = [Webhook(KEY).verify(one.body, dict(one.headers)) for one in program.posted]
     assert {one["type"] for one in signed} == {"menshin.alert.v1"}
     alerts = [alert for one in signed for alert in one["data"]["values"]["alerts"]]
-    (raised,) = [one for one in alerts if one["cause"] == "stiffness/x"]
+    (raised,) = [one for one in alerts if one["cause"] == "stiffness"]
     assert raised["id"] == alert.id
     assert raised["evidence"]["low"] < -0.08 < raised["evidence"]["high"]
     sessions.kw["bind"].dispose()

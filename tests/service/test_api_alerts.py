@@ -57,17 +57,17 @@ def asking(database_url: str, code: str) -> Iterator[TestClient]:
 
 def test_alerts_are_listed_and_filtered(asking: TestClient, code: str) -> None:
     every = asking.get(ALERTS).json()["items"]
-    assert [(one["cause"], one["state"]) for one in every] == [("source", "active"), ("stiffness/x", "active")]
+    assert [(one["cause"], one["state"]) for one in every] == [("source", "active"), ("stiffness", "active")]
     assert {one["building"] for one in every} == {code}
     for query, causes in (
         (f"building={code}&kind=data", ["source"]),
-        ("state=open", ["source", "stiffness/x"]),
+        ("state=open", ["source", "stiffness"]),
         ("state=resolved", []),
     ):
         assert [one["cause"] for one in asking.get(f"{ALERTS}?{query}").json()["items"]] == causes
     assert asking.get(f"{ALERTS}?building=NONE").status_code == 404
     page = asking.get(f"{ALERTS}?limit=1").json()
-    assert asking.get(f"{ALERTS}?limit=1&cursor={page['next']}").json()["items"][0]["cause"] == "stiffness/x"
+    assert asking.get(f"{ALERTS}?limit=1&cursor={page['next']}").json()["items"][0]["cause"] == "stiffness"
     lines = list(csv.DictReader(io.StringIO(asking.get(f"{ALERTS}?format=csv").text)))
     assert [line["summary"] for line in lines] == [one["summary"] for one in every]
 
@@ -164,8 +164,8 @@ def test_an_alert_of_another_cause_stays(asking: TestClient, sessions: sessionma
     with sessions.begin() as session:
         of = session.query(Building).one()
         own = {"onset_event_id": 1, "raised_event_id": 1, "event_ids": (1,)}
-        found = [softer(**own), softer(cause="stiffness/y", **own)]
+        found = [softer(**own), softer(cause="damping/y", **own)]
         reconcile(session, of.id, found, "events", NOW + DAY)
     with sessions() as session:
         states = {alert.cause: alert.state for alert in session.query(Alert)}
-    assert states == {"stiffness/x": "withdrawn", "stiffness/y": "active", "source": "active"}
+    assert states == {"stiffness": "withdrawn", "damping": "active", "source": "active"}

@@ -87,7 +87,7 @@ def test_an_earthquake_that_comes_late_is_not_called_harmless(session: Session, 
     tell_of_event(session, late.id, AGE * 2, now + SOON)
     told = messages(session)[-1]
     assert told.key == f"event/{late.id}" != f"event/{events[2]}"
-    assert "still stands, and waits for somebody: stiffness of the isolators, direction x." in told.sentences[-1]
+    assert "still stands, and waits for somebody: stiffness of the isolators." in told.sentences[-1]
 
 
 def test_a_fresh_event_says_that_something_is_silenced(session: Session, of: Building) -> None:
@@ -109,7 +109,7 @@ def test_a_later_event_names_what_still_stands_and_is_not_told_again_for_it(sess
     tell_of_event(session, later.id, AGE, now)
     (told,) = messages(session)
     assert told.severity == "all_clear"
-    assert "still stands, and waits for somebody: stiffness of the isolators, direction x." in told.sentences[-1]
+    assert "still stands, and waits for somebody: stiffness of the isolators." in told.sentences[-1]
     handling.inspect(session, session.query(Alert).one(), "Jo", "confirmed", "replaced", None, now + SOON)
     tell_of_event(session, later.id, AGE, now + SOON)
     assert len(messages(session)) == 1

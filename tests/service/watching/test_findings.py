@@ -29,7 +29,7 @@ def test_a_loss_in_both_directions_is_told_of_their_mean_too() -> None:
     found = {one.cause: one for one in findings(watched, starts, ZoneInfo("UTC"))}
     together = found["stiffness/xy"]
     assert together.is_sure
-    assert together.summary.endswith("% softer in both directions")
+    assert together.summary.endswith("% softer in both directions on average")
     assert together.channels == ("XX.D.01.HNx", "XX.D.01.HNy")
     assert together.evidence["low"] < -0.04 < together.evidence["high"]
     assert all(together.raised_at <= found[one].raised_at for one in ("stiffness/x", "stiffness/y") if one in found)

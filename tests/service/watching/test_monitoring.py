@@ -91,7 +91,7 @@ def test_a_loss_is_told_once_and_an_inspection_begins_a_new_reference(
     histories.analysed(sessions, building, found, NOW)
     histories.analysed(sessions, building, found[-1:], NOW)
     with sessions.begin() as session:
-        (alert,) = session.scalars(select(Alert).where(Alert.cause == "stiffness/x"))
+        (alert,) = session.scalars(select(Alert).where(Alert.cause == "stiffness"))
         told = session.scalars(select(Message).where(Message.key == f"event/{alert.raised_event_id}")).all()
         assert (alert.state, alert.kind, len(told)) == ("active", "deterioration", 1)
         assert alert.evidence["low"] < -0.08 < alert.evidence["high"] < 0
@@ -107,7 +107,7 @@ def test_a_loss_is_told_once_and_an_inspection_begins_a_new_reference(
         assert (period.quantity, period.subject, period.start, period.author) == ("stiffness", None, since, "Kimura")
         (series,) = session.scalars(select(WatchedSeries).where(WatchedSeries.quantity == "stiffness"))
         assert (series.reference_id, series.baseline is None, series.wanted > 0) == (period.id, True, True)
-        (alert,) = session.scalars(select(Alert).where(Alert.cause == "stiffness/x"))
+        (alert,) = session.scalars(select(Alert).where(Alert.cause == "stiffness"))
         assert alert.state == "resolved"
 
 
@@ -119,7 +119,7 @@ def test_events_that_come_late_tell_nobody_again_of_what_was_told(
     for arrived in (*found[:21], *found[24:]), found[23:24], found[21:22], found[22:23]:
         histories.analysed(sessions, building, arrived, NOW)
         with sessions() as session:
-            (alert,) = session.scalars(select(Alert).where(Alert.cause == "stiffness/x"))
+            (alert,) = session.scalars(select(Alert).where(Alert.cause == "stiffness"))
             raised.add(alert.raised_event_id)
             told = session.scalars(select(Message).where(Message.kind == "alert").order_by(Message.id)).all()
     assert len(raised) > 1
@@ -145,7 +145,7 @@ def test_a_sensor_finding_keeps_its_events_values_out_and_says_so(
         values = session.scalars(question.where(WatchedSeries.quantity == "stiffness").order_by(Event.start)).all()
         assert [value.is_excluded for value in values] == [False] * 20 + [True] * 6
         assert "its clock jumps" in values[-1].causes
-        assert session.scalars(select(Alert).where(Alert.cause == "stiffness/x")).all() == []
+        assert session.scalars(select(Alert).where(Alert.cause == "stiffness")).all() == []
 
 
 def test_a_sensor_with_more_gain_raises_an_alert_about_itself(sessions: sessionmaker[Session], building: int) -> None:
@@ -174,5 +174,5 @@ def test_a_transducer_with_more_gain_is_no_loss_of_stiffness(sessions: sessionma
     with sessions() as session:
         states = {alert.cause: alert.state for alert in session.scalars(select(Alert))}
     assert states[f"gain/{LAYER}"] == "active"
-    assert states["stiffness/x"] == "on_hold"
+    assert states["stiffness"] == "on_hold"
     assert "active" not in {state for cause, state in states.items() if not cause.startswith("gain/")}

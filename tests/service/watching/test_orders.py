@@ -175,9 +175,7 @@ def expected(tmp_path_factory: pytest.TempPathFactory) -> Outcome:
     """Each event once, in order, and one look at the end."""
     with database(f"sqlite:///{tmp_path_factory.mktemp('expected') / 'menshin.sqlite'}") as sessions:
         found = lived(sessions, [Step(number, (one,)) for number, one in enumerate(FINAL)], ())
-    assert [(cause, state) for cause, state, *_ in found["alerts"] if cause == "stiffness/x"] == [
-        ("stiffness/x", "active")
-    ]
+    assert [(cause, state) for cause, state, *_ in found["alerts"] if cause == "stiffness"] == [("stiffness", "active")]
     return Outcome(found)
 
 
