@@ -89,6 +89,13 @@ class Settings(BaseSettings):
         default=2.0, ge=0, description="s that a file must have been left unchanged before it is read"
     )
 
+    parser_time: Seconds = Field(
+        default=30.0, description="s of processor time, or twice as many on the clock, that reading one file may take"
+    )
+    parser_memory: Annotated[int, Field(ge=2**26)] = Field(
+        default=2 * 2**30, description="bytes of memory that reading one file may take"
+    )
+
     event_grace: float = Field(
         default=120.0, ge=0, description="s after its last file that an event waits for missing channels"
     )

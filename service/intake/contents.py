@@ -6,9 +6,10 @@ from functools import lru_cache
 from sqlalchemy import select
 from sqlalchemy.orm import Session, undefer
 
-from service import buildings, formats
+from service import buildings, formats, parsing
 from service.database import Building, Content, Recording
 from service.formats import Gain, Trace
+from service.parsing import Limits
 
 
 def data_of(session: Session, recording: Recording) -> bytes:
@@ -17,15 +18,15 @@ def data_of(session: Session, recording: Recording) -> bytes:
     return session.scalars(content).one().data
 
 
-def traces_of(session: Session, recording: Recording) -> tuple[Trace, ...]:
+def traces_of(session: Session, recording: Recording, limits: Limits) -> tuple[Trace, ...]:
     """The building's traces in a recording that was read before."""
     building = session.get_one(Building, recording.building_id)
     described = buildings.described(session, building)
-    contents = formats.read(recording.name, data_of(session, recording), gains(session, building))
+    contents = parsing.read(recording.name, data_of(session, recording), gains(session, building, limits), limits)
     return formats.of_building(contents.traces, described.description.channels)
 
 
-def gains(session: Session, building: Building) -> Mapping[str, Gain]:
+def gains(session: Session, building: Building, limits: Limits) -> Mapping[str, Gain]:
     """By channel id: the building file's, else the latest StationXML's."""
     stations = (
         select(Content.data)
@@ -35,11 +36,11 @@ def gains(session: Session, building: Building) -> Mapping[str, Gain]:
     )
     found: dict[str, Gain] = {}
     for data in session.scalars(stations):
-        found.update(_station_gains(data))
+        found.update(_station_gains(data, limits))
     return {**found, **buildings.described(session, building).gains}
 
 
 @lru_cache(maxsize=64)
-def _station_gains(data: bytes) -> Mapping[str, Gain]:
-    found: Mapping[str, Gain] = formats.read("station", data, {}).gains
+def _station_gains(data: bytes, limits: Limits) -> Mapping[str, Gain]:
+    found: Mapping[str, Gain] = parsing.read("station", data, {}, limits).gains
     return found

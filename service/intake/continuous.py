@@ -6,6 +6,7 @@ from datetime import datetime, timedelta
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from service import parsing
 from service.database import Building, Event, Recording
 from service.formats import Trace
 from service.intake import events
@@ -53,8 +54,8 @@ def take_in(
     """
     trigger = trigger_settings(settings)
     memory = trigger.before + trigger.after + timedelta(seconds=2 * trigger.long)
-    around = _around(session, recording, memory)
-    pieces = [(near, traces if near.id == recording.id else traces_of(session, near)) for near in around]
+    around, limits = _around(session, recording, memory), parsing.limits(settings)
+    pieces = [(near, traces if near.id == recording.id else traces_of(session, near, limits)) for near in around]
     shaking = [trace.segment() for _, traces in pieces for trace in traces if trace.quantity == "acceleration"]
     start, end = _extent(recording)
     for window in windows(shaking, trigger):

@@ -1,18 +1,20 @@
 """The one way in for files, from the poller, the import command or a test: bytes first, then what they hold."""
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 
 from sqlalchemy import select, update
 from sqlalchemy.orm import Session
 
-from service import buildings, formats
+from service import buildings, formats, parsing
 from service.database import Building, Recording
-from service.formats import Contents, FormatError, Trace, UnknownUnitError
+from service.formats import Contents, FormatError, Gain, Trace, UnknownUnitError
 from service.intake import continuous, events
 from service.intake.contents import data_of, gains
 from service.intake.recordings import store
 from service.intake.spans import span
+from service.parsing import ParserDiedError
 from service.settings import Settings
 from service.toml_files.building_file import BuildingFile
 from service.version import VERSION
@@ -22,16 +24,24 @@ CLOCK_SET = datetime(1980, 1, 1, tzinfo=UTC)
 CLOCK_SLACK = timedelta(days=1)
 
 
+@dataclass(frozen=True, slots=True)
+class Parsed:
+    """What is in a recording's bytes, as long as its channels have these gains."""
+
+    gains: Mapping[str, Gain]
+    found: Contents | FormatError
+
+
 def ingest(
     session: Session, building: Building, name: str, origin: str, data: bytes, now: datetime, *, settings: Settings
 ) -> Recording:
     """Keep a file, read it, and join its records to their events, in one transaction.
 
-    Where a crash must not lose the bytes, commit between `recordings.store` and `read`.
+    Where a crash must not lose the bytes, commit between `recordings.store`, `begin` and `take_in`.
     """
     recording = store(session, building, name, origin, data, now)
     while (waiting := next_stored(session, building)) is not None:
-        read(session, waiting, now, settings=settings)
+        take_in(session, waiting, parse(session, waiting, settings=settings), now, settings=settings)
         session.flush()
     return recording
 
@@ -44,17 +54,49 @@ def next_stored(session: Session, building: Building, passed: Collection[int] = 
     return session.scalar(waiting.order_by(Recording.name.ilike("%.xml").desc(), Recording.id).limit(1))
 
 
-def read(session: Session, recording: Recording, now: datetime, *, settings: Settings) -> None:
-    """Read one recording that is stored: its traces join their events; a refusal is kept with its reason."""
+def begin(session: Session, recording: Recording, *, settings: Settings) -> bool:
+    """Count an attempt at reading a recording before it is made; False where it was the last one that is not made.
+
+    A file that ends the whole service is thus given up too, after as many attempts as any other.
+    """
+    recording.version = VERSION
+    if recording.failures < settings.job_attempts:
+        recording.failures += 1
+        return True
+    _give_up(recording, "the service ended while it was read")
+    return False
+
+
+def parse(session: Session, recording: Recording, *, settings: Settings) -> Parsed:
+    """Read the bytes of a recording, in another process and within its limits; give a session that holds up no writer.
+
+    Raises:
+        ParserDiedError: they are too much for it.
+    """
+    building, limits = session.get_one(Building, recording.building_id), parsing.limits(settings)
+    data, known = data_of(session, recording), gains(session, building, limits)
+    try:
+        return Parsed(known, parsing.read(recording.name, data, known, limits))
+    except FormatError as error:
+        return Parsed(known, error)
+
+
+def take_in(session: Session, recording: Recording, parsed: Parsed, now: datetime, *, settings: Settings) -> None:
+    """Let the traces of a recording join their events; a refusal is kept with its reason."""
     building = session.get_one(Building, recording.building_id, with_for_update=True)
     session.refresh(recording)
     if recording.state != "stored":  # another process was quicker
         return
+    recording.failures = 0
+    if parsed.gains != gains(session, building, parsing.limits(settings)):  # a station file came meanwhile
+        return
     described = buildings.described(session, building)
     recording.kind, recording.state, recording.reason = "unknown", "read", None
-    recording.failures, recording.version = 0, VERSION
+    recording.version = VERSION
     try:
-        contents = formats.read(recording.name, data_of(session, recording), gains(session, building))
+        if isinstance(parsed.found, FormatError):
+            raise parsed.found
+        contents = parsed.found
         recording.kind = contents.kind
         traces = formats.of_building(contents.traces, described.description.channels)
         _check_clock(traces, now)
@@ -71,19 +113,27 @@ def read(session: Session, recording: Recording, now: datetime, *, settings: Set
         spans = [span(trace) for trace in traces]
         recording.start, recording.end = min(start for start, _ in spans), max(end for _, end in spans)
         session.flush()
-        take_in = continuous.take_in if _is_continuous(described) else events.take_in
-        take_in(session, building, recording, traces, now, settings=settings)
+        join = continuous.take_in if _is_continuous(described) else events.take_in
+        join(session, building, recording, traces, now, settings=settings)
 
 
 def went_wrong(recording: Recording, error: Exception, *, settings: Settings) -> None:
-    """The code failed at a recording: it is tried again at the next look, and refused after as many as are set."""
-    recording.failures, recording.version = recording.failures + 1, VERSION
-    found = f"reading it went wrong ({type(error).__name__}: {error})".replace("\0", "\N{REPLACEMENT CHARACTER}")
+    """An attempt at a recording failed: it is tried again at the next look, and refused after as many as are set."""
+    is_too_much = isinstance(error, ParserDiedError)
+    found = str(error) if is_too_much else f"reading it went wrong ({type(error).__name__}: {error})"
     if recording.failures < settings.job_attempts:
-        recording.reason = f"{found}; it is tried again at the next look"
+        recording.reason = f"{_storable(found)}; it is tried again at the next look"
         return
+    _give_up(recording, _storable(found))
+
+
+def _give_up(recording: Recording, found: str) -> None:
     wanted = "`menshin building update`, or another version of menshin, reads it again"
     recording.state, recording.reason = "refused", f"{found}, {recording.failures} times; {wanted}"
+
+
+def _storable(text: str) -> str:
+    return text.replace("\0", "\N{REPLACEMENT CHARACTER}")
 
 
 def read_again_with_this_version(session: Session, building: Building) -> None:

@@ -14,8 +14,9 @@ from service import buildings
 from service.database import Building, Recording, SourceState
 from service.intake import events
 from service.intake.fetched import Fetched, remember
-from service.intake.ingest import next_stored, read, read_again_with_this_version, went_wrong
+from service.intake.ingest import begin, next_stored, parse, read_again_with_this_version, take_in, went_wrong
 from service.intake.recordings import refuse_unseen, store
+from service.parsing import ParserDiedError
 from service.sessions import reading
 from service.settings import Settings
 from service.sources.arrival import Arrival, SourceError, Step
@@ -112,17 +113,29 @@ class Look:
         """Read what is stored, each in a transaction of its own: one that the code fails at holds up no other."""
         failed: list[int] = []
         while (recording := self._next_stored(building, failed)) is not None:
+            with self.sessions.begin() as session:
+                if not begin(session, session.get_one(Recording, recording.id), settings=self.settings):
+                    continue
             try:
-                with self.sessions.begin() as session:
-                    waiting = session.get_one(Recording, recording.id)
-                    read(session, waiting, self.clock(), settings=self.settings)
+                self._read_one(recording)
             except (OperationalError, InterfaceError):  # the database is away
                 raise
             except Exception as error:  # the one place that outlives a bug
-                log.exception("reading recording %d of %s went wrong", recording.id, building.code)
+                if isinstance(error, ParserDiedError):
+                    log.warning("recording %d of %s: %s", recording.id, building.code, error)
+                else:
+                    log.exception("reading recording %d of %s went wrong", recording.id, building.code)
                 failed.append(recording.id)
                 with self.sessions.begin() as session:
                     went_wrong(session.get_one(Recording, recording.id), error, settings=self.settings)
+
+    def _read_one(self, recording: Recording) -> None:
+        """Parse the bytes while no writer waits for it, then take in what they hold."""
+        with reading(self.sessions)() as session:
+            parsed = parse(session, session.get_one(Recording, recording.id), settings=self.settings)
+        with self.sessions.begin() as session:
+            waiting = session.get_one(Recording, recording.id)
+            take_in(session, waiting, parsed, self.clock(), settings=self.settings)
 
     def _next_stored(self, building: Building, passed: list[int]) -> Recording | None:
         with reading(self.sessions)() as session:

@@ -7,6 +7,7 @@ from datetime import datetime, timedelta
 from email.utils import parsedate_to_datetime
 from urllib.parse import unquote
 
+from service import parsing
 from service.shown_addresses import without_credentials
 from service.sources.arrival import Arrival, Cursor, SourceError, Step, TooLargeError
 from service.sources.http import Answer, Client, Partial, UnansweredError
@@ -92,7 +93,7 @@ class Archive:
         if is_page(answer.body):
             told = f"{entry.address} answered with {titled(answer.body)} in place of a file; it is asked for again"
             return Outcome(arrival, Known(entry.address, known.mark), error=SourceError(told))
-        if known.attempts + 1 < self.client.settings.job_attempts and (found := _half(name, answer)) is not None:
+        if known.attempts + 1 < self.client.settings.job_attempts and (found := self._half(name, answer)) is not None:
             told = f"{entry.address} may have broken off ({found}); it is asked for again"
             return Outcome(arrival, Known(entry.address, known.mark, known.attempts + 1), error=SourceError(told))
         return Outcome(arrival, taken)
@@ -101,6 +102,10 @@ class Archive:
         if known.version is None:
             return None
         return Partial(bytearray(self.memory.beginning(known.address)), known.version)
+
+    def _half(self, name: str, answer: Answer) -> str | None:
+        """Why a body whose end the server did not tell seems not to be whole."""
+        return None if answer.is_delimited else problem(name, answer.body, parsing.limits(self.client.settings))
 
     def _is_young(self, answer: Answer, now: datetime) -> bool:
         if answer.modified is None:
@@ -118,8 +123,3 @@ def _begun(known: Known, partial: Partial) -> Known | None:
     if not partial.body or partial.version is None:
         return None
     return Known(known.address, known.mark, known.attempts, partial.version, bytes(partial.body))
-
-
-def _half(name: str, answer: Answer) -> str | None:
-    """Why a body whose end the server did not tell seems not to be whole."""
-    return None if answer.is_delimited else problem(name, answer.body)

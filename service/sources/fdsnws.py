@@ -11,6 +11,8 @@ from hashlib import sha256
 from http import HTTPStatus
 from typing import Any
 
+from service import parsing
+from service.parsing import Limits
 from service.sources.arrival import Arrival, Cursor, SourceError, Step, TooLargeError
 from service.sources.catalogue import Catalogue
 from service.sources.http import Client
@@ -100,13 +102,20 @@ class FdsnWebServices:
         for number, gap in enumerate(had, start=1):
             arrivals = tuple(self._arrivals(gap))
             yield from self._broken(arrivals, cursor)
-            left += gaps(_pieces(arrivals), gap)
+            left += gaps(self._pieces(arrivals), gap)
             cursor = {**cursor, "open": written([*left, *had[number:]])}
             yield Step(arrivals, cursor)
 
     def _open(self, cursor: Cursor, more: Iterable[Gap], now: datetime) -> list[dict[str, Any]]:
         """What is asked for again at the next looks."""
         return written(still_open([*noted(cursor.get("open", [])), *more], now, self._lateness))
+
+    def _pieces(self, arrivals: Iterable[Arrival]) -> tuple[Piece, ...]:
+        return pieces((arrival.data for arrival in arrivals if arrival.data is not None), self._limits)
+
+    @property
+    def _limits(self) -> Limits:
+        return parsing.limits(self.client.settings)
 
     @property
     def _lateness(self) -> timedelta:
@@ -123,7 +132,7 @@ class FdsnWebServices:
             yield from self._broken(arrivals, cursor)
             if arrivals or now - asked.end > catalogue.patience:
                 done[origin.id] = origin.time.isoformat()
-                cursor = {**cursor, "open": self._open(cursor, gaps(_pieces(arrivals), asked), now)}
+                cursor = {**cursor, "open": self._open(cursor, gaps(self._pieces(arrivals), asked), now)}
             cursor = {**cursor, "earthquakes": dict(done)}
             yield Step(arrivals, cursor)
         resume = max(self.since, now - catalogue.patience - catalogue.before - catalogue.after)
@@ -145,7 +154,7 @@ class FdsnWebServices:
                     continue
                 body, arrivals = None, (self._refused(start, end, error),)
             yield from self._broken(arrivals, cursor)
-            there, until = _pieces(arrivals), end
+            there, until = self._pieces(arrivals), end
             if end >= now and not (arrivals and arrivals[0].refusal):
                 until = reached(there, start, max(start, now - self._lateness))
             if body is None or len(body) < self.client.settings.max_answer_bytes // 16:
@@ -165,7 +174,7 @@ class FdsnWebServices:
             SourceError: there was one.
         """
         for arrival in arrivals:
-            if arrival.data is not None and (found := problem(arrival.name, arrival.data)) is not None:
+            if arrival.data is not None and (found := problem(arrival.name, arrival.data, self._limits)) is not None:
                 yield Step((arrival,), cursor)
                 raise SourceError(f"{arrival.origin} answered with no whole miniSEED: {found}")
 
@@ -205,10 +214,6 @@ class FdsnWebServices:
     @property
     def _origin(self) -> str:
         return f"{self.address}/fdsnws/dataselect/1/query"
-
-
-def _pieces(arrivals: Iterable[Arrival]) -> tuple[Piece, ...]:
-    return pieces(arrival.data for arrival in arrivals if arrival.data is not None)
 
 
 def _either(codes: Iterator[str]) -> str:

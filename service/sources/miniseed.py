@@ -1,44 +1,35 @@
 """Whether an answer of waveforms is whole, and which times of which channels it holds."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
-from datetime import UTC, datetime, timedelta
-from io import BytesIO
 
-import obspy
+from service import parsing
+from service.formats import FormatError, UnknownUnitError
+from service.formats.coverage import Piece
+from service.parsing import Limits, ParserDiedError
 
-from service.formats import FormatError, UnknownUnitError, read
-
-
-@dataclass(frozen=True, slots=True)
-class Piece:
-    """A channel without a gap, from half an interval before its first sample to half of one after its last."""
-
-    channel: str
-    start: datetime
-    end: datetime
-    interval: timedelta
-    """Between two samples."""
+__all__ = ["Piece", "pieces", "problem"]
 
 
-def problem(name: str, body: bytes) -> str | None:
-    """Why these are no whole waveforms; None if they are. Their units are not asked for here."""
+def problem(name: str, body: bytes, limits: Limits) -> str | None:
+    """Why these are no whole waveforms; None if they are, whatever their units, or if they are too much for a parser.
+
+    What is too much is given up when it is taken in, after a few attempts, and must not be fetched for ever.
+    """
     try:
-        read(name, body, {})
-    except UnknownUnitError:
+        parsing.read(name, body, {}, limits)
+    except (UnknownUnitError, ParserDiedError):
         return None
     except FormatError as error:
         return str(error)
     return None
 
 
-def pieces(bodies: Iterable[bytes]) -> tuple[Piece, ...]:
-    """What there is in whole waveforms."""
-    found = []
+def pieces(bodies: Iterable[bytes], limits: Limits) -> tuple[Piece, ...]:
+    """What there is in whole waveforms; nothing in those that are too much for a parser."""
+    found: list[Piece] = []
     for body in bodies:
-        for trace in obspy.read(BytesIO(body), headonly=True):
-            half = trace.stats.delta / 2
-            start, end = ((trace.stats.starttime - half).datetime, (trace.stats.endtime + half).datetime)
-            interval = timedelta(seconds=trace.stats.delta)
-            found.append(Piece(trace.id, start.replace(tzinfo=UTC), end.replace(tzinfo=UTC), interval))
+        try:
+            found += parsing.covered("an answer", body, limits)
+        except (FormatError, ParserDiedError):
+            continue
     return tuple(found)

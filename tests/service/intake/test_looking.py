@@ -12,7 +12,7 @@ from sqlalchemy.orm import Session, sessionmaker, undefer
 
 from service import buildings
 from service.database import Event, EventRecording, Job, Recording, SourceState, Waveform
-from service.intake.ingest import ingest
+from service.intake.ingest import begin, ingest
 from service.intake.looking import Look
 from service.intake.recordings import store
 from service.settings import Settings
@@ -183,3 +183,43 @@ def test_what_was_given_up_can_be_read_again(sessions: sessionmaker[Session], st
         mended = session.get_one(Recording, stumbling)
         assert (mended.state, mended.reason, mended.failures) == ("read", None, 0)
         assert (mended.start, mended.version) == (START, VERSION)
+
+
+TOO_MUCH = b"# start: 2024-01-01T00:00:00Z\n# rate: 100\nXX.TOWER.00.HNX [gal]\n" + b"0.5\n" * 2_000_000
+
+
+def test_a_file_that_is_too_much_for_its_parser_is_given_up_and_holds_up_no_other(
+    sessions: sessionmaker[Session],
+) -> None:
+    add(sessions, "folder", "/nowhere")
+    hasty = SETTINGS.model_copy(update={"parser_time": 0.1})
+    with sessions.begin() as session:
+        for name, data in (("long", TOO_MUCH), ("sound", miniseed(stream()))):
+            store(session, buildings.find(session, "TOWER"), name, f"/{name}", data, NOW)
+    for looks in range(1, hasty.job_attempts + 3):
+        Look(sessions, hasty, clock=lambda: NOW).at_all()
+        with sessions() as session:
+            given_up, sound = session.scalars(select(Recording).order_by(Recording.name))
+            assert (sound.state, sound.failures) == ("read", 0)
+            assert given_up.failures == min(looks, hasty.job_attempts)
+            assert given_up.state == ("stored" if looks < hasty.job_attempts else "refused")
+            assert (given_up.reason or "").startswith("long takes more than 0.1 s to be read")
+
+
+def test_a_file_over_which_the_service_ended_is_tried_a_few_times_only(sessions: sessionmaker[Session]) -> None:
+    add(sessions, "folder", "/nowhere")
+    with sessions.begin() as session:
+        store(session, buildings.find(session, "TOWER"), "a.mseed", "/a.mseed", miniseed(stream()), NOW)
+    for _ in range(SETTINGS.job_attempts):
+        with sessions.begin() as session:  # the service is killed after this
+            assert begin(session, session.scalars(select(Recording)).one(), settings=SETTINGS)
+    look(sessions)
+    with sessions() as session:
+        recording = session.scalars(select(Recording)).one()
+        assert recording.state == "refused"
+        assert (recording.reason or "").startswith("the service ended while it was read, 3 times")
+    with sessions.begin() as session:
+        buildings.update_description(session, building_file("folder", "/nowhere"), Path("/"), NOW)
+    look(sessions)
+    with sessions() as session:
+        assert session.scalars(select(Recording)).one().state == "read"

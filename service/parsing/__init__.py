@@ -1,0 +1,5 @@
+"""Files from outside are parsed in a child process with limits, which can be killed."""
+
+from service.parsing.process import Limits, ParserDiedError, covered, limits, read
+
+__all__ = ["Limits", "ParserDiedError", "covered", "limits", "read"]

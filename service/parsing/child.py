@@ -1,0 +1,100 @@
+"""The parser's own process: `python -P -m service.parsing.child <bytes of memory>`; it ends with its standard input.
+
+It bounds itself before it reads anything from outside, and has neither the settings nor the secrets of the service.
+"""
+
+import fcntl
+import os
+import resource
+import select
+import signal
+import sys
+import traceback
+from math import ceil
+from typing import Any, BinaryIO
+
+from service.formats import FormatError, read
+from service.formats.coverage import covered
+from service.parsing import wire
+
+LARGEST_QUESTION = 2**32  # bytes; the settings bound what is fetched
+
+
+def main() -> None:
+    """Answer one question after the other."""
+    questions, answers = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)  # whatever a library prints must not get among the answers
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_IGN)  # meant for the service, which then closes our standard input
+    _bound(memory=int(sys.argv[1]))
+    while True:
+        try:
+            question, blocks = wire.receive(questions, LARGEST_QUESTION)
+        except EOFError:
+            return
+        _answer(questions, answers, question, bytes(blocks[0]))
+
+
+def _answer(questions: BinaryIO, answers: BinaryIO, question: wire.Json, data: bytes) -> None:
+    _deadline(question["seconds"])
+    _end_with_parent(questions, True)
+    try:
+        message, blocks = _found(question, data)
+    except FormatError as error:
+        message, blocks = wire.written_refusal(error), []
+    except MemoryError:
+        message, blocks = {"died": "memory"}, []
+    except Exception as error:  # a bug of a reader's, which the service reports as one
+        told = "".join(traceback.format_exception(error))
+        message, blocks = {"bug": f"{type(error).__name__}: {error}", "traceback": told[-4000:]}, []
+    _end_with_parent(questions, False)
+    signal.setitimer(signal.ITIMER_REAL, 0)
+    wire.send(answers, message, blocks)
+
+
+def _found(question: wire.Json, data: bytes) -> tuple[wire.Json, list[Any]]:
+    if question["call"] == "covered":
+        pieces = [[piece.channel, piece.start, piece.end, piece.interval.total_seconds()] for piece in covered(data)]
+        return {"pieces": pieces}, []
+    contents = read(question["name"], data, wire.read_gains(question["gains"]))
+    message, blocks = wire.written_contents(contents)
+    return {"contents": message}, list(blocks)
+
+
+def _bound(memory: int) -> None:
+    """Bound this process's memory, beyond what it has now, and write no core files."""
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    resource.setrlimit(resource.RLIMIT_AS, (_address_space() + memory,) * 2)
+
+
+def _address_space() -> int:
+    """Bytes in use now; 0 where the system does not say."""
+    try:
+        with open("/proc/self/statm", encoding="ascii") as statm:
+            return int(statm.read().split()[0]) * resource.getpagesize()
+    except OSError:
+        return 0
+
+
+def _deadline(seconds: float) -> None:
+    """The system kills this process after so much processor time, and after twice the time on the clock."""
+    used = sum(resource.getrusage(resource.RUSAGE_SELF)[:2])
+    _, hard = resource.getrlimit(resource.RLIMIT_CPU)
+    resource.setrlimit(resource.RLIMIT_CPU, (ceil(used + seconds), hard))
+    signal.signal(signal.SIGALRM, signal.SIG_DFL)
+    signal.setitimer(signal.ITIMER_REAL, 2 * seconds)
+
+
+def _end_with_parent(questions: BinaryIO, wanted: bool) -> None:
+    """Let the system kill this process if the service goes away in the middle of its work (SIGIO on a closed pipe)."""
+    flags = fcntl.fcntl(questions, fcntl.F_GETFL)
+    fcntl.fcntl(questions, fcntl.F_SETOWN, os.getpid())
+    fcntl.fcntl(questions, fcntl.F_SETFL, flags | os.O_ASYNC if wanted else flags & ~os.O_ASYNC)
+    poll = select.poll()
+    poll.register(questions, select.POLLHUP)
+    if wanted and poll.poll(0):  # it went away before the system was asked
+        raise SystemExit
+
+
+if __name__ == "__main__":
+    main()
