@@ -13,7 +13,7 @@ from types import MappingProxyType
 import altair as alt
 import numpy as np
 
-from benchmarks.drift_trial import SHARED, WITHIN, Together, Trial, trial, trial_together  # isort: skip  (finds the next)
+from benchmarks.drift_trial import SHARED, WITHIN, Dating, Together, Trial, trial, trial_of_dating, trial_together  # isort: skip  (finds the next)
 from drifting import Plan
 
 from benchmarks.table import Table
@@ -31,6 +31,8 @@ PLANS: Mapping[str, Plan] = MappingProxyType(
         "1 to 2 %, the giant takes 5 % for a while": Plan(scragging=0.05),
     }
 )
+DATED = {"8 %": "8 %", "5 %": "5 %", "2 %": "2 %", "slow": "0.5 % an event"}
+"""Changes that are dated, and their names in the table."""
 TOGETHER = ("scatter 1 to 2 %", "scatter 1 %", "scatter 2 %", "1 to 2 %, no thermometer")
 
 
@@ -89,6 +91,31 @@ def table_together(every: Mapping[str, Sequence[Together]]) -> Table:
             for name, trials in every.items()
         ),
     )
+
+
+def table_of_dates(every: Mapping[str, Sequence[Mapping[str, Dating]]]) -> Table:
+    return Table(
+        "When a change began",
+        f"Of {len(next(iter(every.values())))} random histories, those in which the change was found: how often the "
+        "interval holds its beginning, in percent, and its length in events, median and 90th percentile.",
+        ("histories", *(f"{name}, {what}" for name in DATED.values() for what in ("holds", "length"))),
+        tuple(
+            (
+                name,
+                *(
+                    cell
+                    for change in DATED
+                    for found in [[one[change] for one in trials if change in one]]
+                    for cell in (share([one.holds for one in found]), lengths([one.length for one in found]))
+                ),
+            )
+            for name, trials in every.items()
+        ),
+    )
+
+
+def lengths(values: Sequence[int]) -> str:
+    return f"{np.median(values):.3g}, {np.percentile(values, 90):.3g}"
 
 
 def tables(every: Mapping[str, Sequence[Trial]]) -> Iterator[Table]:
@@ -164,7 +191,9 @@ def renewed(page: str, name: str, part: str) -> str:
 def main() -> None:
     """The tables into docs/drift.md and the pictures beside it, or with `--screen` the tables onto the screen only."""
     parser = ArgumentParser(prog="python -m benchmarks.drift", description=__doc__)
-    parser.add_argument("parts", nargs="*", default=["one", "both"], help="one direction, both together")
+    parser.add_argument(
+        "parts", nargs="*", default=["one", "both", "dated"], help="one direction, both together, when it began"
+    )
     parser.add_argument("--histories", type=int, default=200)
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--plans", nargs="*", default=list(PLANS), help="some of: " + "; ".join(PLANS))
@@ -185,6 +214,12 @@ def main() -> None:
                 name: list(executor.map(partial(trial_together, PLANS[name]), seeds, chunksize=8)) for name in names
             }
             parts["both"] = table_together(joint).markdown()
+        if "dated" in given.parts:
+            dates = {
+                name: list(executor.map(partial(trial_of_dating, PLANS[name]), seeds, chunksize=8))
+                for name in given.plans
+            }
+            parts["dated"] = table_of_dates(dates).markdown()
     for name, part in parts.items():
         print(part)
         if not given.screen:

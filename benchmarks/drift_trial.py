@@ -161,6 +161,34 @@ def trial_together(plan: Plan, seed: int) -> Together:
     )
 
 
+@dataclass(frozen=True, slots=True)
+class Dating:
+    """The interval by which a change was dated."""
+
+    holds: bool
+    """Whether the change began in it."""
+    length: int
+    """Judged events from the last that did not show the change to the first that did."""
+
+
+def trial_of_dating(plan: Plan, seed: int) -> Mapping[str, Dating]:
+    """How the first alarm after each change dates it, by change; those that were not found are not in it."""
+    lived = history(plan, seed)
+    healthy = monitor(series(lived), Reference(), {})
+    onset = onset_after(seed, healthy)
+    events = [one.event for one in judged(healthy).dated]
+    truth = next(n for n, event in enumerate(events) if event >= onset)
+    found = {}
+    for name, loss in {"8 %": 0.08, "5 %": 0.05, "2 %": 0.02, "slow": 0.005}.items():
+        change = sloping(lived, onset, loss) if name == "slow" else stepped(lived, onset, loss)
+        alarms = losses(told_of(healthy, with_change(healthy, change)))
+        alarm = next((one for one in alarms if one.raised >= onset), None)
+        if alarm is not None:
+            after, by = (events.index(one) if one in events else -1 for one in (alarm.after, alarm.by))
+            found[name] = Dating(after < truth <= by, by - after)
+    return found
+
+
 def events_until(alarms: Sequence[Alarm], onset: int) -> int | None:
     """From the first event with the change, which counts, to the one that raised an alarm."""
     return next((alarm.raised - onset + 1 for alarm in alarms if alarm.raised >= onset), None)

@@ -1,8 +1,9 @@
 """What is asked about the years for the sake of drift: the latest analysis of every event, the earliest event first."""
 
 from collections.abc import Sequence
+from datetime import datetime
 
-from sqlalchemy import select
+from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from service.database import Analysis, CycleResult, DirectionResult, Event, ReferencePeriod, SensorResult
@@ -13,6 +14,12 @@ def temperatures(session: Session, building_id: int) -> Sequence[tuple[int, floa
     """Number of each event whose temperature was measured, and °C."""
     question = _analysed(building_id).add_columns(Analysis.temperature).where(Analysis.temperature.is_not(None))
     return [(row.event, row.temperature) for row in session.execute(question)]
+
+
+def analysed_since(session: Session, building_id: int, since: datetime) -> int:
+    """Number of the building's events with a result that began at that time or later."""
+    question = _analysed(building_id).where(Event.start >= since).subquery()
+    return session.scalar(select(func.count()).select_from(question)) or 0
 
 
 def cycles(session: Session, building_id: int) -> Sequence[Line]:

@@ -1,6 +1,5 @@
 """The pages of the alerts and their forms; no JavaScript."""
 
-from collections.abc import Callable
 from datetime import UTC, datetime, timedelta
 from typing import Annotated, Any, TypeVar
 from zoneinfo import ZoneInfo
@@ -13,7 +12,7 @@ from starlette.responses import RedirectResponse
 from core.drift.watched import quantity
 from core.drift.words import interval
 from service.access.auth import Caller, Role
-from service.alerting import handling
+from service.alerting import ending, handling
 from service.alerting.states import MEANINGS, NAMES
 from service.alerting.words import of_cause, of_span, of_subject, of_time, quantity_of
 from service.buildings import described
@@ -34,11 +33,7 @@ Wanted = TypeVar("Wanted", bound=BaseModel)
 Reader = Annotated[Caller, Depends(reader)]
 LISTED = 200
 """Alerts of a building that its page lists, the latest first."""
-REFERENCES: dict[str, Callable[[Alert, datetime], datetime | None]] = {
-    "as_before": lambda alert, now: None,
-    "from_now": lambda alert, now: now,
-    "since_it_began": lambda alert, now: alert.began_at,
-}
+REFERENCES = (ending.AS_BEFORE, ending.FROM_NOW, ending.SINCE_IT_BEGAN)
 """What the form offers as the start of a new reference period."""
 
 
@@ -65,13 +60,16 @@ def of_building(request: Request, code: Code, sessions: Reading, by: Reader) -> 
 @router.get("/alerts/{alert_id}")
 def of_alert(request: Request, alert_id: AlertId, sessions: Reading, by: Reader) -> Response:
     """An alert: what happened, what it rests on, its history, who was told, and what can be done about it."""
+    now = datetime.now(UTC)
     with sessions() as session:
         found = alerts.alert(session, alert_id)
+        zone = ZoneInfo(described(session, found.building).timezone)
         return page(
             request,
             "alert",
+            consequences=ending.consequences(session, found, zone),
             building=found.building,
-            alert=alert_answers.whole(session, found, datetime.now(UTC)),
+            alert=alert_answers.whole(session, found, now),
             results=_results(session, found),
             may_work=by.role >= Role.engineer,
             **_words(session, found.building),
@@ -92,13 +90,13 @@ def acknowledge(alert_id: AlertId, sessions: Writing, by: By, form: Form) -> Res
 def inspect(request: Request, alert_id: AlertId, sessions: Writing, by: By, form: Form) -> Response:
     """End the alert by what was found, and show it."""
     now, age = datetime.now(UTC), timedelta(seconds=request.app.state.settings.message_age)
-    reference = form.pop("reference", "as_before")
+    reference = form.pop("reference", ending.AS_BEFORE)
     if reference not in REFERENCES:
         raise ConflictError(f"There is no choice {reference!r}; {', '.join(REFERENCES)} would do.")
     wanted = _checked(InspectRequest, form)
     with sessions.begin() as session:
         found, who = alerts.alert(session, alert_id), alert_requests.person(by, wanted.name)
-        begins = REFERENCES[reference](found, now)
+        begins = ending.reference_from(found, reference, now)
         alert_requests.inspect(session, found, who, wanted.outcome, wanted.note, begins, age, now)
     return RedirectResponse(f"/alerts/{alert_id}", 303)
 

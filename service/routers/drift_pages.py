@@ -10,10 +10,13 @@ from sqlalchemy.orm import Session
 
 from core.drift.together import BOTH
 from core.drift.watched import QUANTITIES
+from service.database import ReferencePeriod
 from service.errors import NotFoundError
 from service.pages.rendering import page
 from service.queries import drift, drift_results, watched
 from service.queries.question import Span
+from service.queue import jobs
+from service.reference_periods import in_force
 from service.routers.drift import TEXT
 from service.routers.login import reader
 from service.routers.pictures import drawn
@@ -40,18 +43,40 @@ def drift_page(request: Request, code: Code, sessions: Reading) -> Response:
         building, _ = watched.building(session, code)
         series = drift_answers.series_rows(session, building.id)
         alarms = drift_answers.alarm_rows(session, building.id)
-        periods = drift.reference_periods(session, building.id)[::-1]
+        periods = drift.reference_periods(session, building.id)
         return page(
             request,
             "drift",
             building=building,
             quantities=_by_quantity(series),
             alarms=alarms,
-            periods=periods,
+            periods=periods[::-1],
+            unjudged=_unjudged(series, periods),
+            is_pending=jobs.is_being_watched(session, building.id),
             curves=CURVES,
             named=drift_charts.named,
             both=BOTH,
         )
+
+
+def _unjudged(series: Sequence[SeriesRow], periods: Sequence[ReferencePeriod]) -> list[str]:
+    """One sentence of each quantity that cannot raise an alarm yet: how many earthquakes it needs, and why."""
+    found = []
+    for quantity, rows in _by_quantity(series):
+        own = [one for one in rows if one.subject != BOTH]
+        if lacking := [one for one in own if one.wanted]:
+            most = max(lacking, key=lambda one: one.wanted)
+            named = "" if lacking == own else f" ({', '.join(drift_charts.named(one.subject) for one in lacking)})"
+            need = _need(most.wanted, in_force(periods, quantity, most.subject))
+            found.append(f"{most.title.capitalize()}{named}: {need}.")
+    return found
+
+
+def _need(wanted: int, period: ReferencePeriod | None) -> str:
+    needs = f"needs {wanted} more earthquake{'s' * (wanted > 1)} before it can raise an alarm"
+    if period is None or period.start is None:
+        return needs
+    return f"a new reference period began on {period.start:%Y-%m-%d %H:%M} UTC; {needs}"
 
 
 def _by_quantity(series: Sequence[SeriesRow]) -> list[tuple[str, list[SeriesRow]]]:

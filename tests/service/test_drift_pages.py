@@ -22,7 +22,7 @@ def test_the_page_shows_what_was_expected_and_what_came(database_url: str, sessi
         row = re.search(r"<tr><td>stiffness, direction x<td>sudden<td.*?>(-\d\.\d %)<td", page)
         assert row, page
         assert f"{histories.start(21):%Y-%m-%d}" in page
-        assert "until then nothing alarms" in page
+        assert "before it can raise an alarm" in page
         assert BASE in page
         pictures = re.findall(r'<img src="(/charts/[^"]+)"', page)
         data = re.findall(r'<a href="(/api/[^"]+)"', page)
