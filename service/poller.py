@@ -8,15 +8,18 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
 from threading import Event as Signal
 
+from apscheduler.executors.pool import ThreadPoolExecutor
 from apscheduler.schedulers.background import BackgroundScheduler
+from apscheduler.triggers.base import BaseTrigger
 from sqlalchemy import select
 from sqlalchemy.exc import OperationalError
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.alerting import rounds
-from service.database import Building
+from service.database import Building, SourceState
 from service.database_away import Attempts
 from service.intake.looking import Look
+from service.lanes import Lanes
 from service.queue import leases
 from service.queue.leases import POLLING
 from service.settings import Settings
@@ -26,15 +29,32 @@ log = logging.getLogger(__name__)
 LEASE = timedelta(seconds=60)
 ROUND = 5.0
 """s between two looks at the lease, at the list of buildings and at the events that wait."""
+A_MOMENT = timedelta(seconds=1)
+"""By which a time may lie ahead without any cause."""
 CHECKS = "checks/"
-"""Of the scheduler's job beside those of the buildings; no code has a slash."""
-AT_ONCE = 10
-"""Buildings that are looked at together."""
+"""The scheduler's job beside those of the buildings; no code has a slash."""
+
+
+@dataclass(frozen=True, slots=True)
+class Every(BaseTrigger):  # type: ignore[misc]  # APScheduler has no types
+    """Due at once, and then so long after it was due last.
+
+    Counted from now, not from when it was to be: else a clock that is set ahead makes up for all the times between.
+    """
+
+    interval: timedelta
+
+    def get_next_fire_time(self, previous: datetime | None, now: datetime) -> datetime:
+        """As APScheduler asks for it."""
+        return now if previous is None else now + self.interval
 
 
 @dataclass(slots=True)
 class Poller:
-    """Polls until it is told to stop."""
+    """Polls until it is stopped.
+
+    APScheduler says when a source is due, threads of our own look at it.
+    """
 
     sessions: sessionmaker[Session]
     settings: Settings
@@ -45,27 +65,28 @@ class Poller:
     """Of the rounds, the looks and the checks."""
 
     def run(self, stop: Signal) -> None:
-        """Poll until `stop` is set; looks that are under way then are left at their next step."""
+        """Poll until `stop` is set; looks under way are left at their next step, or where their server keeps them."""
         look = Look(self.sessions, self.settings, self.clock, stop.wait, stop.is_set)
-        executors = {
-            name: {"type": "threadpool", "max_workers": number}
-            for name, number in (("default", AT_ONCE), ("checks", 1))
-        }
+        lanes = Lanes(lambda code: self._look(look, code), self.settings.poll_interval)
         scheduler = BackgroundScheduler(
-            executors=executors, job_defaults={"coalesce": True, "max_instances": 1}, timezone=UTC
+            executors={"default": ThreadPoolExecutor(1), "checks": ThreadPoolExecutor(1)},
+            job_defaults={"coalesce": True, "max_instances": 1, "misfire_grace_time": None},
+            timezone=UTC,
         )
         scheduler.start()
         try:
             while not stop.is_set():
                 with self.attempts.one():
-                    self._round(scheduler, look)
+                    self._round(scheduler, look, lanes)
                 stop.wait(min(ROUND, self.settings.poll_interval))
         finally:
             scheduler.shutdown(wait=True)
+            if left := lanes.end():
+                log.warning("stopped while the sources of %s had not answered; nothing is lost", ", ".join(left))
             with self.attempts.one(), self.sessions.begin() as session:
                 leases.give_up(session, POLLING, self.holder)
 
-    def _round(self, scheduler: BackgroundScheduler, look: Look) -> None:
+    def _round(self, scheduler: BackgroundScheduler, look: Look, lanes: Lanes) -> None:
         """Keep the right to poll, and one clock for every building while it is ours."""
         with self.sessions.begin() as session:
             holds = leases.hold(session, POLLING, self.holder, self.clock(), LEASE)
@@ -76,24 +97,41 @@ class Poller:
         running, wanted = {job.id for job in scheduler.get_jobs()}, codes | ({CHECKS} if holds else set())
         for name in running - wanted:
             scheduler.remove_job(name)
-        for name in sorted(wanted - running):
-            self._start(scheduler, look, name)
+        if new := wanted - running:
+            lanes.expect_failure(self._failing())
+        for name in sorted(new):
+            self._start(scheduler, lanes, name)
+        self._mind_the_clock(scheduler)
+        lanes.go_on()
         if holds:
             look.queue_ready()
 
-    def _start(self, scheduler: BackgroundScheduler, look: Look, name: str) -> None:
-        """A clock for a building, or for the checks; these have a thread of their own, for looks may hang."""
+    def _start(self, scheduler: BackgroundScheduler, lanes: Lanes, name: str) -> None:
+        """A clock for a building, or for the checks, which take long and have a thread of their own."""
         checks = name == CHECKS
         scheduler.add_job(
-            self._check if checks else self._look,
-            "interval",
-            args=() if checks else (look, name),
+            self._check if checks else lanes.due,
+            Every(timedelta(seconds=self.settings.check_interval if checks else self.settings.poll_interval)),
+            args=() if checks else (name,),
             id=name,
             executor="checks" if checks else "default",
-            seconds=self.settings.check_interval if checks else self.settings.poll_interval,
-            next_run_time=self.clock(),
-            misfire_grace_time=None,
         )
+
+    def _mind_the_clock(self, scheduler: BackgroundScheduler) -> None:
+        """What is due later than its interval from now was set so before the clock was set back: it is due now."""
+        now = self.clock()
+        late = [job for job in scheduler.get_jobs() if job.next_run_time > now + job.trigger.interval + A_MOMENT]
+        if late:
+            ahead = max(job.next_run_time - job.trigger.interval for job in late) - now
+            log.warning("the clock was set back by about %.0f s; everything is looked at now", ahead.total_seconds())
+        for job in late:
+            job.modify(next_run_time=now)
+
+    def _failing(self) -> list[str]:
+        """Codes of the buildings whose sources failed at the last look, of this process or one before it."""
+        question = select(Building.code).join(SourceState, SourceState.building_id == Building.id)
+        with self.sessions() as session:
+            return list(session.scalars(question.where(SourceState.failing_since.is_not(None))))
 
     def _check(self) -> None:
         with self.attempts.one():
@@ -104,11 +142,13 @@ class Poller:
             except Exception:  # like the one below: the next round tries again
                 log.exception("looking whether data stopped went wrong")
 
-    def _look(self, look: Look, code: str) -> None:
+    def _look(self, look: Look, code: str) -> bool:
+        """Whether the source answered; what is no fault of the source does not count as a failure."""
         with self.attempts.one():
             try:
-                look.at(code)
+                return look.at(code)
             except OperationalError:
                 raise
             except Exception:  # a bug at one building stops no other, and is shown each time
                 log.exception("looking at the source of %s went wrong", code)
+        return True

@@ -98,7 +98,8 @@ def _dead(quality: Sequence[dict[str, object]] | None) -> set[object]:
 
 
 def _work(session: Session, building: Building, settings: Settings, now: datetime) -> Work:
+    lease = timedelta(seconds=settings.lease)
     return Work(
-        oldest=stopping.oldest_undone_job(session, building.id, now),
-        last_progress=stopping.last_progress(session, timedelta(seconds=settings.lease)),
+        oldest=stopping.oldest_undone_job(session, building.id, now, lease),
+        last_progress=stopping.last_progress(session, now, lease),
     )

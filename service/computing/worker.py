@@ -3,13 +3,13 @@
 import logging
 import os
 import socket
-import time
 from collections.abc import Callable, Collection
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from threading import Event as Signal
+from time import monotonic
 from traceback import format_exception
 from typing import Any
 
@@ -61,9 +61,11 @@ class Worker:
     notes: Path | None = None
     """Folder in which computations tell what they are doing; None: who waits is told of whole stages."""
     running: dict[Future[Any], Running] = field(default_factory=dict)
-    extended_at: datetime | None = None
+    timer: Callable[[], float] = monotonic
+    """s; the clock may be set meanwhile."""
+    extended_at: float | None = None
     heeded_at: float = -float("inf")
-    """Monotonic s of the latest look for cancelled jobs."""
+    """s of the timer, of the latest look for cancelled jobs."""
     holder: str = field(default_factory=lambda: f"{socket.gethostname()}:{os.getpid()}")
 
     def run(self, stop: Signal) -> None:
@@ -127,12 +129,12 @@ class Worker:
 
     def hold(self) -> None:
         """Extend the leases in time; a claim that was lost is left to who has it now."""
-        now = self.clock()
-        if self.extended_at is not None and now - self.extended_at < self._lease / 3:
+        elapsed, now = self.timer(), self.clock()
+        if self.extended_at is not None and elapsed - self.extended_at < self.settings.lease / 3:
             return
         with self.sessions.begin() as session:
             leases.hold(session, WORKING, self.holder, now, self._lease)
-        self.extended_at = now
+        self.extended_at = elapsed
         for future, job in list(self.running.items()):
             with self.sessions.begin() as session:
                 held = jobs.extend(session, job.claim, now, self._lease)
@@ -143,7 +145,7 @@ class Worker:
 
     def heed(self) -> None:
         """Stop what was cancelled, and what takes longer than a job may: that attempt counts as failed."""
-        now = time.monotonic()
+        now = self.timer()
         if not self.running or now - self.heeded_at < HEED:
             return
         self.heeded_at = now

@@ -9,6 +9,7 @@ from sqlalchemy.orm import Session, undefer
 from service import buildings
 from service.blobs import decode, encode
 from service.database import Building, Event, EventRecording, Job, Recording, Waveform
+from service.deadlines import passed
 from service.formats import Trace
 from service.intake.grouping import overlapping
 from service.intake.spans import cut, span
@@ -38,7 +39,8 @@ def take_in(
 def queue_ready(session: Session, now: datetime, *, settings: Settings) -> int:
     """Queue the events that have waited long enough for missing channels; the number of them."""
     patience = timedelta(seconds=settings.event_grace)
-    waiting = select(Event).where(Event.state == "gathering", Event.updated_at <= now - patience)
+    ready_at = passed(Event.updated_at, now - patience, patience)  # also what came before the clock was set back
+    waiting = select(Event).where(Event.state == "gathering", ready_at)
     ready = list(session.scalars(waiting.order_by(Event.start).with_for_update(skip_locked=True)))
     for event in ready:
         jobs.enqueue(session, event, {}, now)

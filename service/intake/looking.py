@@ -4,7 +4,7 @@ import logging
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from time import sleep
+from time import monotonic, sleep
 from typing import Any
 
 from sqlalchemy.exc import InterfaceError, OperationalError
@@ -20,11 +20,15 @@ from service.parsing import ParserDiedError
 from service.sessions import reading
 from service.settings import Settings
 from service.sources.arrival import Arrival, SourceError, Step
+from service.sources.http import Manners
 from service.sources.opening import opened
 from service.sources.server_clock import ServerClock
 from service.toml_files.building_file import BuildingFile, SourceFile
 
 log = logging.getLogger(__name__)
+
+LONGEST_LOOK = 20
+"""Times http_timeout: a look that lasts longer is left between two steps, and the next one goes on there."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +39,7 @@ class Look:
     settings: Settings
     clock: Callable[[], datetime] = lambda: datetime.now(UTC)
     sleep: Callable[[float], object] = sleep
-    """Waits so many seconds between two attempts."""
+    """Waits so many seconds between two attempts; True if there is to be no other."""
     stopped: Callable[[], bool] = lambda: False
     """Asked between two steps: a look may then be left, and goes on where it was the next time."""
 
@@ -47,24 +51,30 @@ class Look:
             self.at(code)
         self.queue_ready()
 
-    def at(self, code: str) -> None:
-        """Look at one building's source; a source that fails is remembered, and logged once."""
+    def at(self, code: str) -> bool:
+        """Look at one building's source; a source that fails is remembered, and logged once.
+
+        Returns:
+            False if the source failed.
+        """
         with self.sessions() as session:
             building = buildings.find(session, code)
-            described, cursor = buildings.described(session, building), self._cursor(session, building)
+            described, state = buildings.described(session, building), session.get(SourceState, building.id)
+            cursor, is_failing = ({}, False) if state is None else (state.cursor, state.failing_since is not None)
         with self.sessions.begin() as session:
             read_again_with_this_version(session, building)
         self._read(building)  # what an interrupted look has stored, or a new description lets be read
         if described.source is None:
-            return
+            return True
         self._remember(building, attempted_at=self.clock())
         server = ServerClock(self.clock)
         try:
-            self._follow(building, described, described.source, cursor, server)
+            self._follow(building, described, described.source, cursor, server, self._manners(is_failing))
         except SourceError as error:
             self._failed(building, str(error))
-        else:
-            self._succeeded(building, server)
+            return False
+        self._succeeded(building, server)
+        return True
 
     def bring(self, building: Building, arrivals: tuple[Arrival, ...]) -> list[Recording]:
         """Store files, and only when they are safe read them: the one path for whatever comes in."""
@@ -86,13 +96,20 @@ class Look:
         source: SourceFile,
         cursor: dict[str, Any],
         server: ServerClock,
+        manners: Manners,
     ) -> None:
         memory = Fetched(self.sessions, building.id)
-        with opened(described, source, self.settings, memory, self.sleep, server.hear) as found:
+        with opened(described, source, self.settings, memory, manners, server.hear) as found:
             for step in found.steps(cursor, self.clock()):
                 self._take(building, step)
-                if self.stopped():
+                if self.stopped() or manners.is_over:
                     return
+
+    def _manners(self, is_failing: bool) -> Manners:
+        """A source that fails is tried once: it is tried again at the next look."""
+        given = self.settings
+        retries = 0 if is_failing else given.http_retries
+        return Manners(self.sleep, retries, monotonic() + LONGEST_LOOK * given.http_timeout)
 
     def _take(self, building: Building, step: Step) -> None:
         with self.sessions.begin() as session:
@@ -140,10 +157,6 @@ class Look:
     def _next_stored(self, building: Building, passed: list[int]) -> Recording | None:
         with reading(self.sessions)() as session:
             return next_stored(session, building, passed)
-
-    def _cursor(self, session: Session, building: Building) -> dict[str, Any]:
-        state = session.get(SourceState, building.id)
-        return {} if state is None else state.cursor
 
     def _failed(self, building: Building, error: str) -> None:
         with self.sessions.begin() as session:

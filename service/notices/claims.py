@@ -12,6 +12,7 @@ from sqlalchemy import Select, and_, exists, or_, select, update
 from sqlalchemy.orm import Session, aliased, joinedload
 
 from service.database import Delivery, DeliveryAttempt, Message
+from service.deadlines import passed
 from service.errors import ConflictError
 from service.notices.answer import Answer
 from service.receiver_rules import shown_address
@@ -60,7 +61,7 @@ def claim(session: Session, now: datetime, lease: timedelta, patience: Patience)
 
     Messages about one thing reach a receiver in their order: the next waits for the end of the one before.
     """
-    while (delivery := session.scalars(_next(now)).one_or_none()) is not None:
+    while (delivery := session.scalars(_next(now, lease, patience)).one_or_none()) is not None:
         _note_the_dead(session, delivery)
         is_told = delivery.receiver.removed_at is None
         if is_told and delivery.tries < patience.attempts:
@@ -98,7 +99,7 @@ def replay(delivery: Delivery, now: datetime) -> None:
     delivery.state, delivery.due_at, delivery.finished_at, delivery.tries = "waiting", now, None, 0
 
 
-def _next(now: datetime) -> Select[Delivery]:
+def _next(now: datetime, lease: timedelta, patience: Patience) -> Select[Delivery]:
     before, message_before = aliased(Delivery), aliased(Message)
     earlier = (
         exists()
@@ -106,8 +107,8 @@ def _next(now: datetime) -> Select[Delivery]:
         .where(message_before.building_id == Message.building_id, message_before.key == Message.key)
         .where(message_before.number < Message.number, before.state.in_(OPEN))
     )
-    due = and_(Delivery.state == "waiting", Delivery.due_at <= now)
-    lapsed = and_(Delivery.state == "sending", Delivery.claimed_until < now)
+    due = and_(Delivery.state == "waiting", passed(Delivery.due_at, now, patience.longest + lease))
+    lapsed = and_(Delivery.state == "sending", passed(Delivery.claimed_until, now, lease))
     return (
         select(Delivery)
         .join(Delivery.message)

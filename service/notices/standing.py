@@ -1,17 +1,18 @@
 """What still stands at a receiver that forgets what it is not told again?"""
 
 from collections.abc import Sequence
-from datetime import datetime
+from datetime import datetime, timedelta
 
 from sqlalchemy import exists, select, update
 from sqlalchemy.orm import Session, aliased
 
 from service.database import Delivery, Message, Receiver
+from service.deadlines import passed
 from service.notices.alertmanager import STANDING
 
 
-def due(session: Session, since: datetime) -> Sequence[Delivery]:
-    """Deliveries to Alertmanagers of what is not over and has no later news, last repeated before `since`."""
+def due(session: Session, now: datetime, interval: timedelta) -> Sequence[Delivery]:
+    """Deliveries to Alertmanagers of what is not over and has no later news, last repeated an interval ago."""
     later = aliased(Message)
     has_later = exists().where(
         later.building_id == Message.building_id, later.key == Message.key, later.number > Message.number
@@ -22,7 +23,7 @@ def due(session: Session, since: datetime) -> Sequence[Delivery]:
         .join(Delivery.receiver)
         .where(Receiver.kind == "alertmanager", Receiver.removed_at.is_(None))
         .where(Message.kind.in_(STANDING), Message.sequence != "cancelled", Message.severity != "all_clear")
-        .where(Delivery.state == "delivered", Delivery.kept_at <= since, ~has_later)
+        .where(Delivery.state == "delivered", passed(Delivery.kept_at, now - interval, interval), ~has_later)
     )
     return session.scalars(question.order_by(Delivery.id)).all()
 

@@ -6,6 +6,8 @@ import socket
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
+from math import inf
+from time import monotonic
 
 import httpx
 from sqlalchemy.orm import Session, sessionmaker
@@ -22,8 +24,8 @@ log = logging.getLogger(__name__)
 NOTIFYING = "notifying"
 """The right of the one notifier that does it."""
 LEASE = timedelta(seconds=60)
-ROUND = timedelta(seconds=5)
-"""Between two looks at what is due, at most."""
+ROUND = 5.0
+"""s between two looks at what is due, at most."""
 
 
 @dataclass(slots=True)
@@ -34,19 +36,21 @@ class Upkeep:
     settings: Settings
     clock: Callable[[], datetime] = lambda: datetime.now(UTC)
     holder: str = field(default_factory=lambda: f"{socket.gethostname()}:{os.getpid()}")
-    next_step: datetime | None = None
-    next_beat: datetime | None = None
+    timer: Callable[[], float] = monotonic
+    """s; the clock may be set meanwhile."""
+    next_step: float = -inf
+    next_beat: float = -inf
     trouble: dict[str, str] = field(default_factory=dict)
     """What goes wrong now, by what it is about: told in the log once, and once when it is over."""
 
     def step(self) -> None:
         """Do what is due, every few seconds at most."""
-        now = self.clock()
-        if self.next_step is not None and now < self.next_step:
+        if self.timer() < self.next_step:
             return
-        self.next_step = now + min(ROUND, self._interval, timedelta(seconds=self.settings.heartbeat_interval))
+        given = self.settings
+        self.next_step = self.timer() + min(ROUND, given.alertmanager_interval, given.heartbeat_interval)
         with self.sessions.begin() as session:
-            holds = leases.hold(session, NOTIFYING, self.holder, now, LEASE)
+            holds = leases.hold(session, NOTIFYING, self.holder, self.clock(), LEASE)
         if holds:
             self._repeat_what_stands()
             self._beat()
@@ -57,9 +61,9 @@ class Upkeep:
             leases.give_up(session, NOTIFYING, self.holder)
 
     def _repeat_what_stands(self) -> None:
-        since = self.clock() - self._interval
         with reading(self.sessions)() as session:
-            written = [self._written(session, delivery) for delivery in standing.due(session, since)]
+            due = standing.due(session, self.clock(), self._interval)
+            written = [self._written(session, delivery) for delivery in due]
         for one in written:
             if one is not None:
                 self._repeat(*one)
@@ -82,12 +86,11 @@ class Upkeep:
 
     def _beat(self) -> None:
         """Say outside that the service works, if it does: who waits for that in vain has somebody look after it."""
-        now = self.clock()
-        if self.settings.heartbeat_url is None or (self.next_beat and now < self.next_beat):
+        if self.settings.heartbeat_url is None or self.timer() < self.next_beat:
             return
-        self.next_beat = now + timedelta(seconds=self.settings.heartbeat_interval)
+        self.next_beat = self.timer() + self.settings.heartbeat_interval
         with reading(self.sessions)() as session:
-            lacks = "; ".join(working.lacks(session, now))
+            lacks = "; ".join(working.lacks(session, self.clock()))
         self._note("heartbeat", lacks or self._asked(self.settings.heartbeat_url.get_secret_value()))
 
     def _asked(self, url: str) -> str | None:

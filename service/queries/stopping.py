@@ -7,6 +7,7 @@ from sqlalchemy import func, or_, select
 from sqlalchemy.orm import Session
 
 from service.database import Analysis, Event, Job, ModelVersion, Recording, Waveform
+from service.deadlines import passed
 from service.queries.question import Line
 
 
@@ -43,7 +44,7 @@ def channels_ever(session: Session, building_id: int) -> set[str]:
     return set(session.scalars(question.where(Event.building_id == building_id).distinct()))
 
 
-def oldest_undone_job(session: Session, building_id: int, now: datetime) -> datetime | None:
+def oldest_undone_job(session: Session, building_id: int, now: datetime, lease: timedelta) -> datetime | None:
     """Since when the building's oldest job waits, or its worker has been silent; None if no job is neglected."""
     columns = (Job.building_id, Event.building_id, ModelVersion.building_id)
     of_building = or_(*(column == building_id for column in columns))
@@ -52,12 +53,18 @@ def oldest_undone_job(session: Session, building_id: int, now: datetime) -> date
         .outerjoin(Event, Event.id == Job.event_id)
         .outerjoin(ModelVersion, ModelVersion.id == Job.model_id)
     )
-    neglected = or_(Job.state == "waiting", (Job.state == "running") & (Job.claimed_until < now))
+    silent = passed(Job.claimed_until, now, lease)
+    neglected = or_(Job.state == "waiting", (Job.state == "running") & silent)
     return session.scalar(jobs.where(of_building, neglected))
 
 
-def last_progress(session: Session, lease: timedelta) -> datetime | None:
-    """When a worker of the service finished a job last, or said that it is at one; None if none ever did."""
-    finished = session.scalar(select(func.max(Job.finished_at)))
-    held = session.scalar(select(func.max(Job.claimed_until)).where(Job.state == "running"))
+def last_progress(session: Session, now: datetime, lease: timedelta) -> datetime | None:
+    """When a worker of the service finished a job last, or said that it is at one; None if none ever did.
+
+    What is written as later than now was written by a wrong clock, and counts for nothing.
+    """
+    finished = session.scalar(select(func.max(Job.finished_at)).where(Job.finished_at <= now))
+    held = session.scalar(
+        select(func.max(Job.claimed_until)).where(Job.state == "running", Job.claimed_until <= now + lease)
+    )
     return max((time for time in (finished, held and held - lease) if time is not None), default=None)

@@ -7,6 +7,7 @@ from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.orm import Session
 
 from service.database import Lease
+from service.deadlines import has_passed
 
 POLLING = "polling"
 """The poller's."""
@@ -21,7 +22,7 @@ def hold(session: Session, name: str, holder: str, now: datetime, duration: time
         dialect.insert(Lease).values(name=name, holder=holder, until=now + duration).on_conflict_do_nothing()
     )
     lease = session.get_one(Lease, name, with_for_update=True)
-    if lease.holder != holder and lease.until > now:
+    if lease.holder != holder and not has_passed(lease.until, now, duration):
         return False
     lease.holder, lease.until = holder, now + duration
     return True

@@ -1,10 +1,10 @@
 """An HTTP server that lists files of events: a directory page, or an index in JSON or text."""
 
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from email.utils import parsedate_to_datetime
+from multiprocessing.pool import ThreadPool
 from urllib.parse import unquote
 
 from service import parsing
@@ -49,9 +49,9 @@ class Archive:
         seen: dict[str, str] = cursor.get("seen", {})
         growing: dict[str, str] = {}
         errors: list[SourceError] = []
-        with ThreadPoolExecutor(self.client.settings.source_concurrency) as pool:
+        with ThreadPool(self.client.settings.source_concurrency) as pool:  # whose threads hold up no end of the process
             for batch in self._wanted(listings):
-                outcomes = list(pool.map(lambda wanted: self._outcome(wanted[0], wanted[1], seen, now), batch))
+                outcomes = pool.map(lambda wanted: self._outcome(wanted[0], wanted[1], seen, now), batch)
                 growing |= {e.address: e.mark for (e, _), out in zip(batch, outcomes, strict=True) if out.grows}
                 errors += [out.error for out in outcomes if out.error is not None]
                 yield Step(

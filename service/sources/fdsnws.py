@@ -11,8 +11,12 @@ from hashlib import sha256
 from http import HTTPStatus
 from typing import Any
 
+<<<<<<< HEAD
 from service import parsing
 from service.parsing import Limits
+=======
+from service.deadlines import has_passed
+>>>>>>> b071a1b (A clock that is set stops nothing, and servers that stay silent hold up no other source (Z1, Z2))
 from service.sources.arrival import Arrival, Cursor, SourceError, Step, TooLargeError
 from service.sources.catalogue import Catalogue
 from service.sources.http import Client
@@ -25,6 +29,8 @@ FIRST_WINDOW = timedelta(hours=1)
 LONGEST_WINDOW = timedelta(days=366)
 SHORTEST_WINDOW = timedelta(seconds=60)
 STATIONS_HOLD = timedelta(days=1)
+A_MOMENT = timedelta(seconds=60)
+"""By which a recorder's clock may be ahead of ours."""
 WRITTEN = re.compile(rb"<Created>[^<]{0,100}</Created>")
 
 
@@ -59,7 +65,7 @@ class FdsnWebServices:
 
     def _stations(self, cursor: Cursor, now: datetime) -> Iterator[Step]:
         looked = cursor.get("stations_at")
-        if looked is not None and now - datetime.fromisoformat(looked) < STATIONS_HOLD:
+        if looked is not None and not has_passed(datetime.fromisoformat(looked) + STATIONS_HOLD, now, STATIONS_HOLD):
             return
         codes = [channel.split(".") for channel in self.channels]
         asked = {
@@ -124,6 +130,8 @@ class FdsnWebServices:
     def _around_earthquakes(self, catalogue: Catalogue, cursor: Cursor, now: datetime) -> Iterator[Step]:
         done: dict[str, str] = dict(cursor.get("earthquakes", {}))
         until = datetime.fromisoformat(cursor["catalogue_until"]) if "catalogue_until" in cursor else self.since
+        resume = max(self.since, now - catalogue.patience - catalogue.before - catalogue.after)
+        until = min(until, resume)  # later only if the clock was ahead, and has been set back
         for origin in catalogue.origins(until, now):
             asked = Gap(origin.time - catalogue.before, origin.time + catalogue.after, self.channels)
             if origin.id in done or asked.end > now:
@@ -135,13 +143,14 @@ class FdsnWebServices:
                 cursor = {**cursor, "open": self._open(cursor, gaps(self._pieces(arrivals), asked), now)}
             cursor = {**cursor, "earthquakes": dict(done)}
             yield Step(arrivals, cursor)
-        resume = max(self.since, now - catalogue.patience - catalogue.before - catalogue.after)
         kept = {key: time for key, time in done.items() if datetime.fromisoformat(time) >= resume}
         yield Step((), {**cursor, "earthquakes": kept, "catalogue_until": resume.isoformat()})
 
     def _in_windows(self, cursor: Cursor, now: datetime) -> Iterator[Step]:
         """Windows that double over silence, so that years of it cost a few questions, and halve on large answers."""
         start = datetime.fromisoformat(cursor["until"]) if "until" in cursor else self.since
+        if start > now + A_MOMENT:  # the clock was ahead when that was asked for, and has been set back
+            start = max(self.since, now - self._lateness)
         window = timedelta(seconds=cursor.get("window", FIRST_WINDOW.total_seconds()))
         while start < now:
             end = min(start + window, now)

@@ -48,7 +48,8 @@ class Folder:
         growing: dict[str, str] = {}
         for file, mark in self._new_files(unreadable):
             address = str(file)
-            is_young = now.timestamp() - mark.changed < self.settle_time
+            age = now.timestamp() - mark.changed  # negative where the clock was set back since: then it is seen twice
+            is_young = age < self.settle_time if age >= 0 else address not in seen
             if seen.get(address, str(mark)) != str(mark) or is_young:
                 growing[address] = str(mark)
                 continue

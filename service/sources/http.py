@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from datetime import timedelta
 from email.utils import parsedate_to_datetime
 from http import HTTPStatus
+from itertools import count
 from time import monotonic
 
 import httpx
@@ -76,13 +77,29 @@ class BrokenError(SourceError):
 
 
 @dataclass(frozen=True, slots=True)
+class Manners:
+    """How patiently a source is asked at one look."""
+
+    sleep: Callable[[float], object]
+    """Waits so many seconds; True if there is to be no other attempt."""
+    retries: int
+    """Times that a failed request is repeated."""
+    until: float
+    """s of the monotonic clock, after which nothing is repeated and no step is begun."""
+
+    @property
+    def is_over(self) -> bool:
+        """Whether the look has lasted as long as it may."""
+        return monotonic() > self.until
+
+
+@dataclass(frozen=True, slots=True)
 class Client:
     """Asks servers, as the settings say."""
 
     http: httpx.Client
     settings: Settings
-    sleep: Callable[[float], object]
-    """Waits so many seconds."""
+    manners: Manners
     logins: Mapping[httpx.URL, httpx.BasicAuth] = field(default_factory=dict, repr=False)
     """By origin: addresses themselves carry no password, for they are stored and shown."""
 
@@ -114,13 +131,14 @@ class Client:
                 f"{address} is no valid address ({error}); correct location in the building file"
             ) from None
         partial = partial or Partial()
-        for attempt in range(self.settings.http_retries + 1):
+        for attempt in count():
             try:
                 return self._attempt(url, unless or {}, partial)
             except BrokenError as error:
-                if attempt == self.settings.http_retries:
-                    raise UnansweredError(f"{error}, {attempt + 1} times; {error.helps}", partial) from error
-                self.sleep(self._delay(attempt, error.after))
+                is_last = attempt == self.manners.retries or self.manners.is_over
+                if is_last or self.manners.sleep(self._delay(attempt, error.after)):
+                    times = f", {attempt + 1} times" if attempt else ""
+                    raise UnansweredError(f"{error}{times}; {error.helps}", partial) from error
         raise AssertionError("unreachable")
 
     def _delay(self, attempt: int, wanted: float | None) -> float:
@@ -221,7 +239,7 @@ def _between(earlier: str | None, later: str | None) -> timedelta | None:
 
 def client(
     settings: Settings,
-    sleep: Callable[[float], object],
+    manners: Manners,
     hear: Callable[[httpx.Response], None] | None = None,
     logins: Mapping[httpx.URL, httpx.BasicAuth] | None = None,
 ) -> Client:
@@ -236,4 +254,4 @@ def client(
         follow_redirects=False,
         event_hooks={"response": [] if hear is None else [hear]},
     )
-    return Client(http, settings, sleep, logins or {})
+    return Client(http, settings, manners, logins or {})

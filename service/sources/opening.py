@@ -13,7 +13,7 @@ from service.sources.arrival import Source, SourceError
 from service.sources.catalogue import Catalogue
 from service.sources.fdsnws import EARLIEST, FdsnWebServices
 from service.sources.folder import Folder
-from service.sources.http import Client, client, origin
+from service.sources.http import Client, Manners, client, origin
 from service.sources.memory import Memory
 from service.toml_files.building_file import BuildingFile, SourceFile
 from service.web_addresses import wrong_web_address
@@ -25,7 +25,7 @@ def opened(
     source: SourceFile,
     settings: Settings,
     memory: Memory,
-    sleep: Callable[[float], object],
+    manners: Manners,
     hear: Callable[[httpx.Response], None] | None = None,
 ) -> Iterator[Source]:
     """The source, with its connections closed afterwards; somebody may hear of every answer.
@@ -40,7 +40,7 @@ def opened(
         if address is not None and (problem := wrong_web_address(address)):
             raise SourceError(f"{key} in the building file: {problem}")
     logins = dict(filter(None, (_login(address) for address in (source.location, source.catalogue) if address)))
-    asking = client(settings, sleep, hear, logins)
+    asking = client(settings, manners, hear, logins)
     try:
         if source.kind == "archive":
             yield Archive(_without_login(source.location), asking, memory)

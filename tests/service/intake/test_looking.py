@@ -19,7 +19,7 @@ from service.settings import Settings
 from service.version import VERSION
 
 NOW = START + timedelta(days=1)
-SETTINGS = Settings(http_timeout=0.5, http_retries=1, retry_delay=0.01, max_answer_bytes=10_000_000)
+SETTINGS = Settings(http_timeout=10, http_retries=1, retry_delay=0.01, max_answer_bytes=10_000_000)
 
 
 @pytest.fixture
@@ -76,7 +76,7 @@ def test_a_failing_source_is_told_once_and_its_recovery_too(
     sessions: sessionmaker[Session], server: Server, caplog: pytest.LogCaptureFixture
 ) -> None:
     caplog.set_level(logging.INFO, logger="service")
-    server.pages["/events/"] = Page(b"a.mseed", failures=5)
+    server.pages["/events/"] = Page(b"a.mseed", failures=4)  # two tries, then one at each look
     server.add("/events/a.mseed", miniseed(stream()))
     add(sessions, "archive", f"{server.address}/events/")
     look(sessions)

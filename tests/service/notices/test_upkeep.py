@@ -38,6 +38,9 @@ class Clock:
     def on(self, seconds: float) -> None:
         self.now += timedelta(seconds=seconds)
 
+    def timer(self) -> float:
+        return (self.now - NOW).total_seconds()
+
 
 @pytest.fixture
 def there() -> Iterator[Hook]:
@@ -76,7 +79,7 @@ def test_what_stands_is_repeated_until_it_is_over(sessions: sessionmaker[Session
         receivers.add(session, building, rule, "engineer", NOW)
         put(session, alarm, NOW)
     notifier = Notifier(sessions, settings(there), clock)
-    upkeep = Upkeep(sessions, settings(there), clock)
+    upkeep = Upkeep(sessions, settings(there), clock, timer=clock.timer)
     notifier.run_until_idle()
     upkeep.step()
     assert ends(there) == [NOW + timedelta(seconds=120)]
@@ -115,7 +118,7 @@ def test_the_heart_beats_while_poller_and_worker_live(
     sessions: sessionmaker[Session], building: int, there: Hook, caplog: pytest.LogCaptureFixture
 ) -> None:
     clock = Clock()
-    upkeep = Upkeep(sessions, settings(there), clock)
+    upkeep = Upkeep(sessions, settings(there), clock, timer=clock.timer)
     for rights, expected in (((), 0), ((POLLING,), 0), ((WORKING,), 0), ((POLLING, WORKING), 1), ((WORKING,), 1)):
         alive(sessions, clock(), *rights)
         upkeep.step()

@@ -2,12 +2,13 @@
 
 import threading
 from collections.abc import Iterator
+from math import inf
 
 import pytest
 from monitoring import Server, serving
 
 from service.settings import Settings
-from service.sources.http import Client, client
+from service.sources.http import Client, Manners, client
 
 SETTINGS = Settings(http_timeout=0.5, http_retries=2, retry_delay=0.01, max_answer_bytes=1_000_000)
 
@@ -20,6 +21,6 @@ def server() -> Iterator[Server]:
 
 @pytest.fixture
 def asking() -> Iterator[Client]:
-    made = client(SETTINGS, threading.Event().wait)
+    made = client(SETTINGS, Manners(threading.Event().wait, SETTINGS.http_retries, inf))
     yield made
     made.http.close()

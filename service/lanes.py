@@ -1,0 +1,117 @@
+"""Threads that look at sources: one that fails, or whose server keeps it waiting, holds up no other."""
+
+import logging
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from math import inf
+from threading import Lock, Thread
+from time import monotonic
+
+log = logging.getLogger(__name__)
+
+QUICK = 10
+"""Looks that run together, not counting those that last."""
+LASTING = 4.0
+"""s after which a look lasts: it gives its place to another one."""
+TOGETHER = 30
+"""Looks at sources that do not fail, those that last among them."""
+FAILING = 8
+"""Looks at failing sources that run together, in places of their own."""
+LONGEST_PAUSE = 300.0
+"""s between two looks at a failing source, if it is not looked at less often anyway."""
+TO_END = 3.0
+"""s that looks have to end in when the service stops; later they are left where they are, and lose nothing by it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Running:
+    """A look that is under way."""
+
+    thread: Thread
+    since: float
+    """s of the timer."""
+    is_failing: bool
+
+
+@dataclass(slots=True)
+class Lanes:
+    """Looks at each source at most once at a time, soon after it is due."""
+
+    look: Callable[[str], bool]
+    """Looks at a source, by the code of its building; False if the source failed."""
+    interval: float
+    """s between two looks at a source that answers."""
+    timer: Callable[[], float] = monotonic
+    failures: dict[str, int] = field(default_factory=dict)
+    """Looks that failed in a row, of failing sources."""
+    resting: dict[str, float] = field(default_factory=dict)
+    """Time of the timer before which a failing source is not looked at."""
+    waiting: dict[str, None] = field(default_factory=dict)
+    """In order."""
+    running: dict[str, Running] = field(default_factory=dict)
+    is_ending: bool = False
+    lock: Lock = field(default_factory=Lock)
+
+    def expect_failure(self, codes: Iterable[str]) -> None:
+        """Put sources that are known to fail into the failing ones' places from their first look on."""
+        with self.lock:
+            for code in codes:
+                self.failures.setdefault(code, 0)
+
+    def due(self, code: str) -> None:
+        """Look at a source as soon as there is a place, unless it waits, is looked at or rests after a failure."""
+        with self.lock:
+            if code not in self.running and self.timer() >= self.resting.get(code, -inf):
+                self.waiting[code] = None
+            self._start()
+
+    def go_on(self) -> None:
+        """Give the places of looks that last to those that wait; called every few seconds."""
+        with self.lock:
+            self._start()
+
+    def end(self) -> list[str]:
+        """Start no look any more and wait a moment for those under way; the codes of those that did not end."""
+        with self.lock:
+            self.is_ending = True
+            left = dict(self.running)
+        end = monotonic() + TO_END
+        for one in left.values():
+            one.thread.join(max(end - monotonic(), 0.0))
+        return sorted(code for code, one in left.items() if one.thread.is_alive())
+
+    def _start(self) -> None:
+        for code in [] if self.is_ending else list(self.waiting):
+            is_failing = code in self.failures
+            if self._has_room(is_failing):
+                del self.waiting[code]
+                thread = Thread(target=self._run, args=(code,), name=f"look at {code}", daemon=True)
+                self.running[code] = Running(thread, self.timer(), is_failing)
+                thread.start()
+
+    def _has_room(self, is_failing: bool) -> bool:
+        alike = [one for one in self.running.values() if one.is_failing == is_failing]
+        if is_failing:
+            return len(alike) < FAILING
+        quick = sum(self.timer() - one.since < LASTING for one in alike)
+        return quick < QUICK and len(alike) < TOGETHER
+
+    def _run(self, code: str) -> None:
+        answered = True
+        try:
+            answered = self.look(code)
+        finally:
+            with self.lock:
+                del self.running[code]
+                self._note(code, answered)
+                self._start()
+
+    def _note(self, code: str, answered: bool) -> None:
+        """Let a failing source rest, ever longer; half an interval less, for it is due at whole ones only."""
+        if answered:
+            self.failures.pop(code, None)
+            self.resting.pop(code, None)
+            return
+        self.failures[code] = failures = self.failures.get(code, 0) + 1
+        pause = min(self.interval * 2.0 ** min(failures - 1, 32), max(self.interval, LONGEST_PAUSE))
+        self.resting[code] = self.timer() + pause - self.interval / 2
