@@ -93,6 +93,7 @@ def create(settings: Settings) -> FastAPI:
     app.state.reading = reading(app.state.sessions)
     app.state.answers = Answers()
     app.state.keys = Keys(app.state.reading)
+    app.state.is_ending = lambda: False  # who serves it may know better; streams then end
     app.state.metrics = metrics.registry(app.state.reading)
     app.add_middleware(Heard)
     app.add_middleware(Measured, registry=app.state.metrics)

@@ -4,17 +4,17 @@ import logging
 import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from threading import Event as Signal
 from threading import Thread
 from types import FrameType
 
-from sqlalchemy import Text, func, not_, select, type_coerce
+from sqlalchemy import Text, func, make_url, not_, select, type_coerce
+from sqlalchemy.exc import OperationalError
 from sqlalchemy.orm import Session, sessionmaker
 
 from service import migrate
 from service.database import Receiver, encryption
+from service.own_folders import own_folder
 from service.sessions import sessions
 from service.settings import Settings
 
@@ -22,12 +22,20 @@ log = logging.getLogger(__name__)
 
 LOOK_UP = 0.5
 """s."""
+TO_ANSWER = 5
+"""s that requests under way have to be answered in when the service ends."""
 
 
 @contextmanager
 def migrated(settings: Settings) -> Iterator[sessionmaker[Session]]:
-    """Sessions at a database that is up to date."""
+    """Sessions at a database that is brought up to date first."""
     migrate.upgrade(settings.database_url)
+    with _opened(settings) as opened:
+        yield opened
+
+
+@contextmanager
+def _opened(settings: Settings) -> Iterator[sessionmaker[Session]]:
     opened = sessions(settings.database_url)
     try:
         yield opened
@@ -65,11 +73,17 @@ def wait_for(stop: Signal) -> None:
 def running(
     settings: Settings, stop: Signal, *, poll: bool = False, work: bool = False, notify: bool = False
 ) -> Iterator[None]:
-    """The poller, the worker and the notifier beside what the caller does; all have ended afterwards."""
+    """The poller, the worker and the notifier beside what the caller does; all have ended afterwards.
+
+    None of them starts if `stop` is set while the database is away.
+    """
     logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
     logging.getLogger("apscheduler").setLevel(logging.ERROR)  # a look longer than the interval skips one: no fault
     logging.getLogger("httpx").setLevel(logging.WARNING)
-    with migrated(settings) as opened:
+    if not _upgraded(settings.database_url, stop):
+        yield
+        return
+    with _opened(settings) as opened:
         _warn_of_plain_secrets(opened)
         parts = [
             *([Thread(target=_guarded, args=(_poll, opened, settings, stop), name="poller")] if poll else []),
@@ -84,6 +98,30 @@ def running(
             stop.set()
             for part in parts:
                 part.join()
+
+
+def _upgraded(url: str, stop: Signal) -> bool:
+    """Bring the database up to date, and wait for a server that is away; False if `stop` is set before it comes.
+
+    Raises:
+        OperationalError: it is a file that cannot be used: waiting would not help.
+    """
+    is_waiting = False
+    while not stop.is_set():
+        try:
+            migrate.upgrade(url)
+        except OperationalError as error:
+            if make_url(url).get_backend_name() == "sqlite":
+                raise
+            if not is_waiting:
+                log.warning("waiting for the database, which is out of reach: %s", str(error.orig).splitlines()[0])
+            is_waiting = True
+            stop.wait(LOOK_UP)
+        else:
+            if is_waiting:
+                log.warning("the database is there")
+            return True
+    return False
 
 
 def _warn_of_plain_secrets(opened: sessionmaker[Session]) -> None:
@@ -110,15 +148,24 @@ def _warn_of_plain_secrets(opened: sessionmaker[Session]) -> None:
 
 def api(settings: Settings, stop: Signal) -> None:
     """Serve the API until it is asked to end."""
+    if stop.is_set():
+        return
     import uvicorn
 
     from service.app import create
 
+    app = create(settings)
     server = uvicorn.Server(
         uvicorn.Config(
-            create(settings), settings.host, settings.port, log_level="warning", proxy_headers=False
-        )  # who asks is told by the connection, not by what a header says of it
+            app,
+            settings.host,
+            settings.port,
+            log_level="warning",
+            proxy_headers=False,  # who asks is told by the connection, not by what a header says of it
+            timeout_graceful_shutdown=TO_ANSWER,
+        )
     )
+    app.state.is_ending = lambda: server.should_exit
 
     def end_with_the_others() -> None:
         stop.wait()
@@ -135,9 +182,9 @@ def worked_off(opened: sessionmaker[Session], settings: Settings) -> int:
     from service.computing.worker import Worker
 
     made = executors(settings)
-    with TemporaryDirectory(prefix="menshin-") as notes:
+    with own_folder() as notes:
         try:
-            return Worker(opened, made, settings, notes=Path(notes)).run_until_idle()
+            return Worker(opened, made, settings, notes=notes).run_until_idle()
         finally:
             end(made, settings)
 
@@ -166,9 +213,9 @@ def _work(opened: sessionmaker[Session], settings: Settings, stop: Signal) -> No
     from service.computing.worker import Worker
 
     made = executors(settings)
-    with TemporaryDirectory(prefix="menshin-") as notes:
+    with own_folder() as notes:
         try:
-            Worker(opened, made, settings, notes=Path(notes)).run(stop)
+            Worker(opened, made, settings, notes=notes).run(stop)
         finally:
             end(made, settings)
 

@@ -1,17 +1,23 @@
 """Messages: what people were told, who was told, when, and whether it arrived."""
 
+from collections.abc import AsyncIterator
 from datetime import UTC, datetime
+from functools import partial
 from typing import Annotated, Literal
 
 from fastapi import APIRouter, Depends, Query, Request, Response
+from fastapi.sse import EventSourceResponse
+from sqlalchemy.orm import Session, sessionmaker
 
 from service.access.auth import Caller, engineer
+from service.errors import documented
 from service.notices import claims, drill
 from service.queries import told, watched
 from service.routers.models import making
 from service.schemas.notices import Deliveries, DeliveryOut, DeliveryRow, MessageOut, MessageRow, Messages
 from service.web import notice_answers
 from service.web.answers import Format, document, responses, table
+from service.web.following import followed
 from service.web.parameters import LARGEST, Before, Code, DeliveryId, Limit, MessageId, Reading, Writing
 
 router = APIRouter(tags=["messages"])
@@ -50,6 +56,38 @@ def message(request: Request, message_id: MessageId, sessions: Reading) -> Respo
     with sessions() as session:
         answer = notice_answers.message(session, told.message(session, message_id))
     return document(request, answer)
+
+
+def existing(message_id: MessageId, sessions: Reading) -> int:
+    """The number of a message that there is; checked before a stream begins, which can only succeed."""
+    with sessions() as session:
+        return told.message(session, message_id).id
+
+
+@router.get(
+    "/messages/{message_id}/progress",
+    operation_id="follow_message",
+    response_class=EventSourceResponse,
+    responses=documented(401, 403, 404, 422),
+)
+async def progress(
+    request: Request, identity: Annotated[int, Depends(existing)], sessions: Reading
+) -> AsyncIterator[MessageOut]:
+    """The message as server-sent events: as it is, then whenever a delivery changes, until none is under way.
+
+    A stream without news for long ends as well, and so does one whose key was revoked; browsers ask again.
+    """
+    async for found in followed(request, partial(_answered, sessions, identity), _has_arrived):
+        yield found
+
+
+def _answered(sessions: sessionmaker[Session], identity: int) -> MessageOut:
+    with sessions() as session:
+        return notice_answers.message(session, told.message(session, identity))
+
+
+def _has_arrived(message: MessageOut) -> bool:
+    return all(delivery.state not in claims.OPEN for delivery in message.deliveries)
 
 
 @router.post(

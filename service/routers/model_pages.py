@@ -1,21 +1,23 @@
-"""The pages of the models and of the physical effects, and their forms; no JavaScript."""
+"""The pages of the models and of the physical effects, and their forms; JavaScript shows progress only."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from datetime import UTC, datetime
 from typing import Annotated
 from urllib.parse import parse_qs
 
 from fastapi import APIRouter, Depends, Query, Request, Response
+from sqlalchemy.orm import Session, sessionmaker
 from starlette.responses import RedirectResponse
 
 from core.effects import EFFECTS
 from service.access.auth import Caller, Role, engineer
 from service.buildings import described
-from service.database import ModelComparison
-from service.errors import ConflictError, NotFoundError
+from service.database import ModelComparison, ModelVersion
+from service.errors import ConflictError, NotFoundError, ServiceError, TooManyRequestsError
 from service.modelling import model_requests, models
 from service.pages.rendering import page
 from service.queries import diagnoses, versions, watched, work
+from service.queue.jobs import UNDER_WAY
 from service.routers.effects import EffectName, answered
 from service.routers.login import reader
 from service.web import bodies, model_answers
@@ -32,6 +34,8 @@ JOBS = 5
 """Of a model that its page lists."""
 OFFERED = 50
 """Events that a page offers to leave out, the latest first."""
+HOLD_OUT = "hold_out_"
+"""Begins the names of a form's boxes for the events to leave out."""
 MOST = 64 * 1024
 """Bytes of a posted form."""
 
@@ -57,22 +61,40 @@ def of_model(
     comparison: Annotated[int | None, Query(ge=1, le=LARGEST)] = None,
 ) -> Response:
     """A model: values, errors, lineage, its loop in one event, and what can be asked of it."""
+    return _shown_model(request, model_id, sessions, by, comparison)
+
+
+def _shown_model(
+    request: Request,
+    model_id: int,
+    sessions: sessionmaker[Session],
+    by: Caller,
+    comparison: int | None = None,
+    form: Mapping[str, str] | None = None,
+    refusal: ServiceError | None = None,
+) -> Response:
+    """A model's page; of a form that was refused it says why, and keeps what was ticked."""
     with sessions() as session:
         found = versions.version(session, model_id)
         compared = versions.latest_comparisons(session, [model_id])[model_id]
         jobs = work.jobs(session, None, None, model_id, None, JOBS)
         there = versions.comparable(session, found.building_id, models.DIRECTIONS[found.direction], None)
+        model = model_answers.whole(session, found)
         return page(
             request,
             "model",
+            200 if refusal is None else refusal.status,
             building=found.building,
-            model=model_answers.whole(session, found),
+            model=model,
             lineage=model_answers.rows(session, versions.lineage(session, model_id)),
             comparisons=[model_answers.comparison_row(*pair) for pair in compared],
             trend=model_answers.trend(model_id, compared),
             shown=_shown([one for one, _ in compared], comparison),
             jobs=jobs,
-            is_working=any(job.state in ("waiting", "running") for job in jobs),
+            followed=next((job.id for job in jobs if job.state in UNDER_WAY), None),
+            ticked=model.left_out if form is None else _ticked(form),
+            chosen=None if form is None else form.get("effect"),
+            refusal=refusal,
             offered=there[: -OFFERED - 1 : -1],
             diagnoses=diagnoses.diagnoses(session, model_id, None, JOBS),
             addable=[name for name in EFFECTS if name not in found.effects],
@@ -140,36 +162,62 @@ def compare(model_id: ModelId, sessions: Writing, by: By) -> Response:
 
 
 @router.post("/models/{model_id}/fit")
-def fit(model_id: ModelId, sessions: Writing, by: By, form: Form) -> Response:
+def fit(request: Request, model_id: ModelId, sessions: Writing, by: By, form: Form) -> Response:
     """Fit the model to the events but those left out, and show how far that is."""
-    with sessions.begin() as session:
-        model = versions.version(session, model_id)
+
+    def ask(session: Session, model: ModelVersion) -> None:
         model_requests.fit(session, model, *_events(form), by.name, datetime.now(UTC))
-    return RedirectResponse(f"/models/{model_id}", 303)
+
+    return _asked(request, model_id, sessions, by, form, ask)
 
 
 @router.post("/models/{model_id}/diagnose")
-def diagnose(model_id: ModelId, sessions: Writing, by: By, form: Form) -> Response:
+def diagnose(request: Request, model_id: ModelId, sessions: Writing, by: By, form: Form) -> Response:
     """Ask what the model lacks by the events but those left out, and show how far that is."""
-    with sessions.begin() as session:
-        model = versions.version(session, model_id)
+
+    def ask(session: Session, model: ModelVersion) -> None:
         model_requests.diagnose(session, model, *_events(form), by.name, datetime.now(UTC))
-    return RedirectResponse(f"/models/{model_id}", 303)
+
+    return _asked(request, model_id, sessions, by, form, ask)
 
 
 @router.post("/models/{model_id}/extend")
-def extend(model_id: ModelId, sessions: Writing, by: By, form: Form) -> Response:
+def extend(request: Request, model_id: ModelId, sessions: Writing, by: By, form: Form) -> Response:
     """Add an effect to the model, and show how far that is."""
-    with sessions.begin() as session:
-        model = versions.version(session, model_id)
+
+    def ask(session: Session, model: ModelVersion) -> None:
         effect = form.get("effect", "")
         model_requests.extend(session, model, effect, *_events(form), by.name, datetime.now(UTC))
+
+    return _asked(request, model_id, sessions, by, form, ask)
+
+
+def _asked(
+    request: Request,
+    model_id: int,
+    sessions: sessionmaker[Session],
+    by: Caller,
+    form: Mapping[str, str],
+    ask: Callable[[Session, ModelVersion], None],
+) -> Response:
+    """Queue work on a model; where that is refused, the page says why and the form keeps what it had."""
+    try:
+        with sessions.begin() as session:
+            ask(session, versions.version(session, model_id))
+    except (ConflictError, TooManyRequestsError) as refusal:
+        return _shown_model(request, model_id, sessions, by, form=form, refusal=refusal)
     return RedirectResponse(f"/models/{model_id}", 303)
+
+
+def _ticked(form: Mapping[str, str]) -> set[int]:
+    """The events that a form leaves out, as far as it names any."""
+    names = (name.removeprefix(HOLD_OUT) for name in form if name.startswith(HOLD_OUT))
+    return {int(name) for name in names if name.isascii() and name.isdigit()}
 
 
 def _events(form: Mapping[str, str]) -> tuple[list[int] | None, list[int] | None]:
     """Events to fit to and to leave out, of a form whose fields are named `event_1` and `hold_out_2`."""
-    return _numbers(form, "event_"), _numbers(form, "hold_out_")
+    return _numbers(form, "event_"), _numbers(form, HOLD_OUT)
 
 
 def _numbers(form: Mapping[str, str], prefix: str) -> list[int] | None:

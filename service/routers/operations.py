@@ -2,10 +2,9 @@
 
 from collections.abc import AsyncIterator
 from datetime import UTC, datetime
+from functools import partial
 from typing import Annotated, Literal
 
-import anyio
-from anyio import to_thread
 from fastapi import APIRouter, Depends, Query, Request, Response
 from fastapi.sse import EventSourceResponse
 from sqlalchemy.orm import Session, sessionmaker
@@ -20,12 +19,10 @@ from service.schemas.buildings import SourceOut, Sources
 from service.schemas.operations import JobOut, Jobs
 from service.shown_addresses import without_credentials
 from service.web.answers import Format, document, responses, table
+from service.web.following import followed
 from service.web.parameters import LARGEST, Before, JobId, Limit, Reading, Writing
 
 router = APIRouter(tags=["operations"])
-
-LOOK = 0.3
-"""s between two looks at a job that somebody follows."""
 
 State = Annotated[
     Literal["waiting", "running", "done", "failed", "cancelled"] | None, Query(description="Only jobs in this state.")
@@ -113,18 +110,14 @@ async def progress(
 ) -> AsyncIterator[JobOut]:
     """The job as server-sent events: as it is, then whenever it changes, until it has ended.
 
-    A stream without news for long ends as well; browsers ask again by themselves.
+    A stream without news for long ends as well, and so does one whose key was revoked; browsers ask again.
     """
-    patience, seen = request.app.state.settings.progress_patience, None
-    told = anyio.current_time()
-    while anyio.current_time() - told < patience:
-        found = await to_thread.run_sync(_answered, sessions, identity)
-        if found != seen:
-            seen, told = found, anyio.current_time()
-            yield found
-        if found.state not in UNDER_WAY:
-            return
-        await anyio.sleep(LOOK)
+    async for found in followed(request, partial(_answered, sessions, identity), _has_ended):
+        yield found
+
+
+def _has_ended(job: JobOut) -> bool:
+    return job.state not in UNDER_WAY
 
 
 def _answered(sessions: sessionmaker[Session], identity: int) -> JobOut:

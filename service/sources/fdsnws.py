@@ -11,12 +11,9 @@ from hashlib import sha256
 from http import HTTPStatus
 from typing import Any
 
-<<<<<<< HEAD
 from service import parsing
-from service.parsing import Limits
-=======
 from service.deadlines import has_passed
->>>>>>> b071a1b (A clock that is set stops nothing, and servers that stay silent hold up no other source (Z1, Z2))
+from service.parsing import Limits
 from service.sources.arrival import Arrival, Cursor, SourceError, Step, TooLargeError
 from service.sources.catalogue import Catalogue
 from service.sources.http import Client
