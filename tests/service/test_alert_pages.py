@@ -101,7 +101,7 @@ def test_an_alert_is_seen_from_the_first_page_to_its_end(
 def test_ending_an_alert_ends_its_parts_and_says_beforehand_what_follows(
     database_url: str, sessions: sessionmaker[Session]
 ) -> None:
-    """A loss in both directions: one alert, dated between two earthquakes; then its end, and the drift page after it."""
+    """A loss in both directions: one alert, dated between two earthquakes; its end, and the drift page after it."""
     with sessions.begin() as session:
         building = histories.building(session).id
     histories.analysed(sessions, building, histories.in_both(26, onset=22, loss=0.08), histories.start(27))
