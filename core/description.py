@@ -46,6 +46,10 @@ class IsolationLayer:
     rubber_height: float | None = None
     """m, displacement of 100 % shear strain."""
     design: IsolationDesign = IsolationDesign()
+    design_displacement: float | None = None
+    """m, largest horizontal displacement that the layer is designed for; None where the designer's is not given."""
+    moat_clearance: float | None = None
+    """m, smallest gap between the moving building and what surrounds it; None where it is not given."""
 
 
 @dataclass(frozen=True, slots=True)

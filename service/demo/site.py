@@ -15,6 +15,7 @@ LATITUDE, LONGITUDE, ELEVATION = 35.556, 139.654, 30.0  # Hiyoshi, where the pap
 TIMEZONE = "Asia/Tokyo"
 RATE = 100.0  # Hz
 RUBBER_HEIGHT = 0.2  # m, displacement of 100 % shear strain (paper, section 8)
+DESIGN_DISPLACEMENT, MOAT_CLEARANCE = 0.4, 0.5  # m, of no source: 200 % shear strain, and a quarter more
 GROUND, BASE, FLOORS = "ground", "1F", ("2F", "3F", "4F", "5F", "6F", "7F", "roof")
 DIRECTIONS: tuple[Direction, ...] = ("x", "y")
 BEFORE_ORIGIN, AFTER_ORIGIN = 30.0, 180.0  # s, in which every record of the demo lies
@@ -85,6 +86,7 @@ def building_file(server: str, installed: Sequence[Sensor] = SENSORS) -> str:
     layer = ISOLATOR.effects
     lines += [
         f"[isolation]\nrubber_height = {RUBBER_HEIGHT}",
+        f"design_displacement = {DESIGN_DISPLACEMENT}\nmoat_clearance = {MOAT_CLEARANCE}",
         "[isolation.design]",
         f"k_b = {layer['elastic']['k_b']:.1f}",
         f"c_b = {layer['viscous']['c_b']:.1f}",

@@ -44,6 +44,8 @@ def building(request: Request, code: Code, sessions: Reading) -> Response:
         revision=revision.number,
         revised_at=revision.created_at,
         rubber_height=description.isolation.rubber_height,
+        design_displacement=description.isolation.design_displacement,
+        moat_clearance=description.isolation.moat_clearance,
         latitude=file.latitude,
         longitude=file.longitude,
         timezone=file.timezone,

@@ -54,6 +54,12 @@ class BuildingOut(Answer):
     revision: int = Field(description="Number of the description; each update makes a new one.")
     revised_at: datetime = Field(description="When the description came into force.")
     rubber_height: Number | None = Field(description="m, displacement of 100 % shear strain; null where not given.")
+    design_displacement: Number | None = Field(
+        description="m, largest horizontal displacement that the isolation layer is designed for; null where not given."
+    )
+    moat_clearance: Number | None = Field(
+        description="m, smallest gap between the moving building and the surrounding wall; null where not given."
+    )
     latitude: Number | None = Field(description="°; null where not given.")
     longitude: Number | None = Field(description="°; null where not given.")
     timezone: str = Field(description="IANA name.")

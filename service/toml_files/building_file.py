@@ -119,6 +119,17 @@ def _wrong_levels(document: Mapping[str, Any]) -> Iterator[Problem]:
             yield ("level", index, "stiffness"), "only a floor has a storey below it; leave it out here"
 
 
+def _wrong_gap(document: Mapping[str, Any]) -> Iterator[Problem]:
+    """A gap that the layer closes before it reaches its design displacement."""
+    isolation = document.get("isolation")
+    if not isinstance(isolation, dict):
+        return
+    design, gap = isolation.get("design_displacement"), isolation.get("moat_clearance")
+    if isinstance(design, int | float) and isinstance(gap, int | float) and gap < design:
+        message = f"{gap:g} m is less than design_displacement, {design:g} m; check both"
+        yield ("isolation", "moat_clearance"), f"{message}: the building must not reach the wall within its design"
+
+
 def _wrong_source(document: Mapping[str, Any]) -> Iterator[Problem]:
     """A radius around nowhere."""
     source = document.get("source")
@@ -197,7 +208,7 @@ def _wrong_receivers(document: Mapping[str, Any]) -> Iterator[Problem]:
             yield ("receiver", index, *(["secret"] if secret is not None else [])), problem
 
 
-CHECKS: tuple[Check, ...] = (_wrong_keys, _wrong_levels, _wrong_source, _wrong_channels, _wrong_receivers)
+CHECKS: tuple[Check, ...] = (_wrong_keys, _wrong_levels, _wrong_gap, _wrong_source, _wrong_channels, _wrong_receivers)
 
 
 def _building(table: BuildingTable, folder: Path) -> BuildingFile:
@@ -206,7 +217,12 @@ def _building(table: BuildingTable, folder: Path) -> BuildingFile:
         code=table.code,
         name=table.name,
         levels=tuple(Level(level.name, level.role, level.mass, level.stiffness) for level in table.level),
-        isolation=IsolationLayer(table.isolation.rubber_height, design),
+        isolation=IsolationLayer(
+            rubber_height=table.isolation.rubber_height,
+            design=design,
+            design_displacement=table.isolation.design_displacement,
+            moat_clearance=table.isolation.moat_clearance,
+        ),
         channels=tuple(_channel(channel) for channel in table.channel),
     )
     return BuildingFile(

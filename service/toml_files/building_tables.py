@@ -30,6 +30,8 @@ def _unit(name: str) -> str:
 
 Text = Annotated[str, Field(min_length=1)]
 Positive = Annotated[float, Field(gt=0)]
+Horizontal = Annotated[float, Field(gt=0, le=5)]
+"""m, of a displacement or a gap: no isolator moves 5 m, and a number in mm is refused."""
 
 
 class LevelTable(Table):
@@ -58,6 +60,16 @@ class IsolationTable(Table):
 
     rubber_height: Positive | None = Field(
         default=None, description="m, total thickness of the rubber: the displacement of 100 % shear strain"
+    )
+    design_displacement: Horizontal | None = Field(
+        default=None,
+        description="m, largest horizontal displacement that the layer is designed for; without it the displacement in "
+        "an earthquake cannot be checked against the design",
+    )
+    moat_clearance: Horizontal | None = Field(
+        default=None,
+        description="m, smallest gap between the moving building and the surrounding wall; without it the displacement "
+        "in an earthquake cannot be checked against the gap",
     )
     design: DesignTable = Field(default=DesignTable(), description="design values")
 

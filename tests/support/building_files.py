@@ -26,6 +26,8 @@ mass = 2.3e6
 
 [isolation]
 rubber_height = 0.2
+design_displacement = 0.4
+moat_clearance = 0.5
 [isolation.design]
 k_b = 475.0e6
 c_b = 6.0e6

@@ -44,8 +44,17 @@ def test_reads_every_key() -> None:
     assert description.floor_mass.tolist() == [2.7e6, 2.3e6]
     assert description.floors[0].stiffness == 3.1e9
     assert description.isolation.rubber_height == 0.2
+    assert (description.isolation.design_displacement, description.isolation.moat_clearance) == (0.4, 0.5)
     assert description.isolation.design.F_y == 655.4e3
     assert [channel.direction for channel in description.channels] == ["x", "x", "x", "x", None]
+
+
+def test_a_building_file_without_limits_is_read() -> None:
+    isolation = read("\n".join(x for x in SMALL.splitlines() if "design_" not in x and "moat" not in x), FOLDER)
+    assert (isolation.description.isolation.design_displacement, isolation.description.isolation.moat_clearance) == (
+        None,
+        None,
+    )
 
 
 def test_a_gain_is_in_si_once_it_is_read() -> None:
@@ -88,7 +97,25 @@ WRONG = {
         "rubber_height = 0.2",
         "colour = 1",
         "colour",
-        "known here: rubber_height, design",
+        "known here: rubber_height, design_displacement, moat_clearance, design",
+    ),
+    "displacement in mm": (
+        "design_displacement = 0.4",
+        "design_displacement = 400",
+        "design_displacement",
+        "isolation.design_displacement: input should be less than or equal to 5, got 400",
+    ),
+    "no gap": (
+        "moat_clearance = 0.5",
+        "moat_clearance = 0",
+        "moat_clearance",
+        "isolation.moat_clearance: input should be greater than 0, got 0",
+    ),
+    "gap within the design": (
+        "moat_clearance = 0.5",
+        "moat_clearance = 0.3",
+        "moat_clearance",
+        "isolation.moat_clearance: 0.3 m is less than design_displacement, 0.4 m; check both",
     ),
     "text for a number": (
         "mass = 2.3e6",

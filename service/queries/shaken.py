@@ -1,0 +1,97 @@
+"""Questions about how far the isolators of a building moved in its earthquakes, by the latest analysis of each."""
+
+from collections.abc import Collection, Sequence
+from datetime import datetime
+
+from sqlalchemy import func, or_, select
+from sqlalchemy.orm import Session
+
+from service.database import (
+    Alert,
+    AlertChange,
+    Analysis,
+    DirectionResult,
+    DriftValue,
+    Event,
+    Inspection,
+    LayerResult,
+    WatchedSeries,
+)
+from service.queries.question import Line, Question
+
+
+def largest_before(session: Session, event: Event) -> float | None:
+    """m, largest displacement in plan in the building's earthquakes before this one; None where none was measured."""
+    moved = func.coalesce(LayerResult.peak_resultant, DirectionResult.peak_displacement)
+    question = _moved(event.building_id).with_only_columns(func.max(moved)).where(Event.start < event.start)
+    return session.scalar(question)
+
+
+def moved_far(
+    session: Session, event: Event, since: datetime | None, displacement: float, residual: float
+) -> Sequence[Line]:
+    """(Event, Analysis) of the building's earlier earthquakes in which a direction moved so far, the earliest first.
+
+    Args:
+        session: to read with.
+        event: before which they were.
+        since: earlier ones do not count; None: all count.
+        displacement: m, in one direction.
+        residual: m, in one direction.
+    """
+    far = or_(
+        DirectionResult.peak_displacement >= displacement, func.abs(DirectionResult.residual_displacement) >= residual
+    )
+    question = _moved(event.building_id).with_only_columns(Event.id).where(Event.start < event.start, far)
+    if since is not None:
+        question = question.where(Event.end > since)
+    both = select(Event, Analysis).join(Analysis, (Analysis.event_id == Event.id) & Analysis.current)
+    return session.execute(both.where(Event.id.in_(question)).order_by(Event.start, Event.id)).all()
+
+
+def last_inspection(session: Session, building_id: int) -> datetime | None:
+    """When somebody last ended an alert about the building itself by what was found there; None: never."""
+    of_building = (Alert.building_id == building_id, Alert.kind == "deterioration")
+    return session.scalar(
+        select(func.max(Inspection.at)).join(Alert, Alert.id == Inspection.alert_id).where(*of_building)
+    )
+
+
+def stiffness_values(session: Session, event: Event) -> Sequence[Line]:
+    """(subject, wanted, DriftValue | None): the building's series of stiffness, with the event's value in each."""
+    value = (DriftValue.series_id == WatchedSeries.id) & (DriftValue.event_id == event.id)
+    of_stiffness = (WatchedSeries.building_id == event.building_id, WatchedSeries.quantity == "stiffness")
+    question = select(WatchedSeries.subject, WatchedSeries.wanted, DriftValue).outerjoin(DriftValue, value)
+    return session.execute(question.where(*of_stiffness).order_by(WatchedSeries.subject)).all()
+
+
+def open_at(session: Session, building_id: int, at: datetime | None) -> Sequence[tuple[Alert, str]]:
+    """(alert, its state then) of the building's alerts that were open at a time, or are now (None), by number."""
+    if at is None:
+        now_open = select(Alert).where(Alert.building_id == building_id, Alert.closed_at.is_(None)).order_by(Alert.id)
+        return [(one, one.state) for one in session.scalars(now_open)]
+    was_open = (
+        Alert.building_id == building_id,
+        Alert.opened_at <= at,
+        or_(Alert.closed_at.is_(None), Alert.closed_at > at),
+    )
+    found = session.scalars(select(Alert).where(*was_open).order_by(Alert.id)).all()
+    states = _states(session, [one.id for one in found], at)
+    return [(one, states.get(one.id, one.state)) for one in found]
+
+
+def _states(session: Session, numbers: Collection[int], at: datetime) -> dict[int, str]:
+    """By alert, its state at that time."""
+    question = select(AlertChange.alert_id, AlertChange.state).where(AlertChange.alert_id.in_(numbers))
+    return dict(session.execute(question.where(AlertChange.at <= at).order_by(AlertChange.id)).tuples().all())
+
+
+def _moved(building_id: int) -> Question:
+    """Directions of the latest usable analysis of every event of a building."""
+    return (
+        select(Event)
+        .join(Analysis, (Analysis.event_id == Event.id) & Analysis.current & Analysis.refusal.is_(None))
+        .join(DirectionResult, DirectionResult.analysis_id == Analysis.id)
+        .outerjoin(LayerResult, LayerResult.analysis_id == Analysis.id)
+        .where(Event.building_id == building_id)
+    )

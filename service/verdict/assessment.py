@@ -1,0 +1,196 @@
+"""The assessment of an earthquake or of a building: checks, open alerts and everything else that weakens a statement.
+
+`assess` is a pure function. `normal` is possible only where every required check passed and nothing is open,
+provisional, beyond the limits or beyond what earlier earthquakes showed; nothing is normal by default.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from datetime import datetime
+
+from core.description import IsolationLayer
+from service.verdict.checks import Check, Lacking, Level, Limits, Measured, Outcome, checked, gravest, undecided
+from service.verdict.limits import RESIDUAL, STIFFNESS, TOLERANCE, design_limits, moat_limits, strain_limits
+
+STRAIN, DESIGN, MOAT, RESIDUAL_OFFSET = "shear_strain", "design_displacement", "moat_clearance", "residual_displacement"
+LARGEST, STIFFNESS_CHANGE, DATA = "largest_so_far", "stiffness", "data_quality"
+REQUIRED = frozenset({STRAIN, DESIGN, MOAT, RESIDUAL_OFFSET, LARGEST, STIFFNESS_CHANGE, DATA})
+"""Names of checks without which nothing is normal."""
+
+
+NO_LENGTH = Lacking(reason="The building file gives no length to compare with.", remedy="")
+NO_DIRECTION = Lacking(
+    reason="No direction of the isolators is measured.",
+    remedy="An accelerometer on the base slab and a displacement transducer.",
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OpenAlert:
+    """An alert that has not ended."""
+
+    id: int
+    cause: str
+    kind: str
+    state: str
+    summary: str
+    low: float | None = None
+    high: float | None = None
+    """95 % interval of the change; None where it has no size."""
+    rests_here: bool = False
+    """Whether its evidence includes the earthquake."""
+
+    @property
+    def level(self) -> Level:
+        """Level that the alert alone leads to.
+
+        A change of stiffness is compared with the tolerance. No tolerance is known for any other change of the
+        building; under review or on hold, nothing is decided yet; what a sensor measures wrongly cannot be judged.
+        """
+        if self.state in ("firing", "acknowledged", "active"):
+            if self.kind in ("recovery", "model", "data"):
+                return Level.WATCH
+            if self.kind == "deterioration" and self.cause.partition("/")[0] == STIFFNESS_CHANGE:
+                return _of_change(self.low, self.high)
+        return Level.UNDECIDED
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EarlierExceedance:
+    """An earlier earthquake that exceeded a limit of inspection or action, without a recorded inspection since."""
+
+    event_id: int
+    start: datetime
+    level: Level
+    checks: tuple[str, ...]
+    """Names of the checks that exceeded it."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Facts:
+    """Everything that an assessment depends on; lengths in m."""
+
+    unusable: str = ""
+    """Why there is no usable record of the earthquake, or no earthquake; empty where there is one."""
+    silence: str = ""
+    """Why later earthquakes may have been missed; empty where records arrive."""
+    provisional: str = ""
+    """Why the result is not final; empty where it is."""
+    layer: IsolationLayer
+    displacement: Measured | Lacking
+    """m, largest in plan."""
+    residual: Measured | Lacking
+    """m, in plan."""
+    largest_earlier: float | None
+    """m, largest displacement in plan in earlier earthquakes; None before the first that was measured."""
+    stiffness: Mapping[str, Measured | Lacking]
+    """Relative change at equal amplitude and temperature, by direction."""
+    data_problems: tuple[str, ...]
+    """Warnings and fatal findings of the data quality checks."""
+    alerts: tuple[OpenAlert, ...]
+    earlier: tuple[EarlierExceedance, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Assessment:
+    """The verdict with everything that it rests on."""
+
+    level: Level
+    checks: tuple[Check, ...]
+    """Empty where there is no usable record."""
+    alerts: tuple[OpenAlert, ...]
+    """The gravest first."""
+    earlier: tuple[EarlierExceedance, ...]
+    """The latest first."""
+    unusable: str
+    silence: str
+    provisional: str
+
+    @property
+    def is_beyond_history(self) -> bool:
+        """Whether the isolators moved farther than, or not surely less than, in any earlier earthquake."""
+        return any(check.name == LARGEST and check.outcome is not Outcome.PASSED for check in self.checks)
+
+    def of_outcome(self, outcome: Outcome) -> tuple[Check, ...]:
+        """Checks with that outcome, the gravest first."""
+        found = [check for check in self.checks if check.outcome is outcome]
+        return tuple(sorted(found, key=lambda check: -check.level.rank))
+
+
+def assess(facts: Facts) -> Assessment:
+    """The verdict on an earthquake, or on a building by its last earthquake."""
+    checks = () if facts.unusable else tuple(_checks(facts))
+    return Assessment(
+        level=gravest(_levels(facts, checks)),
+        checks=checks,
+        alerts=tuple(sorted(facts.alerts, key=lambda one: (STATES.get(one.state, 0), -one.level.rank, one.id))),
+        earlier=tuple(sorted(facts.earlier, key=lambda one: one.start, reverse=True)),
+        unusable=facts.unusable,
+        silence=facts.silence,
+        provisional=facts.provisional,
+    )
+
+
+STATES = {"firing": 0, "active": 0, "acknowledged": 1, "pending": 2, "inhibited": 3}
+"""Places in a list of open alerts: active first, on hold last."""
+
+
+def _levels(facts: Facts, checks: tuple[Check, ...]) -> Iterator[Level]:
+    if facts.unusable or facts.silence:
+        yield Level.NO_DATA
+    if REQUIRED - {check.name for check in checks} or facts.provisional:
+        yield Level.UNDECIDED
+    yield from (check.level for check in checks)
+    for alert in facts.alerts:
+        yield gravest((alert.level, Level.WATCH))
+    yield from (one.level for one in facts.earlier)
+
+
+def _checks(facts: Facts) -> Iterator[Check]:
+    layer = facts.layer
+    yield _share(STRAIN, facts.displacement, layer.rubber_height, strain_limits(layer))
+    yield _share(DESIGN, facts.displacement, layer.design_displacement, design_limits(layer))
+    yield _share(MOAT, facts.displacement, layer.moat_clearance, moat_limits(layer))
+    yield checked(RESIDUAL_OFFSET, facts.residual, RESIDUAL, unit="m")
+    yield checked(LARGEST, facts.displacement, _largest(facts.largest_earlier), unit="m")
+    for direction, change in sorted((facts.stiffness or {"": NO_DIRECTION}).items()):
+        yield checked(STIFFNESS_CHANGE, change, STIFFNESS, subject=direction)
+    yield _data(facts.data_problems)
+
+
+def _share(name: str, displacement: Measured | Lacking, length: float | None, limits: Limits | Lacking) -> Check:
+    """A displacement over a length of the building file."""
+    if isinstance(limits, Lacking) or length is None:
+        return checked(name, NO_LENGTH, limits)
+    if isinstance(displacement, Lacking):
+        return checked(name, displacement, limits)
+    u = displacement.uncertainty
+    share = replace(displacement, value=displacement.value / length, uncertainty=None if u is None else u / length)
+    return checked(name, share, limits)
+
+
+def _largest(earlier: float | None) -> Limits | Lacking:
+    if earlier is None:
+        return Lacking(
+            reason="There is no earlier earthquake to compare with.",
+            remedy="Records of earlier earthquakes, or the engineer's judgement of this first one.",
+        )
+    return Limits(watch=earlier, source="largest displacement in earlier earthquakes")
+
+
+def _data(problems: tuple[str, ...]) -> Check:
+    if problems:
+        more = "" if len(problems) == 1 else f" ({len(problems) - 1} more)"
+        return undecided(
+            DATA,
+            Lacking(reason=f"{problems[0].rstrip('.')}{more}.", remedy="Mend the data problems and analyse again."),
+        )
+    return Check(name=DATA, outcome=Outcome.PASSED, level=Level.NORMAL)
+
+
+def _of_change(low: float | None, high: float | None) -> Level:
+    if low is None or high is None:
+        return Level.UNDECIDED
+    if low >= TOLERANCE or high <= -TOLERANCE:
+        return Level.INSPECT
+    return Level.WATCH if low > -TOLERANCE and high < TOLERANCE else Level.UNDECIDED

@@ -1,0 +1,266 @@
+"""The stored facts that an assessment of an earthquake, or of a building, rests on."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from datetime import datetime
+from math import hypot, sqrt
+from zoneinfo import ZoneInfo
+
+from sqlalchemy.orm import Session
+
+from core.description import BuildingDescription, IsolationLayer
+from service import buildings
+from service.database import Alert, Analysis, Building, DirectionResult, DriftValue, Event, LayerResult
+from service.queries import analysis_results, earthquakes, layer_results, shaken
+from service.queries.question import Span
+from service.queue import jobs
+from service.verdict.assessment import Assessment, EarlierExceedance, Facts, OpenAlert, assess
+from service.verdict.checks import Lacking, Level, Measured, Outcome
+from service.verdict.limits import RESIDUAL, first_to_inspect
+from service.verdict.words import NONE_YET
+
+DIRECTIONS = ("x", "y")
+COVERAGE = 2.0
+"""Standard deviations of the 95 % uncertainty."""
+SILENT = ("source", "record")
+"""Causes of alerts that say that no records arrive."""
+ACTIVE = ("firing", "acknowledged")
+NO_DISPLACEMENT = Lacking(
+    reason="Nothing measured how far the isolators moved.",
+    remedy="A displacement transducer on the isolators, or an accelerometer on the ground.",
+)
+NO_RESIDUAL = Lacking(
+    reason="No displacement transducer measured where the isolators came to rest.",
+    remedy="A displacement transducer, or a survey of the isolators' position.",
+)
+REFERENCE = Lacking(
+    reason="This earthquake belongs to the reference period; only later ones are compared with it.",
+    remedy="More earthquakes, until the reference period is complete.",
+)
+NOT_COMPARED = Lacking(
+    reason="This earthquake has not been compared with earlier ones.",
+    remedy="A usable record of the isolators' force and displacement.",
+)
+NO_CYCLE = Lacking(
+    reason="It has no cycle that can be compared with earlier earthquakes.",
+    remedy="A stronger earthquake, or a usable record of the isolators' displacement.",
+)
+BEYOND = Lacking(
+    reason="Its amplitudes lie outside those of the reference period.",
+    remedy="More earthquakes of such amplitudes, or the engineer's judgement.",
+)
+INHIBITED = Lacking(
+    reason="A data problem keeps this earthquake out of the comparison.", remedy="Mend the sensor and analyse again."
+)
+STATES: Mapping[str, str] = {
+    "gathering": "its files are still coming in",
+    "queued": "its analysis has not finished",
+}
+
+
+def of_event(session: Session, event: Event, at: datetime | None = None) -> Assessment:
+    """The assessment of an earthquake.
+
+    Args:
+        session: to read with.
+        event: which one.
+        at: the open alerts are those of this time; None: of now.
+    """
+    return assess(_event_facts(session, event, at))
+
+
+def of_building(session: Session, building: Building) -> Assessment:
+    """The assessment of a building now: of its last earthquake, what is open, and whether records arrive."""
+    last = earthquakes.events(session, building.id, Span(), None, None, limit=1)
+    found = shaken.open_at(session, building.id, None)
+    silence = next((one.summary for one, state in found if one.cause in SILENT and state in ACTIVE), "")
+    if last:
+        return assess(_event_facts(session, last[0].Event, None, silence))
+    return assess(
+        Facts(
+            unusable=NONE_YET,
+            silence=silence,
+            layer=buildings.described(session, building).description.isolation,
+            displacement=NO_DISPLACEMENT,
+            residual=NO_RESIDUAL,
+            largest_earlier=None,
+            stiffness={},
+            data_problems=(),
+            alerts=tuple(_alert(one, state, None) for one, state in found),
+            earlier=(),
+        )
+    )
+
+
+def measured_displacement(
+    peaks: Mapping[str, tuple[float, float | None]], resultant: float | None
+) -> Measured | Lacking:
+    """m, largest displacement in plan, of the largest by direction, each with its standard deviation.
+
+    With one direction alone it is a lower bound.
+    """
+    if not peaks:
+        return NO_DISPLACEMENT
+    lacking = [direction for direction in DIRECTIONS if direction not in peaks]
+    if not lacking and resultant is not None:
+        return Measured(value=resultant, uncertainty=_uncertainty([std for _, std in peaks.values()]))
+    value, std = max(peaks.values(), key=lambda one: abs(one[0]))
+    return Measured(
+        value=value,
+        uncertainty=_uncertainty([std]),
+        doubt=f"The displacement in direction {lacking[0]} is not known." if lacking else "It is not known in plan.",
+        remedy=f"Usable sensors in direction {lacking[0]}." if lacking else "",
+    )
+
+
+def measured_residual(left: Mapping[str, tuple[float, float | None]]) -> Measured | Lacking:
+    """m, residual displacement in plan, of that by direction, each with its standard deviation."""
+    if not left:
+        return NO_RESIDUAL
+    lacking = [direction for direction in DIRECTIONS if direction not in left]
+    return Measured(
+        value=hypot(*(value for value, _ in left.values())),
+        uncertainty=_uncertainty([std for _, std in left.values()]),
+        doubt=f"The residual displacement in direction {lacking[0]} is not known." if lacking else "",
+        remedy=f"A displacement transducer in direction {lacking[0]}." if lacking else "",
+    )
+
+
+def _event_facts(session: Session, event: Event, at: datetime | None, silence: str = "") -> Facts:
+    building = session.get_one(Building, event.building_id)
+    file = buildings.described(session, building)
+    analysis = earthquakes.event_with_analysis(session, event.id).Analysis
+    if analysis is not None and analysis.refusal is not None:
+        analysis = None
+    results = analysis_results.direction_results(session, analysis.id) if analysis else ()
+    layer = layer_results.layer_result(session, analysis.id) if analysis else None
+    return Facts(
+        unusable=_unusable(event),
+        silence=silence,
+        provisional=_provisional(session, event),
+        layer=file.description.isolation,
+        displacement=_displacement(results, layer),
+        residual=_residual(results),
+        largest_earlier=shaken.largest_before(session, event),
+        stiffness=_stiffness(session, event, file.description),
+        data_problems=_problems(analysis),
+        alerts=tuple(_alert(one, state, event) for one, state in shaken.open_at(session, building.id, at)),
+        earlier=tuple(_earlier(session, event, file.description.isolation, ZoneInfo(file.timezone))),
+    )
+
+
+def _unusable(event: Event) -> str:
+    if event.state not in ("refused", "failed"):
+        return ""
+    why = event.reason or "no reason was noted"
+    return f"Its records cannot be used: {why}" if event.state == "refused" else f"Its analysis failed: {why}"
+
+
+def _provisional(session: Session, event: Event) -> str:
+    if event.state in STATES:
+        return STATES[event.state]
+    if jobs.is_being_watched(session, event.building_id):
+        return "the comparison with earlier earthquakes has not finished"
+    return ""
+
+
+def _displacement(results: Sequence[DirectionResult], layer: LayerResult | None) -> Measured | Lacking:
+    peaks = {
+        one.direction: (one.peak_displacement, one.peak_displacement_std)
+        for one in results
+        if one.peak_displacement is not None
+    }
+    return measured_displacement(peaks, layer.peak_resultant if layer else None)
+
+
+def _residual(results: Sequence[DirectionResult]) -> Measured | Lacking:
+    return measured_residual(
+        {
+            one.direction: (one.residual_displacement, one.residual_displacement_std)
+            for one in results
+            if one.residual_displacement is not None
+        }
+    )
+
+
+def _uncertainty(stds: Sequence[float | None]) -> float | None:
+    """95 %, of a length in plan: as large as it may be, however the errors of the directions go together."""
+    known = [std for std in stds if std is not None]
+    return COVERAGE * sqrt(sum(std**2 for std in known)) if len(known) == len(stds) else None
+
+
+def _stiffness(session: Session, event: Event, description: BuildingDescription) -> dict[str, Measured | Lacking]:
+    rows = {subject: (wanted, value) for subject, wanted, value in shaken.stiffness_values(session, event)}
+    directions = description.horizontal_directions
+    return {one: _change(*rows[one]) if one in rows else NOT_COMPARED for one in directions}
+
+
+def _change(wanted: int, value: DriftValue | None) -> Measured | Lacking:
+    """The event's change of stiffness from what its amplitude and temperature let expect."""
+    if value is None:
+        return REFERENCE if wanted else NO_CYCLE
+    for applies, lacking in (
+        (value.is_reference, REFERENCE),
+        (value.is_inhibited, INHIBITED),
+        (value.is_beyond, BEYOND),
+    ):
+        if applies:
+            return lacking
+    return Measured(value=value.value, uncertainty=COVERAGE * value.std)
+
+
+def _problems(analysis: Analysis | None) -> tuple[str, ...]:
+    if analysis is None:
+        return ()
+    found = [one for one in analysis.quality if one["severity"] != "note"]
+    return tuple(" ".join(filter(None, (one.get("channel"), one["message"]))) for one in found)
+
+
+def _alert(found: Alert, state: str, event: Event | None) -> OpenAlert:
+    rests = event is not None and event.id in (*found.event_ids, found.onset_event_id, found.raised_event_id)
+    low, high = found.evidence.get("low"), found.evidence.get("high")
+    return OpenAlert(
+        id=found.id,
+        cause=found.cause,
+        kind=found.kind,
+        state=state,
+        summary=found.summary,
+        low=low,
+        high=high,
+        rests_here=rests,
+    )
+
+
+def _earlier(session: Session, event: Event, isolation: IsolationLayer, zone: ZoneInfo) -> Iterator[EarlierExceedance]:
+    """Earlier earthquakes that exceeded a limit of inspection, since the last recorded inspection."""
+    far = first_to_inspect(isolation)
+    left = RESIDUAL.inspect or RESIDUAL.watch
+    found = shaken.moved_far(
+        session,
+        event,
+        since=shaken.last_inspection(session, event.building_id),
+        displacement=float("inf") if far is None else far / sqrt(len(DIRECTIONS)),
+        residual=left / sqrt(len(DIRECTIONS)),
+    )
+    for one, analysis in found:
+        results = analysis_results.direction_results(session, analysis.id)
+        layer = layer_results.layer_result(session, analysis.id)
+        alone = assess(
+            Facts(
+                layer=isolation,
+                displacement=_displacement(results, layer),
+                residual=_residual(results),
+                largest_earlier=None,
+                stiffness={},
+                data_problems=(),
+                alerts=(),
+                earlier=(),
+            )
+        )
+        over = [check for check in alone.of_outcome(Outcome.EXCEEDED) if check.level.rank >= Level.INSPECT.rank]
+        if over:
+            yield EarlierExceedance(
+                event_id=one.id,
+                start=one.start.astimezone(zone),
+                level=over[0].level,
+                checks=tuple(check.name for check in over),
+            )

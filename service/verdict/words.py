@@ -1,0 +1,129 @@
+"""An assessment in words: one place for everything that messages, pages and terminals say of a verdict."""
+
+from collections.abc import Iterator, Mapping
+
+from core.rounding import plain, with_std
+from service.verdict.assessment import (
+    DATA,
+    DESIGN,
+    LARGEST,
+    MOAT,
+    RESIDUAL_OFFSET,
+    STIFFNESS_CHANGE,
+    STRAIN,
+    Assessment,
+)
+from service.verdict.checks import Check, Level, Outcome
+
+TITLES: Mapping[str, str] = {
+    STRAIN: "Shear strain of the isolators",
+    DESIGN: "Displacement over the design displacement",
+    MOAT: "Displacement over the moat clearance",
+    RESIDUAL_OFFSET: "Residual displacement",
+    LARGEST: "Displacement against earlier earthquakes",
+    STIFFNESS_CHANGE: "Change of stiffness",
+    DATA: "Data quality",
+}
+MEANINGS: Mapping[Level, str] = {
+    Level.ACT: "A limit of action is exceeded. Follow the emergency plan and call the engineer.",
+    Level.INSPECT: "Have the isolators inspected before normal use.",
+    Level.NO_DATA: "Menshin has no usable record.",
+    Level.UNDECIDED: "Menshin cannot decide whether the isolators are within their limits and unchanged.",
+    Level.WATCH: "Within the limits of inspection, but not as before, or an alert is open.",
+    Level.NORMAL: "This is not an inspection.",
+}
+SHOWN: Mapping[str, tuple[str, float]] = {"1": ("%", 1e2), "m": ("mm", 1e3)}
+NONE_YET = "No earthquake has been recorded yet."
+
+
+def title(check: Check) -> str:
+    """`Change of stiffness, direction x`."""
+    name = TITLES.get(check.name, check.name.replace("_", " "))
+    return f"{name}, direction {check.subject}" if check.subject else name
+
+
+def value(check: Check) -> str:
+    """`147.6 ± 0.3 %`, with the 95 % uncertainty; empty where there is no value."""
+    if check.value is None:
+        return ""
+    unit, factor = SHOWN[check.unit]
+    u = check.uncertainty
+    return with_std(check.value * factor, None if u is None else abs(u) * factor, unit)
+
+
+def limit(check: Check) -> str:
+    """`67 % (inspect)`: the limit that decides; empty where there is none."""
+    if check.limit is None or check.limits is None:
+        return ""
+    unit, factor = SHOWN[check.unit]
+    level = next((level.words for level, one in check.limits if one == check.limit), "")
+    return f"{plain(check.limit * factor)} {unit}" + (f" ({level})" if level else "")
+
+
+def headline(found: Assessment) -> str:
+    """One line without an end: the verdict and its first reason."""
+    reason = next(_reasons(found), "")
+    return f"{found.level.words}: {reason}" if reason else found.level.words
+
+
+def sentences(found: Assessment) -> Iterator[str]:
+    """The verdict in full, the gravest first, with everything that weakens it."""
+    yield f"{found.level.words.capitalize()}. {MEANINGS[found.level]}"
+    for check in found.of_outcome(Outcome.EXCEEDED):
+        yield f"{title(check)}: {value(check)}, limit {limit(check)}, {source(check)}."
+    if found.unusable:
+        yield f"{found.unusable.rstrip('.')}. What the isolators did cannot be assessed; inspect them if it was strong."
+    if found.silence:
+        yield f"Later earthquakes may have been missed: {found.silence.rstrip('.')}."
+    if found.provisional:
+        yield f"Provisional: {found.provisional.rstrip('.')}."
+    yield from _counted(found)
+    for one in found.earlier:
+        checks = ", ".join(TITLES.get(name, name).lower() for name in one.checks)
+        yield (
+            f"Still open from the earthquake of {one.start:%Y-%m-%d %H:%M} ({one.start.tzname()}): {one.level.words} "
+            f"({checks}). No inspection has been recorded since."
+        )
+
+
+def source(check: Check) -> str:
+    """Where the limits come from; empty where there are none."""
+    return "" if check.limits is None else check.limits.source
+
+
+def _counted(found: Assessment) -> Iterator[str]:
+    """How many checks passed, and why others are undecided."""
+    total, passed = len(found.checks), len(found.of_outcome(Outcome.PASSED))
+    if total:
+        yield f"{passed} of {total} checks passed."
+    unclear = found.of_outcome(Outcome.UNDECIDED)
+    for check in unclear:
+        yield " ".join(part for part in (f"Undecided: {title(check)}.", check.reason, check.remedy) if part)
+
+
+def _reasons(found: Assessment) -> Iterator[str]:
+    """What led to the level, the gravest first."""
+    worst = [check for check in found.checks if check.level is found.level and found.level is not Level.NORMAL]
+    exceeded = [check for check in worst if check.outcome is Outcome.EXCEEDED]
+    if exceeded:
+        more = f" and {len(exceeded) - 1} more" if len(exceeded) > 1 else ""
+        yield f"{title(exceeded[0]).lower()} {value(exceeded[0])}{more}"
+    if any(one.level is found.level for one in found.earlier):
+        yield "an earlier earthquake exceeded a limit and no inspection is recorded"
+    if found.level is Level.NO_DATA:
+        yield (found.unusable or found.silence).rstrip(".")
+    if found.level is Level.UNDECIDED:
+        unclear = len(found.of_outcome(Outcome.UNDECIDED))
+        if unclear:
+            yield f"{unclear} of {len(found.checks)} checks undecided"
+    if alerts := [one for one in found.alerts if one.level is found.level]:
+        more = f" and {len(alerts) - 1} more" if len(alerts) > 1 else ""
+        yield f"{alerts[0].summary}{more}"
+    if found.provisional:
+        yield "provisional"
+    if worst:
+        yield f"{title(worst[0]).lower()} undecided"
+    if found.level is Level.NORMAL:
+        yield f"{len(found.checks)} of {len(found.checks)} checks passed"
+    if found.alerts:
+        yield "an alert is open"
