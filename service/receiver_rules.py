@@ -10,7 +10,7 @@ from urllib.parse import urlsplit
 ReceiverKind = Literal["email", "webhook", "alertmanager", "apprise"]
 WantedKind = Literal["event", "alert", "data", "drill"]
 """Of notices: an earthquake, an alert on the building or its sensors, data that stopped, a drill."""
-Severity = Literal["all_clear", "note", "warning", "alarm"]
+Severity = Literal["normal", "note", "warning", "alarm"]
 """From the least to the most."""
 
 WANTED_KINDS: tuple[WantedKind, ...] = get_args(WantedKind)

@@ -111,5 +111,5 @@ def _not_found(standing: Sequence[Standing], causes: Collection[str]) -> Iterato
 
 
 def _stays(one: Standing) -> bool:
-    """Deterioration never resolves by itself: only an inspection ends it, or data that show that it never was."""
-    return one.kind == "deterioration" and one.was_active and not one.is_revised
+    """Deterioration and an exceeded limit never resolve by themselves: only an inspection or revised data ends them."""
+    return one.kind in ("deterioration", "limit") and one.was_active and not one.is_revised

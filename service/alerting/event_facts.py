@@ -6,6 +6,7 @@ from datetime import datetime
 from typing import Any
 
 from service.alerting.states import CLOSED, ON_HOLD, STANDING
+from service.verdict.assessment import Assessment
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -78,16 +79,12 @@ class EventFacts:
     """m, by direction, where a transducer measured it."""
     forces: Mapping[str, float]
     """N, by direction."""
-    is_compared: bool
-    """Whether the isolators' stiffness could be held against that in earlier earthquakes."""
-    remarks: tuple[str, ...]
-    """What screening found wrong with the records."""
+    assessment: Assessment
+    """The verdict on it."""
     alerts: tuple[AlertFacts, ...]
     """That people are told of with it, the gravest first; of those that have ended only what they were told of."""
     moved: tuple[AlertFacts, ...]
     """Of which people were told with this event, and are told with another one now."""
-    earlier: tuple[str, ...]
-    """What alerts are about that people had been told of when they were told of this event first, and that stood."""
 
     @property
     def largest(self) -> float | None:

@@ -1,6 +1,7 @@
 """When are people told of an earthquake, and when again?"""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from datetime import datetime, timedelta
 
 from sqlalchemy.orm import Session
@@ -32,6 +33,9 @@ def tell(session: Session, building_id: int, message_age: timedelta, now: dateti
 def tell_of_event(session: Session, event_id: int, message_age: timedelta, now: datetime) -> None:
     """Tell people of an event what is known now, unless that was said already.
 
+    An alert that opens or ends later, and is about another earthquake, is no news of this one; a message that is sent
+    for another reason counts it all the same.
+
     An event that ended longer ago than `message_age` is told of only where it raised an alert, so that an import of
     years is silent but for those.
 
@@ -46,10 +50,12 @@ def tell_of_event(session: Session, event_id: int, message_age: timedelta, now: 
         return
     messages = alerts.messages(session, event.building_id, key(event_id))
     before = _before(messages)
-    facts = event_facts(session, event, before.alerts, messages[0].created_at if messages else now, now)
+    first = messages[0].created_at if messages else now
+    facts = event_facts(session, event, before.alerts, first, now)
     has_alert = before.alerts or any(one.is_news or one.is_held_back for one in facts.alerts)
     if has_alert or event.end >= now - message_age:
-        outbox.put(session, event_notice(facts, before), now)
+        then = event_facts(session, event, before.alerts, first, now, as_of=first)
+        outbox.put(session, replace(event_notice(facts, before), news=event_notice(then, before)), now)
 
 
 def _before(messages: Sequence[Message]) -> Before:

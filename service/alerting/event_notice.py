@@ -1,6 +1,6 @@
 """How is an event told, first to people who are no engineers?"""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from datetime import UTC
 
@@ -8,14 +8,27 @@ from service.alerting.event_facts import AlertFacts, EventFacts
 from service.alerting.words import listed, of_cause, of_length, of_time
 from service.notices.notice import Notice, Sequence
 from service.receiver_rules import Severity
+from service.verdict import words
+from service.verdict.assessment import STIFFNESS_CHANGE
+from service.verdict.checks import Check, Level
+from service.verdict.documents import assessment_json
 
 SEVERITIES: dict[str, Severity] = {
+    "limit": "alarm",
     "deterioration": "alarm",
     "sensor": "warning",
     "model": "warning",
     "recovery": "note",
 }
-GRAVEST: tuple[Severity, ...] = ("alarm", "warning", "note", "all_clear")
+GRAVEST: tuple[Severity, ...] = ("alarm", "warning", "note", "normal")
+OF_LEVEL: Mapping[Level, Severity] = {
+    Level.ACT: "alarm",
+    Level.INSPECT: "alarm",
+    Level.NO_DATA: "warning",
+    Level.UNDECIDED: "note",
+    Level.WATCH: "note",
+    Level.NORMAL: "normal",
+}
 GAL, KN, MM = 1e2, 1e-3, 1e3
 FOR_EVERYBODY = 2
 """Sentences of an alert that stand together: what follows from it, and since when it is so."""
@@ -35,19 +48,20 @@ class Before:
 def event_notice(facts: EventFacts, before: Before) -> Notice:
     """What there is to tell of an event, after what was told of it before."""
     ended = [one for one in facts.alerts if one.has_ended] + list(facts.moved)
-    about_alerts = any(one.is_news or one.is_held_back for one in facts.alerts) or ended
+    is_open = any(one.is_news or one.is_held_back for one in facts.alerts)
     return Notice(
         key=key(facts.id),
         building_id=facts.building_id,
-        kind="alert" if about_alerts else "event",
+        kind="alert" if is_open or ended else "event",
         sequence=_sequence(facts, before),
         severity=_severity(facts),
         subject=_subject(facts, ended),
-        sentences=(*_shaken(facts), *_alerts(facts), *_ended(ended), *_calm(facts, ended), *_earlier(facts)),
+        sentences=(*_shaken(facts), *_alerts(facts), *_ended(ended), *_verdict(facts)),
         facts=tuple(_numbers(facts)),
         link=_link(facts),
         picture=_picture(facts),
         data=_data(facts),
+        has_ended=not is_open,
     )
 
 
@@ -69,9 +83,9 @@ def _sequence(facts: EventFacts, before: Before) -> Sequence:
 
 def _severity(facts: EventFacts) -> Severity:
     found = {SEVERITIES[one.kind] for one in facts.alerts if one.is_news}
-    if facts.refusal is not None or any(one.is_held_back or one.is_silenced for one in facts.alerts):
+    if any(one.is_held_back or one.is_silenced for one in facts.alerts):
         found.add("note")
-    return min(found, key=GRAVEST.index, default="all_clear")
+    return min((*found, OF_LEVEL[facts.assessment.level]), key=GRAVEST.index)
 
 
 def _subject(facts: EventFacts, ended: list[AlertFacts]) -> str:
@@ -85,9 +99,10 @@ def _subject(facts: EventFacts, ended: list[AlertFacts]) -> str:
         outcome = f"{moved}{len(held)} finding{'s' * (len(held) > 1)} held back"
     elif ended:
         moved_on = any(not one.has_ended for one in ended)
-        outcome = "what it raised is told with another one" if moved_on else "what it raised is over"
+        over = "what it raised is told with another one" if moved_on else "what it raised is over"
+        outcome = f"{over}; {words.headline(facts.assessment)}"
     else:
-        outcome = f"{moved}nothing unusual"
+        outcome = f"{moved}{words.headline(facts.assessment)}"
     return f"Earthquake of {of_time(facts.start)}: {outcome}"
 
 
@@ -95,7 +110,7 @@ def _shaken(facts: EventFacts) -> Iterator[str]:
     when = of_time(facts.start)
     if facts.refusal is not None:
         yield f"An earthquake was recorded at {facts.name} on {when}, but its records cannot be used: {facts.refusal}."
-        yield "So nothing can be said of the isolators in this earthquake: they ought to be looked at if it was strong."
+        yield "What the isolators did cannot be assessed: have them inspected if it was strong."
     elif facts.largest is None:
         yield f"An earthquake was recorded at {facts.name} on {when}. How far the isolators moved was not measured."
     else:
@@ -132,23 +147,13 @@ def _ended(ended: list[AlertFacts]) -> Iterator[str]:
             yield f"This is settled: {one.summary}. {one.end}"
 
 
-def _calm(facts: EventFacts, ended: list[AlertFacts]) -> Iterator[str]:
-    if facts.refusal is not None or any(not one.has_ended for one in facts.alerts):
-        return
-    yield "Nothing else was unusual." if ended else "Nothing unusual was found; nothing has to be done."
-    if facts.displacements and not facts.is_compared:
-        yield (
-            "Whether the isolators have changed cannot be told from this earthquake: those before are too few, or none "
-            "was like it."
-        )
-    if facts.remarks:
-        flaws = "a flaw" if len(facts.remarks) == 1 else f"{len(facts.remarks)} flaws"
-        yield f"Some records have {flaws}, so the numbers are less certain: {facts.remarks[0]}"
-
-
-def _earlier(facts: EventFacts) -> Iterator[str]:
-    if facts.earlier:
-        yield f"What was told of other earthquakes still stands, and waits for somebody: {listed(facts.earlier)}."
+def _verdict(facts: EventFacts) -> Iterator[str]:
+    """The verdict with everything that weakens it."""
+    if facts.refusal is None:
+        yield from words.sentences(facts.assessment)
+    here = {one.id for one in facts.alerts}
+    if others := [of_cause(one.cause) for one in facts.assessment.alerts if one.id not in here]:
+        yield f"Also open at the building: {listed(others)}."
 
 
 def _numbers(facts: EventFacts) -> Iterator[tuple[str, str]]:
@@ -163,8 +168,20 @@ def _numbers(facts: EventFacts) -> Iterator[tuple[str, str]]:
         yield f"Displacement that remained, direction {direction}", f"{round(value * MM, 1) + 0.0:.1f} mm"
     for direction, value in facts.forces.items():
         yield f"Largest restoring force, direction {direction}", f"{value * KN:,.0f} kN".replace(",", " ")
+    for check in facts.assessment.checks:
+        yield f"Check: {words.title(check)}", _outcome(check)
     for one in facts.alerts:
         yield f"Alert {one.id}", f"{of_cause(one.cause)}: {one.standing}"
+
+
+def _outcome(check: Check) -> str:
+    """`147.50 ± 0.20 %, exceeded: limit 100 % (watch)`; a change of stiffness without its value.
+
+    That value moves a little with every later earthquake, which alone is no news.
+    """
+    value = "" if check.name == STIFFNESS_CHANGE else words.value(check)
+    limit = f"{check.outcome.value}: limit {words.limit(check)}" if words.limit(check) else check.outcome.value
+    return f"{value}, {limit}" if value else limit
 
 
 def _link(facts: EventFacts) -> str:
@@ -192,6 +209,7 @@ def _data(facts: EventFacts) -> dict[str, object]:
         "peak_resultant": facts.resultant,
         "residual_displacement": dict(facts.residuals),
         "peak_force": dict(facts.forces),
+        "verdict": assessment_json(facts.assessment),
         "alerts": [_alert_data(one) for one in facts.alerts if one.silenced_until is None],
     }
 

@@ -12,16 +12,21 @@ from service.alerting.event_facts import AlertFacts, EventFacts
 from service.alerting.silences import silence_of
 from service.alerting.states import CLOSED, PENDING
 from service.alerting.telling import Telling, as_told, tellings, told_with
-from service.alerting.words import of_cause
 from service.database import Alert, Analysis, Building, Event, Silence
 from service.queries import alerts, analysis_results, layer_results
+from service.verdict import reading
 
-GRAVITY = ("deterioration", "sensor", "model", "recovery", "data")
+GRAVITY = ("limit", "deterioration", "sensor", "model", "recovery", "data")
 """Kinds of alerts, the gravest first."""
 
 
 def event_facts(
-    session: Session, event: Event, told: Collection[int], first_told_at: datetime, now: datetime
+    session: Session,
+    event: Event,
+    told: Collection[int],
+    first_told_at: datetime,
+    now: datetime,
+    as_of: datetime | None = None,
 ) -> EventFacts:
     """What people may be told of an event.
 
@@ -31,6 +36,7 @@ def event_facts(
         told: numbers of the alerts that people were told of with it before.
         first_told_at: when they were told of it first; `now` if they were not.
         now: aware time.
+        as_of: the verdict counts the alerts that were open at that time; None: those that are open now.
     """
     building = session.get_one(Building, event.building_id)
     zone = ZoneInfo(buildings.described(session, building).timezone)
@@ -57,11 +63,9 @@ def event_facts(
             one.direction: one.residual_displacement for one in results if one.residual_displacement is not None
         },
         forces={one.direction: one.peak_force for one in results},
-        is_compared=alerts.is_compared(session, event.id),
-        remarks=tuple(one["message"] for one in analysis.quality if one["severity"] != "note") if analysis else (),
+        assessment=reading.of_event(session, event, as_of),
         alerts=tuple(sorted((as_told(alert_facts(one, silences, zone, now), at) for one, at in here), key=gravity)),
         moved=tuple(alert_facts(one, silences, zone, now) for one in moved),
-        earlier=tuple(of_cause(one.cause) for one in _earlier(session, event, before, first_told_at)),
     )
 
 
@@ -97,13 +101,6 @@ def _told_here(session: Session, event: Event, before: Mapping[int, Telling]) ->
         at = told_with(session, one, before)
         if at.event_id == event.id:
             yield one, at
-
-
-def _earlier(session: Session, event: Event, before: Mapping[int, Telling], at: datetime) -> Iterator[Alert]:
-    """Alerts told with other events that stood at that time, and had begun by this one."""
-    for one in alerts.standing_at(session, event.building_id, at):
-        if one.began_at <= event.start and told_with(session, one, before).event_id != event.id:
-            yield one
 
 
 def _is_told_of(alert: Alert, told: Collection[int]) -> bool:

@@ -5,12 +5,13 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import Any, Literal
 
-Kind = Literal["deterioration", "recovery", "sensor", "model", "data"]
-"""What the isolators lost or won, a sensor that measures wrongly, a model that fits no more, data that stopped."""
+Kind = Literal["deterioration", "limit", "recovery", "sensor", "model", "data"]
+"""What the isolators lost, a limit that they exceeded, what they won, a sensor that measures wrongly, a model that fits
+no more, data that stopped."""
 Scope = Literal["events", "clock"]
 """Who found it: the rules over all of a building's earthquakes, or the checks that go by the clock."""
 KINDS: Mapping[Scope, frozenset[Kind]] = {
-    "events": frozenset({"deterioration", "recovery", "sensor", "model"}),
+    "events": frozenset({"deterioration", "limit", "recovery", "sensor", "model"}),
     "clock": frozenset({"data"}),
 }
 """Which of them a scope is all about: what it does not list of these kinds is not so any more."""

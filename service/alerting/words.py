@@ -7,7 +7,10 @@ from core.drift.together import BOTH
 from core.drift.watched import QUANTITIES
 
 MM = 1e3
+LIMITS = "limits"
+"""Cause of the alert that a limit of the isolators was exceeded."""
 TITLES: Mapping[str, str] = {
+    LIMITS: "limits of the isolators",
     "stiffness": "stiffness of the isolators",
     "damping": "damping of the isolators",
     "frequency": "natural frequency of the building",

@@ -54,6 +54,8 @@ class Message(Base):
     kind: Mapped[str]
     sequence: Mapped[str]
     severity: Mapped[str]
+    is_over: Mapped[bool]
+    """Whether nothing of what it is about stood any more."""
     subject: Mapped[str] = mapped_column(Text)
     sentences: Mapped[list[str]]
     facts: Mapped[list[dict[str, Any]]]
@@ -64,7 +66,7 @@ class Message(Base):
     data: Mapped[dict[str, Any]]
     """For programs, SI units."""
     digest: Mapped[str]
-    """SHA-256 of what people read."""
+    """SHA-256 of what decides whether a later notice is news: of what people read, unless the notice says otherwise."""
     created_at: Mapped[datetime]
     building: Mapped[Building] = relationship()
     deliveries: Mapped[list["Delivery"]] = relationship(back_populates="message", order_by="Delivery.id")

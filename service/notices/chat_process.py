@@ -19,7 +19,7 @@ from service.notices.addresses import Reach, may_be_reached
 from service.notices.answer import Answer, one_line
 
 TYPES = {
-    "all_clear": apprise.NotifyType.SUCCESS,
+    "normal": apprise.NotifyType.SUCCESS,
     "note": apprise.NotifyType.INFO,
     "warning": apprise.NotifyType.WARNING,
     "alarm": apprise.NotifyType.FAILURE,

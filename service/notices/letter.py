@@ -9,7 +9,7 @@ from zoneinfo import ZoneInfo
 DRILL = "DRILL – NOT REAL"
 TEST = "TEST – NOT REAL"
 ORDER = {"new": "", "updated": "UPDATED: ", "cancelled": "CANCELLED: ", "repeat": "REMINDER: "}
-GRADES = {"all_clear": "all clear", "note": "note", "warning": "warning", "alarm": "ALARM"}
+GRADES = {"normal": "normal", "note": "note", "warning": "warning", "alarm": "ALARM"}
 """Severities as people read them."""
 NOT_REAL = {
     "drill": "This is a drill. Nothing has happened at the building, and nobody has to do anything about it.",
@@ -38,7 +38,7 @@ class Letter:
     sequence: str
     severity: str
     gravest: str
-    """Severity by which programs know the thing: the last one that was not `all_clear`."""
+    """Severity by which programs know the thing: the last one of a message that was not over."""
     subject: str
     sentences: tuple[str, ...]
     facts: tuple[tuple[str, str], ...]
@@ -52,11 +52,13 @@ class Letter:
     """Whether it may be the second of its kind."""
     picture: bytes | None = None
     """PNG."""
+    has_ended: bool = False
+    """Whether what it is about has ended, as it was written."""
 
     @property
     def is_over(self) -> bool:
         """Whether what it is about no longer holds."""
-        return self.sequence == "cancelled" or self.severity == "all_clear"
+        return self.has_ended or self.sequence == "cancelled"
 
     @property
     def is_real(self) -> bool:

@@ -19,7 +19,7 @@ from service.notices.answer import Answer, one_line
 from service.notices.letter import DRILL, GRADES, ORDER, TEST, Addressee, Letter
 from service.settings import Settings
 
-COLOURS = {"all_clear": "#2e7d32", "note": "#14569e", "warning": "#b26a00", "alarm": "#b00020"}
+COLOURS = {"normal": "#2e7d32", "note": "#14569e", "warning": "#b26a00", "alarm": "#b00020"}
 TEMPLATES = Environment(loader=PackageLoader("service.notices"), autoescape=True, trim_blocks=True, lstrip_blocks=True)
 NOT_REAL = "#5b21b6"
 """Colour of a drill or a test, which nothing real has."""

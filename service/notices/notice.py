@@ -22,7 +22,7 @@ class Notice:
     kind: Kind
     sequence: Sequence
     severity: Severity
-    """An alert that is resolved is told as `all_clear`."""
+    """`normal` only by a verdict of that level."""
     subject: str
     """One line, without the building's name: that is put before it."""
     sentences: tuple[str, ...]
@@ -35,8 +35,12 @@ class Notice:
     """Event and direction whose loop is shown."""
     data: Mapping[str, Any] = field(default_factory=dict)
     """For programs, as JSON in SI units."""
+    has_ended: bool = False
+    """Whether nothing of what it is about stands any more."""
+    news: "Notice | None" = None
+    """What decides whether it says something else than the last message of its key; None: what people read of it."""
 
     @property
     def is_over(self) -> bool:
         """Whether what it is about no longer holds."""
-        return self.sequence == "cancelled" or self.severity == "all_clear"
+        return self.has_ended or self.sequence == "cancelled"

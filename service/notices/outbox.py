@@ -77,6 +77,7 @@ def _message(notice: Notice, number: int, now: datetime) -> Message:
         picture_direction=direction,
         data=dict(notice.data),
         digest=_digest(notice),
+        is_over=notice.is_over,
         created_at=now,
     )
 
@@ -86,7 +87,9 @@ def _wants(receiver: Receiver, notice: Notice) -> bool:
 
 
 def _digest(notice: Notice) -> str:
-    """SHA-256 of what people read."""
+    """SHA-256 of what people read, or of what decides whether it is news."""
+    if notice.news is not None:
+        return _digest(notice.news)
     order = notice.sequence if notice.sequence in ("cancelled", "repeat") else None
     read = (notice.kind, notice.severity, order, notice.subject, notice.sentences, notice.facts)
     return hashlib.sha256(orjson.dumps(read)).hexdigest()

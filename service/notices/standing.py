@@ -22,7 +22,7 @@ def due(session: Session, now: datetime, interval: timedelta) -> Sequence[Delive
         .join(Delivery.message)
         .join(Delivery.receiver)
         .where(Receiver.kind == "alertmanager", Receiver.removed_at.is_(None))
-        .where(Message.kind.in_(STANDING), Message.sequence != "cancelled", Message.severity != "all_clear")
+        .where(Message.kind.in_(STANDING), Message.is_over.is_(False))
         .where(Delivery.state == "delivered", passed(Delivery.kept_at, now - interval, interval), ~has_later)
     )
     return session.scalars(question.order_by(Delivery.id)).all()

@@ -46,7 +46,7 @@ def letter(session: Session, message: Message, kind: str, public_url: str | None
         kind=message.kind,
         sequence=message.sequence,
         severity=message.severity,
-        gravest=next((one.severity for one in reversed(before) if one.severity != "all_clear"), message.severity),
+        gravest=next((one.severity for one in reversed(before) if not one.is_over), message.severity),
         subject=message.subject,
         sentences=tuple(message.sentences),
         facts=tuple((fact["name"], fact["value"]) for fact in message.facts),
@@ -56,6 +56,7 @@ def letter(session: Session, message: Message, kind: str, public_url: str | None
         written_at=message.created_at,
         is_repeat=is_repeat,
         picture=picture,
+        has_ended=message.is_over,
     )
 
 

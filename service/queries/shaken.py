@@ -28,33 +28,31 @@ def largest_before(session: Session, event: Event) -> float | None:
 
 
 def moved_far(
-    session: Session, event: Event, since: datetime | None, displacement: float, residual: float
+    session: Session, building_id: int, since: datetime | None, displacement: float, residual: float
 ) -> Sequence[Line]:
-    """(Event, Analysis) of the building's earlier earthquakes in which a direction moved so far, the earliest first.
+    """(Event, Analysis) of the building's earthquakes in which one direction moved so far, the earliest first.
 
     Args:
         session: to read with.
-        event: before which they were.
-        since: earlier ones do not count; None: all count.
+        building_id: of the building.
+        since: those that ended before do not count; None: all count.
         displacement: m, in one direction.
         residual: m, in one direction.
     """
     far = or_(
         DirectionResult.peak_displacement >= displacement, func.abs(DirectionResult.residual_displacement) >= residual
     )
-    question = _moved(event.building_id).with_only_columns(Event.id).where(Event.start < event.start, far)
+    question = _moved(building_id).with_only_columns(Event.id).where(far)
     if since is not None:
         question = question.where(Event.end > since)
     both = select(Event, Analysis).join(Analysis, (Analysis.event_id == Event.id) & Analysis.current)
     return session.execute(both.where(Event.id.in_(question)).order_by(Event.start, Event.id)).all()
 
 
-def last_inspection(session: Session, building_id: int) -> datetime | None:
-    """When somebody last ended an alert about the building itself by what was found there; None: never."""
-    of_building = (Alert.building_id == building_id, Alert.kind == "deterioration")
-    return session.scalar(
-        select(func.max(Inspection.at)).join(Alert, Alert.id == Inspection.alert_id).where(*of_building)
-    )
+def last_inspection(session: Session, building_id: int, cause: str) -> datetime | None:
+    """Time of the last inspection that ended an alert of that cause; None where there was none."""
+    of_cause = (Alert.building_id == building_id, Alert.cause == cause)
+    return session.scalar(select(func.max(Inspection.at)).join(Alert, Alert.id == Inspection.alert_id).where(*of_cause))
 
 
 def stiffness_values(session: Session, event: Event) -> Sequence[Line]:
@@ -83,7 +81,8 @@ def open_at(session: Session, building_id: int, at: datetime | None) -> Sequence
 def _states(session: Session, numbers: Collection[int], at: datetime) -> dict[int, str]:
     """By alert, its state at that time."""
     question = select(AlertChange.alert_id, AlertChange.state).where(AlertChange.alert_id.in_(numbers))
-    return dict(session.execute(question.where(AlertChange.at <= at).order_by(AlertChange.id)).tuples().all())
+    changes = session.execute(question.where(AlertChange.at <= at).order_by(AlertChange.id))
+    return {change.alert_id: change.state for change in changes}
 
 
 def _moved(building_id: int) -> Question:

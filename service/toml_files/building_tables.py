@@ -4,7 +4,7 @@ from datetime import datetime
 from typing import Annotated, Literal
 from zoneinfo import available_timezones
 
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, BeforeValidator, Field
 
 from core.description import Role
 from core.record import Direction, Quantity
@@ -28,6 +28,12 @@ def _unit(name: str) -> str:
     return name
 
 
+def _renamed(severity: object) -> object:
+    """Building files of earlier versions call the lowest severity `all_clear`."""
+    return "normal" if severity == "all_clear" else severity
+
+
+Named = Annotated[Severity, BeforeValidator(_renamed)]
 Text = Annotated[str, Field(min_length=1)]
 Positive = Annotated[float, Field(gt=0)]
 Horizontal = Annotated[float, Field(gt=0, le=5)]
@@ -152,8 +158,8 @@ class ReceiverTable(Table):
         description="of event, alert, data (that stopped) and drill, those it is told of; default: all, and all but "
         "event for an alertmanager",
     )
-    severities: Annotated[list[Severity], Field(min_length=1)] | None = Field(
-        default=None, description="of all_clear, note, warning and alarm, those it is told of; default: all"
+    severities: Annotated[list[Named], Field(min_length=1)] | None = Field(
+        default=None, description="of normal, note, warning and alarm, those it is told of; default: all"
     )
 
 

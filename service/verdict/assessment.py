@@ -6,7 +6,6 @@ provisional, beyond the limits or beyond what earlier earthquakes showed; nothin
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from datetime import datetime
 
 from core.description import IsolationLayer
 from service.verdict.checks import Check, Lacking, Level, Limits, Measured, Outcome, checked, gravest, undecided
@@ -37,17 +36,26 @@ class OpenAlert:
     low: float | None = None
     high: float | None = None
     """95 % interval of the change; None where it has no size."""
+    exceeded: Level | None = None
+    """Level of the limit that was exceeded; None where the alert is about none."""
     rests_here: bool = False
     """Whether its evidence includes the earthquake."""
+    is_later: bool = False
+    """Whether it began after the earthquake."""
 
     @property
     def level(self) -> Level:
-        """Level that the alert alone leads to.
+        """Level that the alert alone leads to: `watch` at least.
 
-        A change of stiffness is compared with the tolerance. No tolerance is known for any other change of the
-        building; under review or on hold, nothing is decided yet; what a sensor measures wrongly cannot be judged.
+        A change of stiffness is compared with the tolerance. No tolerance is known of any other change of the building;
+        what is under review or on hold is not decided yet; what a sensor measures wrongly cannot be judged. An alert
+        that began after the earthquake says nothing of it but that the building is not as before.
         """
-        if self.state in ("firing", "acknowledged", "active"):
+        if self.is_later:
+            return Level.WATCH
+        if self.exceeded is not None:
+            return gravest((self.exceeded, Level.WATCH))
+        if self.state in ACTIVE:
             if self.kind in ("recovery", "model", "data"):
                 return Level.WATCH
             if self.kind == "deterioration" and self.cause.partition("/")[0] == STIFFNESS_CHANGE:
@@ -55,15 +63,9 @@ class OpenAlert:
         return Level.UNDECIDED
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class EarlierExceedance:
-    """An earlier earthquake that exceeded a limit of inspection or action, without a recorded inspection since."""
-
-    event_id: int
-    start: datetime
-    level: Level
-    checks: tuple[str, ...]
-    """Names of the checks that exceeded it."""
+ACTIVE = ("active", "acknowledged")
+STATES = ("active", "acknowledged", "pending", "on_hold")
+"""In a list of open alerts, active ones come first and those on hold last."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -88,7 +90,6 @@ class Facts:
     data_problems: tuple[str, ...]
     """Warnings and fatal findings of the data quality checks."""
     alerts: tuple[OpenAlert, ...]
-    earlier: tuple[EarlierExceedance, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -100,8 +101,6 @@ class Assessment:
     """Empty where there is no usable record."""
     alerts: tuple[OpenAlert, ...]
     """The gravest first."""
-    earlier: tuple[EarlierExceedance, ...]
-    """The latest first."""
     unusable: str
     silence: str
     provisional: str
@@ -123,16 +122,15 @@ def assess(facts: Facts) -> Assessment:
     return Assessment(
         level=gravest(_levels(facts, checks)),
         checks=checks,
-        alerts=tuple(sorted(facts.alerts, key=lambda one: (STATES.get(one.state, 0), -one.level.rank, one.id))),
-        earlier=tuple(sorted(facts.earlier, key=lambda one: one.start, reverse=True)),
+        alerts=tuple(sorted(facts.alerts, key=_order)),
         unusable=facts.unusable,
         silence=facts.silence,
         provisional=facts.provisional,
     )
 
 
-STATES = {"firing": 0, "active": 0, "acknowledged": 1, "pending": 2, "inhibited": 3}
-"""Places in a list of open alerts: active first, on hold last."""
+def _order(alert: OpenAlert) -> tuple[int, int, int]:
+    return STATES.index(alert.state) if alert.state in STATES else 0, -alert.level.rank, alert.id
 
 
 def _levels(facts: Facts, checks: tuple[Check, ...]) -> Iterator[Level]:
@@ -141,17 +139,23 @@ def _levels(facts: Facts, checks: tuple[Check, ...]) -> Iterator[Level]:
     if REQUIRED - {check.name for check in checks} or facts.provisional:
         yield Level.UNDECIDED
     yield from (check.level for check in checks)
-    for alert in facts.alerts:
-        yield gravest((alert.level, Level.WATCH))
-    yield from (one.level for one in facts.earlier)
+    yield from (alert.level for alert in facts.alerts)
+
+
+def motion_checks(
+    layer: IsolationLayer, displacement: Measured | Lacking, residual: Measured | Lacking
+) -> tuple[Check, ...]:
+    """Checks of how far the isolators moved, and of what remained, against limits of the building (m)."""
+    return (
+        _share(STRAIN, displacement, layer.rubber_height, strain_limits(layer)),
+        _share(DESIGN, displacement, layer.design_displacement, design_limits(layer)),
+        _share(MOAT, displacement, layer.moat_clearance, moat_limits(layer)),
+        checked(RESIDUAL_OFFSET, residual, RESIDUAL, unit="m"),
+    )
 
 
 def _checks(facts: Facts) -> Iterator[Check]:
-    layer = facts.layer
-    yield _share(STRAIN, facts.displacement, layer.rubber_height, strain_limits(layer))
-    yield _share(DESIGN, facts.displacement, layer.design_displacement, design_limits(layer))
-    yield _share(MOAT, facts.displacement, layer.moat_clearance, moat_limits(layer))
-    yield checked(RESIDUAL_OFFSET, facts.residual, RESIDUAL, unit="m")
+    yield from motion_checks(facts.layer, facts.displacement, facts.residual)
     yield checked(LARGEST, facts.displacement, _largest(facts.largest_earlier), unit="m")
     for direction, change in sorted((facts.stiffness or {"": NO_DIRECTION}).items()):
         yield checked(STIFFNESS_CHANGE, change, STIFFNESS, subject=direction)

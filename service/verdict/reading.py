@@ -1,21 +1,19 @@
 """The stored facts that an assessment of an earthquake, or of a building, rests on."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from datetime import datetime
 from math import hypot, sqrt
-from zoneinfo import ZoneInfo
 
 from sqlalchemy.orm import Session
 
-from core.description import BuildingDescription, IsolationLayer
+from core.description import BuildingDescription
 from service import buildings
 from service.database import Alert, Analysis, Building, DirectionResult, DriftValue, Event, LayerResult
 from service.queries import analysis_results, earthquakes, layer_results, shaken
 from service.queries.question import Span
 from service.queue import jobs
-from service.verdict.assessment import Assessment, EarlierExceedance, Facts, OpenAlert, assess
-from service.verdict.checks import Lacking, Level, Measured, Outcome
-from service.verdict.limits import RESIDUAL, first_to_inspect
+from service.verdict.assessment import ACTIVE, Assessment, Facts, OpenAlert, assess
+from service.verdict.checks import LEVELS, Lacking, Level, Measured
 from service.verdict.words import NONE_YET
 
 DIRECTIONS = ("x", "y")
@@ -23,7 +21,6 @@ COVERAGE = 2.0
 """Standard deviations of the 95 % uncertainty."""
 SILENT = ("source", "record")
 """Causes of alerts that say that no records arrive."""
-ACTIVE = ("firing", "acknowledged")
 NO_DISPLACEMENT = Lacking(
     reason="Nothing measured how far the isolators moved.",
     remedy="A displacement transducer on the isolators, or an accelerometer on the ground.",
@@ -48,7 +45,7 @@ BEYOND = Lacking(
     reason="Its amplitudes lie outside those of the reference period.",
     remedy="More earthquakes of such amplitudes, or the engineer's judgement.",
 )
-INHIBITED = Lacking(
+EXCLUDED = Lacking(
     reason="A data problem keeps this earthquake out of the comparison.", remedy="Mend the sensor and analyse again."
 )
 STATES: Mapping[str, str] = {
@@ -86,9 +83,15 @@ def of_building(session: Session, building: Building) -> Assessment:
             stiffness={},
             data_problems=(),
             alerts=tuple(_alert(one, state, None) for one, state in found),
-            earlier=(),
         )
     )
+
+
+def motion(session: Session, analysis: Analysis | None) -> tuple[Measured | Lacking, Measured | Lacking]:
+    """m, largest and residual displacement in plan that an analysis found."""
+    results = analysis_results.direction_results(session, analysis.id) if analysis else ()
+    layer = layer_results.layer_result(session, analysis.id) if analysis else None
+    return _displacement(results, layer), _residual(results)
 
 
 def measured_displacement(
@@ -131,20 +134,18 @@ def _event_facts(session: Session, event: Event, at: datetime | None, silence: s
     analysis = earthquakes.event_with_analysis(session, event.id).Analysis
     if analysis is not None and analysis.refusal is not None:
         analysis = None
-    results = analysis_results.direction_results(session, analysis.id) if analysis else ()
-    layer = layer_results.layer_result(session, analysis.id) if analysis else None
+    displacement, residual = motion(session, analysis)
     return Facts(
         unusable=_unusable(event),
         silence=silence,
         provisional=_provisional(session, event),
         layer=file.description.isolation,
-        displacement=_displacement(results, layer),
-        residual=_residual(results),
+        displacement=displacement,
+        residual=residual,
         largest_earlier=shaken.largest_before(session, event),
         stiffness=_stiffness(session, event, file.description),
         data_problems=_problems(analysis),
         alerts=tuple(_alert(one, state, event) for one, state in shaken.open_at(session, building.id, at)),
-        earlier=tuple(_earlier(session, event, file.description.isolation, ZoneInfo(file.timezone))),
     )
 
 
@@ -200,7 +201,7 @@ def _change(wanted: int, value: DriftValue | None) -> Measured | Lacking:
         return REFERENCE if wanted else NO_CYCLE
     for applies, lacking in (
         (value.is_reference, REFERENCE),
-        (value.is_inhibited, INHIBITED),
+        (value.is_excluded, EXCLUDED),
         (value.is_beyond, BEYOND),
     ):
         if applies:
@@ -226,41 +227,7 @@ def _alert(found: Alert, state: str, event: Event | None) -> OpenAlert:
         summary=found.summary,
         low=low,
         high=high,
+        exceeded=Level(level) if (level := found.evidence.get("level")) in LEVELS else None,
         rests_here=rests,
+        is_later=event is not None and not rests and (found.changed_after or found.began_at) >= event.start,
     )
-
-
-def _earlier(session: Session, event: Event, isolation: IsolationLayer, zone: ZoneInfo) -> Iterator[EarlierExceedance]:
-    """Earlier earthquakes that exceeded a limit of inspection, since the last recorded inspection."""
-    far = first_to_inspect(isolation)
-    left = RESIDUAL.inspect or RESIDUAL.watch
-    found = shaken.moved_far(
-        session,
-        event,
-        since=shaken.last_inspection(session, event.building_id),
-        displacement=float("inf") if far is None else far / sqrt(len(DIRECTIONS)),
-        residual=left / sqrt(len(DIRECTIONS)),
-    )
-    for one, analysis in found:
-        results = analysis_results.direction_results(session, analysis.id)
-        layer = layer_results.layer_result(session, analysis.id)
-        alone = assess(
-            Facts(
-                layer=isolation,
-                displacement=_displacement(results, layer),
-                residual=_residual(results),
-                largest_earlier=None,
-                stiffness={},
-                data_problems=(),
-                alerts=(),
-                earlier=(),
-            )
-        )
-        over = [check for check in alone.of_outcome(Outcome.EXCEEDED) if check.level.rank >= Level.INSPECT.rank]
-        if over:
-            yield EarlierExceedance(
-                event_id=one.id,
-                start=one.start.astimezone(zone),
-                level=over[0].level,
-                checks=tuple(check.name for check in over),
-            )

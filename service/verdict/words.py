@@ -60,17 +60,27 @@ def limit(check: Check) -> str:
     return f"{plain(check.limit * factor)} {unit}" + (f" ({level})" if level else "")
 
 
+def of_limit(check: Check) -> str:
+    """`Residual displacement: 34 ± 2 mm, limit 30 mm (inspect), Menshin's default`."""
+    return ", ".join(
+        part for part in (f"{title(check)}: {value(check)}", f"limit {limit(check)}", source(check)) if part
+    )
+
+
 def headline(found: Assessment) -> str:
-    """One line without an end: the verdict and its first reason."""
+    """One line without an end: the verdict, its first reason, and how many alerts are open."""
     reason = next(_reasons(found), "")
-    return f"{found.level.words}: {reason}" if reason else found.level.words
+    open_alerts = "" if not found.alerts else f"{len(found.alerts)} alert{'s' * (len(found.alerts) > 1)} open"
+    return ": ".join(
+        part for part in (found.level.words, "; ".join(one for one in (reason, open_alerts) if one)) if part
+    )
 
 
 def sentences(found: Assessment) -> Iterator[str]:
     """The verdict in full, the gravest first, with everything that weakens it."""
     yield f"{found.level.words.capitalize()}. {MEANINGS[found.level]}"
     for check in found.of_outcome(Outcome.EXCEEDED):
-        yield f"{title(check)}: {value(check)}, limit {limit(check)}, {source(check)}."
+        yield f"{of_limit(check)}."
     if found.unusable:
         yield f"{found.unusable.rstrip('.')}. What the isolators did cannot be assessed; inspect them if it was strong."
     if found.silence:
@@ -78,12 +88,6 @@ def sentences(found: Assessment) -> Iterator[str]:
     if found.provisional:
         yield f"Provisional: {found.provisional.rstrip('.')}."
     yield from _counted(found)
-    for one in found.earlier:
-        checks = ", ".join(TITLES.get(name, name).lower() for name in one.checks)
-        yield (
-            f"Still open from the earthquake of {one.start:%Y-%m-%d %H:%M} ({one.start.tzname()}): {one.level.words} "
-            f"({checks}). No inspection has been recorded since."
-        )
 
 
 def source(check: Check) -> str:
@@ -108,8 +112,6 @@ def _reasons(found: Assessment) -> Iterator[str]:
     if exceeded:
         more = f" and {len(exceeded) - 1} more" if len(exceeded) > 1 else ""
         yield f"{title(exceeded[0]).lower()} {value(exceeded[0])}{more}"
-    if any(one.level is found.level for one in found.earlier):
-        yield "an earlier earthquake exceeded a limit and no inspection is recorded"
     if found.level is Level.NO_DATA:
         yield (found.unusable or found.silence).rstrip(".")
     if found.level is Level.UNDECIDED:
@@ -125,5 +127,3 @@ def _reasons(found: Assessment) -> Iterator[str]:
         yield f"{title(worst[0]).lower()} undecided"
     if found.level is Level.NORMAL:
         yield f"{len(found.checks)} of {len(found.checks)} checks passed"
-    if found.alerts:
-        yield "an alert is open"

@@ -27,6 +27,7 @@ from service.settings import Settings
 from service.version import VERSION
 from service.watching import baseline_json
 from service.watching.findings import findings
+from service.watching.limit_findings import limit_findings
 from service.watching.series import channels_of, watched_series
 
 MISSING = "missing"
@@ -107,7 +108,9 @@ def store(
     pairs = results[-1]
     session.add_all(_series(watched, found, inputs.building_id, claim.job_id, now) for watched, found in pairs)
     told = [(found, watched.channels) for watched, found in pairs]
-    reconcile(session, inputs.building_id, findings(told, inputs.starts, ZoneInfo(inputs.timezone)), "events", now)
+    found = findings(told, inputs.starts, ZoneInfo(inputs.timezone))
+    exceeded = limit_findings(session, inputs.building_id)
+    reconcile(session, inputs.building_id, (*exceeded, *found), "events", now)
     session.flush()
     tell(session, inputs.building_id, inputs.message_age, now)
 

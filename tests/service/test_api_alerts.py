@@ -35,7 +35,7 @@ def code(sessions: sessionmaker[Session]) -> str:
                 kind="webhook",
                 address="https://hooks.example/1",
                 kinds=["alert"],
-                severities=["alarm", "all_clear"],
+                severities=["alarm", "normal"],
                 origin="api",
                 created_at=NOW,
             )

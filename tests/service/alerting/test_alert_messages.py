@@ -45,7 +45,7 @@ def test_acknowledging_is_no_news_and_an_inspection_is(session: Session, of: Bui
     for _ in range(2):
         tell(session, of.id, AGE, now + DAY)
     _, told = messages(session)
-    assert (told.sequence, told.severity) == ("updated", "all_clear")
+    assert (told.sequence, told.severity) == ("updated", "note")
     assert "This is settled" in " ".join(told.sentences)
     assert "Jo: bearings 3 and 4 were replaced" in " ".join(told.sentences)
 
@@ -63,7 +63,7 @@ def test_an_alert_that_never_was_is_cancelled(session: Session, of: Building, ho
     for _ in range(2):
         tell(session, of.id, AGE, now + SOON)
     _, told = messages(session)
-    assert (told.sequence, told.severity) == ("cancelled", "all_clear")
+    assert (told.sequence, told.severity) == ("cancelled", "note")
     assert "This is cancelled, it never was so" in " ".join(told.sentences)
 
 

@@ -54,7 +54,7 @@ def test_what_began_after_the_earthquake_it_was_told_with_is_told_anew(session: 
     more = tuple(earthquake(session, of, START + number * DAY).id for number in (3, 4))
     then = found_again(session, of, of_events(softer(16.0), 3, 4, events + more))
     found = {one.key: (one.sequence, one.severity) for one in then}
-    assert found == {f"event/{more[1]}": ("new", "alarm"), f"event/{events[2]}": ("updated", "all_clear")}
+    assert found == {f"event/{more[1]}": ("new", "alarm"), f"event/{events[2]}": ("updated", "note")}
     assert "told with another earthquake now" in " ".join(next(one for one in then if one.number == 2).sentences)
 
 

@@ -57,7 +57,7 @@ def test_a_source_that_stops_is_told_once_and_resolves_by_itself(
     for now in (NOW + 3 * HOUR, NOW + 4 * HOUR):
         go_round(sessions, SETTINGS, now)
     assert states(sessions) == {"source": "resolved"}
-    assert told(sessions) == [("data", "new", "warning"), ("data", "updated", "all_clear")]
+    assert told(sessions) == [("data", "new", "warning"), ("data", "updated", "note")]
     with sessions() as session:
         first, second = (one.sentences[0] for one in session.query(Message).order_by(Message.id))
         assert first.startswith("The monitoring server has not answered for more than 60 minutes, since 5 January 2024")

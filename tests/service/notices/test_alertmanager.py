@@ -51,7 +51,7 @@ def test_what_stands_has_an_end_ahead_of_several_repetitions(there: Hook) -> Non
     assert alert["generatorURL"] == "https://menshin.example.org/events/17"
 
 
-@pytest.mark.parametrize("end", [{"severity": "all_clear"}, {"sequence": "cancelled"}])
+@pytest.mark.parametrize("end", [{"severity": "note", "has_ended": True}, {"sequence": "cancelled"}])
 def test_what_is_over_ends_the_same_alert(there: Hook, end: dict[str, object]) -> None:
     over = pushed(there, standing(number=2, identity="msg_9", subject="Resolved", **end))
     assert over["labels"] == pushed(there, standing())["labels"]

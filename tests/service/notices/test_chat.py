@@ -40,7 +40,7 @@ def test_a_letter_arrives_with_its_heading(there: Hook) -> None:
     said = json.loads(there.posted[0].body)
     assert said["title"] == one.heading
     assert said["title"].startswith(f"(repeat) {DRILL}: ")
-    assert "Nothing unusual was seen." in said["message"]
+    assert "This is not an inspection." in said["message"]
     assert said["type"] == "failure"
 
 
@@ -52,7 +52,7 @@ def test_the_picture_goes_where_the_service_takes_one(there: Hook) -> None:
     assert b64decode(attached["base64"]) == picture
     plain = there.address.replace("http://localhost", "gotify://127.0.0.1") + "/AaBbCcDdEeFfGgH"
     assert sent(plain, letter(picture=picture)).outcome == "delivered"
-    assert "Nothing unusual was seen." in there.posted[1].body.decode()
+    assert "This is not an inspection." in there.posted[1].body.decode()
     assert len(there.posted[1].body) < len(picture)
 
 

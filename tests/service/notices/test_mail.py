@@ -45,7 +45,7 @@ def part(mail: EmailMessage, kind: str) -> str:
 def test_a_mail_says_it_all_in_text_html_and_a_picture(box: Mailbox) -> None:
     one = letter(picture=PNG)
     mail = mailed(box, one)
-    assert mail["Subject"] == "[Tower ö] Earthquake of 1 March 2024, 14:02: nothing unusual"
+    assert mail["Subject"] == "[Tower ö] Earthquake of 1 March 2024, 14:02: normal: 8 of 8 checks passed"
     assert (mail["From"], mail["To"]) == ("Menshin <m@b.example.org>", "manager@example.org")
     assert mail["Message-ID"] == "<msg_2@b.example.org>"
     assert mail["In-Reply-To"] is None

@@ -42,7 +42,7 @@ def add(session: Session, building_id: int, name: str, **rule: list[str]) -> Rec
 
 
 def notice(building_id: int, **other: object) -> Notice:
-    said = Notice("event/1", building_id, "event", "new", "all_clear", "Earthquake", ("Nothing unusual.",))
+    said = Notice("event/1", building_id, "event", "new", "normal", "Earthquake", ("8 of 8 checks passed.",))
     return replace(said, **other)  # type: ignore[arg-type]
 
 
@@ -79,9 +79,9 @@ def test_whoever_was_told_is_told_what_became_of_it(sessions: sessionmaker[Sessi
     alarm = notice(building, key="alert/1", kind="alert", severity="alarm")
     with sessions.begin() as session:
         add(session, building, "alarms", severities=["alarm"])
-        add(session, building, "calm", severities=["all_clear"])
+        add(session, building, "calm", severities=["normal"])
         put(session, alarm, NOW)
-        over = put(session, replace(alarm, sequence="updated", severity="all_clear", subject="Resolved"), NOW)
+        over = put(session, replace(alarm, sequence="updated", severity="normal", subject="Resolved"), NOW)
         assert told(session, over) == ["alarms", "calm"]
 
 
@@ -118,5 +118,5 @@ def test_a_message_keeps_all_that_the_notice_said(sessions: sessionmaker[Session
     with sessions() as session:
         message = session.scalars(select(Message)).one()
         assert message.facts == [{"name": "Largest displacement", "value": "31 mm"}]
-        assert (message.data, message.sentences) == ({"peak_displacement": 0.031}, ["Nothing unusual."])
+        assert (message.data, message.sentences) == ({"peak_displacement": 0.031}, ["8 of 8 checks passed."])
         assert message.identity.startswith("msg_")

@@ -59,7 +59,7 @@ def test_an_alert_fires_changes_and_ends(there: str) -> None:
     [changed] = told(there, now, **usual, subject="softer yet", number=2, identity="msg_3", sequence="updated")
     assert changed["fingerprint"] == fired["fingerprint"]
     assert changed["annotations"]["summary"].endswith("softer yet")
-    over = usual | {"severity": "all_clear", "number": 3, "identity": "msg_4", "sequence": "updated"}
+    over = usual | {"severity": "note", "has_ended": True, "number": 3, "identity": "msg_4", "sequence": "updated"}
     assert told(there, datetime.now(UTC), **over) == []
 
 

@@ -95,7 +95,7 @@ def test_what_stands_is_repeated_until_it_is_over(sessions: sessionmaker[Session
     upkeep.step()
     assert len(ends(there)) == 6, "what did not arrive is repeated soon"
     with sessions.begin() as session:
-        put(session, replace(alarm, sequence="updated", severity="all_clear", subject="Repaired"), clock())
+        put(session, replace(alarm, sequence="updated", severity="note", has_ended=True, subject="Repaired"), clock())
     notifier.run_until_idle()
     assert ends(there)[-1] == clock.now
     clock.on(300)

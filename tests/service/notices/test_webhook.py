@@ -79,7 +79,7 @@ def test_it_is_a_cloud_event(there: Hook) -> None:
     assert isinstance(data, dict)
     assert data["values"] == {"peak_displacement": 0.031}
     assert data["facts"][0] == {"name": "Largest displacement", "value": "31 mm"}
-    assert (data["severity"], data["is_real"], data["is_over"], data["repeat"]) == ("all_clear", True, True, False)
+    assert (data["severity"], data["is_real"], data["is_over"], data["repeat"]) == ("normal", True, False, False)
 
 
 def test_a_repeat_says_so_and_has_the_same_id(there: Hook) -> None:

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
-from datetime import UTC, datetime
 from math import inf, nan
 
 import pytest
@@ -11,10 +10,9 @@ from hypothesis import strategies as st
 
 from core.description import IsolationLayer
 from service.verdict import words
-from service.verdict.assessment import REQUIRED, EarlierExceedance, Facts, OpenAlert, assess
+from service.verdict.assessment import REQUIRED, Facts, OpenAlert, assess
 from service.verdict.checks import LEVELS, Lacking, Level, Limits, Measured, Outcome, checked, gravest
 
-START = datetime(2024, 1, 1, tzinfo=UTC)
 LACKING = Lacking(reason="No transducer.", remedy="A transducer.")
 CALM = Facts(
     layer=IsolationLayer(rubber_height=0.2, design_displacement=0.4, moat_clearance=0.5),
@@ -24,13 +22,12 @@ CALM = Facts(
     stiffness={"x": Measured(value=-0.01, uncertainty=0.02), "y": Measured(value=0.0, uncertainty=0.02)},
     data_problems=(),
     alerts=(),
-    earlier=(),
 )
 """Facts of an earthquake with nothing to weaken the statement."""
 ALERT = OpenAlert(
-    id=1, cause="stiffness/x", kind="deterioration", state="firing", summary="8 % softer", low=-0.1, high=-0.06
+    id=1, cause="stiffness/x", kind="deterioration", state="active", summary="8 % softer", low=-0.1, high=-0.06
 )
-EARLIER = EarlierExceedance(event_id=1, start=START, level=Level.INSPECT, checks=("shear_strain",))
+BEYOND = replace(ALERT, id=2, cause="limits", kind="limit", exceeded=Level.INSPECT)
 WEAKER: Mapping[str, Mapping[str, object]] = {
     "no usable record": {"unusable": "the base slab's record is missing"},
     "silent recorder": {"silence": "the server does not answer"},
@@ -58,11 +55,12 @@ WEAKER: Mapping[str, Mapping[str, object]] = {
     "no direction at all": {"stiffness": {}},
     "softer": {"stiffness": {"x": Measured(value=-0.15, uncertainty=0.02)}},
     "data problem": {"data_problems": ("XX.A: clipped",)},
-    "earlier exceedance": {"earlier": (EARLIER,)},
+    "earlier exceedance": {"alerts": (BEYOND,)},
+    "alert that began later": {"alerts": (replace(ALERT, is_later=True),)},
     **{
         f"{kind} alert, {state}": {"alerts": (replace(ALERT, kind=kind, state=state),)}
         for kind in ("deterioration", "recovery", "sensor", "model", "data", "a new kind")
-        for state in ("pending", "firing", "acknowledged", "inhibited", "a new state")
+        for state in ("pending", "active", "acknowledged", "on_hold", "a new state")
     },
 }
 
@@ -97,10 +95,12 @@ alerts = st.builds(
     id=st.integers(1, 9),
     cause=st.sampled_from(["stiffness/x", "stiffness", "damping/y", "gain/XX.A", "source", "model_error/x", "new"]),
     kind=st.sampled_from(["deterioration", "recovery", "sensor", "model", "data", "new"]),
-    state=st.sampled_from(["pending", "firing", "acknowledged", "inhibited", "new"]),
+    state=st.sampled_from(["pending", "active", "acknowledged", "on_hold", "new"]),
     summary=st.just("something changed"),
     low=numbers,
     high=numbers,
+    exceeded=st.none() | st.sampled_from(Level),
+    is_later=st.booleans(),
 )
 lengths = st.none() | st.floats(0.1, 1)
 facts = st.builds(
@@ -115,13 +115,12 @@ facts = st.builds(
     stiffness=st.dictionaries(st.sampled_from("xy"), values),
     data_problems=st.lists(st.just("clipped"), max_size=1).map(tuple),
     alerts=st.lists(alerts, max_size=2).map(tuple),
-    earlier=st.lists(st.just(EARLIER), max_size=1).map(tuple),
 )
 
 
 def is_weak(of: Facts) -> bool:
     """Whether anything is open, undecided, provisional or beyond history: written without the code under test."""
-    if of.unusable or of.silence or of.provisional or of.data_problems or of.alerts or of.earlier or not of.stiffness:
+    if of.unusable or of.silence or of.provisional or of.data_problems or of.alerts or not of.stiffness:
         return True
     layer, moved, left = of.layer, of.displacement, of.residual
     lengths = (layer.rubber_height, layer.design_displacement, layer.moat_clearance, of.largest_earlier)
@@ -153,7 +152,7 @@ def test_no_path_leads_to_a_good_statement_while_anything_is_open(of: Facts) -> 
 @given(facts)
 @settings(derandomize=True)
 def test_more_trouble_never_makes_it_better(of: Facts) -> None:
-    worse = replace(of, alerts=(*of.alerts, ALERT), earlier=(EARLIER,), data_problems=("clipped",))
+    worse = replace(of, alerts=(*of.alerts, BEYOND), data_problems=("clipped",))
     assert assess(worse).level.rank >= max(assess(of).level.rank, Level.INSPECT.rank)
 
 
@@ -211,7 +210,7 @@ def test_the_gravest_comes_first_and_nothing_is_undecided() -> None:
 
 
 def test_active_alerts_come_before_those_on_hold() -> None:
-    states = ("inhibited", "pending", "acknowledged", "firing")
+    states = ("on_hold", "pending", "acknowledged", "active")
     several = tuple(replace(ALERT, id=number, state=state) for number, state in enumerate(states))
     assert [one.state for one in assess(replace(CALM, alerts=several)).alerts] == [*reversed(states)]
 

@@ -1,0 +1,271 @@
+"""What the database makes of a verdict: from stored earthquakes to messages, with everything that weakens it."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from datetime import timedelta
+
+import pytest
+from alarmed import AGE, SOON, messages, owned
+from findings import gain, softer, stopped
+from judged import STRONG, building, compared, day, earthquake
+from sqlalchemy.orm import Session
+
+from service.alerting import handling
+from service.alerting.event_messages import tell, tell_of_event
+from service.alerting.found import Found
+from service.alerting.reconciling import reconcile
+from service.database import Alert, Building, DirectionResult, DriftValue, Event, Message
+from service.queue import jobs
+from service.verdict import reading
+from service.verdict.checks import Level, Outcome
+from service.watching.limit_findings import limit_findings
+
+GOOD = ("normal", "this is not an inspection", "nothing", "all clear")
+
+
+def told(session: Session, event: Event) -> Message:
+    """The message about it, sent soon after."""
+    tell_of_event(session, event.id, AGE, event.end + SOON)
+    return messages(session)[-1]
+
+
+def said(message: Message) -> str:
+    """Everything that people read of it, in small letters."""
+    return " ".join((message.severity, message.subject, *message.sentences)).lower()
+
+
+def levels(session: Session, event: Event) -> set[Level]:
+    """Of the earthquake and of its building."""
+    session.flush()
+    of = session.get_one(Building, event.building_id)
+    return {reading.of_event(session, event).level, reading.of_building(session, of).level}
+
+
+def test_an_earthquake_within_every_limit_is_normal_and_says_that_it_is_no_inspection(
+    session: Session, of: Building
+) -> None:
+    event = earthquake(session, of, day(1))
+    compared(session, event)
+    assert levels(session, event) == {Level.NORMAL}
+    message = told(session, event)
+    assert (message.kind, message.severity) == ("event", "normal")
+    assert message.subject.endswith(": isolators moved 20 mm, normal: 8 of 8 checks passed")
+    assert message.sentences[-2:] == ["Normal. This is not an inspection.", "8 of 8 checks passed."]
+    assert message.data["verdict"]["level"] == "normal"
+
+
+def _without_y(session: Session, event: Event) -> None:
+    session.delete(_result(session, event, "y"))
+
+
+def _result(session: Session, event: Event, direction: str) -> DirectionResult:
+    return next(one for one in event.analyses[0].directions if one.direction == direction)
+
+
+def _values(**changed: object) -> Callable[[Session, Event], None]:
+    def change(session: Session, event: Event) -> None:
+        for value in session.query(DriftValue).filter_by(event_id=event.id):
+            for name, new in changed.items():
+                setattr(value, name, new)
+
+    return change
+
+
+def _of_result(**changed: object) -> Callable[[Session, Event], None]:
+    def change(session: Session, event: Event) -> None:
+        for name, new in changed.items():
+            setattr(_result(session, event, "x"), name, new)
+
+    return change
+
+
+def _stopped(session: Session, event: Event) -> None:
+    reconcile(session, event.building_id, [stopped("disk")], "clock", event.end)
+
+
+def _pending(session: Session, event: Event) -> None:
+    reconcile(session, event.building_id, [owned(gathering(), (event.id,) * 3)], "events", event.end)
+
+
+def gathering() -> Found:
+    """Evidence of a loss that is not enough yet."""
+    return softer(is_sure=False)
+
+
+def _watching(session: Session, event: Event) -> None:
+    jobs.enqueue_watch(session, event.building_id, None, event.end)
+
+
+WEAKER: dict[str, Callable[[Session, Event], None]] = {
+    "a direction was rejected": _without_y,
+    "no displacement": _of_result(peak_displacement=None),
+    "unknown uncertainty": _of_result(peak_displacement_std=None),
+    "no residual displacement": _of_result(residual_displacement=None),
+    "it belongs to the reference": _values(is_reference=True),
+    "amplitudes beyond the reference": _values(is_beyond=True),
+    "a sensor keeps it out": _values(is_excluded=True),
+    "never compared": lambda session, event: session.query(DriftValue).filter_by(event_id=event.id).delete() and None,
+    "softer": _values(value=-0.3),
+    "comparison under way": _watching,
+    "analysed again": lambda session, event: setattr(event, "state", "queued"),
+    "evidence gathers": _pending,
+    "data stopped": _stopped,
+}
+
+
+@pytest.mark.parametrize("weakness", WEAKER)
+def test_one_stored_weakness_is_enough(session: Session, of: Building, weakness: str) -> None:
+    event = earthquake(session, of, day(1))
+    compared(session, event)
+    assert levels(session, event) == {Level.NORMAL}
+    WEAKER[weakness](session, event)
+    session.flush()
+    session.expire_all()
+    assert Level.NORMAL not in levels(session, event)
+
+
+@pytest.mark.parametrize("limits", ["design_displacement = 0.4", "moat_clearance = 0.5"])
+def test_a_building_file_without_a_limit_leaves_its_check_undecided(session: Session, limits: str) -> None:
+    event = earthquake(session, building(session, limits), day(1))
+    compared(session, event)
+    message = told(session, event)
+    assert message.severity == "note"
+    assert "undecided: 1 of 8 checks undecided" in message.subject
+    assert "under [isolation] in the building file." in message.sentences[-1]
+    assert not any(word in said(message) for word in GOOD)
+
+
+def test_data_problems_leave_it_undecided(session: Session, of: Building) -> None:
+    event = earthquake(session, of, day(1), quality=("XX.A: 4 spikes were removed",))
+    compared(session, event)
+    assert levels(session, event) == {Level.UNDECIDED}
+    assert "Data quality. XX.A: 4 spikes were removed." in told(session, event).sentences[-1]
+
+
+def test_the_message_of_a_later_earthquake_is_no_good_news_while_a_loss_is_open(session: Session, of: Building) -> None:
+    """The isolators are 8 % softer, nobody has acknowledged it, and a moderate earthquake comes."""
+    events = tuple(earthquake(session, of, day(number)).id for number in (1, 2, 3))
+    reconcile(session, of.id, [owned(softer(), events)], "events", day(3) + SOON)
+    later = earthquake(session, of, day(10))
+    compared(session, later, -0.08, 0.004)
+    message = told(session, later)
+    assert message.severity == "note"
+    assert message.subject.endswith(
+        "isolators moved 20 mm, watch: The isolators are 8 % softer in direction x; 1 alert open"
+    )
+    assert "Also open at the building: stiffness of the isolators." in message.sentences
+    assert not any(word in said(message) for word in GOOD)
+    [alert] = message.data["verdict"]["open_alerts"]
+    assert (alert["cause"], alert["level"], alert["rests_here"]) == ("stiffness", "watch", False)
+
+
+def test_a_strong_earthquake_exceeds_limits_and_says_which(session: Session, of: Building) -> None:
+    event = earthquake(session, of, day(1), STRONG)
+    compared(session, event)
+    message = told(session, event)
+    assert message.severity == "alarm"
+    assert "inspect: displacement over the design displacement 73.75 ± 0.07 %" in message.subject
+    assert "Inspect. Have the isolators inspected before normal use." in message.sentences
+    text = " ".join(message.sentences)
+    assert "Shear strain of the isolators: 147.50 ± 0.14 %, limit 100 % (watch), Menshin's default" in text
+    assert "design_displacement = 400 mm of the building file" in text
+    assert not any(word in said(message) for word in GOOD[1:])
+
+
+def found_limits(session: Session, of: Building, now: object) -> None:
+    """What watching the building makes of exceeded limits."""
+    reconcile(session, of.id, limit_findings(session, of.id), "events", now)  # type: ignore[arg-type]
+    session.flush()
+
+
+def test_an_exceeded_limit_stays_open_until_an_inspection_is_recorded(session: Session, of: Building) -> None:
+    strong = earthquake(session, of, day(1), STRONG)
+    compared(session, strong)
+    found_limits(session, of, day(1) + SOON)
+    tell(session, of.id, AGE, day(1) + SOON)
+    alarm = messages(session)[-1]
+    assert (alarm.key, alarm.kind, alarm.severity) == (f"event/{strong.id}", "alert", "alarm")
+    assert alarm.link == f"/alerts/{session.query(Alert).one().id}"
+    after = earthquake(session, of, day(2))
+    compared(session, after)
+    found_limits(session, of, day(2) + SOON)
+    assert levels(session, after) == {Level.INSPECT}
+    assert told(session, after).severity == "alarm"
+    handling.inspect(session, session.query(Alert).one(), "Jo", "confirmed", "no damage found", None, day(3))
+    found_limits(session, of, day(3) + SOON)
+    assert session.query(Alert).one().state == "resolved"
+    assert levels(session, after) == {Level.NORMAL}
+    again = earthquake(session, of, day(4), STRONG)
+    found_limits(session, of, day(4) + SOON)
+    assert [one.raised_event_id for one in session.query(Alert).order_by(Alert.id)] == [strong.id, again.id]
+
+
+def test_a_revised_analysis_withdraws_an_exceeded_limit(session: Session, of: Building) -> None:
+    strong = earthquake(session, of, day(1), STRONG)
+    found_limits(session, of, day(1) + SOON)
+    strong.analyses[0].layer.peak_resultant = 0.02  # type: ignore[union-attr]
+    for one in strong.analyses[0].directions:
+        one.peak_displacement = 0.02
+    strong.analyses[0].created_at = day(2)
+    session.flush()
+    found_limits(session, of, day(2) + SOON)
+    assert session.query(Alert).one().state == "withdrawn"
+
+
+def test_an_alert_that_began_later_sends_no_message_about_an_earlier_earthquake_again(
+    session: Session, of: Building
+) -> None:
+    first = earthquake(session, of, day(1))
+    compared(session, first)
+    told(session, first)
+    second = earthquake(session, of, day(1) + timedelta(hours=1))
+    found = replace(softer(), began_at=second.start, raised_at=second.start)
+    reconcile(session, of.id, [owned(found, (second.id,) * 3)], "events", second.end)
+    session.flush()
+    tell_of_event(session, first.id, AGE, second.end + SOON)
+    assert [one.key for one in messages(session)] == [f"event/{first.id}"]
+    assert reading.of_event(session, first).level is Level.WATCH
+    first.analyses[0].directions[0].peak_force = 2e6
+    session.flush()
+    tell_of_event(session, first.id, AGE, second.end + SOON)
+    updated = messages(session)[-1]
+    assert (updated.number, updated.severity) == (2, "note")
+    assert not any(word in said(updated) for word in GOOD)
+
+
+def test_a_building_whose_recorder_is_silent_has_no_data(session: Session, of: Building) -> None:
+    compared(session, earthquake(session, of, day(1)))
+    reconcile(session, of.id, [stopped()], "clock", day(2))
+    session.flush()
+    assert reading.of_building(session, of).level is Level.NO_DATA
+
+
+def test_a_building_without_an_earthquake_has_no_data(session: Session) -> None:
+    empty = building(session)
+    for event in session.query(Event).filter_by(building_id=empty.id):
+        event.building_id = building(session).id
+    session.flush()
+    found = reading.of_building(session, empty)
+    assert (found.level, found.unusable) == (Level.NO_DATA, "No earthquake has been recorded yet.")
+
+
+@pytest.mark.parametrize("state", ["refused", "failed"])
+def test_an_earthquake_without_usable_records_has_no_data(session: Session, of: Building, state: str) -> None:
+    event = earthquake(session, of, day(1))
+    event.state, event.reason = state, "the base slab's record is missing"
+    assert levels(session, event) == {Level.NO_DATA}
+    assert "the base slab's record is missing" in reading.of_event(session, event).unusable
+
+
+def test_a_sensor_that_measures_wrongly_leaves_it_undecided(session: Session, of: Building) -> None:
+    event = earthquake(session, of, day(3))
+    compared(session, event)
+    reconcile(session, of.id, [owned(gain(), (event.id,) * 3)], "events", day(3) + SOON)
+    assert levels(session, event) == {Level.UNDECIDED}
+
+
+def test_the_first_earthquake_has_no_history(session: Session, of: Building) -> None:
+    [first] = session.query(Event).filter_by(building_id=of.id)
+    found = reading.of_event(session, first)
+    assert found.is_beyond_history
+    assert {one.name for one in found.of_outcome(Outcome.UNDECIDED)} == {"stiffness", "largest_so_far"}
