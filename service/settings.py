@@ -102,6 +102,11 @@ class Settings(BaseSettings):
     event_tolerance: float = Field(
         default=5.0, ge=0, description="s between two files that may still belong to one earthquake"
     )
+    longest_event: Seconds = Field(
+        default=10_800.0,
+        description="s, longest earthquake: longer records of events are rejected, and longer windows of continuous "
+        "ones are cut",
+    )
     trigger_short: Seconds = Field(default=1.0, description="s, short-term window of the STA/LTA trigger")
     trigger_long: Seconds = Field(default=30.0, description="s, long-term window of the STA/LTA trigger")
     trigger_on: Annotated[float, Field(gt=1)] = Field(default=4.0, description="STA/LTA ratio that begins an event")

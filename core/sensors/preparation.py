@@ -14,6 +14,9 @@ from core.sensors.assembly import Trace, joined, on_one_time_base
 from core.sensors.screening import loss, missing, screened
 from core.signals.conditioning import without_baseline
 
+MOST_SAMPLES = 25_000_000
+"""Of a channel: three hours at 2000 Hz, 69 hours at 100 Hz."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Preparation:
@@ -33,6 +36,9 @@ def prepared(segments: Sequence[Segment], description: BuildingDescription, rate
         rate: Hz, of the record.
     """
     wanted = [channel for channel in description.channels if channel.quantity != "temperature"]
+    ids = {channel.id for channel in wanted}
+    if too_long := _too_long([segment for segment in segments if segment.channel in ids], rate):
+        return Preparation(None, (too_long,))
     pieces = _by_channel(segments)
     traces: dict[str, Trace] = {}
     found: list[Finding] = []
@@ -48,6 +54,21 @@ def prepared(segments: Sequence[Segment], description: BuildingDescription, rate
     except RecordError as error:
         return Preparation(None, (*found, Finding("record", "fatal", str(error))))
     return Preparation(record, (*found, *incomplete))
+
+
+def _too_long(segments: Sequence[Segment], rate: float) -> Finding | None:
+    """Records that the memory would not hold on one time base."""
+    if not segments:
+        return None
+    ends = [segment.start.timestamp() + segment.samples.size / segment.rate for segment in segments]
+    seconds = max(ends) - min(segment.start.timestamp() for segment in segments)
+    count = seconds * max(rate, *(segment.rate for segment in segments))
+    if count <= MOST_SAMPLES:
+        return None
+    words = (
+        f"the event lasts {seconds / 3600:.3g} h, {count:.3g} samples a channel; at most {MOST_SAMPLES:.3g} are used"
+    )
+    return Finding("record", "fatal", words)
 
 
 def _by_channel(segments: Sequence[Segment]) -> Mapping[str, Sequence[Segment]]:

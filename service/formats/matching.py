@@ -11,6 +11,17 @@ from service.formats.trace import Trace
 SI: Mapping[Quantity, str] = {"acceleration": "m/s²", "velocity": "m/s", "displacement": "m", "temperature": "°C"}
 LARGEST: Mapping[Quantity, float] = {"acceleration": 50.0, "velocity": 20.0, "displacement": 10.0, "temperature": 200.0}
 """SI: no building has seen this; a tenth of all samples beyond it are in another unit."""
+RATES: Mapping[Quantity, tuple[float, float]] = {
+    "acceleration": (10.0, 2000.0),
+    "velocity": (10.0, 2000.0),
+    "displacement": (10.0, 2000.0),
+    "temperature": (1e-4, 2000.0),
+}
+"""Hz, lowest and highest. An isolated building answers between 0.2 and 30 Hz, and its loggers sample at 50 to 500 Hz.
+
+Below 10 Hz the loops of its isolators are lost; no logger of structures is faster than 2000 Hz.
+Temperatures may be far apart.
+"""
 
 
 def of_building(traces: Iterable[Trace], channels: Sequence[Channel]) -> tuple[Trace, ...]:
@@ -35,6 +46,12 @@ def _check(trace: Trace, channel: Channel) -> None:
         raise FormatError(
             f"{channel.id} measures {channel.quantity} according to the building file, but the unit of its records is "
             f"one of {trace.quantity}; one of the two must be mended"
+        )
+    lowest, highest = RATES[trace.quantity]
+    if not lowest <= trace.rate <= highest:
+        raise FormatError(
+            f"{channel.id} has {trace.rate:g} samples a second; {lowest:g} to {highest:g} Hz are accepted for "
+            f"{trace.quantity}, so the sampling rate of its records must be wrong"
         )
     samples = trace.to_si()
     usual = float(np.quantile(np.abs(samples - np.median(samples)), 0.9))

@@ -58,9 +58,11 @@ def take_in(
     pieces = [(near, traces if near.id == recording.id else traces_of(session, near, limits)) for near in around]
     shaking = [trace.segment() for _, traces in pieces for trace in traces if trace.quantity == "acceleration"]
     start, end = _extent(recording)
+    longest = timedelta(seconds=settings.longest_event)
     for window in windows(shaking, trigger):
         if window.start <= end and window.end >= start:
-            _cut(session, building, window, pieces, now)
+            bounded = Window(window.start, min(window.end, window.start + longest))
+            _cut(session, building, bounded, pieces, now, longest)
 
 
 def _around(session: Session, recording: Recording, memory: timedelta) -> Sequence[Recording]:
@@ -81,6 +83,7 @@ def _cut(
     window: Window,
     pieces: Sequence[tuple[Recording, Sequence[Trace]]],
     now: datetime,
+    longest: timedelta,
 ) -> None:
     event: Event | None = None
     reached = window.start
@@ -88,7 +91,7 @@ def _cut(
         cuts = [piece for trace in traces if (piece := cut(trace, window.start, window.end)) is not None]
         if not cuts:
             continue
-        event = event or events.at(session, building, window.start, window.end, now)
+        event = event or events.at(session, building, window.start, window.end, now, longest)
         events.add(session, event, recording, cuts, now)
         reached = max(reached, events.extent(cuts)[1])
     if event is None or event.state != "gathering":

@@ -30,7 +30,8 @@ def take_in(
     tolerance = timedelta(seconds=settings.event_tolerance)
     for group in overlapping(traces, span, tolerance):
         start, end = extent(group)
-        event = at(session, building, start - tolerance, end + tolerance, now)
+        longest = timedelta(seconds=settings.longest_event) + 2 * tolerance
+        event = at(session, building, start - tolerance, end + tolerance, now, longest)
         add(session, event, recording, group, now)
         if event.state == "gathering" and is_complete(session, event):
             jobs.enqueue(session, event, {}, now)
@@ -80,8 +81,13 @@ def extent(traces: Iterable[Trace]) -> tuple[datetime, datetime]:
     return min(start for start, _ in spans), max(end for _, end in spans)
 
 
-def at(session: Session, building: Building, start: datetime, end: datetime, now: datetime) -> Event:
-    """The building's event between two times; several that have not been queued yet become one, none a new one."""
+def at(
+    session: Session, building: Building, start: datetime, end: datetime, now: datetime, longest: timedelta
+) -> Event:
+    """The building's event between two times; several that have not been queued yet become one, none a new one.
+
+    An event that would become longer than `longest` stays as it is.
+    """
     found = list(
         session.scalars(
             select(Event)
@@ -89,16 +95,21 @@ def at(session: Session, building: Building, start: datetime, end: datetime, now
             .order_by(Event.start, Event.id)
         )
     )
-    if not found:
+    joined: list[Event] = []
+    for one in found:
+        first, last = min(start, one.start), max(end, one.end)
+        if last - first <= longest and (not joined or not _ever_queued(session, one)):
+            joined.append(one)
+            start, end = first, last
+    if not joined:
         event = Event(building_id=building.id, start=start, end=end, state="gathering", created_at=now, updated_at=now)
         session.add(event)
         session.flush()
         return event
-    first, *others = found
+    into, *others = joined
     for other in others:
-        if not _ever_queued(session, other):
-            _merge(session, other, into=first)
-    return first
+        _merge(session, other, into=into)
+    return into
 
 
 def _ever_queued(session: Session, event: Event) -> bool:

@@ -12,8 +12,10 @@ from service.database import Building, Recording
 from service.formats import Contents, FormatError, Gain, Trace, UnknownUnitError
 from service.intake import continuous, events
 from service.intake.contents import data_of, gains
+from service.intake.grouping import overlapping
 from service.intake.recordings import store
 from service.intake.spans import span
+from service.intake.trigger import check_gaps
 from service.parsing import ParserDiedError
 from service.settings import Settings
 from service.toml_files.building_file import BuildingFile
@@ -100,6 +102,7 @@ def take_in(session: Session, recording: Recording, parsed: Parsed, now: datetim
         recording.kind = contents.kind
         traces = formats.of_building(contents.traces, described.description.channels)
         _check_clock(traces, now)
+        _check_length(traces, described, settings)
     except FormatError as error:
         unit_is_missing = isinstance(error, UnknownUnitError)
         recording.kind = "waveforms" if unit_is_missing else recording.kind
@@ -163,6 +166,21 @@ def _check_clock(traces: Iterable[Trace], now: datetime) -> None:
             raise FormatError(
                 f"{trace.channel} was recorded from {start:%Y-%m-%d %H:%M:%S} to {end:%Y-%m-%d %H:%M:%S} UTC by its "
                 f"clock, but it is {now:%Y-%m-%d %H:%M} now; set the logger's clock and mend the times of this file"
+            )
+
+
+def _check_length(traces: Iterable[Trace], described: BuildingFile, settings: Settings) -> None:
+    """Refuse what is no earthquake for its length, or what would fill the memory with the gaps in it."""
+    if _is_continuous(described):
+        check_gaps([trace for trace in traces if trace.quantity == "acceleration"])
+        return
+    for group in overlapping(traces, span, timedelta(seconds=settings.event_tolerance)):
+        start, end = events.extent(group)
+        if (length := (end - start).total_seconds()) > settings.longest_event:
+            raise FormatError(
+                f"the record lasts {length / 3600:.3g} h, from {start:%Y-%m-%d %H:%M:%S} to {end:%Y-%m-%d %H:%M:%S} "
+                f"UTC; at most {settings.longest_event / 3600:.3g} h are taken for one earthquake. If it is a "
+                f'continuous record, data = "continuous" in [source] of the building file cuts the earthquakes out'
             )
 
 

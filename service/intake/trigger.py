@@ -13,9 +13,17 @@ from obspy import Stream, Trace, UTCDateTime
 from obspy.signal.trigger import coincidence_trigger
 
 from core.record import Segment
+from service.formats import FormatError
+from service.formats import Trace as Recorded
+from service.intake.grouping import overlapping
+from service.intake.spans import span
 
 LOWEST = 0.5
 """Hz, of the high-pass filter before the ratio: an offset or a drift would hide the shaking."""
+LONGEST_GAP = timedelta(hours=6)
+"""The ratio begins anew behind a longer one."""
+MOST_SAMPLES = 200_000_000
+"""Of all channels of one file, with its gaps filled."""
 MEDIAN_TO_RMS = 1.4826
 """Of Gaussian noise; an earthquake in less than half of the record hardly changes it."""
 
@@ -48,6 +56,24 @@ class Window:
     end: datetime
 
 
+def check_gaps(traces: Sequence[Recorded]) -> None:
+    """Refuse records so far apart that the memory would not hold them with their gaps filled.
+
+    Raises:
+        FormatError: it says how many samples they would be.
+    """
+    count = 0.0
+    for group in overlapping(traces, span, LONGEST_GAP):
+        start, end = min(trace.start for trace in group), max(span(trace)[1] for trace in group)
+        rates = {(trace.channel, trace.rate) for trace in group}
+        count += (end - start).total_seconds() * sum(rate for _, rate in rates)
+    if count > MOST_SAMPLES:
+        raise FormatError(
+            f"with its gaps filled the record would have {count:.3g} samples, at most {MOST_SAMPLES:.3g} are accepted; "
+            f"send shorter files"
+        )
+
+
 def windows(segments: Sequence[Segment], settings: TriggerSettings) -> tuple[Window, ...]:
     """The earthquakes in continuous records, earliest first; windows that touch are one.
 
@@ -55,6 +81,12 @@ def windows(segments: Sequence[Segment], settings: TriggerSettings) -> tuple[Win
         segments: accelerations, SI, any number of pieces a channel; pieces may overlap.
         settings: when shaking is an earthquake.
     """
+    groups = overlapping(segments, _span, LONGEST_GAP)
+    return _joined([window for group in groups for window in _windows(group, settings)])
+
+
+def _windows(segments: Sequence[Segment], settings: TriggerSettings) -> Sequence[Window]:
+    """The earthquakes in records without long gaps."""
     stream = _stream(segments, settings)
     if not stream:
         return ()
@@ -67,7 +99,11 @@ def windows(segments: Sequence[Segment], settings: TriggerSettings) -> tuple[Win
         start, end = trigger["time"], trigger["time"] + trigger["duration"]
         if _peak(stream, start, end) >= settings.floor:
             found.append(Window(_aware(start) - settings.before, _aware(end) + settings.after))
-    return _joined(found)
+    return found
+
+
+def _span(segment: Segment) -> tuple[datetime, datetime]:
+    return segment.start, segment.start + timedelta(seconds=segment.samples.size / segment.rate)
 
 
 def _stream(segments: Sequence[Segment], settings: TriggerSettings) -> Stream:

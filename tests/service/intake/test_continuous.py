@@ -58,3 +58,14 @@ def test_quiet_files_make_no_event_and_are_kept(sessions: sessionmaker[Session])
         recording = ingest(session, building, "a", "/a", miniseed(stream(seconds=120)), NOW, settings=SETTINGS)
         assert recording.state == "read"
         assert session.scalars(select(Event)).all() == []
+
+
+def test_shaking_without_an_end_makes_no_event_without_an_end(sessions: sessionmaker[Session]) -> None:
+    files, short = minutes(), SETTINGS.model_copy(update={"longest_event": 40.0})
+    with sessions.begin() as session:
+        building = buildings.add(session, building_file(more='data = "continuous"'), Path("/"), NOW)
+        for number in MINUTES:
+            ingest(session, building, f"{number}.mseed", f"/{number}", files[number], NOW, settings=short)
+        event = session.scalars(select(Event)).one()
+        assert (event.start - START).total_seconds() == pytest.approx(95, abs=1)
+        assert 39 <= (event.end - event.start).total_seconds() <= 40

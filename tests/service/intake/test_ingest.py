@@ -24,6 +24,7 @@ from service.settings import Settings
 
 NOW = START + timedelta(days=1)
 SETTINGS = Settings(event_grace=120.0)
+SHORT = {"settings": Settings(event_grace=120.0, longest_event=60.0)}
 Bring = Callable[..., Recording]
 
 
@@ -33,10 +34,10 @@ def bring(sessions: sessionmaker[Session]) -> Bring:
     with sessions.begin() as session:
         buildings.add(session, building_file(), Path("/"), NOW)
 
-    def bring(data: bytes, name: str = "a.mseed", now: datetime = NOW) -> Recording:
+    def bring(data: bytes, name: str = "a.mseed", now: datetime = NOW, settings: Settings = SETTINGS) -> Recording:
         with sessions.begin() as session:
             building = buildings.find(session, "TOWER")
-            return ingest(session, building, name, f"/in/{name}", data, now, settings=SETTINGS)
+            return ingest(session, building, name, f"/in/{name}", data, now, settings=settings)
 
     return bring
 
@@ -210,3 +211,38 @@ def test_the_real_building_in_any_order(sessions: sessionmaker[Session]) -> None
             data = (BNCS / name).read_bytes()
             ingest(session, building, name, str(BNCS / name), data, datetime.now(UTC), settings=SETTINGS)
     assert [(state, len(channels)) for state, channels in found(sessions)] == [("queued", 8)] * 3
+
+
+@pytest.mark.parametrize("rate", [0.0001, 9.9, 2001.0])
+def test_a_sampling_rate_that_no_logger_has_is_refused(
+    sessions: sessionmaker[Session], bring: Bring, rate: float
+) -> None:
+    traces = stream()
+    for trace in traces:
+        trace.data, trace.stats.sampling_rate = trace.data[:1000], rate
+    recording = bring(miniseed(traces), now=NOW + timedelta(days=400))
+    assert recording.state == "refused"
+    assert f"has {rate:g} samples a second; 10 to 2000 Hz are accepted for acceleration" in (recording.reason or "")
+    assert found(sessions) == []
+
+
+def test_a_record_that_is_too_long_for_an_earthquake_is_refused(sessions: sessionmaker[Session], bring: Bring) -> None:
+    traces = stream(seconds=2 * 3600)
+    for trace in traces:
+        trace.stats.sampling_rate = 50.0
+    recording = bring(miniseed(traces))
+    assert recording.state == "refused"
+    assert "the record lasts 4 h, from 2024-01-01 00:00:00 to 2024-01-01 03:59:59 UTC" in (recording.reason or "")
+    assert found(sessions) == []
+
+
+def test_files_that_follow_each_other_do_not_become_an_endless_event(
+    sessions: sessionmaker[Session], bring: Bring
+) -> None:
+    for number in range(8):
+        bring(miniseed(stream(START + timedelta(seconds=20 * number), seed=number)), f"{number}.mseed", **SHORT)
+    with sessions() as session:
+        lengths = [(event.end - event.start).total_seconds() for event in session.scalars(select(Event))]
+        assert len(lengths) > 1
+        assert max(lengths) <= SHORT["settings"].longest_event + 2 * SETTINGS.event_tolerance
+        assert session.scalar(select(func.sum(Waveform.count))) == 8 * 2000 * len(LOCATIONS)

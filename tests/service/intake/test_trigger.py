@@ -1,5 +1,6 @@
 """Earthquakes are found in noise, in every rate, and nowhere else."""
 
+import tracemalloc
 from collections.abc import Sequence
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
@@ -8,7 +9,9 @@ import numpy as np
 import pytest
 
 from core.record import Segment
-from service.intake.trigger import TriggerSettings, windows
+from service.formats import FormatError
+from service.formats import Trace as Recorded
+from service.intake.trigger import TriggerSettings, check_gaps, windows
 
 START = datetime(2024, 1, 1, tzinfo=UTC)
 SETTINGS = TriggerSettings(
@@ -107,3 +110,22 @@ def test_a_rate_that_changes_from_one_file_to_the_next_stops_nothing() -> None:
     faster = [replace(segment, start=later) for segment in record([60], rate=200.0)]
     (window,) = windows([*record([]), *faster], SETTINGS)
     assert (window.start - START).total_seconds() == pytest.approx(340, abs=1)
+
+
+def test_records_far_apart_do_not_fill_the_memory_between_them() -> None:
+    """Two earthquakes five years apart: 16 thousand million samples a channel with the gap filled."""
+    first = record([60])
+    later = [replace(segment, start=segment.start + timedelta(days=1826)) for segment in first]
+    tracemalloc.start()
+    found = windows([*first, *later], SETTINGS)
+    assert tracemalloc.get_traced_memory()[1] < 50_000_000
+    tracemalloc.stop()
+    assert len(found) == 2
+    assert found[1].start - found[0].start == timedelta(days=1826)
+
+
+def test_records_scattered_over_years_are_refused() -> None:
+    pieces = [Recorded("A", START + timedelta(hours=5 * n), 100.0, np.ones(2), 1.0, "acceleration") for n in range(200)]
+    check_gaps(pieces[:50])
+    with pytest.raises(FormatError, match=r"would have 3\.58e\+08 samples, at most 2e\+08 are accepted; send shorter"):
+        check_gaps(pieces)
