@@ -2,6 +2,8 @@
 
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
+from datetime import timedelta
+from threading import Event as Signal
 from typing import Any
 
 from fastapi import APIRouter, Depends, FastAPI, Request
@@ -10,8 +12,11 @@ from fastapi.staticfiles import StaticFiles
 
 from service import errors
 from service.access import auth
-from service.access.auth import Keys
+from service.access.attempts import Attempts
+from service.access.callers import Callers
+from service.access.roles import Caller
 from service.database.encryption import SecretKeyError
+from service.door.guard import Guard
 from service.own_effects import add_own_effects
 from service.pages.rendering import FOLDER
 from service.routers import (
@@ -56,8 +61,7 @@ DESCRIPTION = """\
 Structural health monitoring for base-isolated buildings. Values are in SI units and times in UTC, unless a name says
 otherwise; what is missing is null, with its reason beside it. Tables and series are answered as JSON or CSV
 (`Accept: text/csv` or `format=csv`); long series can be thinned by `points`. Every error is a problem document
-(RFC 9457). A key goes into `Authorization: Bearer KEY` or `X-API-Key: KEY`; without any key the service answers its
-own machine only.
+(RFC 9457). A key goes into `Authorization: Bearer KEY` or `X-API-Key: KEY`.
 """
 TAGS = [
     {"name": "buildings", "description": "Buildings, and what is followed over the years."},
@@ -75,8 +79,14 @@ SECURITY = {
 }
 
 
-def create(settings: Settings) -> FastAPI:
-    """The application on the database that the settings name, which must have its tables."""
+def create(settings: Settings, visitor: Caller | None = None) -> FastAPI:
+    """The application on the database that the settings name, which must have its tables.
+
+    Args:
+        settings: in force.
+        visitor: programs and browsers that seem to be on this machine, as long as no key was ever made; for
+            demonstrations, whose data are simulated. None: everybody needs a key or a session.
+    """
     add_own_effects(settings.effects_folder)
     app = FastAPI(
         title="Menshin",
@@ -92,10 +102,15 @@ def create(settings: Settings) -> FastAPI:
     app.state.sessions = sessions(settings.database_url)
     app.state.reading = reading(app.state.sessions)
     app.state.answers = Answers()
-    app.state.keys = Keys(app.state.reading)
-    app.state.is_ending = lambda: False  # who serves it may know better; streams then end
+    app.state.visitor = visitor
+    idle, lifetime = (timedelta(seconds=one) for one in (settings.login_idle, settings.login_lifetime))
+    app.state.callers = Callers(app.state.sessions, idle, lifetime)
+    app.state.attempts = Attempts()
+    app.state.ending = Signal()
+    app.state.is_ending = app.state.ending.is_set
     app.state.metrics = metrics.registry(app.state.reading)
     app.add_middleware(Heard)
+    app.add_middleware(Guard, ending=app.state.ending)
     app.add_middleware(Measured, registry=app.state.metrics)
     errors.install(app)
     app.add_exception_handler(NulError, errors.of_text)
@@ -135,9 +150,8 @@ async def lifespan(app: FastAPI) -> AsyncIterator[None]:
 
 
 async def described(request: Request) -> JSONResponse:
-    """The OpenAPI document; as long as the service has no key, none is asked for."""
-    keys = await request.app.state.keys.in_force()
-    return JSONResponse(request.app.openapi() | ({} if keys else {"security": [{}]}))
+    """The OpenAPI document."""
+    return JSONResponse(request.app.openapi())
 
 
 def openapi(app: FastAPI) -> dict[str, Any]:

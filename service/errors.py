@@ -28,6 +28,8 @@ DETAIL = {
     405: "This path does not answer that method; the header Allow lists those it does.",
     500: "An error of ours; the log of the service has it.",
 }
+UNREACHABLE = (OperationalError, InterfaceError, PoolTimeoutError)
+"""Errors that say that the database is away, or too busy."""
 AWAY = "The database does not answer; the service goes on by itself once it does, so asking again soon would do."
 RETRY_AFTER = 5
 """s."""
@@ -160,7 +162,7 @@ def install(app: FastAPI) -> None:
     app.add_exception_handler(ServiceError, of_service)
     app.add_exception_handler(HTTPException, of_framework)
     app.add_exception_handler(RequestValidationError, of_request)
-    for unreachable in (OperationalError, InterfaceError, PoolTimeoutError):
+    for unreachable in UNREACHABLE:
         app.add_exception_handler(unreachable, of_database)
     app.add_exception_handler(Exception, of_ours)
 

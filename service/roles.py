@@ -12,7 +12,7 @@ from sqlalchemy import Text, func, make_url, not_, select, type_coerce
 from sqlalchemy.exc import OperationalError
 from sqlalchemy.orm import Session, sessionmaker
 
-from service import migrate
+from service import logs, migrate
 from service.database import Receiver, encryption
 from service.own_folders import own_folder
 from service.sessions import sessions
@@ -22,8 +22,6 @@ log = logging.getLogger(__name__)
 
 LOOK_UP = 0.5
 """s."""
-TO_ANSWER = 5
-"""s that requests under way have to be answered in when the service ends."""
 
 
 @contextmanager
@@ -72,18 +70,17 @@ def wait_for(stop: Signal) -> None:
 @contextmanager
 def running(
     settings: Settings, stop: Signal, *, poll: bool = False, work: bool = False, notify: bool = False
-) -> Iterator[None]:
-    """The poller, the worker and the notifier beside what the caller does; all have ended afterwards.
+) -> Iterator[sessionmaker[Session]]:
+    """The poller, the worker and the notifier beside what the caller does, with sessions; all have ended afterwards.
 
     None of them starts if `stop` is set while the database is away.
     """
-    logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
-    logging.getLogger("apscheduler").setLevel(logging.ERROR)  # a look longer than the interval skips one: no fault
-    logging.getLogger("httpx").setLevel(logging.WARNING)
-    if not _upgraded(settings.database_url, stop):
-        yield
-        return
+    logs.begin(logging.INFO)
+    is_there = _upgraded(settings.database_url, stop)
     with _opened(settings) as opened:
+        if not is_there:
+            yield opened
+            return
         _warn_of_plain_secrets(opened)
         parts = [
             *([Thread(target=_guarded, args=(_poll, opened, settings, stop), name="poller")] if poll else []),
@@ -93,7 +90,7 @@ def running(
         for part in parts:
             part.start()
         try:
-            yield
+            yield opened
         finally:
             stop.set()
             for part in parts:
@@ -144,36 +141,6 @@ def _warn_of_plain_secrets(opened: sessionmaker[Session]) -> None:
             )
         session.scalars(select(Receiver.secret).limit(1)).one_or_none()
     encryption.is_key_set()
-
-
-def api(settings: Settings, stop: Signal) -> None:
-    """Serve the API until it is asked to end."""
-    if stop.is_set():
-        return
-    import uvicorn
-
-    from service.app import create
-
-    app = create(settings)
-    server = uvicorn.Server(
-        uvicorn.Config(
-            app,
-            settings.host,
-            settings.port,
-            log_level="warning",
-            proxy_headers=False,  # who asks is told by the connection, not by what a header says of it
-            timeout_graceful_shutdown=TO_ANSWER,
-        )
-    )
-    app.state.is_ending = lambda: server.should_exit
-
-    def end_with_the_others() -> None:
-        stop.wait()
-        server.should_exit = True
-
-    Thread(target=end_with_the_others, daemon=True, name="end of the API").start()
-    log.info("serving at http://%s:%d", settings.host, settings.port)
-    server.run()
 
 
 def worked_off(opened: sessionmaker[Session], settings: Settings) -> int:

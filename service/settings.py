@@ -68,6 +68,16 @@ class Settings(BaseSettings):
     max_dataselect_samples: Count = Field(
         default=30_000_000, description="samples of the largest answer of /fdsnws/dataselect"
     )
+    max_connections: Annotated[int, Field(ge=8)] = Field(
+        default=512, description="connections that the API holds at once; fewer where the limit of open files is low"
+    )
+    trusted_proxies: tuple[str, ...] = Field(
+        default=(),
+        description="addresses of reverse proxies whose X-Forwarded-For and X-Forwarded-Proto are believed; see "
+        "security.md",
+    )
+    login_idle: Seconds = Field(default=43_200.0, description="s without a request after which a browser logs in again")
+    login_lifetime: Seconds = Field(default=604_800.0, description="s after which a browser logs in again in any case")
     progress_patience: Seconds = Field(
         default=30.0, description="s without news after which a stream of a job's progress ends; browsers ask again"
     )

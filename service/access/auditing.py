@@ -26,6 +26,8 @@ ADDRESS = re.compile(r"(?<![a-z0-9+.-])[a-z][a-z0-9+.-]{0,30}://\S+", re.IGNOREC
 """An address anywhere in a text."""
 LONGEST = 500
 """Characters that are kept of a text."""
+DEEPEST = 20
+"""Objects and lists within each other that are kept."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,25 +61,32 @@ def audited(
     return sessionmaker(sessions.kw["bind"], class_=AuditedSession, expire_on_commit=False, info=info)
 
 
-def without_secrets(value: Any) -> Any:  # noqa: ANN401  whatever JSON may hold
-    """The same, with secrets hidden, of addresses only the server, and long texts cut."""
+def note(session: Session, deed: Deed, now: datetime) -> None:
+    """Add an entry on what changes nothing, such as an attempt to log in."""
+    session.add(_entry(deed, now))
+
+
+def without_secrets(value: Any, depth: int = 0) -> Any:  # noqa: ANN401  whatever JSON may hold
+    """The same, with secrets hidden, of addresses only the server, and long texts and deep nesting cut."""
+    if depth > DEEPEST:
+        return "(nested too deeply)"
     match value:
         case Mapping():
-            return {key: _member(key, member) for key, member in value.items()}
+            return {key: _member(key, member, depth + 1) for key, member in value.items()}
         case list() | tuple():
-            return [without_secrets(member) for member in value]
+            return [without_secrets(member, depth + 1) for member in value]
         case str():
             return ADDRESS.sub(lambda found: _server(found.group()), value)[:LONGEST]
     return value
 
 
-def _member(key: str, value: Any) -> Any:  # noqa: ANN401  whatever JSON may hold
+def _member(key: str, value: Any, depth: int) -> Any:  # noqa: ANN401  whatever JSON may hold
     """One value of an object; of a mail address the trail keeps the first letter and the domain."""
     if SECRET.search(key):
         return "(hidden)"
     if ADDRESS_KEY.search(key) and isinstance(value, str) and "://" not in value and "@" in value:
         return f"{value[:1]}...@{value.rpartition('@')[2]}"[:LONGEST]
-    return without_secrets(value)
+    return without_secrets(value, depth)
 
 
 def _server(address: str) -> str:

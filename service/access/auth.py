@@ -1,95 +1,55 @@
 """Who is asking, and what they may do.
 
-A key is 256 random bits, so a plain SHA-256 of it cannot be searched; only that is stored. Without any key the service
-answers programs on its own machine, and nobody else.
+A request shows an API key in a header, or the cookie of a browser that has logged in. Where it comes from is no
+evidence: a proxy on this machine passes strangers on, and writes into headers whatever it likes.
 """
 
-import hashlib
 import ipaddress
-import secrets
-import time
-from collections.abc import Callable, Coroutine, Mapping
-from dataclasses import dataclass
-from enum import IntEnum
+from collections.abc import Callable, Coroutine
 from typing import Any
 from urllib.parse import urlsplit
 
-from anyio import to_thread
 from fastapi import Request
-from sqlalchemy.orm import Session, sessionmaker
 
+from service.access.callers import Callers, Known
+from service.access.roles import Caller as Caller
+from service.access.roles import Role as Role
+from service.access.roles import digest
 from service.errors import ForbiddenError, UnauthorizedError
-from service.queries import access
 
-PREFIX = "mk_"
-VISIBLE = 11
-"""Characters of a key that lists show: the prefix and 8 of its 43."""
-COOKIE = "menshin_key"
-FRESH = 1.0
-"""s, for which a process remembers the keys: a revoked one works for that long at most."""
+COOKIE, SAFE_COOKIE = "menshin", "__Host-menshin"
+"""Name of the cookie where pages come by plain http, on loopback, and where they come by https: browsers then take it
+from this very host only, over https only."""
 FORWARDED = ("forwarded", "via", "x-forwarded-for", "x-forwarded-host", "x-real-ip")
 SAFE = frozenset({"GET", "HEAD", "OPTIONS"})
-
-
-class Role(IntEnum):
-    """What a key may do; each includes those before it."""
-
-    viewer = 1
-    """Read."""
-    engineer = 2
-    """Ask for analyses as well."""
-    admin = 3
-    """Everything."""
-
-
-@dataclass(frozen=True, slots=True)
-class Caller:
-    """Who is asking."""
-
-    name: str
-    role: Role
-
-
-LOCAL = Caller("loopback", Role.admin)
-
-
-def new_key() -> str:
-    """A key with 256 random bits."""
-    return PREFIX + secrets.token_urlsafe(32)
-
-
-def digest(key: str) -> str:
-    """What is stored of a key: its visible beginning and its SHA-256."""
-    return f"{key[:VISIBLE]}:{hashlib.sha256(key.encode()).hexdigest()}"
-
-
-class Keys:
-    """The keys in force, read from the database at most once per FRESH seconds."""
-
-    def __init__(self, sessions: sessionmaker[Session], clock: Callable[[], float] = time.monotonic) -> None:
-        self._sessions = sessions
-        self._clock = clock
-        self._read_at = -float("inf")
-        self._callers: Mapping[str, Caller] = {}
-
-    async def in_force(self) -> Mapping[str, Caller]:
-        """Callers by the digest of their key."""
-        if self._clock() - self._read_at > FRESH:
-            self._callers = await to_thread.run_sync(self._read)
-            self._read_at = self._clock()
-        return self._callers
-
-    def _read(self) -> Mapping[str, Caller]:
-        with self._sessions() as session:
-            return {key.hash: Caller(key.name, Role[key.role]) for key in access.keys_in_force(session)}
+NO_KEY = (
+    "'Authorization: Bearer KEY' or 'X-API-Key: KEY' is needed; 'menshin key create NAME --role viewer' makes a key, "
+    "and 'menshin login' a link for a browser."
+)
 
 
 def presented(request: Request) -> set[str]:
-    """What came with a request as its key: of every header that may hold one, or else the cookie's."""
+    """The keys in the headers of a request."""
     scheme, _, token = request.headers.get("authorization", "").partition(" ")
     bearer = token.strip() if scheme.lower() == "bearer" else request.headers.get("authorization")
-    headers = {key for key in (bearer, request.headers.get("x-api-key")) if key is not None}
-    return headers or {request.cookies[name] for name in {COOKIE} & request.cookies.keys()}
+    return {key for key in (bearer, request.headers.get("x-api-key")) if key is not None}
+
+
+def is_secure(request: Request) -> bool:
+    """Whether the browser speaks https, with us or with a proxy before us that says so or that the settings name.
+
+    A form's Origin tells it as well; a request that reads has none.
+    """
+    public = urlsplit(request.app.state.settings.public_url or "")
+    is_public = public.scheme == "https" and public.netloc == request.headers.get("host")
+    return request.url.scheme == "https" or is_public or request.headers.get("origin", "").startswith("https://")
+
+
+def login(request: Request) -> str | None:
+    """The digest of the session that the browser's cookie names, None without one; by https the safe cookie counts."""
+    names = (SAFE_COOKIE,) if is_secure(request) else (SAFE_COOKIE, COOKIE)
+    cookie = next((request.cookies[name] for name in names if name in request.cookies), None)
+    return None if cookie is None else digest(cookie)
 
 
 def is_loopback(host: str | None) -> bool:
@@ -102,11 +62,11 @@ def is_loopback(host: str | None) -> bool:
         return False
 
 
-def is_local(request: Request) -> bool:
-    """Whether a program on this machine asks directly.
+def seems_local(request: Request) -> bool:
+    """Whether a program on this machine seems to ask directly: good enough for a demonstration, no evidence of more.
 
-    The client's address alone does not tell: a proxy on this machine passes strangers on, and a stranger's page whose
-    name was rebound to 127.0.0.1 asks through the user's own browser, but with its own name in the Host header.
+    A stranger's page whose name was rebound to 127.0.0.1 asks with its own name in the Host header; a proxy may ask
+    with whatever name and headers it likes.
     """
     client = request.client.host if request.client else None
     named = urlsplit(f"//{request.headers.get('host', '')}").hostname
@@ -131,30 +91,42 @@ async def identify(request: Request) -> Caller:
     Raises
     ------
     UnauthorizedError
-        The service has keys and none of them came with the request, or a wrong one beside it.
+        Nothing in force came with the request, or a wrong key beside a right one.
     ForbiddenError
-        The service has no key and the request is not from this machine, or it was made by another site's page.
+        It was made by another site's page.
     """
+    known: Caller | None = getattr(request.state, "caller", None)
+    if known is not None:
+        return known
     if is_cross_site(request):
         raise ForbiddenError("The request was made by a page of another site.")
-    keys: Mapping[str, Caller] = await request.app.state.keys.in_force()
-    if not keys:
-        if is_local(request):
-            request.state.caller = LOCAL
-            return LOCAL
-        raise ForbiddenError(
-            "The service has no API key yet, so it answers only programs on its own machine that ask it directly, "
-            "as localhost. 'menshin key create NAME --role viewer' there makes a key."
-        )
-    given = presented(request)
-    if not given or any(digest(key) not in keys for key in given):
-        found = "An unknown or revoked API key" if given else "No API key"
-        raise UnauthorizedError(
-            f"{found} came with the request; 'Authorization: Bearer KEY' or 'X-API-Key: KEY' would do."
-        )
-    callers: list[Caller] = [keys[digest(key)] for key in given]
-    request.state.caller = min(callers, key=lambda one: one.role)
-    return caller(request)
+    callers: Callers = request.app.state.callers
+    found = request.state.caller = _found(request, await callers.known())
+    if (session := login(request)) is not None:
+        callers.note_use(session)
+    return found
+
+
+async def is_in_force(request: Request) -> bool:
+    """Whether who was let in may still ask: for answers that take long, such as streams."""
+    try:
+        return _found(request, await request.app.state.callers.known()) == caller(request)
+    except UnauthorizedError:
+        return False
+
+
+def _found(request: Request, known: Known) -> Caller:
+    given = {digest(key) for key in presented(request)}
+    if given and not given <= known.keys.keys():
+        raise UnauthorizedError(f"An unknown or revoked API key came with the request; {NO_KEY}")
+    if given:
+        return min((known.keys[one] for one in given), key=lambda one: one.role)
+    if (session := login(request)) is not None and session in known.logins:
+        return known.logins[session]
+    visitor: Caller | None = request.app.state.visitor
+    if visitor is not None and not known.has_had_keys and seems_local(request):
+        return visitor
+    raise UnauthorizedError(f"No API key came with the request; {NO_KEY}")
 
 
 def at_least(role: Role) -> Callable[[Request], Coroutine[Any, Any, Caller]]:

@@ -6,7 +6,8 @@ from datetime import datetime
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from service.access.auth import Role, digest, new_key
+from service.access import logins
+from service.access.roles import Role, digest, new_secret
 from service.database import ApiKey
 
 
@@ -22,7 +23,7 @@ def create(session: Session, name: str, role: Role, now: datetime) -> str:
     """
     if _find(session, name) is not None:
         raise KeyNameError(f"There is a key {name!r} already; another name would do.")
-    key = new_key()
+    key = new_secret("mk")
     session.add(ApiKey(name=name, role=role.name, hash=digest(key), created_at=now))
     return key
 
@@ -33,7 +34,7 @@ def every(session: Session) -> Sequence[ApiKey]:
 
 
 def revoke(session: Session, name: str, now: datetime) -> None:
-    """Make a key worthless; a revoked one stays as it is.
+    """Make a key worthless, and log out who came in with it; a revoked one stays as it is.
 
     Raises:
         KeyNameError: there is none by that name.
@@ -42,6 +43,21 @@ def revoke(session: Session, name: str, now: datetime) -> None:
     if key is None:
         raise KeyNameError(f"There is no key {name!r}; 'menshin key list' shows them.")
     key.revoked_at = key.revoked_at or now
+    logins.end_all(session, key.id, now)
+
+
+def log_out(session: Session, name: str | None, now: datetime) -> int:
+    """End every browser's session, or those of one key; the number of those that were in force.
+
+    Raises:
+        KeyNameError: there is no key by that name.
+    """
+    if name is None:
+        return logins.end_all(session, None, now)
+    key = _find(session, name)
+    if key is None:
+        raise KeyNameError(f"There is no key {name!r}; 'menshin key list' shows them.")
+    return logins.end_all(session, key.id, now)
 
 
 def _find(session: Session, name: str) -> ApiKey | None:

@@ -26,7 +26,7 @@ RoleName = Annotated[
 def create(context: typer.Context, name: Name, role: RoleName) -> None:
     """Make a key and print it: it cannot be shown again."""
     from service.access import keys
-    from service.access.auth import Role
+    from service.access.roles import Role
 
     if role not in Role.__members__:
         raise typer.BadParameter(f"{role!r} is no role; {', '.join(Role.__members__)} are", param_hint="--role")
@@ -57,6 +57,19 @@ def revoke(context: typer.Context, name: Name) -> None:
     with _session(context) as session:
         keys.revoke(session, name, datetime.now(UTC))
     typer.echo(f"The key {name!r} is revoked.")
+
+
+@app.command("logout")
+def log_out(
+    context: typer.Context,
+    name: Annotated[str | None, typer.Argument(help="name of one key; without it everybody is logged out")] = None,
+) -> None:
+    """Log out every browser that came in with a key, or with any key or link."""
+    from service.access import keys
+
+    with _session(context) as session:
+        count = keys.log_out(session, name, datetime.now(UTC))
+    typer.echo(f"{count} {'session was' if count == 1 else 'sessions were'} ended.")
 
 
 @contextmanager

@@ -1,12 +1,15 @@
 """Commands that run the service, or a part of it."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from service.commands.audited import of_command
 from service.commands.in_force import settings_in_force
+
+if TYPE_CHECKING:
+    from sqlalchemy.orm import Session, sessionmaker
 
 app = typer.Typer(no_args_is_help=True)
 
@@ -17,21 +20,61 @@ def up(
     port: Annotated[int | None, typer.Option(help="Port of the API.")] = None,
 ) -> None:
     """Run everything in one process tree: API, poller, worker and notifier."""
-    from service.roles import api, running, signalled
+    from service.roles import running, signalled
+    from service.serving import address, api_apart, listening
 
     settings = settings_in_force(workers=workers, port=port)
-    with signalled() as stop, running(settings, stop, poll=True, work=True, notify=True):
-        api(settings, stop)
+    with (
+        listening(settings) as door,
+        signalled() as stop,
+        running(settings, stop, poll=True, work=True, notify=True) as sessions,
+    ):
+        if not stop.is_set():
+            invite(sessions, settings.public_url or address(settings, door))
+        api_apart(settings, stop, door)
+
+
+@app.command()
+def login(
+    context: typer.Context,
+) -> None:
+    """Print a link that logs a browser in as an admin, once, within an hour; earlier links no longer do."""
+    from datetime import UTC, datetime
+
+    from service.access import logins
+    from service.roles import migrated
+
+    settings = settings_in_force()
+    with migrated(settings) as sessions, of_command(context, sessions).begin() as session:
+        token = logins.new_link(session, datetime.now(UTC))
+    typer.echo(f"{(settings.public_url or f'http://{settings.host}:{settings.port}').rstrip('/')}/login?token={token}")
+
+
+def invite(sessions: "sessionmaker[Session]", address: str) -> None:
+    """Print a login link, as long as no key was ever made: without one nobody else could come in."""
+    from datetime import UTC, datetime
+
+    from service.access import logins
+    from service.queries.access import has_had_keys
+
+    with sessions.begin() as session:
+        if has_had_keys(session):
+            return
+        token = logins.new_link(session, datetime.now(UTC))
+    typer.echo(f"to log in, once, within an hour: {address.rstrip('/')}/login?token={token}")
 
 
 @app.command()
 def api(port: Annotated[int | None, typer.Option(help="Port of the API.")] = None) -> None:
     """Run the API and its pages alone."""
-    from service.roles import api, running, signalled
+    from service.roles import running, signalled
+    from service.serving import address, api, listening
 
     settings = settings_in_force(port=port)
-    with signalled() as stop, running(settings, stop):
-        api(settings, stop)
+    with listening(settings) as door, signalled() as stop, running(settings, stop) as sessions:
+        if not stop.is_set():
+            invite(sessions, settings.public_url or address(settings, door))
+        api(settings, stop, door)
 
 
 @app.command()

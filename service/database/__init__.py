@@ -11,7 +11,7 @@ from service.database.buildings import Building, Revision
 from service.database.diagnoses import DiagnosisPicture, ModelDiagnosis
 from service.database.events import Event, EventRecording, Waveform
 from service.database.jobs import Job, Lease
-from service.database.keys import ApiKey
+from service.database.keys import ApiKey, LoginLink, LoginSession
 from service.database.models import ModelComparison, ModelVersion
 from service.database.notices import Delivery, DeliveryAttempt, Message, Receiver
 from service.database.received import Content, FetchedFile, Recording, SourceState
@@ -40,6 +40,8 @@ __all__ = [
     "Job",
     "LayerResult",
     "Lease",
+    "LoginLink",
+    "LoginSession",
     "Message",
     "ModeResult",
     "ModelComparison",

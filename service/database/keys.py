@@ -1,8 +1,9 @@
-"""The table of who may use the API."""
+"""The tables of who may use the API, and who is logged in."""
 
 from datetime import datetime
 
-from sqlalchemy.orm import Mapped, mapped_column
+from sqlalchemy import ForeignKey
+from sqlalchemy.orm import Mapped, mapped_column, relationship
 
 from service.database.base import Base
 
@@ -18,3 +19,28 @@ class ApiKey(Base):
     hash: Mapped[str] = mapped_column(unique=True)
     created_at: Mapped[datetime]
     revoked_at: Mapped[datetime | None]
+
+
+class LoginSession(Base):
+    """A browser that is logged in; its cookie is a random number, of which only the hash is stored."""
+
+    __tablename__ = "login_session"
+    id: Mapped[int] = mapped_column(primary_key=True)
+    hash: Mapped[str] = mapped_column(unique=True)
+    key_id: Mapped[int | None] = mapped_column(ForeignKey("api_key.id", ondelete="CASCADE"), index=True)
+    """None where a login link began it, which makes an admin."""
+    created_at: Mapped[datetime]
+    used_at: Mapped[datetime]
+    """The last use, to a minute or so."""
+    ended_at: Mapped[datetime | None]
+    key: Mapped[ApiKey | None] = relationship()
+
+
+class LoginLink(Base):
+    """A link that logs an admin in, once; its token is never stored."""
+
+    __tablename__ = "login_link"
+    id: Mapped[int] = mapped_column(primary_key=True)
+    hash: Mapped[str] = mapped_column(unique=True)
+    created_at: Mapped[datetime]
+    used_at: Mapped[datetime | None]

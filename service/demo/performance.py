@@ -12,13 +12,16 @@ from threading import Thread
 from rich.console import Console
 from sqlalchemy.orm import Session, sessionmaker
 
-from service import buildings, roles
+from service import buildings, roles, serving
+from service.access.roles import Caller, Role
 from service.demo.listening import LOOPBACK, free_port, listening
 from service.demo.server import application
 from service.demo.site import CODE, building_file
 from service.demo.stage import BUILDING, DATABASE, Stage
 from service.settings import Settings
 
+VISITOR = Caller("visitor", Role.engineer)
+"""A spectator at this machine, who needs no key: the building is simulated. What takes an admin takes a key."""
 POLL_INTERVAL = 5.0  # s, so that a spectator need not wait
 
 Tale = Callable[[Stage, sessionmaker[Session], Signal, Console], None]
@@ -41,7 +44,7 @@ def perform(stage: Stage, settings: Settings, tale: Tale, console: Console) -> N
         stack.callback(teller.join)
         stack.callback(stop.set)
         console.print(f"[bold]Menshin answers at {address(settings)}/[/] (Ctrl-C ends it)")
-        roles.api(settings, stop)
+        serving.api_apart(settings, stop, stack.enter_context(serving.listening(settings)), VISITOR)
     console.print("ended; the next start carries on from here")
 
 

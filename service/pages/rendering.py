@@ -7,7 +7,7 @@ from fastapi import Request, Response
 from fastapi.templating import Jinja2Templates
 
 from core.rounding import plain, significant, with_std
-from service.access.auth import COOKIE
+from service.access.auth import login
 from service.pages.units import quantity, shown, unit
 
 FOLDER = Path(__file__).parent
@@ -16,15 +16,13 @@ POLICY = {
     "Content-Security-Policy": "default-src 'none'; img-src 'self'; style-src 'self'; script-src 'self'; "
     "connect-src 'self'; form-action 'self'; "
     "base-uri 'none'; frame-ancestors 'none'",
-    "X-Content-Type-Options": "nosniff",
-    "Referrer-Policy": "same-origin",  # with no-referrer our own forms would come with 'Origin: null'
     "Cache-Control": "private, no-cache",
 }
 
 
 def page(request: Request, name: str, status: int = 200, **context: object) -> Response:
     """The page of a template; whoever came with a cookie gets a button to log out."""
-    context["logged_in"] = COOKIE in request.cookies
+    context["logged_in"] = login(request) is not None
     return TEMPLATES.TemplateResponse(request, f"{name}.html", context, status, headers=POLICY)
 
 

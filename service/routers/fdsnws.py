@@ -5,9 +5,9 @@ from io import BytesIO, StringIO
 from typing import Literal
 
 from anyio import to_thread
-from fastapi import APIRouter, Request, Response
+from fastapi import APIRouter, HTTPException, Request, Response
 
-from service.errors import TooLargeError
+from service.door.guard import QUESTION
 from service.version import VERSION
 from service.web import bodies, fdsn
 from service.web.fdsn_query import ALIASES, PARAMETERS, QueryError, Selection, area, parameters, posted, selection
@@ -21,8 +21,6 @@ FORMS: dict[str, tuple[Callable[[], BytesIO | StringIO], str, str]] = {
     "xml": (BytesIO, "STATIONXML", "application/xml"),
     "text": (StringIO, "STATIONTXT", "text/plain"),
 }
-MOST = 2**20
-"""Bytes of a posted question: some ten thousand selections."""
 
 
 @router.get("/{service}/1/version")
@@ -87,9 +85,9 @@ def answered(request: Request, answer: Callable[[], Response]) -> Response:
 async def answered_post(request: Request, answer: Callable[[str], Response]) -> Response:
     """The answer to what was posted, or why there is none."""
     try:
-        body = await bodies.text(request, MOST)
-    except TooLargeError as error:
-        return refusal(request, error.status, str(error))
+        body = await bodies.text(request, QUESTION)
+    except HTTPException as error:  # the guard's, which counts the body as it comes
+        return refusal(request, error.status_code, error.detail)
     return await to_thread.run_sync(answered, request, lambda: answer(body))
 
 

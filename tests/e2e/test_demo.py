@@ -24,7 +24,9 @@ def test_the_demonstration_from_first_start_to_second(tmp_path: Path) -> None:
     folder = tmp_path / "kept"
     with demo(folder, tmp_path / "first.txt", "--earthquakes", str(PAST), "--next-after", "1") as first:
         address = first.address()
-        assert "text/html" in first.until(lambda: httpx.get(f"{address}/")).headers["content-type"]
+        page = first.until(lambda: httpx.get(f"{address}/"))
+        assert (page.status_code, page.headers["content-type"]) == (200, "text/html; charset=utf-8")
+        assert httpx.delete(f"{address}/api/v1/receivers/1").status_code == 403, "a spectator is no admin"
         events = first.events(address, PAST + 1)
         assert [event["state"] for event in events] == ["analysed"] * (PAST + 1)
         assert interrupted(first) < 10.0

@@ -35,12 +35,13 @@ def test_the_loss_reaches_a_mail_server_and_a_program_and_is_told_as_new_once(tm
             demo(tmp_path / "kept", tmp_path / "said.txt", *options, **settings) as running,
             httpx.Client(base_url=f"{running.address()}/api/v1", timeout=30.0) as service,
         ):
+            service.headers["X-API-Key"] = running.key()
             for wanted in (
                 {"name": "manager", "kind": "email", "address": "manager@example.org"},
                 {"name": "program", "kind": "webhook", "address": program.address, "secret": KEY},
             ):
                 running.until(lambda wanted=wanted: _added(service, wanted))
-            running.events(str(service.base_url).removesuffix("/api/v1/"), PAST, PATIENCE)
+            running.events(str(service.base_url).removesuffix("/api/v1/"), PAST, PATIENCE, service.headers["X-API-Key"])
             running.until(lambda: box.mails and program.posted and _is_idle(service), PATIENCE)
             [alert] = service.get("/alerts", params={"building": "DEMO", "state": "active"}).json()["items"]
             link = f"{str(service.base_url).removesuffix('/api/v1/')}/alerts/{alert['id']}"

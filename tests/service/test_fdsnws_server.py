@@ -1,24 +1,19 @@
 """ObsPy's own FDSN client, unchanged, reads what is stored from the running service."""
 
 from collections.abc import Iterator
-from contextlib import contextmanager
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
-from threading import Thread
-from time import sleep
 
 import httpx
 import numpy as np
 import obspy
 import pytest
-import uvicorn
 from obspy.clients.fdsn import Client
+from serving import served
 from sqlalchemy.orm import Session, sessionmaker
 
 from service import blobs, buildings
-from service.app import create
 from service.database import Building, Event, Waveform
-from service.settings import Settings
 
 BUILDING = """
 code = "TWR"
@@ -52,21 +47,7 @@ RATE, GAIN = 100.0, 2e-6
 COUNTS = np.random.default_rng(11).integers(-(2**20), 2**20, 6000).astype(np.int32)
 
 
-@contextmanager
-def served(url: str) -> Iterator[str]:
-    """Address of the service on loopback."""
-    app = create(Settings(database_url=url, max_dataselect_samples=3 * COUNTS.size))
-    server = uvicorn.Server(uvicorn.Config(app, port=0, log_level="error"))
-    thread = Thread(target=server.run)
-    thread.start()
-    while not server.started:
-        sleep(0.01)
-    port = server.servers[0].sockets[0].getsockname()[1]
-    try:
-        yield f"http://127.0.0.1:{port}"
-    finally:
-        server.should_exit = True
-        thread.join()
+MOST = 3 * COUNTS.size
 
 
 def stored(session: Session, building: Building, start: datetime, channels: dict[str, float]) -> None:
@@ -87,7 +68,7 @@ def address(database_url: str, sessions: sessionmaker[Session]) -> Iterator[str]
     with sessions.begin() as session:
         building = buildings.add(session, BUILDING, Path("."), START)
         stored(session, building, START, dict.fromkeys(("XX.TWR.01.HNX", "XX.TWR.02.HNX"), GAIN))
-    with served(database_url) as found:
+    with served(database_url, max_dataselect_samples=MOST) as found:
         yield found
 
 
@@ -160,7 +141,7 @@ def test_more_than_is_given_at_once_is_refused(address: str, sessions: sessionma
     assert (answer.status_code, answer.text[:11]) == (413, "Error 413: ")
     assert httpx.get(f"{address}/fdsnws/dataselect/1/query?network=XX&location=01").status_code == 200
     assert httpx.get(f"{address}/fdsnws/dataselect/1/query?endtime=2011-03-12").status_code == 200
-    posted = httpx.post(f"{address}/fdsnws/dataselect/1/query", content=b"#" * 2**21)
+    posted = httpx.post(f"{address}/fdsnws/dataselect/1/query", content=b"#" * (2**20 + 1))
     assert (posted.status_code, posted.text[:11]) == (413, "Error 413: ")
 
 
@@ -187,7 +168,7 @@ def test_a_place_that_is_not_known_is_said_not_to_be(database_url: str, sessions
     with sessions.begin() as session:
         text = BUILDING.replace("latitude = 35.5\nlongitude = 139.6\n", "")
         stored(session, buildings.add(session, text, Path("."), START), START, {"XX.TWR.01.HNX": GAIN})
-    with served(database_url) as address:
+    with served(database_url, max_dataselect_samples=MOST) as address:
         station = Client(base_url=address).get_stations(level="channel")[0][0]
         rows = httpx.get(f"{address}/fdsnws/station/1/query?format=text").text
         limited = httpx.get(f"{address}/fdsnws/station/1/query?minlatitude=-90")

@@ -4,6 +4,7 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from service.access.roles import Caller, Role
 from service.app import create
 from service.settings import Settings
 
@@ -11,12 +12,20 @@ with warnings.catch_warnings():
     warnings.simplefilter("ignore")  # starlette tells of the next httpx at import
     from fastapi.testclient import TestClient
 
+VISITOR = Caller("loopback", Role.admin)
+"""Who asks without a key, as long as none was made: most tests are about other things than who may ask."""
+
 
 @contextmanager
 def client(
-    url: str, host: str = "127.0.0.1", name: str = "127.0.0.1:8000", scheme: str = "http", **settings: int
+    url: str,
+    host: str = "127.0.0.1",
+    name: str = "127.0.0.1:8000",
+    scheme: str = "http",
+    visitor: Caller | None = VISITOR,
+    **settings: object,
 ) -> Iterator[TestClient]:
     """Asks the application on this database from `host`, by the name that the address has; redirects stay visible."""
-    app = create(Settings(database_url=url, **settings))
+    app = create(Settings(database_url=url, **settings), visitor)
     with TestClient(app, base_url=f"{scheme}://{name}", client=(host, 40000), follow_redirects=False) as made:
         yield made

@@ -15,6 +15,8 @@ import httpx
 import psutil
 import pytest
 
+from service.demo.stage import DATABASE
+
 PATIENCE = 120.0  # s: what the demonstration promises for its first page, with this machine's other work beside it
 ADDRESS = re.compile(r"http://127\.0\.0\.1:\d+/(?!fdsnws)")
 Answer = TypeVar("Answer")
@@ -41,11 +43,25 @@ class Demo:
         found = self.until(lambda: ADDRESS.search(self.said.read_text()))
         return found[0].rstrip("/")
 
-    def events(self, address: str, count: int, patience: float = PATIENCE) -> list[dict[str, object]]:
+    def key(self) -> str:
+        """A new admin's key, made as its operator makes one; from then on the pages and the API take a key."""
+        kept = self.until(lambda: re.search(r"kept in (.+)", self.said.read_text()))[1]
+        command = [str(Path(sys.executable).with_name("menshin")), "key", "create", "operator", "--role", "admin"]
+        environment = {**os.environ, "MENSHIN_DATABASE_URL": f"sqlite:///{Path(kept) / DATABASE}"}
+        done = subprocess.run(
+            command, cwd=self.said.parent, env=environment, capture_output=True, text=True, check=True
+        )
+        return done.stdout.strip()
+
+    def events(
+        self, address: str, count: int, patience: float = PATIENCE, key: str | None = None
+    ) -> list[dict[str, object]]:
         """The events once so many are settled."""
+        headers = {} if key is None else {"X-API-Key": key}
 
         def settled() -> list[dict[str, object]] | None:
-            found = httpx.get(f"{address}/api/v1/buildings/DEMO/events", params={"limit": 100}).json()["items"]
+            asked = httpx.get(f"{address}/api/v1/buildings/DEMO/events", params={"limit": 100}, headers=headers)
+            found = asked.json()["items"]
             done = [event for event in found if event["state"] in ("analysed", "refused")]
             return found if len(done) >= count else None
 

@@ -7,30 +7,59 @@ from asking import client
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.access import keys
-from service.access.auth import Role, digest
+from service.access.roles import Caller, Role, digest
 from service.database import ApiKey
 
 NOW = datetime(2024, 1, 1, tzinfo=UTC)
 BUILDINGS = "/api/v1/buildings"
 
 
+ANYWHERE = [
+    ("127.0.0.1", "localhost:8000", {}),
+    ("::1", "[::1]:8000", {}),
+    ("192.0.2.7", "127.0.0.1:8000", {}),
+    ("127.0.0.1", "rebound.example", {}),
+    ("127.0.0.1", "127.0.0.1:8000", {"X-Forwarded-For": "127.0.0.1"}),
+]
+PATHS = (BUILDINGS, "/", "/docs", "/fdsnws/dataselect/1/version", "/metrics")
+
+
+@pytest.mark.parametrize(("host", "name", "headers"), ANYWHERE)
+@pytest.mark.parametrize("ever", ["no key yet", "the only key revoked"])
+def test_without_a_key_nobody_is_answered_wherever_the_request_seems_to_come_from(
+    database_url: str, sessions: sessionmaker[Session], ever: str, host: str, name: str, headers: dict[str, str]
+) -> None:
+    """A proxy on this machine may say `Host: 127.0.0.1` and nothing of whom it asks for."""
+    if ever == "the only key revoked":
+        with sessions.begin() as session:
+            keys.create(session, "first", Role.admin, NOW)
+            keys.revoke(session, "first", NOW)
+    with client(database_url, host, name, visitor=None) as asking:
+        answers = {path: asking.get(path, headers=headers) for path in PATHS}
+        assert {path: one.status_code for path, one in answers.items()} == dict.fromkeys(PATHS, 401) | {
+            "/": 303,
+            "/docs": 303,
+        }
+        assert "menshin key create" in answers[BUILDINGS].json()["detail"]
+        assert asking.post("/api/v1/buildings/B/drill", headers=headers).status_code == 401
+
+
 @pytest.mark.parametrize(
     ("host", "name", "headers", "status"),
-    [
-        ("127.0.0.1", "localhost:8000", {}, 200),
-        ("::1", "[::1]:8000", {}, 200),
-        ("192.0.2.7", "127.0.0.1:8000", {}, 403),
-        ("127.0.0.1", "rebound.example", {}, 403),
-        ("127.0.0.1", "127.0.0.1:8000", {"X-Forwarded-For": "127.0.0.1"}, 403),
-        ("192.0.2.7", "127.0.0.1:8000", {"X-Forwarded-For": "127.0.0.1"}, 403),
-    ],
+    [(*one, 200 if number < 2 else 401) for number, one in enumerate(ANYWHERE)],
 )
-def test_without_a_key_only_this_machine_is_answered(
-    database_url: str, host: str, name: str, headers: dict[str, str], status: int
+def test_a_demonstration_shows_itself_to_what_seems_to_be_this_machine_until_there_is_a_key(
+    database_url: str, sessions: sessionmaker[Session], host: str, name: str, headers: dict[str, str], status: int
 ) -> None:
-    with client(database_url, host, name) as asking:
-        for path in (BUILDINGS, "/", "/docs", "/fdsnws/dataselect/1/version"):
-            assert asking.get(path, headers=headers).status_code == status, path
+    visitor = Caller("visitor", Role.engineer)
+    with client(database_url, host, name, visitor=visitor) as asking:
+        assert asking.get(BUILDINGS, headers=headers).status_code == status
+        assert asking.delete("/api/v1/receivers/1", headers=headers).status_code == (403 if status == 200 else 401)
+    with sessions.begin() as session:
+        keys.create(session, "first", Role.admin, NOW)
+        keys.revoke(session, "first", NOW)
+    with client(database_url, host, name, visitor=visitor) as asking:
+        assert asking.get(BUILDINGS, headers=headers).status_code == 401
 
 
 def test_with_a_key_everybody_needs_one(database_url: str, sessions: sessionmaker[Session]) -> None:

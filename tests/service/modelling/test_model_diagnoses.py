@@ -15,7 +15,7 @@ from sqlalchemy.orm import Session, sessionmaker
 
 from core.effects import EFFECTS
 from service.access import keys
-from service.access.auth import COOKIE, Role
+from service.access.auth import Role
 
 pytestmark = [pytest.mark.slow, pytest.mark.parametrize("empty_database_url", ["postgresql"], indirect=True)]
 
@@ -63,7 +63,7 @@ def test_a_linear_model_lacks_hysteresis(asking: TestClient, sessions: sessionma
     of_diagnosis(asking, found)
     of_model(asking, found)
     del asking.headers["X-API-Key"]
-    asking.cookies.set(COOKIE, of[Role.viewer])
+    asking.post("/login", data={"key": of[Role.viewer]})
     seen_by_a_viewer(asking, found)
 
 

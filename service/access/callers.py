@@ -1,0 +1,110 @@
+"""Who may ask at this moment: the keys and the browsers that are logged in, as the database has them."""
+
+import asyncio
+import logging
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from datetime import UTC, datetime, timedelta
+
+from anyio import CapacityLimiter, to_thread
+from sqlalchemy.exc import SQLAlchemyError
+from sqlalchemy.orm import Session, sessionmaker
+
+from service.access import logins
+from service.access.roles import Caller, Role
+from service.queries import access
+from service.sessions import reading
+
+log = logging.getLogger(__name__)
+
+FRESH = 1.0
+"""s, for which a process remembers what it read: a revoked key works for that long at most."""
+TOUCHED = timedelta(minutes=1)
+"""To which the time of a session's last use is kept."""
+LINKED = Caller(logins.LINKED, Role.admin)
+
+
+@dataclass(frozen=True, slots=True)
+class Known:
+    """Everybody who may ask, by the digest of what they show."""
+
+    keys: Mapping[str, Caller] = field(default_factory=dict)
+    logins: Mapping[str, Caller] = field(default_factory=dict)
+    used: Mapping[str, datetime] = field(default_factory=dict)
+    """The last use of each login, as the database has it."""
+    has_had_keys: bool = True
+
+
+class Callers:
+    """Everybody who may ask, read from the database at most once per FRESH seconds, by one thread at a time."""
+
+    def __init__(
+        self,
+        sessions: sessionmaker[Session],
+        idle: timedelta,
+        lifetime: timedelta,
+        clock: Callable[[], float] = time.monotonic,
+        now: Callable[[], datetime] = lambda: datetime.now(UTC),
+    ) -> None:
+        self._sessions, self._reading = sessions, reading(sessions)
+        self._idle, self._lifetime = idle, lifetime
+        self._clock, self._now = clock, now
+        self._known, self._read_at = Known(), -float("inf")
+        self._pending: asyncio.Task[Known] | None = None
+        self._touches: dict[str, asyncio.Task[None]] = {}
+        self._threads = CapacityLimiter(2)  # requests that wait for a thread of the others' pool do not hold us up
+
+    async def known(self) -> Known:
+        """Everybody who may ask."""
+        while self._clock() - self._read_at > FRESH:
+            if self._pending is None or self._pending.done():
+                self._pending = asyncio.create_task(self._read())
+            await asyncio.shield(self._pending)
+        return self._known
+
+    def forget(self) -> None:
+        """Read anew for the next request: somebody has just come, or gone."""
+        self._read_at, self._pending = -float("inf"), None
+
+    def note_use(self, login: str) -> None:
+        """Keep the time of a login's use, later and by another thread: the request does not wait for it."""
+        used, now = self._known.used.get(login), self._now()
+        if used is None or now - used < min(TOUCHED, self._idle / 10) or login in self._touches:
+            return
+        task = self._touches[login] = asyncio.create_task(self._touch(login, now))
+        task.add_done_callback(lambda _: self._touches.pop(login, None))
+
+    def touches(self) -> tuple[asyncio.Task[None], ...]:
+        """Uses that are being stored."""
+        return tuple(self._touches.values())
+
+    async def _read(self) -> Known:
+        mine = asyncio.current_task()
+        found = await to_thread.run_sync(self._found, limiter=self._threads)
+        if self._pending is mine:  # else it was read before somebody came or went
+            self._known, self._read_at = found, self._clock()
+        return found
+
+    def _found(self) -> Known:
+        now = self._now()
+        with self._reading() as session:
+            begun = access.logins_in_force(session, now - self._idle, now - self._lifetime)
+            return Known(
+                keys={key.hash: Caller(key.name, Role[key.role]) for key in access.keys_in_force(session)},
+                logins={
+                    one.hash: LINKED if one.key is None else Caller(one.key.name, Role[one.key.role]) for one in begun
+                },
+                used={one.hash: one.used_at for one in begun},
+                has_had_keys=access.has_had_keys(session),
+            )
+
+    async def _touch(self, login: str, now: datetime) -> None:
+        def touch() -> None:
+            with self._sessions.begin() as session:
+                logins.touch(session, login, now)
+
+        try:
+            await to_thread.run_sync(touch, limiter=self._threads)
+        except SQLAlchemyError:
+            log.warning("the last use of a login could not be stored; it may end earlier than it should")

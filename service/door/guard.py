@@ -1,0 +1,257 @@
+"""Who asks is settled before a body is read, and nobody takes more than their share.
+
+- A request that changes something is refused by its head alone, unless it shows a key or a session in force.
+- Bodies are counted as they come, whatever their head says of them.
+- Each caller has a share of the requests under way and of the streams, so that one alone cannot stop the others.
+- A stream ends when its key is revoked or its session ends, and when the server does.
+- Every answer says how a browser should treat it.
+"""
+
+import asyncio
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from threading import Event as Signal
+
+from anyio import CancelScope, Semaphore, current_time, move_on_after, sleep
+from fastapi import Request
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.exceptions import HTTPException
+from starlette.requests import ClientDisconnect
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from service import errors
+from service.access import auth
+from service.errors import ServiceError
+
+OPEN = frozenset({"/healthz", "/readyz", "/login", "/logout", "/openapi.json"})
+"""Paths that take no key, and `/static/`."""
+BODY = 64 * 2**10
+"""Bytes of a body, but for a posted question to /fdsnws."""
+QUESTION = 2**20
+"""Bytes of a posted question to /fdsnws."""
+REQUESTS = 8
+"""Of one caller under way at the same time; fewer than the database has connections."""
+STREAMS = 16
+"""Of one caller at the same time."""
+PATIENCE = 15.0
+"""s that a request waits for its caller's others."""
+LOOK = 1.0
+"""s between two looks whether a stream may go on."""
+PROTECTION = {
+    "X-Content-Type-Options": "nosniff",
+    "X-Frame-Options": "DENY",
+    "Referrer-Policy": "same-origin",  # with no-referrer our own forms would come with 'Origin: null'
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Permissions-Policy": "camera=(), geolocation=(), microphone=()",
+    "Content-Security-Policy": "default-src 'none'; style-src 'unsafe-inline'; frame-ancestors 'none'; sandbox",
+}
+"""Of every answer that says nothing else; a page has a policy of its own."""
+TOO_LONG = "The body is longer than {} bytes, which is all that is taken here."
+TOO_MANY = "Too many requests of the same caller are under way; asking again when they have been answered would do."
+BUSY = {"Retry-After": "5"}
+
+
+class TooManyError(ServiceError):
+    """More at once than one caller's share."""
+
+    status = 429
+    headers = BUSY
+
+
+class Share:
+    """What one caller has under way."""
+
+    def __init__(self) -> None:
+        self.requests = Semaphore(REQUESTS)
+        self.streams = 0
+        self.users = 0
+
+
+class Guard:
+    """The application, behind what every request must pass."""
+
+    def __init__(self, app: ASGIApp, ending: Signal) -> None:
+        """
+        Args:
+            app: behind the guard.
+            ending: set when the server ends, so that streams do as well.
+        """
+        self._app, self._ending = app, ending
+        self._shares: dict[str, Share] = {}
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Let the request in, or refuse it."""
+        if scope["type"] != "http":
+            await self._app(scope, receive, send)
+            return
+        request = Request(scope)
+        send = _protected(send)
+        if request.url.path == "/healthz":
+            await self._app(scope, _counted(request, receive), send)
+            return
+        try:
+            who = await self._let_in(request)
+            async with self._share(who) as share:
+                await Turn(self, request, share).answer(scope, _counted(request, receive), send)
+        except ServiceError as error:
+            await errors.of_service(request, error)(scope, receive, send)
+        except errors.UNREACHABLE as error:
+            await errors.of_database(request, error)(scope, receive, send)
+        except ClientDisconnect:
+            return
+
+    async def pass_on(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """To the application."""
+        await self._app(scope, receive, send)
+
+    @property
+    def is_ending(self) -> bool:
+        """Whether the server ends."""
+        return self._ending.is_set()
+
+    async def _let_in(self, request: Request) -> str:
+        """Whose share the request takes from.
+
+        Raises:
+            ServiceError: it changes something and nobody we know asks, or its body is too long by its own account.
+        """
+        stranger = f"at {request.client.host if request.client else 'an unknown address'}"
+        if _is_open(request.url.path):
+            return stranger
+        try:
+            who = (await auth.identify(request)).name
+        except ServiceError:
+            if request.method not in auth.SAFE:
+                raise
+            return stranger  # what the path takes is its own to say: a page sends people to the form
+        declared = request.headers.get("content-length", "0")
+        if not _is_question(request) and declared.isdigit() and int(declared) > _most(request):
+            raise errors.TooLargeError(TOO_LONG.format(_most(request)))
+        return who
+
+    @asynccontextmanager
+    async def _share(self, who: str) -> AsyncIterator[Share]:
+        share = self._shares.setdefault(who, Share())
+        share.users += 1
+        try:
+            yield share
+        finally:
+            share.users -= 1
+            if not share.users:
+                self._shares.pop(who, None)
+
+
+class Turn:
+    """One request in its caller's share: it holds a place until it is answered, or turns out to be a stream."""
+
+    def __init__(self, guard: Guard, request: Request, share: Share) -> None:
+        self._guard, self._request, self._share = guard, request, share
+        self._holds_place = self._is_stream = self._has_ended = False
+        self._scope = CancelScope()
+        self._watch: asyncio.Task[None] | None = None
+
+    async def answer(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Wait for a place and let the application answer.
+
+        Raises:
+            TooManyError: the caller's other requests take too long, or it has too many streams already.
+        """
+        with move_on_after(PATIENCE):
+            await self._share.requests.acquire()
+            self._holds_place = True
+        if not self._holds_place:
+            raise TooManyError(TOO_MANY)
+
+        async def noting(message: Message) -> None:
+            if message["type"] == "http.response.start" and _is_stream(message):
+                self._become_stream()
+            self._has_ended = message["type"] == "http.response.body" and not message.get("more_body", False)
+            await send(message)
+
+        try:
+            with self._scope:
+                await self._guard.pass_on(scope, receive, noting)
+            if self._scope.cancelled_caught and not self._has_ended:
+                await send({"type": "http.response.body", "body": b"", "more_body": False})
+        finally:
+            self._leave()
+
+    def _become_stream(self) -> None:
+        """A stream waits most of the time: it takes no place among the requests, but one among the streams."""
+        if self._share.streams >= STREAMS:
+            raise TooManyError(TOO_MANY)
+        self._share.streams += 1
+        self._is_stream = True
+        self._give_place_back()
+        self._watch = asyncio.create_task(self._end_in_time())
+
+    async def _end_in_time(self) -> None:
+        """Cancel the stream once its caller may no longer ask, or the server ends."""
+        looked = current_time()
+        while not self._guard.is_ending:
+            await sleep(LOOK / 10)
+            if current_time() - looked > LOOK:
+                looked = current_time()
+                try:
+                    if not await auth.is_in_force(self._request):
+                        break
+                except errors.UNREACHABLE:
+                    continue
+        self._scope.cancel()
+
+    def _give_place_back(self) -> None:
+        if self._holds_place:
+            self._share.requests.release()
+            self._holds_place = False
+
+    def _leave(self) -> None:
+        self._give_place_back()
+        if self._is_stream:
+            self._share.streams -= 1
+        if self._watch is not None:
+            self._watch.cancel()
+
+
+def _is_open(path: str) -> bool:
+    return path in OPEN or path.startswith("/static/")
+
+
+def _is_question(request: Request) -> bool:
+    return request.url.path.startswith("/fdsnws/")
+
+
+def _most(request: Request) -> int:
+    return QUESTION if _is_question(request) else BODY
+
+
+def _is_stream(message: Message) -> bool:
+    return Headers(raw=message["headers"]).get("content-type", "").startswith("text/event-stream")
+
+
+def _counted(request: Request, receive: Receive) -> Receive:
+    """The body as it comes, and no more of it than is taken."""
+    count = 0
+
+    async def counting() -> Message:
+        nonlocal count
+        message = await receive()
+        count += len(message.get("body", b""))
+        if count > _most(request):
+            raise HTTPException(413, TOO_LONG.format(_most(request)))
+        return message
+
+    return counting
+
+
+def _protected(send: Send) -> Send:
+    """Answers with what browsers should know of them."""
+
+    async def protecting(message: Message) -> None:
+        if message["type"] == "http.response.start":
+            headers = MutableHeaders(scope=message)
+            for name, value in PROTECTION.items():
+                headers.setdefault(name, value)
+        await send(message)
+
+    return protecting

@@ -1,0 +1,12 @@
+"""The log of a process of ours."""
+
+import logging
+
+LINE = "%(asctime)s %(levelname)s %(name)s: %(message)s"
+
+
+def begin(level: int) -> None:
+    """Write it to the standard error from this level on, unless it is written already."""
+    logging.basicConfig(level=level, format=LINE)
+    logging.getLogger("apscheduler").setLevel(logging.ERROR)  # a look longer than the interval skips one: no fault
+    logging.getLogger("httpx").setLevel(logging.WARNING)

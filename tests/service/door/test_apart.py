@@ -1,0 +1,67 @@
+"""`menshin up` serves from a process of its own, whose end is nobody else's."""
+
+import re
+import resource
+import signal
+from collections.abc import Callable
+from contextlib import ExitStack
+from pathlib import Path
+from time import monotonic, sleep
+
+import httpx
+import psutil
+import pytest
+from processes import interrupt, started
+from wire import connected
+
+pytestmark = pytest.mark.slow
+PATIENCE = 90.0
+FILES = 240
+"""That the API's process may open."""
+
+
+def until(met: Callable[[], object], why: Callable[[], str]) -> object:
+    end = monotonic() + PATIENCE
+    while True:
+        try:
+            if found := met():
+                return found
+        except (httpx.TransportError, psutil.NoSuchProcess):
+            pass
+        assert monotonic() < end, why()
+        sleep(0.1)
+
+
+def test_an_api_that_dies_or_is_flooded_is_back_and_the_others_go_on(url: str, tmp_path: Path) -> None:
+    quick = {"MENSHIN_POLL_INTERVAL": "0.5", "MENSHIN_WORKERS": "1", "MENSHIN_MAX_CONNECTIONS": "16"}
+    with started(tmp_path, url, "up", "--port", "0", **quick) as service:
+        said = (tmp_path / "output").read_text
+        address = str(until(lambda: re.search(r"(http://127\.0\.0\.1:\d+)/login\?token=ml_", said()), said)[1])  # type: ignore[index]
+        until(lambda: httpx.get(f"{address}/readyz").status_code == 200, said)
+
+        served = next(one for one in service.children(recursive=True) if one.net_connections("tcp"))
+        resource.prlimit(served.pid, resource.RLIMIT_NOFILE, (FILES, FILES))
+        with ExitStack() as stack:
+            for _ in range(2 * FILES):
+                stack.enter_context(connected(address))
+            assert httpx.get(f"{address}/readyz", timeout=30).status_code == 200
+        assert len(said()) < 20_000
+
+        served.kill()
+        until(lambda: "the API ended by itself, with code -9" in said(), said)
+        until(lambda: httpx.get(f"{address}/readyz").status_code == 200, said)
+        assert service.is_running()
+        left = service.children(recursive=True)
+        assert interrupt(service, signal.SIGINT) == 0, said()
+        assert psutil.wait_procs(left, timeout=20)[1] == []
+        assert "Traceback" not in said()
+
+
+def test_the_api_ends_with_a_parent_that_is_killed(url: str, tmp_path: Path) -> None:
+    with started(tmp_path, url, "up", "--port", "0", MENSHIN_WORKERS="1") as service:
+        said = (tmp_path / "output").read_text
+        until(lambda: "serving at" in said(), said)
+        left = service.children(recursive=True)
+        service.kill()
+        service.wait()
+        assert psutil.wait_procs(left, timeout=20)[1] == []
