@@ -5,7 +5,8 @@ from io import BytesIO, StringIO
 from typing import Literal
 
 from anyio import to_thread
-from fastapi import APIRouter, HTTPException, Request, Response
+from fastapi import APIRouter, Request, Response
+from starlette.exceptions import HTTPException
 
 from service.door.guard import QUESTION
 from service.version import VERSION
