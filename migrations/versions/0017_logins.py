@@ -3,8 +3,8 @@
 import sqlalchemy as sa
 from alembic import op
 
-revision = "0016_logins"
-down_revision = "0015_alert_parts"
+revision = "0017_logins"
+down_revision = "0016_no_all_clear"
 branch_labels = None
 depends_on = None
 
