@@ -3,9 +3,11 @@
 import typer
 
 from service.commands import analyse, building, demo, drill, effects, keys, model, reproduce, run, secret
+from service.commands.edge import Edge
 
 app = typer.Typer(
     name="menshin",
+    cls=Edge,
     no_args_is_help=True,
     pretty_exceptions_show_locals=False,
     help="Structural health monitoring for base-isolated buildings.",

@@ -8,16 +8,22 @@ from alembic import command
 from alembic.config import Config
 from alembic.runtime.migration import MigrationContext
 from alembic.script import ScriptDirectory
-from sqlalchemy import event, text
+from sqlalchemy import Connection, event, inspect, text
 from sqlalchemy.orm import Session
 
+from service.database_problems import DatabaseVersionError, shown
 from service.sessions import engine
+from service.version import VERSION
 
 LOCK = 6_334_607  # any number, the same in all our processes
 
 
 def upgrade(url: str, revision: str = "head") -> None:
-    """Bring the database up to a revision; two processes that start together do it one after the other."""
+    """Bring the database up to a revision; two processes that start together do it one after the other.
+
+    Raises:
+        DatabaseVersionError: it is of a newer version of menshin, or of another program.
+    """
     _run(url, lambda config: command.upgrade(config, revision))
 
 
@@ -51,10 +57,29 @@ def _run(url: str, migrate: Callable[[Config], None]) -> None:
         with connected.begin() as connection:
             if connection.dialect.name == "postgresql":
                 connection.execute(text("SELECT pg_advisory_xact_lock(:lock)"), {"lock": LOCK})
+            _check(connection)
             config.attributes["connection"] = connection
             migrate(config)
     finally:
         connected.dispose()
+
+
+def _check(connection: Connection) -> None:
+    """Refuse a database that was made by a newer version, or by another program, or that cannot be written."""
+    name = shown(connection.engine.url)
+    known = {script.revision for script in ScriptDirectory.from_config(_config()).walk_revisions()}
+    current = MigrationContext.configure(connection).get_current_heads()
+    if strange := set(current) - known:
+        raise DatabaseVersionError(
+            f"{name} is of another version of menshin than this one ({VERSION}), which does not know its revision "
+            f"{', '.join(sorted(strange))}; run that version, or name another database"
+        )
+    if not current and (tables := set(inspect(connection).get_table_names()) - {"alembic_version"}):
+        raise DatabaseVersionError(
+            f"{name} has tables that menshin did not make ({', '.join(sorted(tables)[:3])}); name another database"
+        )
+    if current:  # nothing else may be written until much later, and then by a part that takes it for a passing fault
+        connection.execute(text("UPDATE alembic_version SET version_num = version_num"))
 
 
 def _let_tables_be_rebuilt(connection: Any, _: object) -> None:  # noqa: ANN401  the driver's own connection

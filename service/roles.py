@@ -14,6 +14,7 @@ from sqlalchemy.orm import Session, sessionmaker
 
 from service import logs, migrate
 from service.database import Receiver, encryption
+from service.database_problems import is_away
 from service.own_folders import own_folder
 from service.sessions import sessions
 from service.settings import Settings
@@ -101,14 +102,14 @@ def _upgraded(url: str, stop: Signal) -> bool:
     """Bring the database up to date, and wait for a server that is away; False if `stop` is set before it comes.
 
     Raises:
-        OperationalError: it is a file that cannot be used: waiting would not help.
+        OperationalError: it is a file, or a server that answers but cannot be used: waiting would not help.
     """
     is_waiting = False
     while not stop.is_set():
         try:
             migrate.upgrade(url)
         except OperationalError as error:
-            if make_url(url).get_backend_name() == "sqlite":
+            if make_url(url).get_backend_name() == "sqlite" or not is_away(error):
                 raise
             if not is_waiting:
                 log.warning("waiting for the database, which is out of reach: %s", str(error.orig).splitlines()[0])

@@ -8,7 +8,10 @@ from time import monotonic, sleep
 from typing import Any
 
 from sqlalchemy import URL, Connection, Engine, create_engine, event, make_url
+from sqlalchemy.engine import ExceptionContext
 from sqlalchemy.orm import Session, sessionmaker
+
+from service.database_problems import name
 
 BUSY_TIMEOUT = 30.0  # s that a writer waits for the other one
 LOCKED_TIMEOUT = 1.0  # s that a file which is being made may be locked
@@ -23,13 +26,14 @@ class NulError(ValueError):
 
 
 def engine(url: str) -> Engine:
-    """The engine of a database; the folder of an SQLite file is made if it is missing."""
+    """The engine of a database; the folder of an SQLite file is made if it is missing. Its errors name the database."""
     address = _address(url)
     if address.get_backend_name() == "sqlite":
         made = _sqlite(address)
     else:
         made = create_engine(address, pool_pre_ping=True, hide_parameters=True, connect_args={"connect_timeout": 10})
     event.listen(made, "before_cursor_execute", _refuse_nul)
+    event.listen(made, "handle_error", _name)
     return made
 
 
@@ -42,6 +46,11 @@ def reading(sessions: sessionmaker[Session]) -> sessionmaker[Session]:
     """The same sessions for readers: on SQLite these never wait for a writer, and must not write."""
     bound = sessions.kw["bind"]
     return sessionmaker(bound.execution_options(**{READING: True}), expire_on_commit=False)
+
+
+def _name(context: ExceptionContext) -> None:
+    if context.sqlalchemy_exception is not None and context.engine is not None:
+        name(context.sqlalchemy_exception, context.engine.url)
 
 
 def _address(url: str) -> URL:

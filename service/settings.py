@@ -1,12 +1,14 @@
 """What can be set: by environment variables (MENSHIN_...) over a TOML file over the defaults."""
 
 import os
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
 from platformdirs import user_data_path
-from pydantic import Field, SecretStr, model_validator
+from pydantic import Field, SecretStr, field_validator, model_validator
 from pydantic_settings import (
     BaseSettings,
     EnvSettingsSource,
@@ -16,8 +18,12 @@ from pydantic_settings import (
 )
 from sqlalchemy.engine import make_url
 
+from service.database_problems import wrong_address
+
 PREFIX = "MENSHIN_"
 FILE_VARIABLE = "MENSHIN_SETTINGS"
+KEY_VARIABLE = "MENSHIN_SECRET_KEY"
+"""Of service.database.encryption; no setting, so that it is never shown."""
 DEFAULT_FILE = "menshin.toml"
 
 Seconds = Annotated[float, Field(gt=0)]
@@ -215,6 +221,13 @@ class Settings(BaseSettings):
     )
     heartbeat_interval: Seconds = Field(default=60.0, description="s between two heartbeats")
 
+    @field_validator("database_url")
+    @classmethod
+    def _address(cls, address: str) -> str:
+        if problem := wrong_address(address):
+            raise ValueError(problem)
+        return address
+
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         if not 0 < self.band[0] < self.band[1] < self.rate / 2:
@@ -273,6 +286,19 @@ class Settings(BaseSettings):
         if file is not None and name in TomlConfigSettingsSource(type(self), file)():
             return f"file {file}"
         return "argument"
+
+
+def unknown_variables(environment: Mapping[str, str]) -> tuple[str, ...]:
+    """A line for every variable that begins as ours do and is none; values are not repeated."""
+    known = {FILE_VARIABLE, KEY_VARIABLE, *(f"{PREFIX}{name.upper()}" for name in Settings.model_fields)}
+    strange = sorted(name for name in environment if name.startswith(PREFIX) and name not in known)
+    return tuple(f"the variable {name} is not a setting and is ignored{_nearest(name, known)}" for name in strange)
+
+
+def _nearest(name: str, known: Collection[str]) -> str:
+    names = [one.removeprefix(PREFIX) for one in known]
+    near = get_close_matches(name.removeprefix(PREFIX), names, n=1)
+    return f"; did you mean {PREFIX}{near[0]}?" if near else "; `menshin settings` lists those that there are"
 
 
 SECRETS = frozenset({"database_url", "smtp_password", "heartbeat_url"})

@@ -12,6 +12,7 @@ from rich.console import Console
 from rich.table import Table
 
 from service.commands.audited import of_command
+from service.commands.described import text_of
 from service.commands.in_force import settings_in_force
 
 if TYPE_CHECKING:
@@ -30,8 +31,9 @@ def add(context: typer.Context, file: File) -> None:
     """Put a building under watch."""
     from service import buildings
 
+    text = text_of(file)
     with _session(context) as session:
-        building = buildings.add(session, file.read_text("utf-8"), file.parent.resolve(), datetime.now(UTC))
+        building = buildings.add(session, text, file.parent.resolve(), datetime.now(UTC))
         Console().print(f"{building.code} is under watch: {building.name}")
         _warn_of_a_missing_folder(session, building)
 
@@ -71,7 +73,7 @@ def update(context: typer.Context, code: Code, file: File) -> None:
     from service import buildings
     from service.toml_files import building_file
 
-    text, folder = file.read_text("utf-8"), file.parent.resolve()
+    text, folder = text_of(file), file.parent.resolve()
     with _session(context) as session:
         buildings.find(session, code)
         described = building_file.read(text, folder).description.code

@@ -1,9 +1,13 @@
 """`menshin demo`: a simulated building behind a real monitoring server, watched as a real one would be."""
 
+import os
 from pathlib import Path
 from typing import Annotated
 
 import typer
+
+OWN = {"MENSHIN_DATABASE_URL", "MENSHIN_HOST", "MENSHIN_PORT", "MENSHIN_POLL_INTERVAL"}
+"""Variables in whose place the demonstration has values of its own."""
 
 app = typer.Typer(no_args_is_help=True)
 
@@ -89,6 +93,8 @@ def demo(
         raise typer.Exit(1) from None
     except KeyboardInterrupt:
         raise typer.Exit(0) from None
+    for name in OWN & os.environ.keys():
+        console.print(f"[yellow]{name} is not used: the demonstration has a value of its own[/]")
     free = free_port(port)
     if port not in {0, free}:
         console.print(f"[yellow]port {port} is taken: port {free} is used instead[/]")

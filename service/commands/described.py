@@ -17,9 +17,18 @@ def described_by(path: Path) -> "BuildingFile":
     from service.toml_files.building_file import BuildingFileError, read
 
     try:
-        return read(path.read_text("utf-8"), path.resolve().parent)
-    except (BuildingFileError, UnicodeDecodeError) as error:
+        return read(text_of(path), path.resolve().parent)
+    except BuildingFileError as error:
         typer.echo(f"{path}:\n{error}", err=True)
+        raise typer.Exit(USAGE) from None
+
+
+def text_of(path: Path) -> str:
+    """A text file; exit code 2 if it is none."""
+    try:
+        return path.read_text("utf-8")
+    except UnicodeDecodeError as error:
+        typer.echo(f"{path} is not text in UTF-8 ({error.reason} at byte {error.start}); save it as UTF-8", err=True)
         raise typer.Exit(USAGE) from None
 
 

@@ -1,5 +1,6 @@
 """The settings that a command works under; what is wrong with them ends it with its reason."""
 
+from tomllib import TOMLDecodeError
 from typing import TYPE_CHECKING
 
 import typer
@@ -20,19 +21,33 @@ def settings_in_force(**given: object) -> "Settings":
         return Settings(**{name: value for name, value in given.items() if value is not None})  # type: ignore[arg-type]
     except ValidationError as error:
         typer.echo("\n".join(map(_told, error.errors())), err=True)
-    except (FileNotFoundError, ValueError) as error:
+    except TOMLDecodeError as error:
+        typer.echo(f"{_file()} is not TOML: {error}", err=True)
+    except UnicodeDecodeError as error:
+        typer.echo(f"{_file()} is not text in UTF-8 ({error.reason} at byte {error.start})", err=True)
+    except OSError as error:
+        typer.echo(str(error) if error.strerror is None else f"{error.filename}: {error.strerror}", err=True)
+    except ValueError as error:
         typer.echo(str(error), err=True)
     raise typer.Exit(2)
 
 
+def _file() -> str:
+    from service.settings import settings_file
+
+    return str(settings_file())
+
+
 def _told(wrong: "ErrorDetails") -> str:
     """A line on what is wrong, without a secret: what concerns all settings would repeat every one of them."""
-    from service.settings import SECRETS
+    from service.settings import SECRETS, Settings
+    from service.toml_files.toml_problems import unknown
 
     name = ".".join(map(str, wrong["loc"]))
-    is_secret = not name or name in SECRETS or wrong["type"] == "extra_forbidden"  # it may be a misspelt password
-    got = "" if is_secret else f", got {wrong['input']!r}"
-    return f"{name or 'settings'}: {wrong['msg']}{got}"
+    if wrong["type"] == "extra_forbidden":
+        return f"{name}: {unknown(name, list(Settings.model_fields))}"
+    got = "" if not name or name in SECRETS else f", got {wrong['input']!r}"
+    return f"{name or 'settings'}: {wrong['msg'].removeprefix('Value error, ')}{got}"
 
 
 def own_effects_in_force() -> None:

@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.table import Table
 
 from service.commands.audited import of_command
+from service.commands.in_force import settings_in_force
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
@@ -78,9 +79,8 @@ def _session(context: typer.Context) -> Iterator["Session"]:
     from service.access.keys import KeyNameError
     from service.migrate import upgrade
     from service.sessions import sessions
-    from service.settings import Settings
 
-    url = Settings().database_url
+    url = settings_in_force().database_url
     upgrade(url)
     made = sessions(url)
     try:

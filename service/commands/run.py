@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from service.commands.audited import of_command
+from service.commands.door import check_port
 from service.commands.in_force import settings_in_force
 
 if TYPE_CHECKING:
@@ -24,6 +25,7 @@ def up(
     from service.serving import address, api_apart, listening
 
     settings = settings_in_force(workers=workers, port=port)
+    check_port(settings)
     with (
         listening(settings) as door,
         signalled() as stop,
@@ -71,6 +73,7 @@ def api(port: Annotated[int | None, typer.Option(help="Port of the API.")] = Non
     from service.serving import address, api, listening
 
     settings = settings_in_force(port=port)
+    check_port(settings)
     with listening(settings) as door, signalled() as stop, running(settings, stop) as sessions:
         if not stop.is_set():
             invite(sessions, settings.public_url or address(settings, door))

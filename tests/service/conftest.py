@@ -52,6 +52,12 @@ def stoppable_postgres() -> Iterator[Any]:
         yield server
 
 
+@pytest.fixture
+def postgres_database_url(postgres: str) -> Iterator[str]:
+    """Address of a database of PostgreSQL without a table."""
+    yield from new_database(postgres)
+
+
 @pytest.fixture(params=["sqlite", "postgresql"])
 def empty_database_url(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[str]:
     """Address of a database without a table."""

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NoReturn
 
 import typer
 
-from service.commands.described import described_by
+from service.commands.described import described_by, text_of
 from service.commands.in_force import settings_in_force
 
 if TYPE_CHECKING:
@@ -30,8 +30,8 @@ def read(
     own = settings_in_force()
     of_building = described_by(building)
     try:
-        described = read_model(model.read_text("utf-8"))
-    except (ModelFileError, UnicodeDecodeError) as error:
+        described = read_model(text_of(model))
+    except ModelFileError as error:
         typer.echo(f"{model}:\n{error}", err=True)
         raise typer.Exit(USAGE) from None
     if described.building != of_building.description.code:
