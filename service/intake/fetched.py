@@ -7,6 +7,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session, sessionmaker, undefer
 
 from service.database import Building, FetchedFile
+from service.intake.recordings import storable
 from service.sessions import reading
 from service.sources.memory import Known
 
@@ -20,22 +21,21 @@ class Fetched:
 
     def known(self, addresses: Sequence[str]) -> Mapping[str, Known]:
         """By address, those that anything is known of; without their beginnings."""
-        rows = select(FetchedFile).where(
-            FetchedFile.building_id == self.building_id, FetchedFile.address.in_(addresses)
-        )
+        stored = {storable(address): address for address in addresses}
+        rows = select(FetchedFile).where(FetchedFile.building_id == self.building_id, FetchedFile.address.in_(stored))
         with reading(self.sessions)() as session:
-            return {
-                row.address: Known(row.address, row.mark, row.attempts, row.version) for row in session.scalars(rows)
-            }
+            known = {stored[row.address]: row for row in session.scalars(rows)}
+            return {address: Known(address, row.mark, row.attempts, row.version) for address, row in known.items()}
 
     def beginning(self, address: str) -> bytes:
         """Of a body that broke off."""
         with reading(self.sessions)() as session:
-            key = (self.building_id, address)
+            key = (self.building_id, storable(address))
             return session.get_one(FetchedFile, key, options=[undefer(FetchedFile.beginning)]).beginning or b""
 
 
 def remember(session: Session, building: Building, files: Iterable[Known]) -> None:
     """Keep what is known of files now."""
     for file in files:
-        session.merge(FetchedFile(building_id=building.id, **asdict(file)))
+        columns = asdict(file) | {"address": storable(file.address)}
+        session.merge(FetchedFile(building_id=building.id, **columns))

@@ -13,7 +13,7 @@ from service.formats import Contents, FormatError, Gain, Trace, UnknownUnitError
 from service.intake import continuous, events
 from service.intake.contents import data_of, gains
 from service.intake.grouping import overlapping
-from service.intake.recordings import store
+from service.intake.recordings import storable, store
 from service.intake.spans import span
 from service.intake.trigger import check_gaps
 from service.parsing import ParserDiedError
@@ -106,9 +106,10 @@ def take_in(session: Session, recording: Recording, parsed: Parsed, now: datetim
     except FormatError as error:
         unit_is_missing = isinstance(error, UnknownUnitError)
         recording.kind = "waveforms" if unit_is_missing else recording.kind
-        recording.state, recording.reason = "refused", _refusal(error, described)
+        recording.state, recording.reason = "refused", storable(_refusal(error, described))
         return
-    recording.reason = _left_out(contents, described)
+    left_out = _left_out(contents, described)
+    recording.reason = None if left_out is None else storable(left_out)
     if contents.kind == "station":
         session.flush()
         _read_again_with_gains(session, building)
@@ -125,18 +126,14 @@ def went_wrong(recording: Recording, error: Exception, *, settings: Settings) ->
     is_too_much = isinstance(error, ParserDiedError)
     found = str(error) if is_too_much else f"reading it went wrong ({type(error).__name__}: {error})"
     if recording.failures < settings.job_attempts:
-        recording.reason = f"{_storable(found)}; it is tried again at the next look"
+        recording.reason = f"{storable(found)}; it is tried again at the next look"
         return
-    _give_up(recording, _storable(found))
+    _give_up(recording, storable(found))
 
 
 def _give_up(recording: Recording, found: str) -> None:
     wanted = "`menshin building update`, or another version of menshin, reads it again"
     recording.state, recording.reason = "refused", f"{found}, {recording.failures} times; {wanted}"
-
-
-def _storable(text: str) -> str:
-    return text.replace("\0", "\N{REPLACEMENT CHARACTER}")
 
 
 def read_again_with_this_version(session: Session, building: Building) -> None:

@@ -31,13 +31,18 @@ def refuse_unseen(
     had = select(Recording).where(
         Recording.building_id == building.id,
         Recording.sha256.is_(None),
-        Recording.origin == without_credentials(origin),
-        Recording.name == name,
+        Recording.origin == storable(without_credentials(origin)),
+        Recording.name == storable(name),
     )
     if (recording := session.scalar(had)) is not None:
-        recording.reason = reason
+        recording.reason = storable(reason)
         return recording
     return _recorded(session, building, name, origin, now, sha256=None, state="refused", reason=reason)
+
+
+def storable(text: str) -> str:
+    """A text from outside as every database takes it: without NUL, and with names that are no Unicode written out."""
+    return text.encode("utf-8", "backslashreplace").decode().replace("\0", "\N{REPLACEMENT CHARACTER}")
 
 
 def _recorded(
@@ -54,12 +59,12 @@ def _recorded(
     recording = Recording(
         building_id=building.id,
         sha256=sha256,
-        name=name,
-        origin=without_credentials(origin),
+        name=storable(name),
+        origin=storable(without_credentials(origin)),
         received_at=now,
         kind="unknown",
         state=state,
-        reason=reason,
+        reason=None if reason is None else storable(reason),
         failures=0,
     )
     session.add(recording)

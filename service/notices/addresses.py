@@ -11,6 +11,10 @@ TRANSLATED = IPv6Network("64:ff9b::/96")
 """IPv4 behind a translator (RFC 6052): the last 32 bits are the address that is reached."""
 TUNNELS = tuple(IPv6Network(one) for one in ("::/96", "64:ff9b:1::/48", "2001::/32", "2002::/16"))
 """Which hide an IPv4 address that is reached somewhere else (RFC 4291, 8215, 4380, 3056)."""
+SPECIAL = tuple(
+    ip_network(one) for one in ("192.0.0.0/24", "192.88.99.0/24", "2001::/23", "3fff::/20", "5f00::/16", "100::/64")
+)
+"""Of the IANA special-purpose address registries (RFC 6890, 7526, 9637, 9602), whatever this Python knows of them."""
 CLOUD = frozenset({IPv4Address("168.63.129.16")})
 """Of a cloud's own services, although public: Azure's metadata and wire server."""
 
@@ -67,6 +71,8 @@ def _meant(address: IPAddress) -> IPAddress:
 
 def _is_public(address: IPAddress) -> bool:
     if isinstance(address, IPv6Address) and (address.is_site_local or any(address in tunnel for tunnel in TUNNELS)):
+        return False
+    if any(address in network for network in SPECIAL if network.version == address.version):
         return False
     return address.is_global and not (address.is_multicast or address.is_reserved or address in CLOUD)
 

@@ -4,6 +4,7 @@ import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import datetime
+from errno import EINVAL
 from pathlib import Path
 from stat import S_ISREG
 from typing import NamedTuple
@@ -11,6 +12,8 @@ from typing import NamedTuple
 from service.sources.arrival import Arrival, Cursor, SourceError, Step, TooLargeError
 from service.sources.memory import Known, Memory, in_batches
 
+SAFELY = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
+"""A link or a pipe that takes the file's place at the last moment is neither followed nor waited for."""
 DOCUMENTS = {".toml", ".md", ".pdf", ".rst"}
 """What lies beside records and is none."""
 RIGHTS = "give the service's account the right to read it"
@@ -54,7 +57,7 @@ class Folder:
                 growing[address] = str(mark)
                 continue
             try:
-                arrival = self._arrival(file, mark.size)
+                arrival = self._arrival(file)
             except OSError as error:
                 unreadable.append(error)
                 continue
@@ -97,13 +100,23 @@ class Folder:
             found += [Path(folder, name) for name in names if not name.startswith(".")]
         return sorted(path for path in found if not _is_document(path))
 
-    def _arrival(self, file: Path, size: int) -> Arrival:
-        name = str(file.relative_to(self.path))
-        if size > self.max_bytes:
-            return Arrival(
-                name=name, origin=str(file), data=None, refusal=str(TooLargeError(str(file), size, self.max_bytes))
+    def _arrival(self, file: Path) -> Arrival:
+        name, origin = str(file.relative_to(self.path)), str(file)
+        if (target := file.resolve()) != file and not target.is_relative_to(self.path.resolve()):
+            refusal = (
+                f"{file} is a symbolic link to outside the folder, which is not followed; put a copy there instead"
             )
-        return Arrival(name=name, origin=str(file), data=file.read_bytes())
+            return Arrival(name=name, origin=origin, data=None, refusal=refusal)
+        with os.fdopen(os.open(target, SAFELY), "rb") as opened:
+            status = os.fstat(opened.fileno())
+            if not S_ISREG(status.st_mode):
+                raise OSError(EINVAL, "not a regular file any more", origin)
+            if status.st_size <= self.max_bytes:
+                data = opened.read(self.max_bytes + 1)
+                if len(data) <= self.max_bytes:
+                    return Arrival(name=name, origin=origin, data=data)
+        refusal = str(TooLargeError(origin, status.st_size, self.max_bytes))
+        return Arrival(name=name, origin=origin, data=None, refusal=refusal)
 
 
 def _mark(file: Path) -> Mark | None:

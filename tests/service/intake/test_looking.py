@@ -1,6 +1,7 @@
 """Looks at sources: the same results by every way in, failures told once, nothing lost in between."""
 
 import logging
+import os
 from collections.abc import Iterator
 from datetime import datetime, timedelta
 from pathlib import Path
@@ -223,3 +224,26 @@ def test_a_file_over_which_the_service_ended_is_tried_a_few_times_only(sessions:
     look(sessions)
     with sessions() as session:
         assert session.scalars(select(Recording)).one().state == "read"
+
+
+def test_names_that_are_no_unicode_and_reasons_with_nul_hold_up_nothing(
+    sessions: sessionmaker[Session], server: Server, tmp_path: Path
+) -> None:
+    folder = tmp_path / "in"
+    folder.mkdir()
+    (folder / os.fsdecode(b"\xff.mseed")).write_bytes(miniseed(stream()))
+    add(sessions, "folder", str(folder))
+    later = datetime.now(START.tzinfo) + timedelta(minutes=1)
+    look(sessions, later)
+    with sessions() as session:
+        recording = session.scalars(select(Recording)).one()
+        assert (recording.name, recording.state) == ("\\udcff.mseed", "read")
+    server.pages["/events/"] = Page(b"a%00b.mseed")
+    server.pages["/events/a%00b.mseed"] = Page(b"# start: \0\n# rate: 1\n")
+    with sessions.begin() as session:
+        text = building_file("archive", f"{server.address}/events/").replace('"TOWER"', '"OTHER"', 1)
+        buildings.add(session, text, Path("/"), NOW)
+    look(sessions, later)
+    with sessions() as session:
+        recording = session.scalars(select(Recording).where(Recording.state == "refused")).one()
+        assert recording.name == "a\N{REPLACEMENT CHARACTER}b.mseed"

@@ -1,6 +1,7 @@
 """Files of a folder are taken once, when they have settled."""
 
 import os
+import socket
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -89,3 +90,39 @@ def test_a_file_that_grew_and_went_is_forgotten(folder: Folder) -> None:
     assert cursor["seen"]
     (folder.path / "a.mseed").unlink()
     assert look(folder, cursor)[1] == {"seen": {}}
+
+
+def test_a_link_to_outside_is_refused_and_one_to_inside_followed(
+    folder: Folder, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    outside = tmp_path_factory.mktemp("outside")
+    write(outside / "secret", b"of another account", 100)
+    write(folder.path / "records" / "a.mseed", b"a", 100)
+    (folder.path / "inside.mseed").symlink_to(folder.path / "records" / "a.mseed")
+    (folder.path / "outside.mseed").symlink_to(outside / "secret")
+    (folder.path / "up.mseed").symlink_to("../" + outside.name + "/secret")
+    (folder.path / "folder").symlink_to(outside)
+    (folder.path / "nowhere.mseed").symlink_to(outside / "nothing")
+    arrivals = {one.name: one for step in folder.steps({}, NOW) for one in step.arrivals}
+    assert {name: one.data for name, one in arrivals.items()} == {
+        "inside.mseed": b"a",
+        "records/a.mseed": b"a",
+        "outside.mseed": None,
+        "up.mseed": None,
+    }
+    assert "is a symbolic link to outside the folder, which is not followed" in (arrivals["up.mseed"].refusal or "")
+
+
+def test_a_folder_that_is_itself_a_link_is_followed(tmp_path: Path) -> None:
+    write(tmp_path / "real" / "a.mseed", b"a", 100)
+    (tmp_path / "link").symlink_to(tmp_path / "real")
+    folder = Folder(tmp_path / "link", max_bytes=1000, settle_time=2, memory=Remembering())
+    assert look(folder, {})[0] == [b"a"]
+
+
+def test_pipes_and_sockets_are_not_read(folder: Folder) -> None:
+    os.mkfifo(folder.path / "pipe.mseed")
+    with socket.socket(socket.AF_UNIX) as listening:
+        listening.bind(str(folder.path / "s.mseed"))
+        (folder.path / "null.mseed").symlink_to("/dev/null")
+        assert look(folder, {})[0] == []
