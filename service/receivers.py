@@ -35,7 +35,7 @@ def add(session: Session, building_id: int, rule: ReceiverRule, by: str, now: da
     return _put(session, building_id, rule, API, by, now)
 
 
-def change(receiver: Receiver, rule: ReceiverRule) -> Receiver:
+def change(receiver: Receiver, rule: ReceiverRule, now: datetime) -> Receiver:
     """Tell a receiver elsewhere, or of other things; what waits for it goes where it is now.
 
     Raises:
@@ -43,7 +43,7 @@ def change(receiver: Receiver, rule: ReceiverRule) -> Receiver:
     """
     _refuse_the_files(receiver)
     _refuse_wrong(rule)
-    return _set(receiver, rule)
+    return _set(receiver, rule, now)
 
 
 def remove_added(session: Session, receiver: Receiver, now: datetime) -> None:
@@ -120,13 +120,17 @@ def _put(
     if row is None:
         row = Receiver(building_id=building_id, name=rule.name, created_at=now)
         session.add(row)
+    elif row.removed_at is not None:
+        row.since = now
     row.origin, row.created_by, row.removed_at = origin, by, None
-    _set(row, rule)
+    _set(row, rule, now)
     session.flush()
     return row
 
 
-def _set(row: Receiver, rule: ReceiverRule) -> Receiver:
+def _set(row: Receiver, rule: ReceiverRule, now: datetime) -> Receiver:
+    if row.id is not None and row.address != rule.address:
+        row.since = now
     row.kind, row.address, row.secret = rule.kind, rule.address, rule.secret
     row.kinds, row.severities = list(rule.kinds), list(rule.severities)
     return row

@@ -9,6 +9,7 @@ from sqlalchemy.orm import Session
 from service.alerting.alert_messages import tell_of_alert
 from service.alerting.event_notice import Before, event_notice, key
 from service.alerting.event_reading import event_facts
+from service.alerting.newcomers import tell_newcomers
 from service.database import Event, Message
 from service.notices import outbox
 from service.queries import alerts
@@ -28,6 +29,8 @@ def tell(session: Session, building_id: int, message_age: timedelta, now: dateti
             tell_of_event(session, event_id, message_age, now)
     for alert in alerts.alerts_without_event(session, building_id):
         tell_of_alert(session, alert, now)
+    session.flush()
+    tell_newcomers(session, building_id, now)
 
 
 def tell_of_event(session: Session, event_id: int, message_age: timedelta, now: datetime) -> None:

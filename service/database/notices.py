@@ -35,6 +35,8 @@ class Receiver(Base):
     """Name of the key that added it; None for one of the file."""
     created_at: Mapped[datetime]
     removed_at: Mapped[datetime | None]
+    since: Mapped[datetime | None]
+    """When its address changed last, or it came back; None: it is as it was added."""
     building: Mapped[Building] = relationship()
 
 
@@ -68,6 +70,8 @@ class Message(Base):
     digest: Mapped[str]
     """SHA-256 of what decides whether a later notice is news: of what people read, unless the notice says otherwise."""
     created_at: Mapped[datetime]
+    unsent: Mapped[str | None] = mapped_column(Text)
+    """Why it went to nobody when it was written; None where it was sent."""
     building: Mapped[Building] = relationship()
     deliveries: Mapped[list["Delivery"]] = relationship(back_populates="message", order_by="Delivery.id")
 

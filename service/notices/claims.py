@@ -127,7 +127,9 @@ def _note_the_dead(session: Session, delivery: Delivery) -> None:
 
 
 def _begun(session: Session, delivery: Delivery, now: datetime, lease: timedelta) -> Claim:
-    reached = exists().where(DeliveryAttempt.delivery_id == delivery.id, DeliveryAttempt.outcome != "not_taken")
+    address = shown_address(delivery.receiver.kind, delivery.receiver.address)
+    of_delivery = (DeliveryAttempt.delivery_id == delivery.id, DeliveryAttempt.address == address)
+    reached = exists().where(*of_delivery, DeliveryAttempt.outcome != "not_taken")
     is_repeat = bool(session.scalar(select(reached)))
     delivery.state, delivery.claimed_until = "sending", now + lease
     delivery.claims, delivery.tries = delivery.claims + 1, delivery.tries + 1
@@ -136,7 +138,7 @@ def _begun(session: Session, delivery: Delivery, now: datetime, lease: timedelta
             delivery_id=delivery.id,
             number=delivery.claims,
             is_repeat=is_repeat,
-            address=shown_address(delivery.receiver.kind, delivery.receiver.address),
+            address=address,
             begun_at=now,
         )
     )

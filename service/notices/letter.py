@@ -54,6 +54,10 @@ class Letter:
     """PNG."""
     has_ended: bool = False
     """Whether what it is about has ended, as it was written."""
+    standing_since: datetime | None = None
+    """Since when what it reports is open, where its reader became a recipient later than it was written; else None."""
+    standing: str = ""
+    """What that reader must know first; empty for all others."""
 
     @property
     def is_over(self) -> bool:
@@ -71,13 +75,21 @@ class Letter:
         marks = ("(repeat) " if self.is_repeat else "") + {"drill": f"{DRILL}: ", "test": f"{TEST}: "}.get(
             self.kind, ""
         )
-        return f"{marks}{ORDER[self.sequence]}[{self.building_name}] {' '.join(self.subject.split())}"
+        return f"{marks}{self.order}[{self.building_name}] {' '.join(self.subject.split())}"
+
+    @property
+    def order(self) -> str:
+        """How it follows earlier ones, before its subject."""
+        if self.standing_since is None:
+            return ORDER[self.sequence]
+        return f"OPEN SINCE {self.standing_since.astimezone(ZoneInfo(self.timezone)):%Y-%m-%d}: "
 
     @property
     def paragraphs(self) -> tuple[str, ...]:
         """All sentences, those that must not be missed first."""
         return (
             *([NOT_REAL[self.kind]] if not self.is_real else []),
+            *([self.standing] if self.standing else []),
             *self.sentences,
             *([AGAIN] if self.is_repeat else []),
         )

@@ -16,7 +16,7 @@ import httpx
 from jinja2 import Environment, PackageLoader
 
 from service.notices.answer import Answer, one_line
-from service.notices.letter import DRILL, GRADES, ORDER, TEST, Addressee, Letter
+from service.notices.letter import DRILL, GRADES, TEST, Addressee, Letter
 from service.settings import Settings
 
 COLOURS = {"normal": "#2e7d32", "note": "#14569e", "warning": "#b26a00", "alarm": "#b00020"}
@@ -79,7 +79,7 @@ def page(letter: Letter, picture: str | None) -> str:
         picture=picture,
         mark={"drill": DRILL, "test": TEST}.get(letter.kind),
         grade=GRADES[letter.severity] if letter.is_real else f"a {letter.kind}",
-        order=ORDER[letter.sequence],
+        order=letter.order,
         colour=COLOURS[letter.severity] if letter.is_real else NOT_REAL,
     )
 

@@ -112,7 +112,7 @@ class Notifier:
             with reading(self.sessions)() as session:
                 delivery = session.get_one(Delivery, claim.delivery_id)
                 to = writing.addressee(delivery.receiver)
-                letter = writing.letter(session, delivery.message, to.kind, self.settings.public_url, claim.is_repeat)
+                letter = writing.letter(session, delivery, to.kind, self.settings.public_url, claim.is_repeat)
         except MissingVariableError as missing:
             return Answer("not_taken", str(missing))
         except Exception:  # a bug at one message stops no other, and is shown

@@ -13,6 +13,12 @@ from service import receivers
 from service.database import Building, Delivery, Message, Receiver
 from service.notices.notice import Notice
 
+NO_RECIPIENTS = "no recipients"
+NOT_WANTED = "no recipient wants messages of this kind and severity"
+"""Why a message goes to nobody."""
+ENDED = ("delivered", "failed", "dropped")
+"""States of deliveries that nothing more is done about."""
+
 
 def put(session: Session, notice: Notice, now: datetime) -> Message:
     """Put a notice into the outbox, for every receiver whose rule it meets.
@@ -30,9 +36,7 @@ def put(session: Session, notice: Notice, now: datetime) -> Message:
     Returns:
         The message; that of before, if this one is no news.
     """
-    session.scalars(  # two transactions with news of one thing come one after the other
-        select(Building).where(Building.id == notice.building_id).with_for_update(key_share=True)
-    ).one()
+    _held(session, notice.building_id)
     of_key = (Message.building_id == notice.building_id, Message.key == notice.key)
     last = session.scalars(select(Message).where(*of_key).order_by(Message.number.desc()).limit(1)).one_or_none()
     if last is not None and last.digest == _digest(notice):
@@ -46,17 +50,47 @@ def put(session: Session, notice: Notice, now: datetime) -> Message:
     return put_for(session, notice, wanting, now)
 
 
-def put_for(session: Session, notice: Notice, receivers: Sequence[Receiver], now: datetime) -> Message:
+def put_for(session: Session, notice: Notice, wanting: Sequence[Receiver], now: datetime) -> Message:
     """Put a notice into the outbox for these receivers, whatever their rules."""
     of_key = (Message.building_id == notice.building_id, Message.key == notice.key)
     before = session.scalar(select(func.max(Message.number)).where(*of_key))
     message = _message(notice, 1 + (before or 0), now)
     message.deliveries = [
-        Delivery(receiver_id=receiver.id, state="waiting", due_at=now, created_at=now) for receiver in receivers
+        Delivery(receiver_id=receiver.id, state="waiting", due_at=now, created_at=now) for receiver in wanting
     ]
+    if not wanting:
+        message.unsent = NOT_WANTED if receivers.of_building(session, notice.building_id) else NO_RECIPIENTS
     session.add(message)
     session.flush()
     return message
+
+
+def hand_on(session: Session, building_id: int, messages: Sequence[Message], now: datetime) -> None:
+    """Send messages of what is still open to the recipients that want them and were none when they were written.
+
+    One whose address changed since it was sent, or that was removed and came back, gets it once more.
+    """
+    _held(session, building_id)
+    for message in messages:
+        session.refresh(message, ["deliveries"])
+        sent = {one.receiver_id: one for one in message.deliveries}
+        for receiver in receivers.of_building(session, building_id):
+            before = sent.get(receiver.id)
+            if not _wants(receiver, message):
+                continue
+            if before is None:
+                message.deliveries.append(
+                    Delivery(receiver_id=receiver.id, state="waiting", due_at=now, created_at=now)
+                )
+            elif before.state in ENDED and receiver.since is not None and before.created_at < receiver.since:
+                before.state, before.due_at, before.created_at = "waiting", now, now
+                before.finished_at, before.tries = None, 0
+    session.flush()
+
+
+def _held(session: Session, building_id: int) -> None:
+    """Two transactions with news of one thing come one after the other."""
+    session.scalars(select(Building).where(Building.id == building_id).with_for_update(key_share=True)).one()
 
 
 def _message(notice: Notice, number: int, now: datetime) -> Message:
@@ -82,7 +116,7 @@ def _message(notice: Notice, number: int, now: datetime) -> Message:
     )
 
 
-def _wants(receiver: Receiver, notice: Notice) -> bool:
+def _wants(receiver: Receiver, notice: Notice | Message) -> bool:
     return notice.kind in receiver.kinds and notice.severity in receiver.severities
 
 

@@ -74,7 +74,7 @@ class Upkeep:
         except writing.MissingVariableError as missing:
             self._note(delivery.receiver.name, str(missing))
             return None
-        letter = writing.letter(session, delivery.message, to.kind, self.settings.public_url, is_repeat=False)
+        letter = writing.letter(session, delivery, to.kind, self.settings.public_url, is_repeat=False)
         return delivery.id, letter, to
 
     def _repeat(self, delivery_id: int, letter: Letter, to: Addressee) -> None:

@@ -76,6 +76,7 @@ def _data(letter: Letter) -> dict[str, Any]:
         "sequence": letter.sequence,
         "number": letter.number,
         "repeat": letter.is_repeat,
+        "standing_since": letter.standing_since and letter.standing_since.isoformat(),
         "severity": letter.severity,
         "is_over": letter.is_over,
         "heading": letter.heading,

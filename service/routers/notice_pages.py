@@ -26,7 +26,7 @@ Reader = Annotated[Caller, Depends(reader)]
 ByAdmin = Annotated[Caller, Depends(admin)]
 ByEngineer = Annotated[Caller, Depends(engineer)]
 LATEST = 100
-"""Deliveries that a building's page lists."""
+"""Messages that a building's page lists, sent or not."""
 
 
 @router.get("/buildings/{code}/messages")
@@ -39,7 +39,10 @@ def of_building(request: Request, code: Code, sessions: Reading, by: Reader) -> 
             "messages",
             building=found,
             receivers=[notice_answers.receiver(row) for row in told_of.of_building(session, found.id)],
-            deliveries=notice_answers.delivery_rows(session, told.deliveries(session, code, None, None, None, LATEST)),
+            messages=[
+                (notice_answers.message_row(row), notice_answers.delivery_rows(session, row.deliveries))
+                for row in told.messages(session, found.id, None, LATEST)
+            ],
             kinds=WANTED_KINDS,
             severities=SEVERITIES,
             may_work=by.role >= Role.engineer,

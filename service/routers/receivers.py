@@ -46,7 +46,7 @@ def add(
     by: ByAdmin,
     wanted: Annotated[ReceiverRequest, Body(description="Who, where, and of what.")],
 ) -> ReceiverMade:
-    """Let somebody be told of the building; it takes an admin's key.
+    """Let somebody be told of the building, at once of the alerts that are open; it takes an admin's key.
 
     For a webhook without a secret one is made, and answered this once.
     """
@@ -75,9 +75,14 @@ def change(
     _: ByAdmin,
     wanted: Annotated[ReceiverChange, Body(description="What shall be otherwise.")],
 ) -> ReceiverOut:
-    """Tell a receiver elsewhere, or of other things; it takes an admin's key. Those of the file are changed there."""
+    """Tell a receiver elsewhere, or of other things; it takes an admin's key. Those of the file are changed there.
+
+    What is open and it has not heard of is sent to it.
+    """
     with sessions.begin() as session:
-        return notice_answers.receiver(receiver_requests.change(told.receiver(session, receiver_id), wanted))
+        return notice_answers.receiver(
+            receiver_requests.change(session, told.receiver(session, receiver_id), wanted, datetime.now(UTC))
+        )
 
 
 @router.delete(

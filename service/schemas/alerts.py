@@ -107,11 +107,12 @@ class TellingOut(Answer):
     written_at: datetime = Field(description="When it was written.")
     sequence: str = Field(description="`new`, `updated`, `cancelled` or `repeat`.")
     subject: str = Field(description="Its subject.")
-    receiver: str | None = Field(description="Name of the receiver; null where nobody was to be told.")
+    receiver: str | None = Field(description="Name of the receiver; null where it was not sent.")
     state: str | None = Field(
         description="`waiting`, `sending`, `delivered`, `failed` or `dropped`; null without a receiver."
     )
     finished_at: datetime | None = Field(description="When it arrived or was given up; null before.")
+    unsent: str | None = Field(description="Why it went to nobody, such as `no recipients`; null where it was sent.")
 
 
 class AlertOut(AlertLine):

@@ -148,6 +148,9 @@ class MessageRow(Answer):
     subject: str = Field(description="In one line.")
     created_at: datetime = Field(description="When it was put into the outbox.")
     receivers: int = Field(description="To how many it goes.")
+    unsent: str | None = Field(
+        description="Why it went to nobody when it was written, such as `no recipients`; null where it was sent."
+    )
     delivered: int = Field(description="At how many it has arrived.")
     failed: int = Field(description="At how many it was given up.")
 

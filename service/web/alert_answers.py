@@ -81,6 +81,7 @@ def _told(session: Session, found: Alert) -> list[TellingOut]:
             receiver=receiver,
             state=delivery.state if delivery else None,
             finished_at=delivery.finished_at if delivery else None,
+            unsent=None if delivery else message.unsent,
         )
         for message, delivery, receiver in (*alerts.tellings(session, found.building_id, key), *reminded)
     ]

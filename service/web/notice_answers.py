@@ -41,6 +41,7 @@ def message_row(row: Message) -> MessageRow:
         subject=row.subject,
         created_at=row.created_at,
         receivers=len(states),
+        unsent=row.unsent,
         delivered=states.count("delivered"),
         failed=states.count("failed"),
     )

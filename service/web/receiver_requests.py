@@ -7,6 +7,7 @@ from datetime import datetime
 from sqlalchemy.orm import Session
 
 from service import receivers
+from service.alerting.newcomers import tell_newcomers
 from service.database import Receiver
 from service.errors import ConflictError
 from service.receiver_rules import SECRET, SEVERITIES, ReceiverRule, wanted_kinds
@@ -38,11 +39,13 @@ def add(
         kinds=tuple(wanted.kinds or wanted_kinds(wanted.kind)),
         severities=tuple(wanted.severities or SEVERITIES),
     )
-    return receivers.add(session, building_id, rule, by, now), made
+    row = receivers.add(session, building_id, rule, by, now)
+    tell_newcomers(session, building_id, now)
+    return row, made
 
 
-def change(receiver: Receiver, wanted: ReceiverChange) -> Receiver:
-    """Change what is asked for of a receiver, and nothing else.
+def change(session: Session, receiver: Receiver, wanted: ReceiverChange, now: datetime) -> Receiver:
+    """Change what is asked for of a receiver, and nothing else; what is open and it has not heard of is sent to it.
 
     Raises:
         ConflictError: nothing is asked for, it is the file's, or the address or the secret will not do.
@@ -51,4 +54,6 @@ def change(receiver: Receiver, wanted: ReceiverChange) -> Receiver:
     if not given:
         raise ConflictError("Nothing is to be changed; address, secret, kinds or severities would do.")
     of_now = {name: getattr(receiver, name) for name in ("name", "kind", "address", "secret", "kinds", "severities")}
-    return receivers.change(receiver, ReceiverRule(**(of_now | given)))
+    receivers.change(receiver, ReceiverRule(**(of_now | given)), now)
+    tell_newcomers(session, receiver.building_id, now)
+    return receiver

@@ -240,7 +240,7 @@ def test_who_may_do_what(asking: TestClient, program: Hook, sessions: sessionmak
             made = anew.post(RECEIVERS, json=wanted)
             assert made.status_code == (201 if role is Role.admin else 403)
             page = anew.get("/buildings/TOWER/messages").text
-            assert ("Hold a drill" in page, "Add a receiver" in page) == (role >= Role.engineer, role is Role.admin)
+            assert ("Hold a drill" in page, "Add a recipient" in page) == (role >= Role.engineer, role is Role.admin)
 
 
 def test_metrics_tell_of_what_waits_and_what_failed(

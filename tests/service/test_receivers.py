@@ -104,7 +104,7 @@ def test_people_add_change_and_remove_their_own(sessions: sessionmaker[Session])
         assert (added.origin, added.created_by) == ("api", "engineer")
         with pytest.raises(ConflictError, match="already"):
             receivers.add(session, building.id, rule(), "engineer", NOW)
-        receivers.change(added, rule(address="other@example.org"))
+        receivers.change(added, rule(address="other@example.org"), NOW)
         assert receivers.receiver(session, added.id).address == "other@example.org"
         buildings.update_description(session, SMALL + MANAGER + PROGRAM, Path("/"), LATER)
         assert names(session, building) == ["manager", "added", "program"], "the file's own are all that follow it"
@@ -115,7 +115,7 @@ def test_people_add_change_and_remove_their_own(sessions: sessionmaker[Session])
         with pytest.raises(ConflictError, match="in the building file"):
             receivers.remove_added(session, of_file, LATER)
         with pytest.raises(ConflictError, match="in the building file"):
-            receivers.change(of_file, rule())
+            receivers.change(of_file, rule(), NOW)
 
 
 def test_the_api_cannot_read_our_environment(sessions: sessionmaker[Session]) -> None:
