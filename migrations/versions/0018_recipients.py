@@ -3,8 +3,8 @@
 import sqlalchemy as sa
 from alembic import op
 
-revision = "0017_recipients"
-down_revision = "0016_no_all_clear"
+revision = "0018_recipients"
+down_revision = "0017_logins"
 branch_labels = None
 depends_on = None
 
