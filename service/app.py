@@ -108,6 +108,7 @@ def create(settings: Settings, visitor: Caller | None = None) -> FastAPI:
     app.state.attempts = Attempts()
     app.state.ending = Signal()
     app.state.is_ending = app.state.ending.is_set
+    app.state.unready_since = {}  # by the name of a check
     app.state.metrics = metrics.registry(app.state.reading)
     app.add_middleware(Heard)
     app.add_middleware(Guard, ending=app.state.ending)

@@ -6,7 +6,7 @@ or by a process whose clock was ahead; to wait for it would stop the service for
 
 from datetime import datetime, timedelta
 
-from sqlalchemy import ColumnElement, or_
+from sqlalchemy import ColumnElement
 from sqlalchemy.orm import InstrumentedAttribute
 
 AHEAD = 2
@@ -18,8 +18,8 @@ def has_passed(end: datetime, now: datetime, length: timedelta) -> bool:
     return not now < end <= now + AHEAD * length
 
 
-def passed(
+def is_wrong(
     end: InstrumentedAttribute[datetime] | InstrumentedAttribute[datetime | None], now: datetime, length: timedelta
 ) -> ColumnElement[bool]:
-    """The same as a condition on a column."""
-    return or_(end <= now, end > now + AHEAD * length)
+    """Whether the end in a column lies further ahead than it can, as a condition: then it has passed as well."""
+    return end > now + AHEAD * length

@@ -21,12 +21,11 @@ from service.database_away import Attempts
 from service.intake.looking import Look
 from service.lanes import Lanes
 from service.queue import leases
-from service.queue.leases import POLLING
+from service.queue.leases import POLLING, POLLING_LEASE
 from service.settings import Settings
 
 log = logging.getLogger(__name__)
 
-LEASE = timedelta(seconds=60)
 ROUND = 5.0
 """s between two looks at the lease, at the list of buildings and at the events that wait."""
 A_MOMENT = timedelta(seconds=1)
@@ -89,7 +88,7 @@ class Poller:
     def _round(self, scheduler: BackgroundScheduler, look: Look, lanes: Lanes) -> None:
         """Keep the right to poll, and one clock for every building while it is ours."""
         with self.sessions.begin() as session:
-            holds = leases.hold(session, POLLING, self.holder, self.clock(), LEASE)
+            holds = leases.hold(session, POLLING, self.holder, self.clock(), POLLING_LEASE)
             codes = set(session.scalars(select(Building.code))) if holds else set()
         if holds != self.holds:
             log.info("polling here" if holds else "another process polls")

@@ -1,10 +1,8 @@
 """What the database and the disk know of data that stopped, at one building?"""
 
-import shutil
 from collections.abc import Sequence
 from dataclasses import replace
 from datetime import datetime, timedelta
-from pathlib import Path
 
 from sqlalchemy.orm import Session
 
@@ -13,6 +11,7 @@ from service.alerting import stopped
 from service.alerting.found import KINDS, Found
 from service.alerting.stopped import Patience, Sighting, Source, Work
 from service.database import Building, SourceState
+from service.disk import free_bytes
 from service.queries import alerts, stopping
 from service.settings import Settings
 from service.toml_files.building_file import BuildingFile
@@ -45,14 +44,6 @@ def _stopped(
     if (free := free_bytes(session)) is not None:
         found += stopped.full_disk(free, patience, full_since, now)
     return found
-
-
-def free_bytes(session: Session) -> int | None:
-    """Of the disk that the database's file is on; None of a server, which is not ours to look after."""
-    address = session.get_bind().engine.url
-    if address.get_backend_name() != "sqlite" or not address.database or address.database == ":memory:":
-        return None
-    return shutil.disk_usage(Path(address.database).parent).free
 
 
 def _patience(settings: Settings) -> Patience:

@@ -17,6 +17,8 @@ class SourceState(Base):
     cursor: Mapped[dict[str, Any]]
     """The source's own: where to go on. What is kept of each file is in `fetched_file`."""
     attempted_at: Mapped[datetime | None]
+    looked_at: Mapped[datetime | None]
+    """When a look last brought something, or ended, whether it succeeded or failed."""
     succeeded_at: Mapped[datetime | None]
     failing_since: Mapped[datetime | None]
     error: Mapped[str | None] = mapped_column(Text)

@@ -3,13 +3,13 @@
 from collections.abc import Iterable, Sequence
 from datetime import datetime, timedelta
 
-from sqlalchemy import select, update
+from sqlalchemy import or_, select, update
 from sqlalchemy.orm import Session, undefer
 
 from service import buildings
 from service.blobs import decode, encode
 from service.database import Building, Event, EventRecording, Job, Recording, Waveform
-from service.deadlines import passed
+from service.deadlines import is_wrong
 from service.formats import Trace
 from service.intake.grouping import overlapping
 from service.intake.spans import cut, span
@@ -40,8 +40,9 @@ def take_in(
 def queue_ready(session: Session, now: datetime, *, settings: Settings) -> int:
     """Queue the events that have waited long enough for missing channels; the number of them."""
     patience = timedelta(seconds=settings.event_grace)
-    ready_at = passed(Event.updated_at, now - patience, patience)  # also what came before the clock was set back
-    waiting = select(Event).where(Event.state == "gathering", ready_at)
+    came = Event.updated_at
+    has_waited = or_(came <= now - patience, is_wrong(came, now - patience, patience))
+    waiting = select(Event).where(Event.state == "gathering", has_waited)
     ready = list(session.scalars(waiting.order_by(Event.start).with_for_update(skip_locked=True)))
     for event in ready:
         jobs.enqueue(session, event, {}, now)

@@ -116,7 +116,8 @@ class Look:
             for arrival in step.arrivals:
                 self._store(session, building, arrival)
             remember(session, building, step.files)
-            _state(session, building).cursor = dict(step.cursor)
+            state = _state(session, building)
+            state.cursor, state.looked_at = dict(step.cursor), self.clock()
         if step.arrivals:
             self._read(building)
 
@@ -164,14 +165,15 @@ class Look:
             if state.failing_since is None:
                 log.warning("the source of %s begins to fail: %s", building.code, error)
                 state.failing_since = self.clock()
-            state.error = error
+            state.error, state.looked_at = error, self.clock()
 
     def _succeeded(self, building: Building, server: ServerClock) -> None:
         with self.sessions.begin() as session:
             state = _state(session, building)
             if state.failing_since is not None:
                 log.warning("the source of %s has recovered", building.code)
-            state.succeeded_at, state.failing_since, state.error = self.clock(), None, None
+            state.succeeded_at = state.looked_at = self.clock()
+            state.failing_since, state.error = None, None
             state.clock_ahead = None if server.ahead is None else server.ahead.total_seconds()
 
     def _remember(self, building: Building, attempted_at: datetime) -> None:

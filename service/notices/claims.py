@@ -12,7 +12,7 @@ from sqlalchemy import Select, and_, exists, or_, select, update
 from sqlalchemy.orm import Session, aliased, joinedload
 
 from service.database import Delivery, DeliveryAttempt, Message
-from service.deadlines import passed
+from service.deadlines import is_wrong
 from service.errors import ConflictError
 from service.notices.answer import Answer
 from service.receiver_rules import shown_address
@@ -107,8 +107,10 @@ def _next(now: datetime, lease: timedelta, patience: Patience) -> Select[Deliver
         .where(message_before.building_id == Message.building_id, message_before.key == Message.key)
         .where(message_before.number < Message.number, before.state.in_(OPEN))
     )
-    due = and_(Delivery.state == "waiting", passed(Delivery.due_at, now, patience.longest + lease))
-    lapsed = and_(Delivery.state == "sending", passed(Delivery.claimed_until, now, lease))
+    waited = or_(Delivery.due_at <= now, is_wrong(Delivery.due_at, now, patience.longest + lease))
+    due = and_(Delivery.state == "waiting", waited)
+    silent = or_(Delivery.claimed_until < now, is_wrong(Delivery.claimed_until, now, lease))
+    lapsed = and_(Delivery.state == "sending", silent)
     return (
         select(Delivery)
         .join(Delivery.message)

@@ -3,11 +3,11 @@
 from collections.abc import Sequence
 from datetime import datetime, timedelta
 
-from sqlalchemy import exists, select, update
+from sqlalchemy import exists, or_, select, update
 from sqlalchemy.orm import Session, aliased
 
 from service.database import Delivery, Message, Receiver
-from service.deadlines import passed
+from service.deadlines import is_wrong
 from service.notices.alertmanager import STANDING
 
 
@@ -17,13 +17,18 @@ def due(session: Session, now: datetime, interval: timedelta) -> Sequence[Delive
     has_later = exists().where(
         later.building_id == Message.building_id, later.key == Message.key, later.number > Message.number
     )
+    last = Delivery.kept_at
     question = (
         select(Delivery)
         .join(Delivery.message)
         .join(Delivery.receiver)
         .where(Receiver.kind == "alertmanager", Receiver.removed_at.is_(None))
         .where(Message.kind.in_(STANDING), Message.is_over.is_(False))
-        .where(Delivery.state == "delivered", passed(Delivery.kept_at, now - interval, interval), ~has_later)
+        .where(
+            Delivery.state == "delivered",
+            or_(last <= now - interval, is_wrong(last, now - interval, interval)),
+            ~has_later,
+        )
     )
     return session.scalars(question.order_by(Delivery.id)).all()
 

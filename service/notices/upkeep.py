@@ -12,8 +12,9 @@ from time import monotonic
 import httpx
 from sqlalchemy.orm import Session, sessionmaker
 
+from service import readiness
 from service.database import Delivery
-from service.notices import alertmanager, standing, working, writing
+from service.notices import alertmanager, standing, writing
 from service.notices.letter import Addressee, Letter
 from service.queue import leases
 from service.sessions import reading
@@ -90,7 +91,7 @@ class Upkeep:
             return
         self.next_beat = self.timer() + self.settings.heartbeat_interval
         with reading(self.sessions)() as session:
-            lacks = "; ".join(working.lacks(session, self.clock()))
+            lacks = "; ".join(readiness.lacks(session, self.settings, self.clock()))
         self._note("heartbeat", lacks or self._asked(self.settings.heartbeat_url.get_secret_value()))
 
     def _asked(self, url: str) -> str | None:

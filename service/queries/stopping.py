@@ -7,7 +7,7 @@ from sqlalchemy import func, or_, select
 from sqlalchemy.orm import Session
 
 from service.database import Analysis, Event, Job, ModelVersion, Recording, Waveform
-from service.deadlines import passed
+from service.deadlines import is_wrong
 from service.queries.question import Line
 
 
@@ -53,7 +53,7 @@ def oldest_undone_job(session: Session, building_id: int, now: datetime, lease: 
         .outerjoin(Event, Event.id == Job.event_id)
         .outerjoin(ModelVersion, ModelVersion.id == Job.model_id)
     )
-    silent = passed(Job.claimed_until, now, lease)
+    silent = or_(Job.claimed_until < now, is_wrong(Job.claimed_until, now, lease))
     neglected = or_(Job.state == "waiting", (Job.state == "running") & silent)
     return session.scalar(jobs.where(of_building, neglected))
 

@@ -1,12 +1,11 @@
-"""What is asked about jobs and leases."""
+"""Questions about jobs."""
 
 from collections.abc import Sequence
-from datetime import datetime
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from service.database import Job, Lease
+from service.database import Job
 from service.errors import NotFoundError
 
 
@@ -33,8 +32,3 @@ def job(session: Session, identity: int) -> Job:
     if found is None:
         raise NotFoundError("job", identity)
     return found
-
-
-def lease_until(session: Session, name: str) -> datetime | None:
-    """Until when a right is held, or was; None if nobody ever held it."""
-    return session.scalar(select(Lease.until).where(Lease.name == name))

@@ -9,7 +9,7 @@ from sqlalchemy import and_, case, func, or_, select, update
 from sqlalchemy.orm import Session
 
 from service.database import Analysis, Building, Event, Job, ModelVersion
-from service.deadlines import passed
+from service.deadlines import is_wrong
 from service.errors import ConflictError, TooManyRequestsError
 
 ANALYSE, COMPARE, FIT, EXTEND, DIAGNOSE, WATCH = "analyse", "compare", "fit", "extend", "diagnose", "watch"
@@ -102,7 +102,7 @@ def claim(session: Session, now: datetime, lease: timedelta) -> Claim | None:
     Earthquakes that were just recorded come first, then what follows from them by itself, then what people requested.
     Among equals the job with the fewest claims comes first, then the oldest. A job with WORN claims comes last.
     """
-    lapsed = and_(Job.state == "running", passed(Job.claimed_until, now, lease))
+    lapsed = and_(Job.state == "running", or_(Job.claimed_until < now, is_wrong(Job.claimed_until, now, lease)))
     worn = case((Job.claims >= WORN, 1), else_=0)
     urgency = case((Job.asked_by.is_not(None), 2), (Job.kind == ANALYSE, 0), else_=1)
     job = session.scalar(

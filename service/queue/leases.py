@@ -11,6 +11,7 @@ from service.deadlines import has_passed
 
 POLLING = "polling"
 """The poller's."""
+POLLING_LEASE = timedelta(seconds=60)
 WORKING = "working"
 """Held by one of the workers as long as any of them is alive."""
 

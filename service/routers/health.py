@@ -6,23 +6,22 @@ from typing import Any
 from fastapi import APIRouter, Depends, Request, Response
 from prometheus_client import CONTENT_TYPE_LATEST, generate_latest
 from sqlalchemy.exc import SQLAlchemyError
+from sqlalchemy.orm import Session, sessionmaker
 
-from service import migrate
+from service import migrate, readiness
 from service.access import auth
 from service.errors import documented, problem
-from service.queries import work
-from service.queue.leases import POLLING
-from service.schemas.operations import Health
+from service.schemas.operations import CheckOut, Health, Readiness
+from service.settings import Settings
 from service.web.parameters import Reading
 
 router = APIRouter(tags=["operations"])
 OPEN: dict[str, Any] = {"security": []}
 """In the OpenAPI document: whoever looks after the service asks without a key."""
 
-OTHER_TABLES = (
-    "The tables of the database are not those of this version; 'menshin up', 'menshin api', 'menshin poll' or "
-    "'menshin work' of the newest version makes them so."
-)
+OTHER_TABLES = "the tables of the database are not those of this version"
+NEWEST = "'menshin up', 'menshin api', 'menshin poll' or 'menshin work' of the newest version makes them so"
+STARTS = "start the database server, or check database_url; the service goes on by itself"
 METRICS = "The metrics in Prometheus' text format, each with its meaning."
 
 
@@ -35,22 +34,41 @@ async def alive() -> Health:
 @router.get(
     "/readyz",
     operation_id="is_ready",
-    response_model=Health,
+    response_model=Readiness,
     responses=documented(503),
     openapi_extra=OPEN,
 )
-def ready(sessions: Reading) -> Health | Response:
-    """200 if the database answers, has this version's tables, and a poller was seen lately; else 503 with the lack."""
+def ready(request: Request, sessions: Reading) -> Readiness | Response:
+    """200 if looks and analyses are really done and can be stored; else 503: `checks` says what is wrong, since when.
+
+    Checked are the database and its tables, its disk, the clock, a poller, every source's looks, and a worker.
+    """
+    state, now = request.app.state, datetime.now(UTC)
+    found = [_check(one, state.unready_since, now) for one in _checks(sessions, state.settings, now)]
+    if all(one.ok for one in found):
+        return Readiness(status="ready", checks=found)
+    detail = "; ".join(one.found for one in found if not one.ok)
+    return problem(503, f"Not ready: {detail}.", checks=[one.model_dump() for one in found])
+
+
+def _checks(sessions: sessionmaker[Session], settings: Settings, now: datetime) -> tuple[readiness.Check, ...]:
     try:
         with sessions() as session:
             if not migrate.is_newest(session):
-                return problem(503, OTHER_TABLES)
-            until = work.lease_until(session, POLLING)
+                return (readiness.Check("database", False, OTHER_TABLES, NEWEST),)
+            answers = readiness.Check("database", True, "the database answers and has this version's tables")
+            return (answers, *readiness.checks(session, settings, now))
     except SQLAlchemyError:
-        return problem(503, "The database does not answer.")
-    if until is None or until < datetime.now(UTC):
-        return problem(503, "No poller was seen lately; 'menshin poll' or 'menshin up' starts one.")
-    return Health(status="ready")
+        return (readiness.Check("database", False, "the database does not answer", STARTS),)
+
+
+def _check(found: readiness.Check, noticed: dict[str, datetime], now: datetime) -> CheckOut:
+    """With the time since when it is not as it has to be: as it is stored, else as this process noticed it first."""
+    if found.ok:
+        noticed.pop(found.name, None)
+        return CheckOut(name=found.name, ok=True, since=None, found=found.found, helps=found.helps)
+    since = found.since or noticed.setdefault(found.name, now)
+    return CheckOut(name=found.name, ok=False, since=since, found=found.found, helps=found.helps)
 
 
 @router.get(

@@ -45,6 +45,23 @@ class Jobs(Answer):
 
 
 class Health(Answer):
-    """How the service is doing."""
+    """Whether the process answers."""
 
-    status: str = Field(description="`alive` or `ready`.", examples=["ready"])
+    status: str = Field(description="`alive`.", examples=["alive"])
+
+
+class CheckOut(Answer):
+    """One thing that the service needs to do its work."""
+
+    name: str = Field(description="`database`, `disk`, `clock`, `poller`, `looks` or `worker`.")
+    ok: bool = Field(description="Whether it is as it has to be.")
+    since: datetime | None = Field(description="Since when it is not, as far as that is known; null while it is.")
+    found: str = Field(description="What is so, in words.")
+    helps: str = Field(description="What a person can do; empty where nothing has to be done.")
+
+
+class Readiness(Answer):
+    """Whether the service does its work."""
+
+    status: str = Field(description="`ready`.", examples=["ready"])
+    checks: list[CheckOut] = Field(description="All that was checked.")

@@ -12,26 +12,30 @@ from service.access import keys
 from service.access.auth import Role
 from service.database import Analysis, Building, Event, Job, Recording, Revision, SourceState
 from service.queue import leases
-from service.queue.leases import POLLING
+from service.queue.leases import POLLING, WORKING
 
 START = datetime(2011, 3, 11, 5, 46, 24, tzinfo=UTC)
 END = START + timedelta(minutes=3)
 
 
-def polled(sessions: sessionmaker[Session], seconds: float) -> None:
-    """A poller holds the lease until so many seconds from now."""
+def alive(sessions: sessionmaker[Session], seconds: float) -> None:
+    """Poller and worker have their leases until so many seconds from now."""
+    now = datetime.now(UTC)
     with sessions.begin() as session:
-        leases.hold(session, POLLING, "host:1", datetime.now(UTC), timedelta(seconds=seconds))
+        for right in (POLLING, WORKING):
+            leases.hold(session, right, "host:1", now, timedelta(seconds=seconds))
 
 
-def test_ready_means_this_versions_tables_and_a_poller(database_url: str, sessions: sessionmaker[Session]) -> None:
-    with client(database_url) as asking:
-        assert "poller" in asking.get("/readyz").json()["detail"]
-        polled(sessions, 60)
-        assert asking.get("/readyz").json() == {"status": "ready"}
-        polled(sessions, -1)
+def test_ready_means_this_versions_tables_a_poller_and_a_worker(
+    database_url: str, sessions: sessionmaker[Session]
+) -> None:
+    with client(database_url, disk_reserve=0) as asking:
+        assert "no poller was seen lately; no worker was seen lately" in asking.get("/readyz").json()["detail"]
+        alive(sessions, 60)
+        assert asking.get("/readyz").json()["status"] == "ready"
+        alive(sessions, -1)
         assert asking.get("/readyz").status_code == 503
-        polled(sessions, 60)
+        alive(sessions, 60)
         with sessions.begin() as session:
             session.execute(text("UPDATE alembic_version SET version_num = 'other'"))
         answer = asking.get("/readyz")
@@ -50,7 +54,7 @@ def test_a_database_that_cannot_be_reached_is_told(tmp_path: Path) -> None:
     with client(f"sqlite:///{tmp_path / 'folder.sqlite'}") as asking:
         answer = asking.get("/readyz")
     assert answer.status_code == 503
-    assert answer.json()["detail"] == "The database does not answer."
+    assert answer.json()["detail"] == "Not ready: the database does not answer."
 
 
 def filled(session: Session) -> None:

@@ -13,9 +13,10 @@ from sqlalchemy.orm import Session, sessionmaker
 
 from service import buildings
 from service.database import Event, Lease
-from service.poller import LEASE, Poller
+from service.poller import Poller
 from service.queue import leases
 from service.queue.leases import POLLING
+from service.queue.leases import POLLING_LEASE as LEASE
 from service.settings import Settings
 
 NOW = datetime(2024, 1, 1, tzinfo=UTC)

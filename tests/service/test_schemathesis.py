@@ -10,8 +10,10 @@ import os
 import subprocess
 import sys
 from collections.abc import Iterator
-from datetime import UTC, datetime, timedelta
+from datetime import UTC, datetime
 from pathlib import Path
+from threading import Event as Signal
+from threading import Thread
 
 import httpx
 import pytest
@@ -22,7 +24,7 @@ from sqlalchemy.orm import Session, sessionmaker
 from service.access import keys
 from service.access.auth import Role
 from service.queue import leases
-from service.queue.leases import POLLING
+from service.queue.leases import POLLING, POLLING_LEASE, WORKING
 
 pytestmark = pytest.mark.slow
 
@@ -35,15 +37,34 @@ def key(sessions: sessionmaker[Session], tmp_path: Path) -> str:
     """A key of a service in full use."""
     (tmp_path / "records").mkdir()
     watched.watch(sessions, tmp_path / "records")
-    now = datetime.now(UTC)
     with sessions.begin() as session:
-        assert leases.hold(session, POLLING, "a poller", now, timedelta(hours=1))
-        return keys.create(session, "schemathesis", Role.admin, now)
+        return keys.create(session, "schemathesis", Role.admin, datetime.now(UTC))
 
 
 @pytest.fixture
-def address(database_url: str, key: str) -> Iterator[str]:
-    with served(database_url, progress_patience=0.1) as found:  # nobody works: streams of progress would wait
+def parts(sessions: sessionmaker[Session]) -> Iterator[None]:
+    """A poller and a worker, as far as others see them."""
+    stop = Signal()
+
+    def live() -> None:
+        while True:
+            with sessions.begin() as session:
+                for right in (POLLING, WORKING):
+                    leases.hold(session, right, "a part", datetime.now(UTC), POLLING_LEASE)
+            if stop.wait(10):
+                return
+
+    thread = Thread(target=live)
+    thread.start()
+    yield
+    stop.set()
+    thread.join()
+
+
+@pytest.fixture
+def address(database_url: str, key: str, parts: None) -> Iterator[str]:
+    long_ago = {"poll_interval": 1e9, "worker_patience": 1e9, "disk_reserve": 0}  # the records came years ago
+    with served(database_url, progress_patience=0.1, **long_ago) as found:  # nobody works: streams would wait
         yield found
 
 
