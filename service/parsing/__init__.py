@@ -1,5 +1,5 @@
 """Files from outside are parsed in a child process with limits, which can be killed."""
 
-from service.parsing.process import Limits, ParserDiedError, covered, limits, read
+from service.parsing.process import Limits, ParserDiedError, ParserFailedError, covered, limits, origins, read
 
-__all__ = ["Limits", "ParserDiedError", "covered", "limits", "read"]
+__all__ = ["Limits", "ParserDiedError", "ParserFailedError", "covered", "limits", "origins", "read"]

@@ -15,6 +15,7 @@ from typing import Any, BinaryIO
 
 from service.formats import FormatError, read
 from service.formats.coverage import covered
+from service.formats.quakeml import origins
 from service.parsing import wire
 
 LARGEST_QUESTION = 2**32  # bytes; the settings bound what is fetched
@@ -56,6 +57,8 @@ def _found(question: wire.Json, data: bytes) -> tuple[wire.Json, list[Any]]:
     if question["call"] == "covered":
         pieces = [[piece.channel, piece.start, piece.end, piece.interval.total_seconds()] for piece in covered(data)]
         return {"pieces": pieces}, []
+    if question["call"] == "origins":
+        return {"origins": [{"id": one.id, "time": one.time} for one in origins(data)]}, []
     contents = read(question["name"], data, wire.read_gains(question["gains"]))
     message, blocks = wire.written_contents(contents)
     return {"contents": message}, list(blocks)

@@ -14,6 +14,7 @@ from threading import BoundedSemaphore, Lock, Timer
 
 from service.formats import Contents, Gain
 from service.formats.coverage import Piece
+from service.formats.quakeml import Origin
 from service.parsing import wire
 from service.settings import Settings
 
@@ -72,6 +73,16 @@ def covered(name: str, data: bytes, limits: Limits) -> tuple[Piece, ...]:
     message, _ = _asked({"call": "covered"}, name, data, limits)
     moment = datetime.fromisoformat
     return tuple(Piece(one[0], moment(one[1]), moment(one[2]), timedelta(seconds=one[3])) for one in message["pieces"])
+
+
+def origins(name: str, data: bytes, limits: Limits) -> tuple[Origin, ...]:
+    """Which earthquakes a catalogue in QuakeML names, within limits.
+
+    Raises:
+        FormatError, ParserDiedError, ParserFailedError: as `read`.
+    """
+    message, _ = _asked({"call": "origins"}, name, data, limits)
+    return tuple(Origin(one["id"], datetime.fromisoformat(one["time"])) for one in message["origins"])
 
 
 def _asked(question: wire.Json, name: str, data: bytes, limits: Limits) -> tuple[wire.Json, list[bytearray]]:

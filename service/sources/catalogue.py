@@ -2,21 +2,14 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from datetime import UTC, datetime, timedelta
-from io import BytesIO
+from datetime import datetime, timedelta
 
-import obspy
-
+from service import parsing
+from service.formats import FormatError
+from service.formats.quakeml import Origin
+from service.parsing import ParserDiedError
 from service.sources.arrival import SourceError
 from service.sources.http import Client
-
-
-@dataclass(frozen=True, slots=True)
-class Origin:
-    """An earthquake's beginning."""
-
-    id: str
-    time: datetime
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,14 +61,6 @@ class Catalogue:
         if answer.is_empty:
             return
         try:
-            found = obspy.read_events(BytesIO(answer.body), format="QUAKEML")
-        except Exception as error:  # ObsPy raises whatever the XML makes it stumble over
+            yield from parsing.origins("the catalogue", answer.body, parsing.limits(self.client.settings))
+        except (FormatError, ParserDiedError) as error:
             raise SourceError(f"{self.address} answered with no QuakeML: {error}") from error
-        origins = [Origin(str(e.resource_id), _time(e)) for e in found if e.origins]
-        yield from sorted(origins, key=lambda origin: origin.time)
-
-
-def _time(earthquake: obspy.core.event.Event) -> datetime:
-    origin = earthquake.preferred_origin() or earthquake.origins[0]
-    time: datetime = origin.time.datetime
-    return time.replace(tzinfo=UTC)

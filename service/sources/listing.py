@@ -7,6 +7,11 @@ from urllib.parse import urljoin, urlsplit
 
 from service.sources.arrival import SourceError
 
+LARGEST = 16 * 2**20
+"""Bytes of a listing."""
+LONGEST_MARK = 1000
+"""Characters."""
+
 
 @dataclass(frozen=True, slots=True)
 class Listed:
@@ -24,6 +29,8 @@ def listed(address: str, body: bytes) -> tuple[Listed, ...]:
     Raises:
         SourceError: this is no listing.
     """
+    if len(body) > LARGEST:
+        raise SourceError(f"{address} lists files in {len(body)} bytes, {LARGEST} are accepted; list fewer at a time")
     text = body.decode("utf-8", errors="replace").strip()
     if text.startswith(("[", "{")):
         entries = _json(address, text)
@@ -32,9 +39,17 @@ def listed(address: str, body: bytes) -> tuple[Listed, ...]:
     else:
         entries = [(line.strip(), "") for line in text.splitlines() if line.strip() and not line.startswith("#")]
     folder = address if address.endswith("/") else address.rsplit("/", 1)[0] + "/"
-    below = (Listed(urljoin(address, name), mark) for name, mark in entries if name[:1] not in "?#")
+    below = (Listed(_absolute(address, name), mark) for name, mark in entries if name[:1] not in "?#")
     unique = {entry.address: entry for entry in below if _is_below(entry.address, folder)}
     return tuple(unique.values())
+
+
+def _absolute(address: str, name: str) -> str:
+    """The address of an entry; empty, and thus nowhere below, where its name makes none."""
+    try:
+        return urljoin(address, name)
+    except ValueError:
+        return ""
 
 
 def _is_below(address: str, folder: str) -> bool:
@@ -44,7 +59,7 @@ def _is_below(address: str, folder: str) -> bool:
 def _json(address: str, text: str) -> list[tuple[str, str]]:
     try:
         document = json.loads(text)
-    except json.JSONDecodeError as error:
+    except (json.JSONDecodeError, RecursionError) as error:
         raise SourceError(f"{address} is no JSON: {error}; a list of file names would do") from error
     rows = document.get("files") if isinstance(document, dict) else document
     if not isinstance(rows, list):
@@ -90,4 +105,4 @@ class Links(HTMLParser):
         """Text beside a link is its mark."""
         if self.found and not self._within:
             name, mark = self.found[-1]
-            self.found[-1] = (name, mark + data)
+            self.found[-1] = (name, (mark + data)[:LONGEST_MARK])

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from service import parsing
 from service.formats import FormatError, UnknownUnitError
 from service.formats.coverage import Piece
-from service.parsing import Limits, ParserDiedError
+from service.parsing import Limits, ParserDiedError, ParserFailedError
 
 __all__ = ["Piece", "pieces", "problem"]
 
@@ -17,7 +17,7 @@ def problem(name: str, body: bytes, limits: Limits) -> str | None:
     """
     try:
         parsing.read(name, body, {}, limits)
-    except (UnknownUnitError, ParserDiedError):
+    except (UnknownUnitError, ParserDiedError, ParserFailedError):
         return None
     except FormatError as error:
         return str(error)
@@ -30,6 +30,6 @@ def pieces(bodies: Iterable[bytes], limits: Limits) -> tuple[Piece, ...]:
     for body in bodies:
         try:
             found += parsing.covered("an answer", body, limits)
-        except (FormatError, ParserDiedError):
+        except (FormatError, ParserDiedError, ParserFailedError):
             continue
     return tuple(found)

@@ -6,29 +6,9 @@ from zipfile import ZipFile
 import numpy as np
 import pytest
 from shared import CSMIP, needs_shared
+from volumes import volume
 
 from service.formats import FormatError, Trace, read
-
-SERIES = {"accel": "cm/sec2", "veloc": "cm/sec", "displ": "cm"}
-
-
-def volume(count: int = 20, start: str = "1/04/18, 10:39:22.0 UTC", peak: float | None = None) -> str:
-    """A file of one channel, in the layout of CSMIP's own."""
-    rng = np.random.default_rng(3)
-    samples = {name: np.round(rng.uniform(-9, 9, count), 6) for name in SERIES}
-    top = float(np.abs(samples["accel"]).max()) if peak is None else peak
-    header = [""] * 25
-    header[0] = "Corrected accelerogram   58658-G0133-18010.01       Chan  1:  Up         from"
-    header[4] = f"58658-G0133-18010.01                 Start time:  {start} (GPS)"
-    header[5] = "Station No. 58658   37.691N, 122.099W    Granit  s/n  133 (18 Chns of 20 at Sta)"
-    header[7] = "Chan  7:  Long                      Location: Abutment 1"
-    header[17] = f"Peak acceleration = {top:9.3f}    cm/sec/sec  at   25.660   sec."
-    lines = [*header, *("    0" * 16 for _ in range(7)), *("  .0000000" * 8 for _ in range(13))]
-    for name, unit in SERIES.items():
-        lines.append(f" {count} points of {name} data equally spaced at  .005 sec, in {unit}. (8f10.6)")
-        cells = [f"{value:10.6f}" for value in samples[name]]
-        lines += ["".join(cells[row : row + 8]) for row in range(0, count, 8)]
-    return "\n".join([*lines, "/&  ----------  End of data for channel  7  ----------", ""])
 
 
 def traces(text: str) -> tuple[Trace, ...]:

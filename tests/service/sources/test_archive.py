@@ -10,6 +10,7 @@ from monitoring import START, Page, Remembering, Server, miniseed, stream
 from service.sources.archive import Archive
 from service.sources.arrival import Arrival, SourceError, Step
 from service.sources.http import Client
+from service.sources.listing import listed
 
 NOW = START + timedelta(days=1)
 
@@ -165,3 +166,20 @@ def test_half_a_body_of_unsaid_length_is_asked_for_a_few_times(server: Server, a
     page.body = whole
     assert [arrival.data for arrival in look(source, {})[0]] == [whole]
     assert look(source, {})[0] == []
+
+
+@pytest.mark.parametrize(
+    ("listing", "message"),
+    [
+        (b"[" * 100_000, "is no JSON"),
+        (b"<" + b" " * 17 * 2**20, "lists files in 17825793 bytes, 16777216 are accepted"),
+    ],
+)
+def test_a_listing_without_bounds_is_refused(server: Server, listing: bytes, message: str) -> None:
+    with pytest.raises(SourceError, match=message):
+        listed(f"{server.address}/events/", listing)
+
+
+def test_an_entry_that_is_no_address_is_passed_over(server: Server) -> None:
+    entries = listed(f"{server.address}/events/", b"http://[\na.mseed")
+    assert [entry.address for entry in entries] == [f"{server.address}/events/a.mseed"]
