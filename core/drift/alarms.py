@@ -12,7 +12,7 @@ import numpy as np
 from core.arrays import Matrix, Vector
 from core.drift.alarm import Alarm
 from core.drift.baseline import Baseline
-from core.drift.dating import onset_interval
+from core.drift.dating import onset_interval, within_reference
 from core.drift.event_value import relative
 from core.drift.judged import Judged, gathering, strengths
 from core.drift.points import Dated, Points
@@ -166,10 +166,14 @@ def _nuisance(crossing: Crossing, count: int, baseline: Baseline) -> Matrix:
 def _alarm(crossing: Crossing, white: Innovations, end: int, baseline: Baseline, judged: Judged) -> Alarm:
     """With everything that was measured until the next change."""
     dated = judged.dated
-    after = dated[crossing.earliest - 1] if crossing.earliest > 0 else judged.before
     by = dated[crossing.latest]
     pattern = crossing.rule.pattern(end)[:, crossing.onset]
     size = change(until(white, end), pattern)
+    if crossing.earliest > 0:
+        after = dated[crossing.earliest - 1]
+    else:
+        back = 0 if crossing.rule.name == SLOW else within_reference(judged.before, size.size)
+        after = judged.before.dated[-1 - min(back, len(judged.before.dated) - 1)]
     drift, low, high = (relative(float(pattern[-1]) * value, baseline) for value in (size.size, size.low, size.high))
     return Alarm(
         rule=crossing.rule.name,

@@ -10,8 +10,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from core.arrays import Vector
+from core.drift.judged import Before
 from core.drift.rules import Rule
-from core.drift.sequential import Innovations, evidence, whitened
+from core.drift.sequential import CLIP, Innovations, evidence, whitened
 
 LEVEL = 0.95
 """Of the posterior that the interval covers; docs/drift.md says how often the truth lies in it."""
@@ -39,6 +40,19 @@ def onset_interval(white: Innovations, rules: Sequence[Rule], scale: float, firs
     possible = np.flatnonzero(ends < share.size)
     start = int(possible[(ends[possible] - possible).argmin()])
     return first + start, first + int(ends[start]) - 1
+
+
+def within_reference(before: Before, size: float) -> int:
+    """Events at the end of the reference that may show a sudden change of this size already.
+
+    The reference is not judged, and a change that began in its last events is seen from the first judged event on. Each
+    of these events speaks for the change or against it by its likelihood, clipped; at 95 % no more show it.
+    """
+    deviation = np.clip(before.deviation[::-1] / before.std[::-1], -CLIP, CLIP)
+    shift = size / before.std[::-1]
+    odds = np.concatenate([[0.0], np.cumsum((deviation**2 - (deviation - shift) ** 2) / 2)])
+    share = np.exp(odds - odds.max())
+    return int(np.searchsorted(np.cumsum(share / share.sum()), LEVEL))
 
 
 def _log_posterior(white: Innovations, rule: Rule, scale: float) -> Vector:

@@ -21,12 +21,23 @@ class Judged:
     """(n, n) of the deviations while the building is healthy."""
     freedom: float
     """Degrees of freedom of the covariance's scale."""
-    before: Dated
-    """The last event of the reference."""
+    before: "Before"
+    """The reference."""
 
     def innovations(self, clip: float = CLIP) -> Innovations:
         """Each deviation less what those before it foretell, in standard deviations."""
         return innovations(self.deviation, self.covariance, self.freedom, clip)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Before:
+    """The events of the reference, in order of time."""
+
+    dated: tuple[Dated, ...]
+    deviation: Vector
+    """(m,) from what was expected, in the unit of those judged."""
+    std: Vector
+    """(m,) of each, the baseline taken as known."""
 
 
 def strengths(white: Innovations, rule: Rule, start: int) -> Matrix:

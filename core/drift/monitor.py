@@ -13,7 +13,7 @@ from core.drift.alarms import alarms, alarms_within
 from core.drift.baseline import FEWEST, Baseline, fitted
 from core.drift.causes import causes_of_events, with_causes
 from core.drift.event_value import Deviation, EventNotes, EventValue, covariance, deviations, relative
-from core.drift.judged import Judged
+from core.drift.judged import Before, Judged
 from core.drift.points import Dated, Points, points
 from core.drift.series import Series
 from core.drift.softening import softening
@@ -98,7 +98,17 @@ def _judged(
         deviation=np.array([found[n].value for n in chosen]),
         covariance=shared[np.ix_(chosen, chosen)],
         freedom=baseline.scatter.freedom,
-        before=next(one for one in reversed(dated) if one.event == baseline.events[-1]),
+        before=_before(found, dated, baseline),
+    )
+
+
+def _before(found: Sequence[Deviation], dated: Sequence[Dated], baseline: Baseline) -> Before:
+    reference = set(baseline.events)
+    own = [n for n, one in enumerate(dated) if one.event in reference]
+    return Before(
+        dated=tuple(dated[n] for n in own),
+        deviation=np.array([found[n].value for n in own]),
+        std=np.sqrt(np.array([found[n].variance for n in own]) + baseline.scatter.events**2),
     )
 
 

@@ -11,7 +11,7 @@ from core.drift.alarm import Alarm
 from core.drift.alarms import alarms
 from core.drift.causes import with_causes
 from core.drift.event_value import EventValue
-from core.drift.judged import Judged
+from core.drift.judged import Before, Judged
 from core.drift.monitor import Monitoring
 from core.drift.series import Series
 from core.drift.watched import Quantity, quantity
@@ -110,11 +110,22 @@ def _mean(one: Judged, other: Judged, common: float) -> Judged:
         deviation=(one.deviation[here] + other.deviation[there]) / 2,
         covariance=(first + last + across + across.T) / 4,
         freedom=(one.freedom + other.freedom) / 2,
-        before=max(one.before, other.before, key=lambda dated: dated.time),
+        before=_before(one.before, other.before, common),
     )
 
 
-def _shared(one: Judged, other: Judged) -> tuple[Indices, Indices]:
+def _before(one: Before, other: Before, common: float) -> Before:
+    """Of the events that both references have."""
+    here, there = _shared(one, other)
+    first, last = one.std[here], other.std[there]
+    return Before(
+        dated=tuple(one.dated[n] for n in here),
+        deviation=(one.deviation[here] + other.deviation[there]) / 2,
+        std=np.sqrt(first**2 + last**2 + 2 * common * first * last) / 2,
+    )
+
+
+def _shared(one: Judged | Before, other: Judged | Before) -> tuple[Indices, Indices]:
     place = {dated.event: n for n, dated in enumerate(other.dated)}
     here = [n for n, dated in enumerate(one.dated) if dated.event in place]
     there = [place[one.dated[n].event] for n in here]

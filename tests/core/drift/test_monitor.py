@@ -229,9 +229,14 @@ def test_a_change_is_dated_by_an_interval_that_holds_its_beginning(size: float, 
     assert np.median(lengths) <= most
 
 
-def test_a_change_with_the_first_event_after_the_reference_is_dated_from_its_last() -> None:
+@pytest.mark.parametrize("early", [0, 1, 2])
+def test_a_change_about_the_end_of_the_reference_is_dated_by_its_events_too(early: int) -> None:
+    """The reference is not judged, but its last events may show the change already."""
     lived = history(QUIET, 10)
-    found = monitored(lived)
-    last = max(value.event for value in found.values if value.is_reference)
-    (alarm,) = sure(monitor(series(lived, stepped(lived, last + 1, 0.08)), Reference(), {}))
-    assert (alarm.after, alarm.by) == (last, last + 1)
+    last = max(value.event for value in monitored(lived).values if value.is_reference)
+    onset = last + 1 - early
+    found = monitored(lived, stepped(lived, onset, 0.08))
+    alarm = sure(found)[0]
+    assert {value.event for value in found.values if value.is_reference} >= {last}
+    assert alarm.after < onset <= alarm.by == last + 1
+    assert onset - alarm.after <= 2
