@@ -107,7 +107,6 @@ def create(settings: Settings, visitor: Caller | None = None) -> FastAPI:
     app.state.callers = Callers(app.state.sessions, idle, lifetime)
     app.state.attempts = Attempts()
     app.state.ending = Signal()
-    app.state.is_ending = app.state.ending.is_set
     app.state.unready_since = {}  # by the name of a check
     app.state.metrics = metrics.registry(app.state.reading)
     app.add_middleware(Heard)

@@ -6,12 +6,12 @@ from datetime import UTC, datetime
 from shutil import which
 from threading import Event as Signal
 from threading import Thread
-from time import monotonic, sleep
+from time import monotonic
 
 import httpx
 import pytest
 import watched
-from asking import client
+from asking import VISITOR, client
 from engineer import MODELS, work
 from fastapi.testclient import TestClient
 from playwright.sync_api import sync_playwright
@@ -19,14 +19,16 @@ from serving import served
 from sqlalchemy import select
 from sqlalchemy.orm import Session, sessionmaker
 
-from service import migrate, roles
+from service import migrate
+from service import serving as running
 from service import sessions as opened
 from service.access import keys
 from service.access.auth import Role
 from service.database import Job
+from service.door.guard import LOOK
+from service.door.server import GRACE
 from service.pages.rendering import FOLDER
 from service.settings import Settings
-from service.web import following
 
 NOW = datetime(2024, 1, 1, tzinfo=UTC)
 LINEAR = {"elastic": {"k_b": 4.75e8}, "viscous": {"c_b": 6e6}}
@@ -130,15 +132,11 @@ def waiting(sessions: sessionmaker[Session]) -> str:
 
 def test_a_stream_ends_with_the_service(url: str, sessions: sessionmaker[Session]) -> None:
     path, stop = waiting(sessions), Signal()
-    with socket.create_server(("127.0.0.1", 0)) as free:
-        port = free.getsockname()[1]
-    service = Thread(target=roles.api, args=(Settings(database_url=url, port=port), stop))
+    door = socket.create_server(("127.0.0.1", 0))
+    service = Thread(target=running.api, args=(Settings(database_url=url), stop, door, VISITOR))
     service.start()
     try:
-        address = f"http://127.0.0.1:{port}"
-        while not answers(address):
-            assert service.is_alive()
-            sleep(0.05)
+        address = f"http://127.0.0.1:{door.getsockname()[1]}"
         with httpx.stream("GET", address + path) as answer:
             lines = answer.iter_lines()
             assert next(lines).startswith("data: ")
@@ -146,15 +144,8 @@ def test_a_stream_ends_with_the_service(url: str, sessions: sessionmaker[Session
             assert not [line for line in lines if line.startswith("data")], "it ends, and is not cut off"
     finally:
         stop.set()
-        service.join(roles.TO_ANSWER + 5)
+        service.join(GRACE + 5)
     assert not service.is_alive()
-
-
-def answers(address: str) -> bool:
-    try:
-        return httpx.get(f"{address}/healthz").is_success
-    except httpx.ConnectError:
-        return False
 
 
 def test_a_stream_ends_soon_after_its_key_was_revoked(url: str, sessions: sessionmaker[Session]) -> None:
@@ -162,7 +153,10 @@ def test_a_stream_ends_soon_after_its_key_was_revoked(url: str, sessions: sessio
     with sessions.begin() as session:
         key = keys.create(session, "who leaves", Role.viewer, NOW)
         keys.create(session, "who stays", Role.admin, NOW)
-    with served(url) as address, httpx.stream("GET", address + path, headers={"X-API-Key": key}) as answer:
+    with (
+        served(url, visitor=None) as address,
+        httpx.stream("GET", address + path, headers={"X-API-Key": key}) as answer,
+    ):
         assert answer.status_code == 200
         lines = answer.iter_lines()
         assert next(lines).startswith("data: ")
@@ -170,4 +164,4 @@ def test_a_stream_ends_soon_after_its_key_was_revoked(url: str, sessions: sessio
             keys.revoke(session, "who leaves", NOW)
         began = monotonic()
         assert not [line for line in lines if line.startswith("data")]
-        assert monotonic() - began < following.CHECK + 10
+        assert monotonic() - began < LOOK + 10
