@@ -33,6 +33,8 @@ def covered(data: bytes) -> tuple[Piece, ...]:
             start, end = ((trace.stats.starttime - half).datetime, (trace.stats.endtime + half).datetime)
             interval = timedelta(seconds=trace.stats.delta)
             found.append(Piece(trace.id, start.replace(tzinfo=UTC), end.replace(tzinfo=UTC), interval))
+    except MemoryError:
+        raise
     except Exception as error:  # ObsPy's readers raise whatever a broken file makes them stumble over
         raise FormatError(f"the waveforms cannot be read: {error}") from error
     return tuple(found)

@@ -26,6 +26,8 @@ def origins(data: bytes) -> tuple[Origin, ...]:
     try:
         found = obspy.read_events(BytesIO(data), format="QUAKEML")
         beginnings = [Origin(str(event.resource_id), _time(event)) for event in found if event.origins]
+    except MemoryError:
+        raise
     except Exception as error:  # ObsPy raises whatever the XML makes it stumble over
         raise FormatError(f"no readable QuakeML: {error}") from error
     return tuple(sorted(beginnings, key=lambda origin: origin.time))

@@ -23,6 +23,8 @@ def read_stationxml(name: str, data: bytes, gains: Mapping[str, Gain]) -> Conten
     """
     try:
         inventory = obspy.read_inventory(BytesIO(data), format="STATIONXML")
+    except MemoryError:
+        raise
     except Exception as error:  # ObsPy raises whatever the XML makes it stumble over
         raise FormatError(f"{name} is no readable StationXML: {error}; fetch it again") from error
     found: dict[str, Gain] = {}

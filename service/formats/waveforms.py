@@ -76,6 +76,8 @@ def _stream(name: str, data: bytes, form: str) -> obspy.Stream:
         with ONE_READER, warnings.catch_warnings():
             warnings.filterwarnings("error", module=r"obspy\.")
             stream = obspy.read(BytesIO(data), format=form)
+    except MemoryError:
+        raise
     except Exception as error:  # ObsPy's readers raise whatever a broken file makes them stumble over
         raise FormatError(
             f"{name} is truncated or damaged: as {form} of {len(data)} bytes ObsPy says: {error}; fetch it again"

@@ -3,9 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from io import BytesIO
-from lzma import LZMAError
-from zipfile import BadZipFile, ZipFile
-from zlib import error as ZlibError  # noqa: N812  a class, whatever its name
+from zipfile import ZipFile
 
 from service.formats.errors import FormatError, UnknownFormatError
 from service.formats.stationxml import is_stationxml
@@ -87,14 +85,7 @@ def _readable(name: str) -> Iterator[None]:
     """Whatever a damaged archive makes the reader of archives stumble over is a refusal."""
     try:
         yield
-    except (
-        BadZipFile,
-        ZlibError,
-        LZMAError,
-        NotImplementedError,
-        RuntimeError,
-        EOFError,
-        OSError,
-        ValueError,
-    ) as error:
+    except MemoryError:
+        raise
+    except Exception as error:  # it raises whatever a broken archive makes it stumble over
         raise FormatError(f"{name} is no readable zip archive: {error}; fetch it again") from error

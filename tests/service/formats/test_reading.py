@@ -129,3 +129,13 @@ def test_numbers_stay_as_they_were() -> None:
         2,
         3,
     ]
+
+
+def test_a_member_without_a_name_is_refused() -> None:
+    data = archive({"a": KNET.read_bytes()})
+    central, end = data.rindex(b"PK\x01\x02"), data.rindex(b"PK\x05\x06")
+    size = int.from_bytes(data[end + 12 : end + 16], "little") - 1
+    directory = data[central : central + 28] + b"\0\0" + data[central + 30 : central + 46] + data[central + 47 : end]
+    nameless = data[:central] + directory + data[end : end + 12] + size.to_bytes(4, "little") + data[end + 16 :]
+    with pytest.raises(FormatError, match="no readable zip archive"):
+        read("event.zip", nameless, {})
