@@ -83,7 +83,7 @@ def row(case: str, seed: int) -> Row:
         suspects[0].cause.value if suspects else found.outcome.value,
         found.is_unknown,
         tuple(step.chosen.effect for step in found.steps),
-        tuple(tuple(one.effect for one in step.ranking.asked_for) for step in found.steps),
+        tuple(tuple(one.effect for one in step.alike) for step in found.steps),
         _named(suspects),
         found.before.over_floor,
         found.unexplained.over_floor,

@@ -7,6 +7,7 @@ from math import log
 from types import MappingProxyType
 
 from core.errors import ModelError
+from core.frozen import FrozenDict
 
 MOTION = ("u", "v", "u_cross", "v_cross")
 """m and m/s, across the isolator in the direction of the force, and in the other horizontal one."""
@@ -135,4 +136,4 @@ class Effect:
         if strange := sorted(kept - set(self.states)):
             raise ModelError(f"{self.title}: {strange} are no states of its own; those are {sorted(self.states)}")
         object.__setattr__(self, "needs", needs)
-        object.__setattr__(self, "absent", MappingProxyType(dict(self.absent)))
+        object.__setattr__(self, "absent", FrozenDict(self.absent))

@@ -19,7 +19,7 @@ GROUP = "menshin.effects"
 
 
 def add_own_effects(folder: Path | None) -> None:
-    """Make them known to this process; it must not have run a model yet.
+    """Make them known to this process, whether or not it has run a model already.
 
     Args:
         folder: of the setting effects_folder; None for entry points only.

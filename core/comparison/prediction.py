@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from types import MappingProxyType
 
 import numpy as np
 
@@ -13,6 +12,7 @@ from core.comparison.misfit import Misfit, misfit, together
 from core.description import BuildingDescription
 from core.errors import RecordError
 from core.fitting.observation import Observation
+from core.frozen import FrozenDict
 from core.model.isolator import Isolator
 from core.model.modal_response import Axis, respond_together
 from core.model.simulation import Response
@@ -100,7 +100,7 @@ def _prediction(
         level: _acceleration(model, measured, observation.rate, band)
         for level, measured, model in _accelerations(response, observation, description)
     }
-    return Prediction(observation, _displacement(response, observation, band), MappingProxyType(accelerations))
+    return Prediction(observation, _displacement(response, observation, band), FrozenDict(accelerations))
 
 
 def predicted_displacement(predictions: Sequence[Prediction]) -> Misfit:

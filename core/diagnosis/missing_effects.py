@@ -11,11 +11,12 @@ from enum import Enum
 
 import numpy as np
 
-from core.diagnosis.ranking import DECISIVE, Judged, Ranking, ranked
+from core.diagnosis.plausibility import objection
+from core.diagnosis.ranking import DECISIVE, Dropped, Judged, Ranking, ranked
 from core.diagnosis.unexplained import explained_share
 from core.effects import EFFECTS
 from core.errors import RecordError
-from core.fitting.fit import Fit, chi_square
+from core.fitting.fit import Fit, chi_square, fitted
 from core.fitting.layer_columns import Evidence
 from core.fitting.observation import Observation
 from core.model.isolator import Isolator
@@ -41,6 +42,8 @@ ANOTHER_OF_LITTLE, MOST_OF_IT = 0.1, 0.6
 STANDS_OUT = 1.1
 """noise floors, more than the second of what is beyond the noise: so a weak second effect is told from the rest of a
 law that is not quite the true one."""
+LOWERS = 0.98
+"""Of the force's error in N: what an effect must lower it to, else it is not named."""
 LITTLE_TAKEN = 0.5
 """Share of the error beyond the noise that the library's effects leave, from which on the cause is unknown."""
 
@@ -63,6 +66,9 @@ class Step:
     ranking: Ranking
     """Of the candidates, the model as it was before."""
     chosen: Judged
+    alike: tuple[Judged, ...]
+    """Candidates that the records cannot distinguish from the best and against which nothing speaks; the chosen one
+    is first. Where something speaks against all of them, those that are doubtful only."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -110,6 +116,13 @@ class Diagnosis:
     """Of the candidates for the model with all effects."""
 
     @property
+    def dropped(self) -> tuple[Dropped, ...]:
+        """Effects that could not be judged, in any of the rankings, by their names."""
+        rankings = (self.first, *(step.ranking for step in self.steps), self.last)
+        each = {one.effect: one for ranking in rankings for one in ranking.dropped}
+        return tuple(each[name] for name in sorted(each))
+
+    @property
     def is_unknown(self) -> bool:
         """Whether something is at work that the library's effects, a few of them, do not explain."""
         return self.unexplained.is_there or len(self.steps) > FEW_EFFECTS
@@ -122,7 +135,7 @@ def _to_nobody(found: str) -> None:
 def diagnosed(
     observations: Sequence[Observation],
     model: Isolator,
-    effects: Collection[str] = tuple(EFFECTS),
+    effects: Collection[str] | None = None,
     tell: Callable[[str], None] = _to_nobody,
 ) -> Diagnosis:
     """Of a model and the records of some earthquakes.
@@ -130,7 +143,7 @@ def diagnosed(
     Args:
         observations: of the earthquakes.
         model: effects and values.
-        effects: names of those that may be added.
+        effects: names of those that may be added; None for all there are.
         tell: called after each ranking that asks for another one, with what was found so far, in words.
 
     Raises:
@@ -139,34 +152,54 @@ def diagnosed(
     """
     if not observations:
         raise RecordError("no earthquake is left to diagnose by; one that was analysed in this direction would do")
+    effects = tuple(EFFECTS) if effects is None else effects
     by_noise = Evidence.by_noise(sorted(observations, key=lambda one: one.start))
     first = last = ranked(by_noise, model, _absent(effects, model))
     steps: list[Step] = []
-    while _goes_on(steps, last):
-        steps.append(Step(last, last.asked_for[0]))
+    while (more := _more(steps, last)) is not None:
+        steps.append(more)
         tell(f"{_named(steps)}; looking for another effect")
         now = steps[-1].chosen.fit.model
         last = ranked(by_noise, now, _absent(effects, now))
     if len(steps) > 1:
         steps, last = _swapped(by_noise, steps, last, effects, tell)
+    steps, last = _without_idle(by_noise, steps, last, effects)
     allowed = ABOVE_FLOOR if steps else ABOVE_COLOURED
     before, left = (_unexplained(ranking, allowed) for ranking in (first, last))
-    outcome = _outcome(steps, before, left)
+    outcome = _outcome(steps, before, left, is_asked=bool(first.asked_for))
     if outcome is Outcome.NOTHING_MISSING and _is_off(first, model):
         outcome = Outcome.REFIT
-    return Diagnosis(outcome, model, first.base, tuple(steps), last.base, before, left, first, last)
+    by_noise.memory.clear()
+    return Diagnosis(
+        outcome=outcome,
+        given=model,
+        refitted=first.base,
+        steps=tuple(steps),
+        after=last.base,
+        before=before,
+        unexplained=left,
+        first=first,
+        last=last,
+    )
 
 
-def _goes_on(steps: Sequence[Step], last: Ranking) -> bool:
-    """Whether one more effect is to be added."""
-    if not last.asked_for or len(steps) >= MOST_EFFECTS:
-        return False
-    return not steps or _is_another(last)
+def _more(steps: Sequence[Step], last: Ranking) -> Step | None:
+    """One more effect; None if there is none to add."""
+    step = _step(last) if len(steps) < MOST_EFFECTS else None
+    return step if step is not None and (not steps or _is_another(step)) else None
 
 
-def _is_another(ranking: Ranking) -> bool:
-    """Whether the best candidate is an effect of its own beside those that were found."""
-    best = ranking.asked_for[0].fit
+def _step(ranking: Ranking) -> Step | None:
+    """The best effect that is asked for; one against which something speaks only where it does against all."""
+    judged = [(one, objection(one.effect, one.fit, ranking.evidence.observations)) for one in ranking.asked_for]
+    plausible = [one for one, against in judged if against is None]
+    named = plausible or [one for one, against in judged if against is not None and not against.is_impossible]
+    return Step(ranking, named[0], tuple(named)) if named else None
+
+
+def _is_another(step: Step) -> bool:
+    """Whether the chosen candidate is an effect of its own beside those that were found."""
+    ranking, best = step.ranking, step.chosen.fit
     taken = 1 - best.chi_square / ranking.base.chi_square
     before, after = (ranking.over_floor(fit) for fit in (ranking.base, best))
     beyond = max(before**2 - 1, 0.0)
@@ -185,14 +218,43 @@ def _swapped(
         tell(f"{_named(steps)}; asking again for {step.chosen.effect}, beside the later ones")
         without = Isolator({n: v for n, v in last.base.model.effects.items() if n != step.chosen.effect})
         ranking = ranked(by_noise, without, _absent(effects, without))
-        if step.chosen.effect in {one.effect for one in ranking.asked_for}:
+        again = _step(ranking)
+        if again is not None and step.chosen.effect in {one.effect for one in again.alike}:
             continue
         place = steps.index(step)
-        instead = [Step(ranking, ranking.asked_for[0])] if ranking.asked_for else []
+        instead = [] if again is None else [again]
         steps = [*steps[:place], *instead, *steps[place + 1 :]]
         now = instead[0].chosen.fit.model if instead else ranking.base.model
         last = ranked(by_noise, now, _absent(effects, now))
     return steps, last
+
+
+def _without_idle(
+    by_noise: Evidence, steps: list[Step], last: Ranking, effects: Collection[str]
+) -> tuple[list[Step], Ranking]:
+    """The steps whose effects the force's error needs, and the last ranking; in an order in which the error falls.
+
+    An effect that was added before another was exchanged may have lost its worth; and what is likely by the whitened
+    error need not lower the error that an engineer sees.
+    """
+    while steps:
+        worth = {step.chosen.effect: _without(last, step.chosen.effect) / last.error(last.base) for step in steps}
+        least = min(steps, key=lambda step: worth[step.chosen.effect])
+        if worth[least.chosen.effect] >= 1 / LOWERS:
+            falls = all(
+                step.ranking.error(step.chosen.fit) < LOWERS * step.ranking.error(step.ranking.base) for step in steps
+            )
+            return (steps if falls else sorted(steps, key=lambda step: -worth[step.chosen.effect])), last
+        steps = [step for step in steps if step is not least]
+        now = Isolator({n: v for n, v in last.base.model.effects.items() if n != least.chosen.effect})
+        last = ranked(by_noise, now, _absent(effects, now))
+    return steps, last
+
+
+def _without(last: Ranking, effect: str) -> float:
+    """N, the force's error if the model had all its effects but this one, everything fitted anew."""
+    values = last.base.model.effects
+    return last.error(fitted(last.evidence, Isolator({name: values[name] for name in values if name != effect})))
 
 
 def _named(steps: Sequence[Step]) -> str:
@@ -216,12 +278,13 @@ def _unexplained(ranking: Ranking, allowed: float) -> Unexplained:
     return Unexplained(share, ranking.over_floor(ranking.base), allowed)
 
 
-def _outcome(steps: Sequence[Step], before: Unexplained, left: Unexplained) -> Outcome:
+def _outcome(steps: Sequence[Step], before: Unexplained, left: Unexplained, *, is_asked: bool) -> Outcome:
+    """What it comes to; an effect that is asked for but was not added leaves something unknown."""
     if not steps:
-        return Outcome.UNKNOWN if before.is_there else Outcome.NOTHING_MISSING
+        return Outcome.UNKNOWN if before.is_there or is_asked else Outcome.NOTHING_MISSING
     if left.is_there and left.excess > LITTLE_TAKEN * before.excess:
         return Outcome.UNKNOWN
-    sets = [{one.effect for one in step.ranking.asked_for} for step in steps]
+    sets = [{one.effect for one in step.alike} for step in steps]
     families = [{EFFECTS[name].family for name in one} for one in sets]
     if all(len(one) == 1 for one in sets):
         # one law of another form may look like two of its family, but then leaves something

@@ -1,9 +1,12 @@
-"""Could a layer have an effect with the values that a fit gave it?
+"""Whether a layer can have an effect with the values that a fit gave it.
 
-Nothing is dropped for being implausible: an engineer should see what the records ask for, and why it cannot be so.
+An effect is impossible where it has no strength, or makes the layer feed energy into the motion. It is doubtful where a
+value is at the end of its range, or is not determined: its law is then hardly the true one. Both are shown with their
+reason; neither is named where records do not distinguish a plausible effect from it, and an impossible one never is.
 """
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -19,33 +22,52 @@ FED = 0.05
 """Of the work that passes through the layer: what a force may feed into the motion for its numerical error."""
 
 
-def implausible(effect: str, fit: Fit, observations: Sequence[Observation]) -> str | None:
-    """Why not, in words; None if nothing speaks against it.
+@dataclass(frozen=True, slots=True)
+class Objection:
+    """What speaks against an effect."""
+
+    reason: str
+    """In words."""
+    is_impossible: bool
+    """Or it is doubtful only."""
+
+
+def objection(effect: str, fit: Fit, observations: Sequence[Observation]) -> Objection | None:
+    """What speaks most against an effect; None if nothing does.
 
     Args:
         effect: of the model.
         fit: of the model with it.
         observations: the records.
     """
-    return next(_reasons(effect, fit, observations), None)
-
-
-def _reasons(effect: str, fit: Fit, observations: Sequence[Observation]) -> Iterator[str]:
-    values, about = fit.model.effects[effect], EFFECTS[effect]
+    about, values = EFFECTS[effect], fit.model.effects[effect]
     if about.linear and all(values[name] == 0 for name in about.linear):
-        yield "it has no strength left: the records ask for the opposite of it"
+        return Objection("it has no strength left: the records ask for the opposite of it", is_impossible=True)
+    fed = [one for one in observations if _work(fit.model, one) < 0]
+    if fed:
+        reason = f"the layer would feed energy into the motion in the earthquake of {fed[0].name}"
+        return Objection(reason, is_impossible=True)
+    doubt = next(_doubts(effect, fit), None)
+    return None if doubt is None else Objection(doubt, is_impossible=False)
+
+
+def implausible(effect: str, fit: Fit, observations: Sequence[Observation]) -> str | None:
+    """The same, its reason alone."""
+    found = objection(effect, fit, observations)
+    return None if found is None else found.reason
+
+
+def _doubts(effect: str, fit: Fit) -> Iterator[str]:
+    values, about = fit.model.effects[effect], EFFECTS[effect]
     searched = [] if fit.outcome is Outcome.STOPPED else [name for name in values if (effect, name) in fit.free]
     for one in (parameter((effect, name)) for name in searched if name not in about.linear):
         if values[one.name] in one.bounds:
             side = "smallest" if values[one.name] == one.bounds[0] else "largest"
-            yield f"{one.name} went to the {side} that it may be ({one.meaning})"
+            yield f"{one.name} is at its {side} allowed value ({one.meaning})"
     # an instant between two earthquakes need not be known any better
     lost = [name for of, name in fit.undetermined if of == effect and not parameter((of, name)).is_instant]
     if lost:
         yield f"the records do not determine {', '.join(lost)}"
-    fed = [one for one in observations if _work(fit.model, one) < 0]
-    if fed:
-        yield f"the layer would feed energy into the motion in the earthquake of {fed[0].name}"
 
 
 def _work(model: Isolator, observation: Observation) -> float:

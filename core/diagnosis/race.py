@@ -21,14 +21,16 @@ FEWEST_STEPS = 2
 
 
 def raced(evidence: Evidence, places: Mapping[str, Sequence[Isolator]]) -> Mapping[str, Fit]:
-    """Of every effect the best fit that was found; STOPPED where it was left behind.
+    """Of every effect the best fit that was found; STOPPED where it was left behind, DIVERGED where no place led
+    anywhere.
 
     Args:
         evidence: the records, weighed.
         places: by effect, models with it at values from which to search, the most promising first.
     """
     found = _in_turn(evidence, {effect: begun(evidence, models[0]) for effect, models in places.items()})
-    for effect in list(_near(found)):
+    diverged = [effect for effect, one in found.items() if one.outcome is Outcome.DIVERGED]
+    for effect in [*_near(found), *diverged]:
         for model in places[effect][1:]:
             found[effect] = _better(evidence, found[effect], begun(evidence, model))
     return {effect: ended(evidence, one, one.outcome or Outcome.STOPPED) for effect, one in found.items()}
@@ -51,19 +53,19 @@ def _hopeful(running: Mapping[str, Descent]) -> Iterator[str]:
 
 def _near(found: Mapping[str, Descent]) -> Iterator[str]:
     near = NEAR * _least(found)
-    return (effect for effect, one in found.items() if one.point.cost < near)
+    return (effect for effect, one in found.items() if one.cost < near)
 
 
 def _least(searches: Mapping[str, Descent]) -> float:
-    return min((one.point.cost for one in searches.values()), default=0.0)
+    return min((one.cost for one in searches.values()), default=0.0)
 
 
 def _better(evidence: Evidence, known: Descent, other: Descent) -> Descent:
     """The other search if it comes to a lower minimum than the known one."""
-    while other.outcome is None and _may_reach(other, known.point.cost):
+    while other.outcome is None and _may_reach(other, known.cost):
         other = advanced(evidence, other)
-    return min(known, other, key=lambda one: one.point.cost)
+    return min(known, other, key=lambda one: one.cost)
 
 
 def _may_reach(one: Descent, cost: float) -> bool:
-    return one.point.cost - SPARE * one.promise < cost
+    return one.cost - SPARE * one.promise < cost

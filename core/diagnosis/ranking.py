@@ -14,7 +14,7 @@ from core.arrays import Vector
 from core.diagnosis.candidates import previews
 from core.diagnosis.race import raced
 from core.fitting.descent import Outcome
-from core.fitting.fit import Fit, at_values, fitted
+from core.fitting.fit import Fit, at_values, finite_fit, fitted
 from core.fitting.layer_columns import Evidence
 from core.fitting.projected_misfit import search_of
 from core.fitting.weighed_fit import inflation, weighed_by
@@ -47,6 +47,15 @@ class Judged:
     """Of the model with it less that without: below -DECISIVE it is asked for."""
 
 
+@dataclass(frozen=True, slots=True)
+class Dropped:
+    """A candidate that could not be judged."""
+
+    effect: str
+    reason: str
+    """In words."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Ranking:
     """All candidates, the best first."""
@@ -59,6 +68,8 @@ class Ranking:
     """τ."""
     floor: Vector
     """(records,) N, root mean square of the measured force's noise."""
+    dropped: tuple[Dropped, ...] = ()
+    """Effects that could not be judged, by their names."""
 
     @property
     def independent(self) -> float:
@@ -69,6 +80,11 @@ class Ranking:
         """(records,) N, root mean square of what a fit leaves over within the band."""
         spans = zip(self.evidence.spans, self.evidence.whitenings, strict=True)
         return np.array([np.linalg.norm(fit.residual[span] * w.std) / np.sqrt(w.count) for span, w in spans])
+
+    def error(self, fit: Fit) -> float:
+        """N, root mean square over all records of what a fit to this evidence leaves over within the band."""
+        count = np.array([w.count for w in self.evidence.whitenings])
+        return float(np.sqrt(np.sum(count * self.left(fit) ** 2) / np.sum(count)))
 
     def over_floor(self, fit: Fit) -> float:
         """What a fit leaves over in multiples of the noise floor, each record in its own."""
@@ -101,23 +117,28 @@ def ranked(by_noise: Evidence, model: Isolator, effects: Sequence[str]) -> Ranki
         by_noise: the records, in the order of their times, weighed by their noise.
         model: without the candidates; its values are where the search begins.
         effects: names of the candidates.
+
+    Raises:
+        ModelError: the model's own force grows beyond all bounds.
     """
-    base = fitted(by_noise, model)
+    base = finite_fit(by_noise, model)
     evidence = weighed_by(by_noise, base)
-    base = fitted(evidence, base.model)
+    base = finite_fit(evidence, base.model)
     seen = previews(evidence, base, effects)
     least = max(VISIBLE * base.chi_square, PROMISING * seen[0][0].gain) if seen else 0.0
     promising = [found for n, found in enumerate(seen[:SEARCHED]) if n == 0 or found[0].gain > least]
     fits = raced(evidence, {found[0].effect: [place.model for place in found] for found in promising})
-    if fits:
-        best = min(fits.values(), key=lambda fit: fit.chi_square)
+    judgeable = {name: fit for name, fit in fits.items() if fit.outcome is not Outcome.DIVERGED}
+    if judgeable:
+        best = min(judgeable.values(), key=lambda fit: fit.chi_square)
         evidence = weighed_by(by_noise, at_values(by_noise, best.model))
-    base = fitted(evidence, base.model)
-    final = {
+    base = finite_fit(evidence, base.model)
+    every = {**fits} | {
         name: (at_values if fit.outcome is Outcome.STOPPED else fitted)(evidence, fit.model)
-        for name, fit in fits.items()
+        for name, fit in judgeable.items()
     }
-    final |= {found[0].effect: at_values(evidence, found[0].model) for found in seen[len(fits) :]}
+    every |= {found[0].effect: at_values(evidence, found[0].model) for found in seen[len(fits) :]}
+    final = {name: fit for name, fit in every.items() if fit.outcome is not Outcome.DIVERGED}
     best = min([base, *final.values()], key=lambda fit: fit.chi_square)
     τ = inflation(evidence, best)
     judged = [_judged(name, evidence, base, fit, τ) for name, fit in final.items()]
@@ -127,6 +148,7 @@ def ranked(by_noise: Evidence, model: Isolator, effects: Sequence[str]) -> Ranki
         evidence,
         τ,
         np.array([np.linalg.norm(w.std) / np.sqrt(w.count) for w in by_noise.whitenings]),
+        tuple(Dropped(name, fit.outcome.value) for name, fit in sorted(every.items()) if name not in final),
     )
 
 

@@ -19,6 +19,7 @@ from core.fitting.projected_misfit import (
     Point,
     Search,
     derivatives,
+    diverges,
     is_clamped,
     off_prior,
     parameter,
@@ -44,6 +45,7 @@ class Outcome(Enum):
     AT_BOUND = "a parameter went to the end of its range"
     UNDETERMINED = "the records do not determine every parameter"
     STOPPED = "the search was stopped before it settled"
+    DIVERGED = "the model's force, or its derivatives, grew beyond all bounds"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,6 +58,8 @@ class Slope:
     """(free,)"""
     free: tuple[int, ...]
     """Which nonlinear parameters are not held at a bound."""
+    diverges: bool = False
+    """Whether there is no slope, since derivatives are not finite."""
 
     @property
     def promise(self) -> float:
@@ -85,6 +89,11 @@ class Descent:
     """None as long as it goes on."""
 
     @property
+    def cost(self) -> float:
+        """Of the point; infinite of a search that has diverged, which leads nowhere."""
+        return np.inf if self.outcome is Outcome.DIVERGED else self.point.cost
+
+    @property
     def promise(self) -> float:
         """Of the cost, what it may still gain, going by the slope and by the last step; nothing once it has ended."""
         return 0.0 if self.outcome is not None else max(self.slope.promise, self.gained)
@@ -95,7 +104,11 @@ def begun(evidence: Evidence, model: Isolator) -> Descent:
     search = search_of(model)
     point = projected(evidence, search, values_of(model))
     slope = _slope(evidence, search, point)
-    outcome = Outcome.SETTLED if not search.nonlinear else None if slope.free else Outcome.AT_BOUND
+    outcome = None if slope.free else Outcome.AT_BOUND
+    if slope.diverges or not np.isfinite(point.cost):
+        outcome = Outcome.DIVERGED
+    elif not search.nonlinear:
+        outcome = Outcome.SETTLED
     return Descent(search, point, slope, FIRST_DAMPING, 0, 0.0, outcome)
 
 
@@ -106,7 +119,9 @@ def advanced(evidence: Evidence, now: Descent) -> Descent:
     point = better or now.point
     slope = now.slope if better is None else _slope(evidence, now.search, point)
     outcome: Outcome | None = None
-    if gained < max(SETTLED, RELATIVE * point.cost):
+    if slope.diverges:
+        outcome = Outcome.DIVERGED
+    elif gained < max(SETTLED, RELATIVE * point.cost):
         outcome = Outcome.SETTLED
     elif now.steps + 1 >= MOST_STEPS:
         outcome = Outcome.STOPPED
@@ -126,6 +141,8 @@ def _slope(evidence: Evidence, search: Search, point: Point) -> Slope:
         return Slope(np.zeros((0, 0)), np.zeros(0), ())
     units = np.array([_unit(key, point.values[key]) for key in search.nonlinear])
     turned = units[:, None] * derivatives(evidence, search, point.values, search.nonlinear)
+    if diverges(turned):
+        return Slope(np.zeros((0, 0)), np.zeros(0), (), diverges=True)
     basis = linalg.orth(_adapting(search, point).T)
     own = turned - (turned @ basis) @ basis.T
     priors = [parameter(key).prior for key in search.nonlinear]

@@ -7,12 +7,14 @@ import numpy as np
 from scipy import linalg
 
 from core.arrays import Matrix, Vector
+from core.errors import ModelError
 from core.fitting.descent import Descent, Outcome, advanced, begun
 from core.fitting.layer_columns import Evidence
 from core.fitting.projected_misfit import (
     DEGENERATE,
     Point,
     derivatives,
+    diverges,
     model_of,
     parameter,
     projected,
@@ -32,7 +34,7 @@ class Fit:
     covariance: Matrix
     """(free, free) of their values in SI units, by the noise that the evidence is weighed with."""
     chi_square: float
-    """Of what is left over, in units of that noise."""
+    """Of what is left over, in units of that noise; infinite of a fit that diverged."""
     residual: Vector
     """(m,) whitened, measured less modelled."""
     outcome: Outcome
@@ -95,6 +97,20 @@ def fitted(evidence: Evidence, model: Isolator) -> Fit:
     return ended(evidence, search, search.outcome)
 
 
+def finite_fit(evidence: Evidence, model: Isolator) -> Fit:
+    """The same of a model that must have a fit.
+
+    Raises:
+        ModelError: its force grows beyond all bounds.
+    """
+    found = fitted(evidence, model)
+    if found.outcome is Outcome.DIVERGED:
+        raise ModelError(
+            f"{found.outcome.value}, with {', '.join(model.effects)}: start from other values, or leave an effect out"
+        )
+    return found
+
+
 def ended(evidence: Evidence, search: Descent, outcome: Outcome) -> Fit:
     """Where a search has come to.
 
@@ -104,12 +120,16 @@ def ended(evidence: Evidence, search: Descent, outcome: Outcome) -> Fit:
         outcome: how it ended.
     """
     free = (*search.search.linear, *search.search.nonlinear)
+    if outcome is Outcome.DIVERGED:
+        return _diverged(search.point, free)
     nonlinear = derivatives(evidence, search.search, search.point.values, search.search.nonlinear)
     return _result(search.point, free, np.concatenate([search.point.linear, nonlinear]), outcome)
 
 
 def _result(point: Point, free: tuple[Key, ...], turned: Matrix, outcome: Outcome) -> Fit:
     """By (free, m) derivatives of the whitened force."""
+    if not np.isfinite(point.cost) or diverges(turned):
+        return _diverged(point, free)
     scale = np.linalg.norm(turned, axis=1)
     there = np.flatnonzero(scale > 0)
     normal = turned[there] @ turned[there].T / np.outer(scale[there], scale[there])
@@ -126,7 +146,7 @@ def _result(point: Point, free: tuple[Key, ...], turned: Matrix, outcome: Outcom
     elif ends and outcome is Outcome.SETTLED:
         outcome = Outcome.AT_BOUND
     return Fit(
-        model=model_of(point.values, tuple(dict.fromkeys(key[0] for key in point.values))),
+        model=_model(point),
         free=free,
         covariance=covariance,
         chi_square=float(point.residual @ point.residual),
@@ -134,3 +154,20 @@ def _result(point: Point, free: tuple[Key, ...], turned: Matrix, outcome: Outcom
         outcome=outcome,
         undetermined=tuple(sorted(lost)),
     )
+
+
+def _diverged(point: Point, free: tuple[Key, ...]) -> Fit:
+    """No fit: nothing of it is known, and it leaves over more than anything else would."""
+    return Fit(
+        model=_model(point),
+        free=free,
+        covariance=np.full((len(free), len(free)), np.nan),
+        chi_square=np.inf,
+        residual=point.residual,
+        outcome=Outcome.DIVERGED,
+        undetermined=free,
+    )
+
+
+def _model(point: Point) -> Isolator:
+    return model_of(point.values, tuple(dict.fromkeys(key[0] for key in point.values)))

@@ -5,9 +5,11 @@ reads the hysteretic variable that another publishes, within a group only. Each 
 once for each choice of its nonlinear parameters.
 """
 
+from collections import OrderedDict
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
+from threading import Lock
 
 import numpy as np
 
@@ -24,7 +26,48 @@ from core.restoring_force.error_spectrum import of_fused_displacement, white
 from core.signals.whitening import BAND, Whitening, shrunk, whitening
 
 KEPT = 2e8
-"""Bytes of columns that are remembered, the last ones."""
+"""Bytes of columns that are remembered: those used last."""
+
+
+class ColumnMemory:
+    """Columns of effects that were computed before, while something is searched for: bounded, and no part of a value.
+
+    Copies and pickles of what refers to it begin with an empty one.
+    """
+
+    def __init__(self) -> None:
+        self._kept: OrderedDict[tuple[object, ...], Matrix] = OrderedDict()
+        self._bytes = 0
+        self._lock = Lock()
+
+    def __reduce__(self) -> tuple[type["ColumnMemory"], tuple[()]]:
+        return ColumnMemory, ()
+
+    @property
+    def size(self) -> int:
+        """Bytes that are remembered."""
+        return self._bytes
+
+    def of(self, key: tuple[object, ...], compute: Callable[[], Matrix]) -> Matrix:
+        """The columns of a key, computed if they are not remembered."""
+        with self._lock:
+            if key in self._kept:
+                self._kept.move_to_end(key)
+                return self._kept[key]
+        found = compute()
+        with self._lock:
+            if key not in self._kept:
+                self._kept[key] = found
+                self._bytes += found.nbytes
+            while self._bytes > KEPT and len(self._kept) > 1:
+                self._bytes -= self._kept.popitem(last=False)[1].nbytes
+        return found
+
+    def clear(self) -> None:
+        """Forget all: a result that refers to it then holds nothing but itself."""
+        with self._lock:
+            self._kept.clear()
+            self._bytes = 0
 
 
 def groups(names: Iterable[str]) -> tuple[tuple[str, ...], ...]:
@@ -56,8 +99,8 @@ class Evidence:
     whitenings: tuple[Whitening, ...]
     target: Vector
     """(m,) the measured forces, one record's coefficients after the other's."""
-    known: dict[tuple[object, ...], Matrix] = field(default_factory=dict)
-    """N, columns that were computed before, not yet over the noise: the same however the records are weighed."""
+    memory: ColumnMemory = field(default_factory=ColumnMemory, repr=False)
+    """Of columns in N, not yet over the noise: the same however the records are weighed."""
 
     @classmethod
     def by_noise(cls, observations: Sequence[Observation]) -> "Evidence":
@@ -114,11 +157,7 @@ def columns(evidence: Evidence, model: Isolator, wanted: Sequence[Key]) -> Matri
         wanted: which parameters.
     """
     key = (tuple(wanted), *((name, *values.values()) for name, values in model.effects.items()))
-    if key not in evidence.known:
-        evidence.known[key] = _columns(evidence, model, wanted)
-        while sum(one.nbytes for one in evidence.known.values()) > KEPT and len(evidence.known) > 1:
-            evidence.known.pop(next(iter(evidence.known)))
-    known = evidence.known[key]
+    known = evidence.memory.of(key, lambda: _columns(evidence, model, wanted))
     spans = zip(evidence.spans, evidence.whitenings, strict=True)
     return np.concatenate([weights.whitened(known[:, span]) for span, weights in spans], axis=1)
 

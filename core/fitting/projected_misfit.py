@@ -23,6 +23,8 @@ SMALLEST = 1e-12
 """The same within bounds, where a share is raised to it instead of left out: bounds keep the amplitudes small."""
 TOLERANCE = 1e-12
 """Of the cost: a change of the bounds that are met gains more."""
+LARGEST = 1e100
+"""Derivative of a whitened force whose square can still be summed."""
 MOST_CHANGES = 20
 """Of the bounds that are met, for each amplitude."""
 
@@ -78,6 +80,12 @@ def model_of(values: Mapping[Key, float], names: Sequence[str]) -> Isolator:
     return Isolator({name: {key[1]: value for key, value in values.items() if key[0] == name} for name in names})
 
 
+def diverges(turned: Matrix) -> bool:
+    """Whether derivatives of the force are infinite, not a number or absurdly large: a law is too fast for the records,
+    or grows beyond all bounds, at these values."""
+    return not bool(np.all(np.abs(turned) < LARGEST))
+
+
 def derivatives(evidence: Evidence, search: Search, values: Mapping[Key, float], wanted: Sequence[Key]) -> Matrix:
     """(wanted, m) derivatives of the whitened force by parameters, group by group."""
     found = np.empty((len(wanted), evidence.target.size))
@@ -99,7 +107,7 @@ def derivatives(evidence: Evidence, search: Search, values: Mapping[Key, float],
 def projected(evidence: Evidence, search: Search, values: Mapping[Key, float]) -> Point:
     """The best values of the linear parameters for the nonlinear ones there are."""
     linear = derivatives(evidence, search, values, search.linear)
-    if not np.isfinite(linear).all():  # a law too fast for the records at these values
+    if diverges(linear):
         return Point(dict(values), np.inf, evidence.target, np.zeros_like(linear))
     best = bounded_least_squares(linear, evidence.target, [parameter(key).bounds for key in search.linear])
     residual = evidence.target - best @ linear

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.errors import RecordError
-from core.fitting.fit import Fit, fitted
+from core.fitting.fit import Fit, finite_fit
 from core.fitting.layer_columns import Evidence
 from core.fitting.observation import Observation
 from core.model.isolator import Isolator
@@ -32,13 +32,15 @@ def weighed_fit(observations: Sequence[Observation], model: Isolator) -> Weighed
 
     Raises:
         RecordError: there is nothing to fit to.
+        ModelError: the model's force grows beyond all bounds.
     """
     if not observations:
         raise RecordError("no earthquake is left to fit to; one that is not held out, with force and motion, would do")
     by_noise = Evidence.by_noise(sorted(observations, key=lambda one: one.start))
-    first = fitted(by_noise, model)
+    first = finite_fit(by_noise, model)
     evidence = weighed_by(by_noise, first)
-    fit = fitted(evidence, first.model)
+    fit = finite_fit(evidence, first.model)
+    evidence.memory.clear()
     return WeighedFit(fit, evidence, inflation(evidence, fit))
 
 

@@ -107,7 +107,7 @@ def _answer(way: Path, model: Packed, wanted: list["_Wanted"], start: Vector, ch
     if at_once:
         directions = np.array([wanted[n].direction for n in at_once])
         arrays = way.samples, way.acceleration, model.opcode, model.at_p, model.at_x, model.p
-        by_parameter[at_once] = column_kernel()(*arrays, directions, states)
+        by_parameter[at_once] = column_kernel(model.laws)(*arrays, directions, states)
     for n in sorted({*range(len(wanted))} - {*at_once}):
         both = np.concatenate([start, changes[n]])
         _, by_parameter[n], followed = _integrated(way, model, wanted[n].direction, both, model.states)
@@ -116,7 +116,7 @@ def _answer(way: Path, model: Packed, wanted: list["_Wanted"], start: Vector, ch
 
 
 def _integrated(way: Path, model: Packed, direction: Vector, start: Vector, behind: int) -> tuple[Vector, ...]:
-    kernel = tangent_kernel() if behind else force_kernel()
+    kernel = (tangent_kernel if behind else force_kernel)(model.laws)
     found: tuple[Vector, ...] = kernel(
         way.samples,
         way.acceleration,

@@ -1,34 +1,35 @@
 """The compiled loops that drive a model along a motion."""
 
-from functools import cache
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
+from core.effects import Laws
 from core.laws.compiled import bound, inlined, jitted, kept
-from core.model.program import force_digest, force_program
+from core.model.program import KEPT, force_digest, force_program
 from core.model.tangent_program import tangent_digest, tangent_program
 
 
-@cache
-def force_kernel() -> Any:  # noqa: ANN401  numba's functions have no type
+@lru_cache(KEPT)
+def force_kernel(laws: Laws) -> Any:  # noqa: ANN401  numba's functions have no type
     """See _integrate; compiled when first called."""
-    at = inlined(bound(_force_at, program=force_program()))
-    return kept(bound(_integrate, at=at), force_digest())
+    at = inlined(bound(_force_at, program=force_program(laws)))
+    return kept(bound(_integrate, at=at), force_digest(laws))
 
 
-@cache
-def tangent_kernel() -> Any:  # noqa: ANN401  numba's functions have no type
+@lru_cache(KEPT)
+def tangent_kernel(laws: Laws) -> Any:  # noqa: ANN401  numba's functions have no type
     """See _integrate; compiled when first called. States are followed by their changes along the direction."""
-    at = inlined(bound(_tangent_at, program=tangent_program()))
-    return kept(bound(_integrate, at=at), tangent_digest())
+    at = inlined(bound(_tangent_at, program=tangent_program(laws)))
+    return kept(bound(_integrate, at=at), tangent_digest(laws))
 
 
-@cache
-def column_kernel() -> Any:  # noqa: ANN401  numba's functions have no type
+@lru_cache(KEPT)
+def column_kernel(laws: Laws) -> Any:  # noqa: ANN401  numba's functions have no type
     """See _columns; compiled when first called."""
-    at = jitted(bound(_tangent_at, program=tangent_program()))
-    return kept(bound(_columns, at=at), tangent_digest())
+    at = jitted(bound(_tangent_at, program=tangent_program(laws)))
+    return kept(bound(_columns, at=at), tangent_digest(laws))
 
 
 program: Any = None

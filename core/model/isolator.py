@@ -2,14 +2,14 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
-from types import MappingProxyType
 from typing import TypeVar
 
 import numpy as np
 
 from core.arrays import Indices, Matrix, Vector
-from core.effects import EFFECTS
+from core.effects import EFFECTS, Laws, laws
 from core.errors import ModelError
+from core.frozen import FrozenDict
 from core.model.program import in_order, opcodes
 
 Key = tuple[str, str]
@@ -27,7 +27,7 @@ class Isolator:
         for name, values in self.effects.items():
             _check(name, values)
         object.__setattr__(
-            self, "effects", MappingProxyType({name: MappingProxyType(dict(v)) for name, v in self.effects.items()})
+            self, "effects", FrozenDict({name: FrozenDict(values) for name, values in self.effects.items()})
         )
 
 
@@ -35,6 +35,8 @@ class Isolator:
 class Packed:
     """A model as the force program reads it; see core.model.program.source."""
 
+    laws: Laws
+    """That the program is compiled for."""
     opcode: Indices
     at_p: Indices
     at_x: Indices
@@ -81,12 +83,13 @@ class Conditions:
 
 def packed(isolator: Isolator) -> Packed:
     """The model as arrays, the effects that scale others first."""
-    names = _packing(isolator)
+    known, names = laws(), _packing(isolator)
     effects = [EFFECTS[name] for name in names]
     sizes = [len(effect.parameters) for effect in effects]
     states = [len(effect.states) for effect in effects]
     return Packed(
-        opcode=np.array([opcodes()[name] for name in names], dtype=np.intp),
+        laws=known,
+        opcode=np.array([opcodes(known)[name] for name in names], dtype=np.intp),
         at_p=np.cumsum([0, *sizes])[: len(names)].astype(np.intp),
         at_x=np.cumsum([0, *states])[: len(names)].astype(np.intp),
         p=np.array([isolator.effects[name][parameter] for name, parameter in parameter_names(isolator)], dtype=float),

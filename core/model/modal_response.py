@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import lru_cache
 from math import ceil
 from typing import Any
 
@@ -11,10 +11,11 @@ from scipy import linalg
 
 from core.arrays import Vector
 from core.building import FixedBaseModes
+from core.effects import Laws
 from core.errors import ModelError, RecordError
 from core.laws.compiled import bound, jitted, kept
 from core.model.isolator import Conditions, Isolator, packed
-from core.model.program import force_digest, force_program
+from core.model.program import KEPT, force_digest, force_program
 from core.model.simulation import LARGEST_STEP, SUBSTEPS, Response
 
 
@@ -59,7 +60,7 @@ def respond_together(axes: Sequence[Axis], base_mass: float, isolator: Isolator,
         raise RecordError("the ground acceleration must be one series without gaps; fill or cut them first")
     loads = [_participation(one.modes) for one in axes]
     model = packed(isolator)
-    coordinates, velocity, accelerations, force = _kernel()(
+    coordinates, velocity, accelerations, force = _kernel(model.laws)(
         base_mass,
         np.array(loads),
         np.array([one.modes.angular_frequency**2 for one in axes]),
@@ -102,11 +103,11 @@ def _substeps(modes: FixedBaseModes, participation: Vector, base_mass: float, ra
     return max(SUBSTEPS, ceil(fastest / rate / LARGEST_STEP))
 
 
-@cache
-def _kernel() -> Any:  # noqa: ANN401  numba's functions have no type
-    """The integration loop over all effects there are, compiled when first called."""
-    bound_rates = jitted(bound(_rates, layer_force=force_program()))
-    return kept(bound(_integrate, rates=bound_rates), force_digest())
+@lru_cache(KEPT)
+def _kernel(laws: Laws) -> Any:  # noqa: ANN401  numba's functions have no type
+    """The integration loop over these effects, compiled when first called."""
+    bound_rates = jitted(bound(_rates, layer_force=force_program(laws)))
+    return kept(bound(_integrate, rates=bound_rates), force_digest(laws))
 
 
 layer_force: Any = None

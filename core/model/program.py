@@ -6,11 +6,11 @@ array instead of local names, two thirds of the time to compile and twice that t
 """
 
 from collections.abc import Callable, Mapping
-from functools import cache
+from functools import lru_cache
 from typing import Any
 
 from core.effect import CHANNELS, CONDITIONS, MOTION, RESULTS, SCALES, YIELDED, Effect
-from core.effects import settled
+from core.effects import EFFECTS, Laws
 from core.laws.compiled import digest, inlined, jitted
 
 GIVEN = (*MOTION, *CONDITIONS)
@@ -40,22 +40,32 @@ def compiled(effects: Mapping[str, Effect]) -> Callable[..., tuple[float, float]
     return program
 
 
-@cache
-def force_program() -> Callable[..., tuple[float, float]]:
-    """The force function of all effects there are."""
-    return compiled(settled())
+KEPT = 2
+"""Sets of laws whose programs a process keeps: that before an effect was added may still be running."""
 
 
-@cache
-def opcodes() -> Mapping[str, int]:
-    """Of all effects there are, by their names."""
-    return {name: code for code, name in enumerate(in_order(settled()))}
+def of_laws(laws: Laws) -> Mapping[str, Effect]:
+    """The effects of these names."""
+    return {name: EFFECTS[name] for name in laws}
 
 
-@cache
-def force_digest() -> str:
+@lru_cache(KEPT)
+def force_program(laws: Laws) -> Callable[..., tuple[float, float]]:
+    """The force function of these effects."""
+    return compiled(of_laws(laws))
+
+
+@lru_cache(KEPT)
+def opcodes(laws: Laws) -> Mapping[str, int]:
+    """Of these effects, by their names."""
+    return {name: code for code, name in enumerate(in_order(of_laws(laws)))}
+
+
+@lru_cache(KEPT)
+def force_digest(laws: Laws) -> str:
     """Of all that the force function is made of."""
-    return digest(settled(), source(settled()))
+    effects = of_laws(laws)
+    return digest(effects, source(effects))
 
 
 def place(effect: Effect) -> dict[str, str]:

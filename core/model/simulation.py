@@ -1,7 +1,7 @@
 """Response of a building on its isolation layer to a ground motion."""
 
 from dataclasses import dataclass
-from functools import cache
+from functools import lru_cache
 from math import ceil
 from typing import Any
 
@@ -9,10 +9,11 @@ import numpy as np
 
 from core.arrays import Matrix, Vector
 from core.building import ShearBuilding, mass_matrix, stiffness_matrix
+from core.effects import Laws
 from core.errors import ModelError, RecordError
 from core.laws.compiled import bound, inlined, kept
 from core.model.isolator import Conditions, Isolator, packed
-from core.model.program import force_digest, force_program
+from core.model.program import KEPT, force_digest, force_program
 
 SUBSTEPS = 3
 """Per sample at least: the force of the paper's building at 100 Hz is then right to 1e-5 of its norm."""
@@ -71,7 +72,7 @@ def simulate(
     if given.shape[0] != count:
         raise RecordError(f"conditions are given for {given.shape[0]} samples, the ground acceleration has {count}")
     model = packed(isolator)
-    displacement, velocity, force, acceleration = _kernel()(
+    displacement, velocity, force, acceleration = _kernel(model.laws)(
         np.append(building.base_mass, building.floor_mass),
         building.storey_stiffness,
         building.damping_coefficient * building.storey_stiffness,
@@ -106,11 +107,11 @@ def _substeps(building: ShearBuilding, rate: float) -> int:
     return max(SUBSTEPS, ceil(fastest / rate / LARGEST_STEP))
 
 
-@cache
-def _kernel() -> Any:  # noqa: ANN401  numba's functions have no type
-    """The integration loop over all effects there are, compiled when first called."""
-    bound_rates = inlined(bound(_rates, layer_force=force_program()))
-    return kept(bound(_integrate, rates=bound_rates), force_digest())
+@lru_cache(KEPT)
+def _kernel(laws: Laws) -> Any:  # noqa: ANN401  numba's functions have no type
+    """The integration loop over these effects, compiled when first called."""
+    bound_rates = inlined(bound(_rates, layer_force=force_program(laws)))
+    return kept(bound(_integrate, rates=bound_rates), force_digest(laws))
 
 
 layer_force: Any = None

@@ -6,14 +6,14 @@ direction stands as far behind it as there are states.
 
 import math
 from collections.abc import Callable, Mapping
-from functools import cache
+from functools import lru_cache
 from typing import Any
 
 from core.effect import CHANNELS, RESULTS, SCALES, YIELDED, Effect
-from core.effects import settled
+from core.effects import Laws
 from core.laws.compiled import digest, inlined, jitted
 from core.laws.tangent import change_of, tangent_source
-from core.model.program import GIVEN, in_order, place, published
+from core.model.program import GIVEN, KEPT, in_order, of_laws, place, published
 
 
 def source(effects: Mapping[str, Effect]) -> str:
@@ -45,16 +45,17 @@ def tangent_law(effect: Effect) -> Callable[..., tuple[float, ...]]:
     return tangent
 
 
-@cache
-def tangent_program() -> Callable[..., tuple[float, float, float, float]]:
-    """The tangent program of all effects there are."""
-    return compiled(settled())
+@lru_cache(KEPT)
+def tangent_program(laws: Laws) -> Callable[..., tuple[float, float, float, float]]:
+    """The tangent program of these effects."""
+    return compiled(of_laws(laws))
 
 
-@cache
-def tangent_digest() -> str:
+@lru_cache(KEPT)
+def tangent_digest(laws: Laws) -> str:
     """Of all that the tangent program is made of."""
-    return digest(settled(), source(settled()), *map(_law_source, settled().values()))
+    effects = of_laws(laws)
+    return digest(effects, source(effects), *map(_law_source, effects.values()))
 
 
 def _law_source(effect: Effect) -> str:

@@ -16,7 +16,8 @@ def row(found: ModelDiagnosis) -> DiagnosisRow:
 
 def whole(found: ModelDiagnosis) -> DiagnosisOut:
     """A diagnosis and all that it found."""
-    return DiagnosisOut(**_row(found), **{name: found.document[name] for name in ITEMS})
+    dropped = found.document.get("dropped", [])  # earlier versions of the code did not keep any
+    return DiagnosisOut(**_row(found), dropped=dropped, **{name: found.document[name] for name in ITEMS})
 
 
 def _row(found: ModelDiagnosis) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from core.diagnosis.ranking import ranked
-from core.errors import RecordError
+from core.errors import ModelError, RecordError
 from core.fitting.fit import Fit
 from core.fitting.layer_columns import Evidence
 from service.queue.progress import Tell
@@ -50,7 +50,10 @@ def add(effect: str, given: ModelFile, parent: str, records: Records, tell: Tell
     tell(f"fitting the model with {effect}", 0, 2)
     by_noise = Evidence.by_noise(sorted(records.fitted, key=lambda one: one.start))
     ranking = ranked(by_noise, given.isolator, (effect,))
-    (candidate,) = candidates(ranking, records)
+    tried, diverging = candidates(ranking, records)
+    for one in (*ranking.dropped, *diverging):
+        raise ModelError(f"{one.effect} cannot be added: {one.reason}")
+    (candidate,) = tried
     tell("driving the versions by the motion and by the ground alone", 1, 2)
     versions = (
         Version("as given", answers(given.isolator, records)),

@@ -25,6 +25,6 @@ def _sentences(found: Added) -> Iterator[str]:
     else:
         yield f"The records do not ask for it ({bic}, not below −{DECISIVE:g}): it was added because you said so."
     if tried.implausible:
-        yield f"A layer cannot be so: {tried.implausible}."
+        yield f"It is implausible: {tried.implausible}."
     yield from gain(found.versions[1], found.versions[2], found.records)
     yield from fit_words(found.fit, found.inflation)

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from core.comparison.compared import compare_forces, force_misfit
 from core.comparison.misfit import Misfit
 from core.diagnosis.plausibility import implausible
-from core.diagnosis.ranking import Judged, Ranking
+from core.diagnosis.ranking import Dropped, Judged, Ranking
 from core.effects import EFFECTS
+from core.errors import ModelError
 from core.fitting.fit import Fit
 from service.workbench.records import Records
 from service.workbench.refit import deviations
@@ -23,7 +24,7 @@ class Candidate:
     delta_bic: float
     """Below -10: the records ask for it."""
     in_set: bool
-    """Whether it is the best, or the records do not tell it from the best."""
+    """Whether it is the best, or the records cannot distinguish it from the best, and nothing speaks against it."""
     after: Misfit
     """N, of the force, where it was fitted."""
     floors: float
@@ -40,10 +41,16 @@ class Candidate:
         return EFFECTS[self.effect].family
 
 
-def candidates(ranking: Ranking, records: Records) -> tuple[Candidate, ...]:
-    """All that were tried, each on every earthquake, the best first."""
+def candidates(ranking: Ranking, records: Records) -> tuple[tuple[Candidate, ...], tuple[Dropped, ...]]:
+    """All that were tried, each on every earthquake, the best first; and those whose force diverged in one of them."""
     alike = {one.effect for one in ranking.asked_for}
-    return tuple(_candidate(one, ranking, records, one.effect in alike) for one in ranking.candidates)
+    tried, dropped = [], []
+    for one in ranking.candidates:
+        try:
+            tried.append(_candidate(one, ranking, records, one.effect in alike))
+        except ModelError as error:
+            dropped.append(Dropped(one.effect, str(error)))
+    return tuple(tried), tuple(dropped)
 
 
 def _candidate(judged: Judged, ranking: Ranking, records: Records, in_set: bool) -> Candidate:
@@ -52,14 +59,15 @@ def _candidate(judged: Judged, ranking: Ranking, records: Records, in_set: bool)
     errors = {
         group: force_misfit([one for one in forces if one.observation.name in names]) for group, names in parted.items()
     }
+    against = implausible(judged.effect, judged.fit, records.fitted)
     return Candidate(
         effect=judged.effect,
         fit=judged.fit,
         delta_bic=judged.delta_bic,
-        in_set=in_set,
+        in_set=in_set and against is None,
         after=errors[FITTED],
         floors=ranking.over_floor(judged.fit),
         after_left_out=errors.get(LEFT_OUT),
-        implausible=implausible(judged.effect, judged.fit, records.fitted),
+        implausible=against,
         deviations=deviations(judged.fit, ranking.inflation).get(judged.effect, {}),
     )

@@ -33,6 +33,6 @@ def candidates_table(found: Diagnosed, tried: Sequence[Candidate]) -> ErrorsTabl
 def _rows(tried: Sequence[Candidate]) -> Iterator[tuple[str, ...]]:
     for one in tried:
         outside = [] if one.after_left_out is None else [percent(one.after_left_out.nrmse)]
-        remark = one.implausible or ("best, or not to be told from it" if one.in_set else "")
+        remark = one.implausible or ("best, or cannot be distinguished from it" if one.in_set else "")
         size = (percent(one.after.nrmse), *outside, f"{one.floors:.3g}")
         yield (one.effect, one.family, *size, rounded(one.delta_bic, 3), remark)

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from core.comparison.misfit import Misfit
 from core.diagnosis.missing_effects import Diagnosis, diagnosed
+from core.diagnosis.ranking import Dropped
 from core.diagnosis.suspect import Suspect
 from core.diagnosis.suspicion import suspicions
 from core.effects import EFFECTS
@@ -41,6 +42,13 @@ class Diagnosed:
     """Of each effect that was added."""
     versions: tuple[Version, ...]
     """As given, refitted, then those of the stages."""
+    diverging: tuple[Dropped, ...] = ()
+    """Effects whose force grew beyond all bounds in an earthquake that was left out."""
+
+    @property
+    def dropped(self) -> tuple[Dropped, ...]:
+        """Effects that could not be judged, with the reason."""
+        return (*self.diagnosis.dropped, *self.diverging)
 
     @property
     def before(self) -> Misfit:
@@ -55,16 +63,16 @@ class Diagnosed:
 
 
 def diagnose(
-    given: ModelFile, parent: str, records: Records, tell: Tell, effects: Collection[str] = tuple(EFFECTS)
+    given: ModelFile, parent: str, records: Records, tell: Tell, effects: Collection[str] | None = None
 ) -> Diagnosed:
-    """Ask every effect that the model has not.
+    """Try every effect that the model does not have.
 
     Args:
         given: the model.
         parent: its name, for one made from it.
         records: of the building.
         tell: for who waits.
-        effects: names of those that may be added.
+        effects: names of those that may be added; None for all there are.
 
     Raises:
         RecordError: no record is left to fit to.
@@ -73,9 +81,16 @@ def diagnose(
     if not records.fitted:
         raise RecordError("every earthquake is held out; one to fit to would do")
     tell("asking every effect", 0, 4)
-    found = diagnosed(records.fitted, given.isolator, effects, lambda so_far: tell(so_far, 0, 4))
-    tell("trying them on every earthquake", 1, 4)
-    tried = candidates(found.first, records)
+    offered, diverging = set(EFFECTS if effects is None else effects), list[Dropped]()
+    while True:
+        found = diagnosed(records.fitted, given.isolator, offered, lambda so_far: tell(so_far, 0, 4))
+        tell("trying them on every earthquake", 1, 4)
+        tried, dropped = candidates(found.first, records)
+        added = {step.chosen.effect for step in found.steps}
+        diverging += dropped
+        if not added & {one.effect for one in dropped}:
+            break
+        offered -= {one.effect for one in dropped}
     tell("looking at where the model fails", 2, 4)
     refitted = held(model_of(found.refitted, found.first.inflation, given, parent, records), records, silent)
     tell("driving the versions by the motion and by the ground alone", 3, 4)
@@ -90,7 +105,18 @@ def diagnose(
     )
     tell("diagnosed", 4, 4)
     model = model_of(found.after, found.last.inflation, given, parent, records)
-    return Diagnosed(given, model, records, found, refitted, tried, _suspects(found, records), staged, versions)
+    return Diagnosed(
+        given=given,
+        model=model,
+        records=records,
+        diagnosis=found,
+        refitted=refitted,
+        candidates=tried,
+        suspects=_suspects(found, records),
+        stages=staged,
+        versions=versions,
+        diverging=tuple(diverging),
+    )
 
 
 def _suspects(found: Diagnosis, records: Records) -> tuple[Suspect, ...]:

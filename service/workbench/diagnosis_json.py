@@ -26,7 +26,8 @@ def as_json(found: Diagnosed) -> dict[str, Any]:
             "outcome": found.outcome,
             "findings": suspicions_as_json(found.suspects),
             "candidates": [candidate_as_json(one, found.before) for one in found.candidates],
-            "set": [one.effect for one in diagnosis.steps[0].ranking.asked_for] if diagnosis.steps else [],
+            "dropped": [{"effect": one.effect, "reason": one.reason} for one in found.dropped],
+            "set": [one.effect for one in diagnosis.steps[0].alike] if diagnosis.steps else [],
             "unknown_flag": diagnosis.outcome is Outcome.UNKNOWN or diagnosis.is_unknown,
             "unexplained": {"share": diagnosis.unexplained.share, "in_noise_floors": diagnosis.unexplained.over_floor},
             "steps": [
@@ -34,7 +35,7 @@ def as_json(found: Diagnosed) -> dict[str, Any]:
                     "effect": step.chosen.effect,
                     "family": EFFECTS[step.chosen.effect].family,
                     "delta_bic": step.chosen.delta_bic,
-                    "set": [one.effect for one in step.ranking.asked_for],
+                    "set": [one.effect for one in step.alike],
                 }
                 for step in diagnosis.steps
             ],

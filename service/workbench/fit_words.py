@@ -53,6 +53,7 @@ OPENINGS = {
     Outcome.AT_BOUND: "Fitted, but ",
     Outcome.UNDETERMINED: "Fitted in part: ",
     Outcome.STOPPED: "Not fitted: ",
+    Outcome.DIVERGED: "Not fitted: ",
 }
 
 

@@ -8,11 +8,11 @@ from collections.abc import Collection
 from dataclasses import dataclass
 
 from core.diagnosis.missing_effects import Outcome
-from core.effects import EFFECTS
 from core.fitting.fit import Fit
 from service.queue.progress import Tell
 from service.toml_files.model_file import ModelFile
 from service.workbench.diagnosing import Diagnosed, diagnose
+from service.workbench.effect_words import lowers
 from service.workbench.records import Records
 from service.workbench.refit import model_of
 from service.workbench.versions import Version, helps
@@ -40,7 +40,7 @@ class Improved:
 
 
 def improve(
-    given: ModelFile, parent: str, records: Records, tell: Tell, effects: Collection[str] = tuple(EFFECTS)
+    given: ModelFile, parent: str, records: Records, tell: Tell, effects: Collection[str] | None = None
 ) -> Improved:
     """Diagnose and add, by turns.
 
@@ -49,7 +49,7 @@ def improve(
         parent: its name, for the one made from it.
         records: of the building.
         tell: for who waits.
-        effects: names of those that may be added.
+        effects: names of those that may be added; None for all there are.
 
     Raises:
         RecordError: no record is left to fit to.
@@ -84,7 +84,8 @@ def _taken(found: Diagnosed) -> int:
         return 0
     count = 0
     for before, after in zip(found.versions[1:], found.versions[2:], strict=False):
-        if not helps(before, after, found.records):
+        names = [one.name for one in found.records.fitted]
+        if not (lowers(before.error(names), after.error(names)) and helps(before, after, found.records)):
             break
         count += 1
     return count
@@ -104,5 +105,5 @@ def _ended(found: Diagnosed, count: int) -> str | None:
     if found.diagnosis.outcome is Outcome.UNKNOWN and not count:
         return "something is missing that no known effect explains: nothing was added for it"
     if count < len(found.stages):
-        return f"{found.stages[count].effect} was asked for, but does not lower the error on earthquakes left out"
+        return f"{found.stages[count].effect} was asked for, but does not lower the error of the force"
     return None if found.stages else "nothing more is asked for"

@@ -45,6 +45,7 @@ def alone_as_json(building: str, found: Sequence[Suspect], unused: Sequence[str]
             "outcome": None if cause is None else cause.value,
             "findings": as_json(found),
             "candidates": [],
+            "dropped": [],
             "set": [],
             "unknown_flag": False,
             "steps": [],

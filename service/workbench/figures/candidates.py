@@ -10,7 +10,7 @@ from service.workbench.figure import FAINT, INK, Figure, Rows, table, values
 
 ROW = 22
 """Pixels of height for a candidate."""
-KINDS = {"best, or not to be told from it": ORANGE, "other": BLUE, "implausible": GREY}
+KINDS = {"best, or cannot be distinguished from it": ORANGE, "other": BLUE, "implausible": GREY}
 
 
 def candidates(tried: Sequence[Candidate], before: float) -> Figure | None:
@@ -61,12 +61,12 @@ def candidates(tried: Sequence[Candidate], before: float) -> Figure | None:
     caption = (
         "Each effect that the model has not, added by itself and everything fitted anew: what is left. Dashed: the "
         f"model without any, {before:.3g}; grey line: the noise floor. Orange: the best, and those that the "
-        "records do not tell from it; at the dashed line: those that do not help."
+        "records cannot distinguish from it; at the dashed line: those that do not help."
     )
     return Figure("candidates", "Which effect would help", caption, alt.LayerChart(layer=layers), table(rows))
 
 
 def _kind(one: Candidate) -> str:
     if one.in_set:
-        return "best, or not to be told from it"
+        return "best, or cannot be distinguished from it"
     return "implausible" if one.implausible else "other"

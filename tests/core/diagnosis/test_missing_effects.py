@@ -60,7 +60,7 @@ def test_two_hidden_effects_are_both_named() -> None:
     told: list[str] = []
     found = diagnosed(observations(Isolator({**BOUC_WEN.effects, **hidden}), 0.01, 8), FAR, OFFERED, told.append)
     assert {step.chosen.effect for step in found.steps} == set(hidden)
-    first, second = (step.chosen.effect for step in found.steps)
+    second, first = (step.chosen.effect for step in found.steps)  # what lowers the error most comes first in the end
     assert told == [
         f"step 1: {first}; looking for another effect",
         f"step 1: {first}, step 2: {second}; looking for another effect",

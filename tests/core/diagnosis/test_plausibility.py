@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 from observed import BOUC_WEN, observations
 
-from core.diagnosis.plausibility import implausible
+from core.diagnosis.plausibility import implausible, objection
 from core.fitting.fit import Fit, at_values, fitted
 from core.fitting.layer_columns import Evidence
 from core.model.isolator import Isolator
@@ -50,10 +50,13 @@ def test_a_layer_does_not_feed_the_motion() -> None:
     reason = implausible("relief", found, SEEN)
     assert reason is not None
     assert reason.startswith("the layer would feed energy into the motion in the earthquake of event")
+    against = objection("relief", found, SEEN)
+    assert against is not None
+    assert against.is_impossible
 
 
 @pytest.mark.parametrize("value", [1e-5, 0.5])
 def test_the_end_of_a_range_is_said(value: float) -> None:
     yields = {**BOUC_WEN.effects["bouc_wen"], "D_y": value}
     found = replace(fit(BOUC_WEN), model=Isolator({**BOUC_WEN.effects, "bouc_wen": yields}))
-    assert str(implausible("bouc_wen", found, SEEN)).startswith("D_y went to the ")
+    assert str(implausible("bouc_wen", found, SEEN)).startswith("D_y is at its ")

@@ -1,6 +1,7 @@
 """What comes of a diagnosis for an engineer: text, JSON, page and better model; core does the reasoning."""
 
 import json
+import re
 from dataclasses import replace
 from io import StringIO
 from typing import Any
@@ -8,9 +9,13 @@ from typing import Any
 import orjson
 import pytest
 from held_records import held_records
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from observed import BOUC_WEN, observations
 from rich.console import Console
 
+from core.diagnosis.missing_effects import LOWERS, Outcome
+from core.diagnosis.ranking import Dropped
 from core.diagnosis.suspect import Cause, Suspect
 from core.effects import EFFECTS
 from core.model.isolator import Isolator
@@ -25,6 +30,7 @@ from service.workbench.diagnosis_summary import summary
 from service.workbench.diagnosis_words import words
 from service.workbench.improving import Improved, improve
 from service.workbench.suspicions import alone_as_json
+from service.workbench.versions import Version
 
 OFFERED = ("friction", "hardening", "power_viscous")
 HARD = Isolator({**BOUC_WEN.effects, "hardening": {"k3": 2e10, "k5": 0.0}})
@@ -111,16 +117,67 @@ def test_the_page_has_the_six_pictures_and_the_text(hard: Diagnosed) -> None:
     assert "<script" not in made
 
 
+def errs(version: Version, factor: float) -> Version:
+    """The version with its error of the force so many times as large."""
+    forces = tuple(
+        replace(one, misfit=replace(one.misfit, error=one.misfit.error * factor**2)) for one in version.answers.forces
+    )
+    return replace(version, answers=replace(version.answers, forces=forces))
+
+
+@settings(max_examples=200, deadline=None)
+@given(after=st.floats(-3, 3), others=st.floats(-3, 3), bic=st.floats(-1e4, 1e4))
+def test_sentences_agree_with_the_numbers(hard: Diagnosed, after: float, others: float, bic: float) -> None:
+    """For an error of any size with the effect; 10 to the power of what is given."""
+    first = replace(hard.candidates[0], after=replace(hard.before, error=hard.before.error * 100**others))
+    step = replace(hard.stages[0].step, chosen=replace(hard.stages[0].step.chosen, delta_bic=bic))
+    found = replace(
+        hard,
+        versions=(*hard.versions[:2], errs(hard.versions[1], 10**after)),
+        stages=(replace(hard.stages[0], step=step),),
+        candidates=(first, *hard.candidates[1:]),
+    )
+    for diagnosis in (found, replace(found, diagnosis=replace(found.diagnosis, outcome=Outcome.UNKNOWN))):
+        said = words(diagnosis)
+        text = " ".join(said)
+        assert all(sentence[0] == sentence[0].upper() for sentence in said)
+        for was, now in re.findall(r"falls from ([\d.,]+) kN to ([\d.,]+) kN", text):
+            assert float(now.replace(",", "")) < float(was.replace(",", ""))
+        for was, now in re.findall(r"raises the error of the force from (\S+) kN to (\S+) kN", text):
+            assert float(now.replace(",", "")) > float(was.replace(",", ""))
+    is_worth_it = 10**after < LOWERS
+    assert any(" is missing." in sentence for sentence in words(found)) == is_worth_it
+    assert any("is not worth its place" in sentence for sentence in words(found)) == (not is_worth_it)
+    assert ("The nearest known effect is Hardening" in text) == (10**others < LOWERS and not first.implausible)
+
+
+def test_an_impossible_effect_is_never_the_nearest_nor_said_to_help(hard: Diagnosed) -> None:
+    first = replace(hard.candidates[0], implausible="it has no strength left", delta_bic=-1e6)
+    unknown = replace(hard.diagnosis, outcome=Outcome.UNKNOWN, steps=())
+    said = " ".join(words(replace(hard, diagnosis=unknown, stages=(), candidates=(first, *hard.candidates[1:]))))
+    assert "Not proposed, since it is doubtful: Hardening" in said
+    assert "The nearest known effect is Hardening" not in said
+    assert "With hardening" not in said
+
+
+def test_an_effect_that_could_not_be_judged_is_named_with_its_reason(hard: Diagnosed) -> None:
+    found = replace(hard, diverging=(Dropped("moat", "its force grew beyond all bounds"),))
+    assert words(found)[-1].endswith("(moat) could not be judged: its force grew beyond all bounds.")
+    document = through_json(diagnosis_json.as_json(found))
+    assert document["dropped"] == [{"effect": "moat", "reason": "its force grew beyond all bounds"}]
+    assert "(moat) could not be judged" in page(found)
+
+
 def test_nothing_is_missing_where_nothing_is() -> None:
     found = diagnose(GIVEN, "given.toml", held_records(observations(BOUC_WEN, 0.02, 1)), silent, OFFERED)
-    assert words(found)[0].startswith("Nothing is missing: what the model leaves is ")
+    assert words(found)[0].startswith("No known effect is missing: the error of the force is ")
     assert through_json(diagnosis_json.as_json(found))["steps"] == []
     assert "with what is proposed" not in page(found)
 
 
 def test_values_that_are_off_want_a_fit() -> None:
     found = diagnose(FAR, "far.toml", held_records(observations(BOUC_WEN, 0.02, 5)), silent, OFFERED)
-    assert words(found)[0] == "No effect is missing; the values are off. A fit would do."
+    assert words(found)[0] == "No known effect is missing, but the values are off: fit the model."
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,28 @@
+"""A mapping inside a frozen value: it cannot be changed, and can be hashed, copied and pickled."""
+
+from typing import Any, NoReturn, TypeVar
+
+K = TypeVar("K")
+V = TypeVar("V")
+
+
+class FrozenDict(dict[K, V]):
+    """A dict that stays as it was made; its values must be hashable for it to be."""
+
+    def __hash__(self) -> int:  # type: ignore[override]
+        return hash(frozenset(self.items()))
+
+    def __reduce__(self) -> tuple[type["FrozenDict[K, V]"], tuple[dict[K, V]]]:
+        return FrozenDict, (dict(self),)
+
+    def __copy__(self) -> "FrozenDict[K, V]":
+        return self
+
+    def __repr__(self) -> str:
+        return f"FrozenDict({dict(self)!r})"
+
+    def _refuse(self, *_: Any, **__: Any) -> NoReturn:  # noqa: ANN401  whatever a dict takes
+        raise TypeError("a frozen value cannot be changed; make another from it")
+
+    __setitem__ = __delitem__ = __ior__ = _refuse
+    clear = pop = popitem = setdefault = update = _refuse
