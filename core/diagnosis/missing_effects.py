@@ -5,7 +5,7 @@ are several, each is then put up against all others once again. Whether anything
 beside every name: with the truth missing from the library, a wrong name is nearly always significant.
 """
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
@@ -16,9 +16,10 @@ from core.diagnosis.ranking import DECISIVE, Dropped, Judged, Ranking, ranked
 from core.diagnosis.unexplained import explained_share
 from core.effects import EFFECTS
 from core.errors import RecordError
-from core.fitting.fit import Fit, chi_square, fitted
+from core.fitting.fit import Fit, chi_square
 from core.fitting.layer_columns import Evidence
 from core.fitting.observation import Observation
+from core.fitting.weighed_fit import error, weighed_fit
 from core.model.isolator import Isolator
 
 MOST_EFFECTS = 3
@@ -103,7 +104,7 @@ class Diagnosis:
     refitted: Fit
     """The same effects, their values fitted."""
     steps: tuple[Step, ...]
-    """Effects added, the first one first."""
+    """Effects added, the one first that lowers the force's error most."""
     after: Fit
     """The model with all of them."""
     before: Unexplained
@@ -232,29 +233,30 @@ def _swapped(
 def _without_idle(
     by_noise: Evidence, steps: list[Step], last: Ranking, effects: Collection[str]
 ) -> tuple[list[Step], Ranking]:
-    """The steps whose effects the force's error needs, and the last ranking; in an order in which the error falls.
+    """The steps whose effects the force's error needs, those first that it needs most; and the last ranking.
 
     An effect that was added before another was exchanged may have lost its worth; and what is likely by the whitened
     error need not lower the error that an engineer sees.
     """
     while steps:
-        worth = {step.chosen.effect: _without(last, step.chosen.effect) / last.error(last.base) for step in steps}
-        least = min(steps, key=lambda step: worth[step.chosen.effect])
-        if worth[least.chosen.effect] >= 1 / LOWERS:
-            falls = all(
-                step.ranking.error(step.chosen.fit) < LOWERS * step.ranking.error(step.ranking.base) for step in steps
-            )
-            return (steps if falls else sorted(steps, key=lambda step: -worth[step.chosen.effect])), last
-        steps = [step for step in steps if step is not least]
-        now = Isolator({n: v for n, v in last.base.model.effects.items() if n != least.chosen.effect})
-        last = ranked(by_noise, now, _absent(effects, now))
+        now = last.base.model.effects
+        whole = _error(by_noise, now)
+        worth = {
+            step.chosen.effect: _error(by_noise, {n: v for n, v in now.items() if n != step.chosen.effect}) / whole
+            for step in steps
+        }
+        steps = sorted(steps, key=lambda step: -worth[step.chosen.effect])
+        if worth[steps[-1].chosen.effect] > 1 / LOWERS:
+            break
+        without = Isolator({n: v for n, v in now.items() if n != steps[-1].chosen.effect})
+        steps, last = steps[:-1], ranked(by_noise, without, _absent(effects, without))
     return steps, last
 
 
-def _without(last: Ranking, effect: str) -> float:
-    """N, the force's error if the model had all its effects but this one, everything fitted anew."""
-    values = last.base.model.effects
-    return last.error(fitted(last.evidence, Isolator({name: values[name] for name in values if name != effect})))
+def _error(by_noise: Evidence, effects: Mapping[str, Mapping[str, float]]) -> float:
+    """N, of the force of a model with these effects, fitted from these values."""
+    found = weighed_fit(by_noise.observations, Isolator(effects))
+    return error(found.evidence, found.fit)
 
 
 def _named(steps: Sequence[Step]) -> str:

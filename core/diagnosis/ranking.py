@@ -17,7 +17,7 @@ from core.fitting.descent import Outcome
 from core.fitting.fit import Fit, at_values, finite_fit, fitted
 from core.fitting.layer_columns import Evidence
 from core.fitting.projected_misfit import search_of
-from core.fitting.weighed_fit import inflation, weighed_by
+from core.fitting.weighed_fit import inflation, left_over, weighed_by
 from core.model.isolator import Isolator
 
 DECISIVE = 10.0
@@ -78,13 +78,7 @@ class Ranking:
 
     def left(self, fit: Fit) -> Vector:
         """(records,) N, root mean square of what a fit leaves over within the band."""
-        spans = zip(self.evidence.spans, self.evidence.whitenings, strict=True)
-        return np.array([np.linalg.norm(fit.residual[span] * w.std) / np.sqrt(w.count) for span, w in spans])
-
-    def error(self, fit: Fit) -> float:
-        """N, root mean square over all records of what a fit to this evidence leaves over within the band."""
-        count = np.array([w.count for w in self.evidence.whitenings])
-        return float(np.sqrt(np.sum(count * self.left(fit) ** 2) / np.sum(count)))
+        return left_over(self.evidence, fit)
 
     def over_floor(self, fit: Fit) -> float:
         """What a fit leaves over in multiples of the noise floor, each record in its own."""

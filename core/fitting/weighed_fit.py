@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from core.arrays import Vector
 from core.errors import RecordError
 from core.fitting.fit import Fit, finite_fit
 from core.fitting.layer_columns import Evidence
@@ -42,6 +43,18 @@ def weighed_fit(observations: Sequence[Observation], model: Isolator) -> Weighed
     fit = finite_fit(evidence, first.model)
     evidence.memory.clear()
     return WeighedFit(fit, evidence, inflation(evidence, fit))
+
+
+def left_over(evidence: Evidence, fit: Fit) -> Vector:
+    """(records,) N, root mean square of what a fit to the evidence leaves over within the band."""
+    spans = zip(evidence.spans, evidence.whitenings, strict=True)
+    return np.array([np.linalg.norm(fit.residual[span] * w.std) / np.sqrt(w.count) for span, w in spans])
+
+
+def error(evidence: Evidence, fit: Fit) -> float:
+    """N, the same over all records."""
+    count = np.array([w.count for w in evidence.whitenings])
+    return float(np.sqrt(np.sum(count * left_over(evidence, fit) ** 2) / np.sum(count)))
 
 
 def weighed_by(by_noise: Evidence, fit: Fit) -> Evidence:

@@ -1,10 +1,10 @@
 """What does a model lack, by all records, and what does adding it do to the error on earthquakes left out?"""
 
-from collections.abc import Collection
-from dataclasses import dataclass
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
 
 from core.comparison.misfit import Misfit
-from core.diagnosis.missing_effects import Diagnosis, diagnosed
+from core.diagnosis.missing_effects import Diagnosis, Outcome, diagnosed
 from core.diagnosis.ranking import Dropped
 from core.diagnosis.suspect import Suspect
 from core.diagnosis.suspicion import suspicions
@@ -20,7 +20,7 @@ from service.workbench.records import Records
 from service.workbench.refit import model_of
 from service.workbench.stages import Stage, named, stages
 from service.workbench.suspicions import first_cause
-from service.workbench.versions import Version
+from service.workbench.versions import Version, lowers
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -95,16 +95,16 @@ def diagnose(
     refitted = held(model_of(found.refitted, found.first.inflation, given, parent, records), records, silent)
     tell("driving the versions by the motion and by the ground alone", 3, 4)
     staged = stages(found, records)
-    versions = (
-        Version("as given", answers(given.isolator, records)),
-        Version("refitted", refitted.answers),
-        *(
-            Version(named(staged[: number + 1]), answers(stage.fit.model, records))
-            for number, stage in enumerate(staged)
-        ),
-    )
+    versions = [Version("as given", answers(given.isolator, records)), Version("refitted", refitted.answers)]
+    for number, stage in enumerate(staged):
+        version = Version(named(staged[: number + 1]), answers(stage.fit.model, records))
+        if not lowers(versions[-1], version, records):
+            found, staged = _cut(found, staged[:number], records), staged[:number]
+            break
+        versions.append(version)
     tell("diagnosed", 4, 4)
-    model = model_of(found.after, found.last.inflation, given, parent, records)
+    fit, inflation = (staged[-1].fit, staged[-1].inflation) if staged else (found.refitted, found.first.inflation)
+    model = model_of(fit, inflation, given, parent, records)
     return Diagnosed(
         given=given,
         model=model,
@@ -114,8 +114,20 @@ def diagnose(
         candidates=tried,
         suspects=_suspects(found, records),
         stages=staged,
-        versions=versions,
+        versions=tuple(versions),
         diverging=tuple(diverging),
+    )
+
+
+def _cut(found: Diagnosis, kept: Sequence[Stage], records: Records) -> Diagnosis:
+    """The diagnosis with the first effects only: the next one does not lower the error of the whole histories."""
+    left = diagnosed(records.fitted, kept[-1].fit.model, ()).unexplained if kept else found.before
+    return replace(
+        found,
+        outcome=found.outcome if kept else Outcome.UNKNOWN,
+        steps=found.steps[: len(kept)],
+        after=kept[-1].fit if kept else found.refitted,
+        unexplained=replace(left, allowed=found.unexplained.allowed),
     )
 
 

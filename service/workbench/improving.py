@@ -12,7 +12,6 @@ from core.fitting.fit import Fit
 from service.queue.progress import Tell
 from service.toml_files.model_file import ModelFile
 from service.workbench.diagnosing import Diagnosed, diagnose
-from service.workbench.effect_words import lowers
 from service.workbench.records import Records
 from service.workbench.refit import model_of
 from service.workbench.versions import Version, helps
@@ -84,8 +83,7 @@ def _taken(found: Diagnosed) -> int:
         return 0
     count = 0
     for before, after in zip(found.versions[1:], found.versions[2:], strict=False):
-        names = [one.name for one in found.records.fitted]
-        if not (lowers(before.error(names), after.error(names)) and helps(before, after, found.records)):
+        if not helps(before, after, found.records):
             break
         count += 1
     return count
@@ -105,5 +103,5 @@ def _ended(found: Diagnosed, count: int) -> str | None:
     if found.diagnosis.outcome is Outcome.UNKNOWN and not count:
         return "something is missing that no known effect explains: nothing was added for it"
     if count < len(found.stages):
-        return f"{found.stages[count].effect} was asked for, but does not lower the error of the force"
+        return f"{found.stages[count].effect} was asked for, but does not lower the error on earthquakes left out"
     return None if found.stages else "nothing more is asked for"

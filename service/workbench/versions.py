@@ -7,6 +7,7 @@ from math import sqrt
 from core.comparison.compared import ForceComparison, force_misfit
 from core.comparison.misfit import Misfit, together
 from core.comparison.prediction import Prediction, predicted_displacement
+from core.diagnosis.missing_effects import LOWERS
 from service.workbench.answers import Answers
 from service.workbench.errors_table import ErrorsTable
 from service.workbench.labels import label
@@ -73,6 +74,12 @@ def gain(before: Version, after: Version, records: Records) -> tuple[str, ...]:
     if helps(before, after, records):
         return (said,)
     return said, "It helps only the earthquakes it was fitted to: do not trust it elsewhere."
+
+
+def lowers(before: Version, after: Version, records: Records) -> bool:
+    """Whether the force's error falls, by an amount that matters, on the earthquakes fitted."""
+    names = groups(records)[FITTED]
+    return after.error(names).rms < LOWERS * before.error(names).rms
 
 
 def helps(before: Version, after: Version, records: Records) -> bool:
