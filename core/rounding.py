@@ -3,6 +3,7 @@
 Pages, messages, terminals and reports print through these functions; JSON and CSV keep full precision.
 
 - `with_std(value, std)`: a value and its standard deviation, as in `8,630 ± 120`, or `8,630` where none is known.
+- `apart(value, std)`: the same for two columns; `supported(value, std)`: the value alone.
 - `interval(value, low, high)`: a value and the ends of its interval, as in `−8.1 (95 %: −9.9 to −6.2)`.
 - `significant(value)`: a measured value of unknown uncertainty, as in `8,630` or `12.0`.
 - `plain(value)`: a value that was set, not measured, as in `12`.
@@ -40,11 +41,25 @@ def with_std(value: float, std: float | None, unit: str = "", *, digits: int = S
         return _behind(significant(value, digits), unit)
     if not math.isfinite(std):
         return _behind(f"{significant(value, digits)} (not determined)", unit)
-    power = _power(max(abs(value), std))
-    if power:
-        return _behind(f"({with_std(value / 10.0**power, std / 10.0**power)}) · {_ten_to(power)}", unit)
-    decimals = _decimals(std)
-    return _behind(f"{_to_place(value, decimals)} ± {_to_place(std, decimals)}", unit)
+    number, spread, power = _pair(value, std)
+    return _behind(f"({number} ± {spread}) · {power}" if power else f"{number} ± {spread}", unit)
+
+
+def apart(value: float, std: float) -> tuple[str, str]:
+    """A value and its standard deviation, rounded at the same place, for two columns of a table.
+
+    Args:
+        value: any unit.
+        std: the same unit, finite and positive.
+    """
+    number, spread, power = _pair(value, std)
+    return (f"{number} · {power}", f"{spread} · {power}") if power else (number, spread)
+
+
+def supported(value: float, std: float | None, unit: str = "") -> str:
+    """A value alone, to the digit that its standard deviation supports; where that is unknown, to its first digits."""
+    known = std is not None and math.isfinite(std) and std > 0
+    return _behind(apart(value, std)[0] if known and std is not None else significant(value), unit)
 
 
 def interval(value: float, low: float, high: float, unit: str = "", *, level: str = "95 %", signed: bool = True) -> str:
@@ -78,6 +93,14 @@ def plain(value: float, digits: int = 4) -> str:
     """A value that was set or is a limit, without zeros behind its last digit."""
     number, raised, power = significant(value, digits).partition(" · ")
     return (number.rstrip("0").rstrip(".") if "." in number else number) + raised + power
+
+
+def _pair(value: float, std: float) -> tuple[str, str, str]:
+    """Both at the same place, and the power of ten that both have; none where they are short."""
+    power = _power(max(abs(value), std))
+    decimals = _decimals(std / 10.0**power)
+    number, spread = (_to_place(one / 10.0**power, decimals) for one in (value, std))
+    return number, spread, _ten_to(power) if power else ""
 
 
 def _behind(number: str, unit: str) -> str:

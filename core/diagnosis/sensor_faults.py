@@ -15,6 +15,7 @@ from core.description import BuildingDescription
 from core.diagnosis.suspect import Cause, Suspect
 from core.quality import Finding
 from core.record import Channel, Quantity
+from core.rounding import with_std
 from core.sensors.creep import Creep, creep
 from core.sensors.sensor_errors import SensorError, sensor_errors
 
@@ -95,12 +96,12 @@ def _erring(error: SensorError) -> Suspect | None:
 
 def _said(part: str, size: float, std: float) -> str:
     if part == "gain":
-        amount = f"{100 * abs(size):.1f} ± {100 * std:.1f} % too {'much' if size > 0 else 'little'}"
+        amount = f"{with_std(100 * abs(size), 100 * std)} % too {'much' if size > 0 else 'little'}"
         return f"reads {amount} against the other sensors; check it, or divide its gain by {1 + size:.3f}"
     if part == "delay":
-        amount = f"{1000 * abs(size):.1f} ± {1000 * std:.1f} ms {'late' if size > 0 else 'early'}"
+        amount = f"{with_std(1000 * abs(size), 1000 * std)} ms {'late' if size > 0 else 'early'}"
         return f"is {amount} against the other sensors, always alike; check filters and time stamps of its logger"
-    amount = f"{1000 * abs(size):.2f} ± {1000 * std:.2f} ms per second {'slow' if size > 0 else 'fast'}"
+    amount = f"{with_std(1000 * abs(size), 1000 * std)} ms per second {'slow' if size > 0 else 'fast'}"
     return f"its clock is {amount} against the others'; let its logger take the time from a common source"
 
 
@@ -131,7 +132,7 @@ def _drifting(channel: Channel, known: Sequence[Creep]) -> Suspect | None:
     worst = max(certain, key=lambda one: abs(one.change) / one.std)
     unit, scale = ("mm", 1000) if channel.quantity == "displacement" else ("gal", 100)
     message = (
-        f"its level changes by {scale * worst.change:.3g} ± {scale * worst.std:.2g} {unit} while the building is at "
+        f"its level changes by {with_std(scale * worst.change, scale * worst.std)} {unit} while the building is at "
         f"rest, in {len(certain)} of {len(known)} earthquakes alike: it drifts. Check its supply, cable and fixing"
     )
     return Suspect(Cause.SENSOR, "drift", channel.id, worst.change, worst.std, message)

@@ -12,6 +12,7 @@ from core.diagnosis.wrong_mass import wrong_mass
 from core.fitting.first_model import first_model
 from core.fitting.fit import Fit
 from core.record import Direction
+from core.rounding import with_std
 
 UNMENDED = frozenset({"gain", "delay", "clock", "clock_jump", "drift"})
 """Faults with which a channel stays in use; with any other it is mended or left out."""
@@ -64,9 +65,10 @@ def _storey(
         return None
     names = [floor.name for floor in description.floors]
     instead = " or ".join(f"that below {names[storey]!r}" for storey in found.others)
+    less = with_std(-100 * found.change, 100 * found.std)
     message = (
-        f"direction {direction}: the storey below {names[found.storey]!r} has {-100 * found.change:.0f} ± "
-        f"{100 * found.std:.0f} % less stiffness than designed, against the other storeys"
+        f"direction {direction}: the storey below {names[found.storey]!r} has {less} % less stiffness than designed, "
+        f"against the other storeys"
         f"{f' (or {instead}: a sensor between would tell)' if instead else ''}. Look for damage there, or correct its "
         "stiffness in the building file; the estimated force already allows for it"
     )
@@ -79,7 +81,7 @@ def _mass(fit: Fit, description: BuildingDescription) -> Suspect | None:
         return None
     percent, std = 100 * abs(found.change), 100 * found.std
     message = (
-        f"stiffness, damping and yield force all are {percent:.0f} ± {std:.0f} % "
+        f"stiffness, damping and yield force all are {with_std(percent, std)} % "
         f"{'above' if found.change > 0 else 'below'} the design, the yield displacement is not: as if the mass told "
         f"were that much too {'large' if found.change > 0 else 'small'}. Records cannot tell this from isolators that "
         "all differ from their design by this factor: the weight on the isolators, or a test of one, would"

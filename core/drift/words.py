@@ -2,6 +2,7 @@
 
 from datetime import datetime
 
+from core import rounding
 from core.drift.rules import RECOVERY, SLOW, Rule
 from core.drift.watched import Quantity
 
@@ -25,5 +26,4 @@ def message_within(known: Quantity, when: datetime, drift: float, low: float, hi
 def interval(known: Quantity, drift: float, low: float, high: float) -> str:
     """As in "−8.1 % (95 %: −9.9 to −6.2 %)"."""
     scale, unit = (100.0, "%") if known.is_logarithmic else (1000.0, "mm")
-    value, first, last = (f"{scale * number:+.1f}".replace("-", "−") for number in (drift, low, high))
-    return f"{value} {unit} (95 %: {first} to {last} {unit})"
+    return rounding.interval(scale * drift, scale * low, scale * high, unit)

@@ -15,6 +15,7 @@ from core.arrays import Matrix
 from core.description import BuildingDescription
 from core.quality import Finding
 from core.record import Channel, Direction, Quantity, Record
+from core.rounding import with_std
 from core.sensors.azimuth import RelativeAngle, relative_angle, turned_back
 from core.sensors.screening import loss
 
@@ -185,8 +186,8 @@ def _of_base(others: list[_Turn]) -> _Turn | None:
 
 
 def _finding(channel: Channel, turn: _Turn, description: BuildingDescription) -> Finding:
-    degrees, std = np.rad2deg([turn.angle, turn.std])
-    turned = f"its axes are turned by {degrees:.1f} ± {std:.1f} degrees from x towards y against the other sensors'"
+    degrees, std = np.rad2deg([turn.angle, turn.std]).tolist()
+    turned = f"its axes are turned by {with_std(degrees, std)} degrees from x towards y against the other sensors'"
     if turn.mirrored:
         message = f"{turned} and mirrored. It is left out; turn the sign of its y, and see what is left of the angle"
         return Finding("rotation", loss(channel, description), message, channel.id, turn.angle)

@@ -13,11 +13,12 @@ from core.isolation_layer.equivalent import EquivalentSegment
 from core.isolation_layer.motion import MeasuredMotion
 from core.quality import Finding
 from core.restoring_force.reliance import Reliance
+from core.rounding import significant, with_std
 
 STYLES = {"note": "dim", "warning": "yellow", "fatal": "bold red"}
 SHOWN = 12
 """Cycles in a summary: the largest."""
-MM, MRAD, KN, KN_PER_MM, PERCENT = 1e3, 1e3, 1e-3, 1e-6, 1e2
+GAL, MM, MRAD, KN, KN_PER_MM, PERCENT = 1e2, 1e3, 1e3, 1e-3, 1e-6, 1e2
 
 
 def summary(event: EventAnalysis, description: BuildingDescription) -> RenderableType:
@@ -26,7 +27,7 @@ def summary(event: EventAnalysis, description: BuildingDescription) -> Renderabl
 
 
 def _parts(event: EventAnalysis, description: BuildingDescription) -> Iterator[RenderableType]:
-    pga = "" if event.pga is None else f", largest ground acceleration {event.pga * 100:.1f} gal"
+    pga = "" if event.pga is None else f", largest ground acceleration {significant(event.pga * GAL)} gal"
     yield Text(f"{description.code}, {event.start:%Y-%m-%d %H:%M:%S} UTC{pga}", style="bold")
     if event.refusal is not None:
         yield Text(f"refused: {event.refusal}", style=STYLES["fatal"])
@@ -48,7 +49,10 @@ def _quality(findings: tuple[Finding, ...]) -> Table:
 def _direction(name: str, found: DirectionAnalysis, description: BuildingDescription) -> Iterator[RenderableType]:
     force = found.restoring_force
     peak, std = np.abs(force.force).max() * KN, np.sqrt(np.mean(force.std**2)) * KN
-    yield Text(f"\ndirection {name}: peak force {peak:.1f} ± {std:.1f} kN (estimator {force.estimator})", style="bold")
+    yield Text(
+        f"\ndirection {name}: peak force {with_std(float(peak), float(std))} kN (estimator {force.estimator})",
+        style="bold",
+    )
     if force.reliance is not None:
         yield Text(_relied_on(force.reliance))
     if force.modes:
@@ -74,20 +78,20 @@ def _relied_on(reliance: Reliance) -> str:
 
 def _moved(motion: MeasuredMotion) -> str:
     peak, std = motion.peak
-    text = f"peak displacement {_measured(peak * MM, std * MM, 2)} mm"
+    text = f"peak displacement {with_std(peak * MM, std * MM)} mm"
     if motion.residual is None:
         return f"{text}, integrated: good above {motion.band[0]:.2g} Hz"
-    return f"{text}, residual {_measured(motion.residual.value * MM, motion.residual.std * MM, 2)} mm"
+    return f"{text}, residual {with_std(motion.residual.value * MM, motion.residual.std * MM)} mm"
 
 
 def _across(event: EventAnalysis) -> Iterator[RenderableType]:
     """What holds across the directions."""
     found = []
     if event.peak_resultant is not None:
-        found.append(f"peak resultant displacement {event.peak_resultant * MM:.2f} mm")
+        found.append(f"peak resultant displacement {significant(event.peak_resultant * MM)} mm")
     if event.torsion is not None:
         peak, std = event.torsion.peak
-        found.append(f"peak torsion {_measured(peak * MRAD, std * MRAD, 3)} mrad")
+        found.append(f"peak torsion {with_std(peak * MRAD, std * MRAD)} mrad")
     if event.axial_load is not None:
         load = event.axial_load
         found.append(f"vertical load {load.ratio.min():.2f} to {load.ratio.max():.2f} of the weight ({load.level})")
@@ -102,8 +106,8 @@ def _modes(found: DirectionAnalysis, description: BuildingDescription) -> Table:
         table.add_column(Text(floor), justify="right")
     for number, mode in enumerate(found.restoring_force.modes, start=1):
         shape = (f"{value:.2f}" for value in mode.shape)
-        damping = _measured(mode.damping_ratio * PERCENT, _scaled(mode.damping_ratio_std, PERCENT), 2)
-        table.add_row(str(number), _measured(mode.frequency, mode.frequency_std, 3), damping, *shape)
+        damping = with_std(mode.damping_ratio * PERCENT, _scaled(mode.damping_ratio_std, PERCENT))
+        table.add_row(str(number), with_std(mode.frequency, mode.frequency_std), damping, *shape)
     return table
 
 
@@ -119,17 +123,13 @@ def _equivalent(cycles: tuple[EquivalentSegment, ...]) -> Table:
         table.add_row(
             f"{cycle.start:.2f}",
             f"{cycle.end:.2f}",
-            f"{cycle.amplitude * MM:.2f}",
-            "" if cycle.shear_strain is None else f"{cycle.shear_strain * PERCENT:.1f}",
-            _measured(cycle.k_eq * KN_PER_MM, cycle.k_eq_std * KN_PER_MM, 2),
-            _measured(cycle.c_eq * KN_PER_MM, cycle.c_eq_std * KN_PER_MM, 3),
+            significant(cycle.amplitude * MM),
+            "" if cycle.shear_strain is None else significant(cycle.shear_strain * PERCENT),
+            with_std(cycle.k_eq * KN_PER_MM, cycle.k_eq_std * KN_PER_MM),
+            with_std(cycle.c_eq * KN_PER_MM, cycle.c_eq_std * KN_PER_MM),
         )
     return table
 
 
 def _scaled(value: float | None, factor: float) -> float | None:
     return None if value is None else value * factor
-
-
-def _measured(value: float, std: float | None, digits: int) -> str:
-    return f"{value:.{digits}f}" if std is None else f"{value:.{digits}f} ± {std:.{digits}f}"

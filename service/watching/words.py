@@ -7,6 +7,7 @@ from datetime import datetime
 from core.drift.alarm import Alarm
 from core.drift.explanations import Explanation
 from core.drift.rules import RECOVERY, SLOW, WITHIN
+from core.rounding import supported
 from service.alerting.words import SENSOR_QUANTITIES, listed, of_span, of_subject, of_time
 
 PERCENT, MM = 100.0, 1e3
@@ -77,7 +78,7 @@ def summary(quantity: str, subject: str, alarm: Alarm) -> str:
     """One line without an end."""
     telling = TELLINGS[quantity]
     line = telling.less if alarm.drift < 0 else telling.more
-    return line.format(size=_size(quantity, alarm.drift), subject=_subject(quantity, subject))
+    return line.format(size=_size(quantity, alarm), subject=_subject(quantity, subject))
 
 
 def sentences(
@@ -129,9 +130,10 @@ def _sentences(
     )
 
 
-def _size(quantity: str, drift: float) -> str:
-    """The amount, of which the words say the sense."""
-    return f"{abs(drift) * MM:.1f} mm" if quantity == ACROSS else f"{abs(drift) * PERCENT:.2g} %"
+def _size(quantity: str, alarm: Alarm) -> str:
+    """The amount to the digit that its interval supports; the words say in which sense."""
+    scale, unit = (MM, "mm") if quantity == ACROSS else (PERCENT, "%")
+    return supported(scale * abs(alarm.drift), scale * (alarm.high - alarm.low) / 2, unit)
 
 
 def _subject(quantity: str, subject: str) -> str:

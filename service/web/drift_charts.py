@@ -8,6 +8,7 @@ from typing import Any
 import altair as alt
 
 from core.drift.together import BOTH
+from core.rounding import supported
 from service.drawing.charts import BLUE, CONFIG, KN, KN_PER_MM, MM, ORANGE
 from service.mode_tracks import DIRECTIONS
 from service.schemas.drift import BaselineOut, CurvePoint, DriftAlarmRow, DriftRow, ObservationRow
@@ -141,12 +142,13 @@ def _value_row(row: DriftRow, scale: float) -> dict[str, Any]:
 
 def _alarm_row(alarm: DriftAlarmRow, end: float, scale: float, unit: str) -> dict[str, Any]:
     sure = "" if alarm.is_sure else ", not yet sure"
+    size = supported(alarm.drift * scale, scale * (alarm.high - alarm.low) / 2, unit)
     return {
         "start": alarm.onset_start.timestamp() * 1e3,
         "end": end,
         "low": alarm.low * scale,
         "high": alarm.high * scale,
-        "label": f"{alarm.rule} {alarm.drift * scale:+.1f} {unit}{sure}".replace("-", "−"),
+        "label": f"{alarm.rule} {'+' if alarm.drift > 0 else ''}{size}{sure}",
     }
 
 

@@ -4,10 +4,10 @@ from collections.abc import Iterator
 
 from core.diagnosis.ranking import DECISIVE
 from core.effects import EFFECTS
+from core.rounding import plain
 from service.workbench.adding import Added
 from service.workbench.effect_sheets import explained
 from service.workbench.fit_words import words as fit_words
-from service.workbench.values import rounded
 from service.workbench.versions import gain
 
 
@@ -18,7 +18,7 @@ def words(found: Added) -> tuple[str, ...]:
 
 def _sentences(found: Added) -> Iterator[str]:
     about, tried = EFFECTS[found.effect], found.candidate
-    bic = f"ΔBIC {rounded(tried.delta_bic, 3)}"
+    bic = f"ΔBIC {plain(tried.delta_bic, 3)}"
     yield f"{about.title} ({found.effect}): {explained(about, found.model.isolator.effects[found.effect])}"
     if tried.delta_bic < -DECISIVE:
         yield f"The records ask for it ({bic}, below −{DECISIVE:g})."

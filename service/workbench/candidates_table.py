@@ -2,10 +2,11 @@
 
 from collections.abc import Iterator, Sequence
 
+from core.rounding import plain
 from service.workbench.candidates import Candidate
 from service.workbench.diagnosing import Diagnosed
 from service.workbench.errors_table import ErrorsTable
-from service.workbench.values import percent, rounded
+from service.workbench.values import percent
 from service.workbench.versions import LEFT_OUT, groups
 
 
@@ -35,4 +36,4 @@ def _rows(tried: Sequence[Candidate]) -> Iterator[tuple[str, ...]]:
         outside = [] if one.after_left_out is None else [percent(one.after_left_out.nrmse)]
         remark = one.implausible or ("best, or cannot be distinguished from it" if one.in_set else "")
         size = (percent(one.after.nrmse), *outside, f"{one.floors:.3g}")
-        yield (one.effect, one.family, *size, rounded(one.delta_bic, 3), remark)
+        yield (one.effect, one.family, *size, plain(one.delta_bic, 3), remark)

@@ -12,8 +12,8 @@ from rich.table import Table
 from rich.text import Text
 
 from core.effect import Effect, Parameter
+from core.rounding import plain
 from service.pages.units import shown, unit
-from service.workbench.values import rounded
 
 PLACE = re.compile(r"\{(\w+)[^}]*\}")
 """Where an explanation has a parameter's value."""
@@ -32,7 +32,7 @@ class Quantity:
     def __format__(self, form: str) -> str:
         if form:
             return format(self.value, form)
-        return f"{rounded(shown(self.value, self.unit), DIGITS)} {unit(self.unit)}".rstrip()
+        return f"{plain(shown(self.value, self.unit), DIGITS)} {unit(self.unit)}".rstrip()
 
 
 def families(effects: Mapping[str, Effect]) -> dict[str, tuple[str, ...]]:

@@ -8,9 +8,10 @@ import numpy as np
 from core.comparison.compared import ForceComparison
 from core.comparison.misfit import Misfit
 from core.comparison.prediction import Prediction, predicted_accelerations, predicted_displacement
+from core.rounding import plain
 from service.workbench.held import Held
 from service.workbench.labels import label
-from service.workbench.values import percent, rounded
+from service.workbench.values import percent
 
 KN, MM, GAL = ("kN", 1e-3), ("mm", 1e3), ("gal", 1e2)
 """What users read, per SI unit."""
@@ -112,4 +113,4 @@ def _error(misfit: Misfit, unit: tuple[str, float]) -> str:
 
 
 def _in(value: float, unit: tuple[str, float]) -> str:
-    return f"{rounded(value * unit[1], 3)} {unit[0]}"
+    return f"{plain(value * unit[1], 3)} {unit[0]}"

@@ -10,8 +10,8 @@ from core.fitting.descent import Outcome
 from core.fitting.fit import Fit
 from core.fitting.projected_misfit import parameter
 from core.model.isolator import Key
+from core.rounding import plain
 from service.pages.units import shown, unit
-from service.workbench.values import rounded
 
 CLOSE = 0.95
 """Correlation from which on two values can hardly be told apart."""
@@ -63,7 +63,7 @@ def _ends(fit: Fit) -> Iterator[str]:
         if value in about.bounds:
             side = "smallest" if value == about.bounds[0] else "largest"
             yield (
-                f"{_name(key)}, {rounded(shown(value, about.unit), 3)} {unit(about.unit)}".rstrip()
+                f"{_name(key)}, {plain(shown(value, about.unit), 3)} {unit(about.unit)}".rstrip()
                 + f", the {side} that it may be"
             )
 

@@ -5,11 +5,9 @@ from dataclasses import dataclass
 from math import isfinite
 
 from core.effects import EFFECTS
+from core.rounding import apart, plain
 from service.pages.units import shown, unit
 from service.toml_files.model_file import ModelFile
-
-LONG = 1e7
-"""From which on a number is written with an exponent."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,14 +29,8 @@ def values_of(model: ModelFile) -> Iterator[Value]:
         known = model.standard_deviations.get(name, {})
         for one in EFFECTS[name].parameters:
             value, std = shown(values[one.name], one.unit), known.get(one.name)
-            told = "" if std is None else _std(shown(std, one.unit))
-            yield Value(name, one.name, rounded(value, 4), told, unit(one.unit), one.meaning)
-
-
-def rounded(value: float, digits: int) -> str:
-    """A number without an exponent where that is short."""
-    text = f"{float(f'{value:.{digits}g}'):,.10g}" if abs(value) < LONG else f"{value:.{digits}g}"
-    return text.replace("-", "−")
+            number, spread = _written(value, None if std is None else shown(std, one.unit))
+            yield Value(name, one.name, number, spread, unit(one.unit), one.meaning)
 
 
 def percent(share: float) -> str:
@@ -46,5 +38,13 @@ def percent(share: float) -> str:
     return f"{100 * share:.1f} %" if share < 1 else f"{100 * share:.0f} %"
 
 
-def _std(value: float) -> str:
-    return f"± {rounded(value, 2)}" if isfinite(value) else "not determined"
+def _written(value: float, std: float | None) -> tuple[str, str]:
+    """Both as a table shows them, to the digit that the standard deviation supports."""
+    if std is None:
+        return plain(value), ""
+    if not isfinite(std):
+        return plain(value), "not determined"
+    if std == 0:
+        return plain(value), "0"
+    number, spread = apart(value, std)
+    return number, f"± {spread}"

@@ -6,9 +6,9 @@ from itertools import pairwise
 import altair as alt
 
 from core.comparison.profile import Profile
+from core.rounding import plain
 from service.drawing.charts import BLUE, MM
 from service.workbench.figure import FAINT, INK, Figure, Rows, table, values
-from service.workbench.values import rounded
 
 UNITS = {
     "amplitude": ("amplitude (mm)", MM),
@@ -63,8 +63,8 @@ def _profile(one: Profile) -> Rows:
 def _ranges(edges: Sequence[float]) -> list[str]:
     """Names of the ranges between inner edges, to as few digits as tell them apart."""
     inner = edges[1:-1]
-    digits = next((d for d in range(2, 9) if len({rounded(edge, d) for edge in inner}) == len(inner)), 9)
-    told = [rounded(edge, digits) for edge in inner]
+    digits = next((d for d in range(2, 9) if len({plain(edge, d) for edge in inner}) == len(inner)), 9)
+    told = [plain(edge, digits) for edge in inner]
     if not told:
         return ["all"]
     return [f"< {told[0]}", *(f"{low} – {high}" for low, high in pairwise(told)), f"> {told[-1]}"]
