@@ -46,6 +46,7 @@ from service.routers import (
     pages,
     pictures,
     receivers,
+    recordings,
     series,
 )
 from service.schemas.answer import Problem
@@ -118,9 +119,10 @@ def create(settings: Settings, visitor: Caller | None = None) -> FastAPI:
     api = APIRouter(prefix="/api/v1", dependencies=[Depends(auth.viewer)])
     of_models = (effects, models, model_work, comparisons, diagnoses)
     of_notices = (alerts, audit, receivers, messages)
-    for module in (buildings, events, series, layer_motion, drift, *of_models, *of_notices, operations):
+    for module in (buildings, events, series, layer_motion, drift, *of_models, *of_notices, operations, recordings):
         api.include_router(module.router)
     app.include_router(api)
+    app.include_router(recordings.pages)
     app.include_router(fdsnws.router, dependencies=[Depends(auth.viewer)])
     of_people = (alert_pages, notice_pages)
     for_browsers = (

@@ -168,6 +168,9 @@ class Settings(BaseSettings):
     channel_misses: Count = Field(
         default=3, description="earthquakes in a row without a good record of a channel before people are told"
     )
+    rejected_age: Seconds = Field(
+        default=604_800.0, description="s for which a file that could not be used keeps an alert active"
+    )
     clock_tolerance: Seconds = Field(
         default=60.0, description="s by which the recorder's or the server's clock may be off before people are told"
     )

@@ -9,10 +9,10 @@ from sqlalchemy.orm import Session
 from service import buildings
 from service.alerting import stopped
 from service.alerting.found import KINDS, Found
-from service.alerting.stopped import Patience, Sighting, Source, Work
+from service.alerting.stopped import Patience, Rejected, Sighting, Source, Work
 from service.database import Building, SourceState
 from service.disk import free_bytes
-from service.queries import alerts, stopping
+from service.queries import alerts, recordings, stopping
 from service.settings import Settings
 from service.toml_files.building_file import BuildingFile
 
@@ -37,6 +37,7 @@ def _stopped(
         found += stopped.stopped_source(source, patience, now)
         found += stopped.stopped_records(source, patience, now)
         found += stopped.wrong_clocks(source, patience)
+    found += stopped.rejected_files(_rejected(session, building, settings, now))
     channels = [channel.id for channel in described.description.channels]
     seen = stopping.channels_ever(session, building.id)
     found += stopped.dead_channels(_sightings(session, building), channels, seen, patience)
@@ -64,6 +65,7 @@ def _source(session: Session, building: Building, described: BuildingFile) -> So
     return Source(
         is_continuous=described.source is not None and described.source.data == "continuous",
         watched_since=building.created_at,
+        described_at=buildings.current(session, building).created_at,
         attempted_at=state.attempted_at if state else None,
         succeeded_at=state.succeeded_at if state else None,
         failing_since=state.failing_since if state else None,
@@ -73,6 +75,14 @@ def _source(session: Session, building: Building, described: BuildingFile) -> So
         came_at=last.received_at if last else None,
         server_ahead=None if state is None or state.clock_ahead is None else timedelta(seconds=state.clock_ahead),
     )
+
+
+def _rejected(session: Session, building: Building, settings: Settings, now: datetime) -> list[Rejected]:
+    """Rejected files that count: not too old, and later than the last time that somebody ended the alert."""
+    ended = [inspection.at for cause, inspection in alerts.inspections(session, building.id) if cause == "rejected"]
+    since = max([now - timedelta(seconds=settings.rejected_age), *ended])
+    rows = recordings.rejected(session, building.id, since)
+    return [Rejected(name=row.name, at=row.received_at, reason=(row.reason or "").rstrip(".")) for row in rows]
 
 
 def _sightings(session: Session, building: Building) -> list[Sighting]:

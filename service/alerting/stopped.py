@@ -8,6 +8,8 @@ from service.alerting.found import Found
 from service.alerting.words import of_duration
 
 GIB = 2**30
+STEPS = (1, 2, *(10**power for power in range(1, 10)))
+"""Numbers of files from which on people are told again."""
 RELIEF = 1.25
 """Part of the reserve that must be free before a disk counts as no longer full: it shall not be told to and fro."""
 
@@ -39,6 +41,8 @@ class Source:
     succeeded_at: datetime | None
     failing_since: datetime | None
     error: str | None
+    described_at: datetime
+    """Since when the building file that names it is in force."""
     last_record: datetime | None
     """End of the last good one."""
     ahead: timedelta
@@ -47,6 +51,16 @@ class Source:
     """When it came."""
     server_ahead: timedelta | None
     """Of its clock against ours, at the last look; None where it does not say."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rejected:
+    """A file of which nothing could be used."""
+
+    name: str
+    at: datetime
+    """When it came."""
+    reason: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -69,10 +83,26 @@ class Work:
 
 
 def stopped_source(source: Source, patience: Patience, now: datetime) -> Iterator[Found]:
-    """The monitoring server has not answered for too long, or a look at it does not come to an end."""
+    """The monitoring server has not answered for too long, or a look at it does not come to an end.
+
+    One that has never answered since its building file came into force may have a wrong address: there is no patience
+    with it.
+    """
     looking = source.attempted_at is not None and source.attempted_at > (source.succeeded_at or source.watched_since)
     began = source.failing_since or (source.attempted_at if looking else None)
-    if began is not None and now - began > patience.source:
+    if began is None:
+        return
+    has_answered = source.succeeded_at is not None and source.succeeded_at >= source.described_at
+    if source.failing_since is not None and not has_answered:
+        yield _found(
+            "source",
+            began,
+            began,
+            "The monitoring server has never answered at its address",
+            ("No earthquake is watched until it answers.", f"Menshin found: {source.error}."),
+            {"error": source.error},
+        )
+    elif now - began > patience.source:
         said = f"It says: {source.error}." if source.failing_since else "A look at it does not come to an end."
         yield _found(
             "source",
@@ -97,6 +127,32 @@ def stopped_records(source: Source, patience: Patience, now: datetime) -> Iterat
             ("The recorder may have stopped though its server answers: it ought to be looked at.",),
             {"last_record": None if source.last_record is None else source.last_record.isoformat()},
         )
+
+
+def rejected_files(files: Sequence[Rejected]) -> Iterator[Found]:
+    """Files of which nothing could be used, in one finding, however many there are.
+
+    Its words change only when there are ten times as many: people are not told of each.
+
+    Args:
+        files: those that count still, the earliest first.
+    """
+    if not files:
+        return
+    count, first = len(files), files[0]
+    least = max(step for step in STEPS if step <= count)
+    yield _found(
+        "rejected",
+        first.at,
+        first.at,
+        "A file could not be used" if count == 1 else f"{least} files or more could not be used",
+        (
+            "What they recorded is missing from the results. The page of the building's records lists every file with "
+            "its reason.",
+            f"The first is {first.name}: {first.reason}.",
+        ),
+        {"files": count, "first": first.name, "reason": first.reason},
+    )
 
 
 def wrong_clocks(source: Source, patience: Patience) -> Iterator[Found]:

@@ -20,6 +20,7 @@ TITLES: Mapping[str, str] = {
     "model_error": "model of the isolators",
     "source": "monitoring server",
     "record": "records",
+    "rejected": "files that could not be used",
     "channel": "sensor",
     "clock": "clock",
     "worker": "analyses that wait",

@@ -7,6 +7,7 @@ from sqlalchemy import ForeignKey, LargeBinary, Text, UniqueConstraint
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
 from service.database.base import Base
+from service.database.buildings import Building
 
 
 class SourceState(Base):
@@ -76,3 +77,4 @@ class Recording(Base):
     start: Mapped[datetime | None]
     end: Mapped[datetime | None]
     content: Mapped[Content | None] = relationship()
+    building: Mapped[Building] = relationship()

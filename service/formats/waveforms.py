@@ -19,6 +19,10 @@ MINISEED = re.compile(rb"[0-9 \x00]{6}[DRQM][ \x00]")
 SAC_HEADER = 632  # bytes
 SAC_VERSION_AT = 304  # byte of NVHDR, which is 6 or 7
 
+OBJECT = re.compile(r"<[\w.]+ object at 0x[0-9a-fA-F]+>")
+"""What a message of ObsPy's has in place of the file's name."""
+FORMS = {"MSEED": "miniSEED", "SAC": "SAC", "KNET": "K-NET or KiK-net ASCII"}
+
 ONE_READER = Lock()
 """Warnings are filtered for the whole process: one reader at a time, and no other thread's warnings become errors."""
 
@@ -44,10 +48,7 @@ def read_miniseed(name: str, data: bytes, gains: Mapping[str, Gain]) -> Contents
     stream = _stream(name, data, "MSEED")
     record = min(trace.stats.mseed.record_length for trace in stream)
     if excess := len(data) % record:  # libmseed may leave such a rest out silently
-        raise FormatError(
-            f"{name} is truncated: {len(data)} bytes are {len(data) // record} records of {record} and {excess} left "
-            f"over; fetch it again"
-        )
+        raise FormatError(_ends_within(name, excess, record))
     return _with_gains(stream, gains)
 
 
@@ -79,12 +80,35 @@ def _stream(name: str, data: bytes, form: str) -> obspy.Stream:
     except MemoryError:
         raise
     except Exception as error:  # ObsPy's readers raise whatever a broken file makes them stumble over
+        record = _record_length(data) if form == "MSEED" else None
+        if record and len(data) % record:
+            raise FormatError(_ends_within(name, len(data) % record, record)) from error
+        said = " ".join(OBJECT.sub("the file", str(error)).split())[:200]
+        known = f" ({said})" if said and "Cannot open file" not in said else ""
         raise FormatError(
-            f"{name} is truncated or damaged: as {form} of {len(data)} bytes ObsPy says: {error}; fetch it again"
+            f"{name} is truncated or damaged: its {len(data):,} bytes cannot be read as {FORMS[form]}{known}; fetch it "
+            f"again"
         ) from error
     if not any(trace.stats.npts for trace in stream):
         raise FormatError(f"{name} is truncated or empty: it holds no samples; fetch it again")
     return stream
+
+
+def _ends_within(name: str, excess: int, record: int) -> str:
+    return f"{name} is truncated: it ends in the middle of a record, {excess:,} of {record:,} bytes; fetch it again"
+
+
+def _record_length(data: bytes) -> int | None:
+    """Bytes of the first record, by its blockette 1000 (SEED manual 2.4, chapter 8); None where it has none."""
+    for order in "><":
+        at = struct.unpack_from(f"{order}H", data, 46)[0] if len(data) >= 48 else 0
+        if (
+            48 <= at <= len(data) - 7
+            and struct.unpack_from(f"{order}H", data, at)[0] == 1000
+            and 7 <= data[at + 6] < 20
+        ):
+            return int(2 ** data[at + 6])
+    return None
 
 
 def _with_gains(stream: obspy.Stream, gains: Mapping[str, Gain]) -> Contents:

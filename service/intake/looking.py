@@ -124,6 +124,7 @@ class Look:
     def _store(self, session: Session, building: Building, arrival: Arrival) -> Recording:
         name, origin, now = arrival.name, arrival.origin, self.clock()
         if arrival.data is None:
+            log.warning("%s of %s was rejected: %s", name, building.code, arrival.refusal)
             return refuse_unseen(session, building, name, origin, arrival.refusal or "not taken", now)
         return store(session, building, name, origin, arrival.data, now)
 
@@ -154,6 +155,8 @@ class Look:
         with self.sessions.begin() as session:
             waiting = session.get_one(Recording, recording.id)
             take_in(session, waiting, parsed, self.clock(), settings=self.settings)
+            if waiting.state == "refused":
+                log.warning("%s of %s was rejected: %s", waiting.name, waiting.building.code, waiting.reason)
 
     def _next_stored(self, building: Building, passed: list[int]) -> Recording | None:
         with reading(self.sessions)() as session:

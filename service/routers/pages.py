@@ -1,6 +1,8 @@
 """The first page: buildings, the last event and what came of it; no JavaScript."""
 
 from collections import Counter
+from dataclasses import dataclass
+from datetime import datetime
 from typing import Annotated
 
 from fastapi import APIRouter, Depends, Query, Request, Response
@@ -10,7 +12,7 @@ from service import mode_tracks
 from service.database import Building, ModelVersion
 from service.mode_tracks import TrackedMode
 from service.pages.rendering import page
-from service.queries import alerts, earthquakes, versions, watched
+from service.queries import alerts, earthquakes, recordings, versions, watched
 from service.queries.question import Span
 from service.routers.event_pages import MODES, View, viewed
 from service.routers.login import reader
@@ -44,7 +46,35 @@ def home(request: Request, sessions: Reading, building: BuildingCode = None) -> 
             views=views,
             modes=MODES,
             models=models,
+            troubles=troubles(session),
         )
+
+
+@dataclass(frozen=True, slots=True)
+class Trouble:
+    """Why records of a building do not come, or could not be used."""
+
+    code: str
+    since: datetime | None
+    """Since when its monitoring server fails."""
+    error: str | None
+    rejected: int
+    """Files that could not be used."""
+
+
+def troubles(session: Session) -> list[Trouble]:
+    """Of every building whose monitoring server fails, or that has rejected files."""
+    rejected = recordings.rejected_counts(session)
+    every = [
+        Trouble(
+            code=building.code,
+            since=state.failing_since if state else None,
+            error=state.error if state and state.failing_since else None,
+            rejected=rejected.get(building.id, 0),
+        )
+        for building, _, state in watched.sources(session)
+    ]
+    return [one for one in every if one.error or one.rejected]
 
 
 def failing_models(session: Session, building: Building) -> list[tuple[ModelVersion, Trend]]:

@@ -38,6 +38,7 @@ WITH_DATABASE = {
     "key create": ["NAME", "--role", "viewer"],
     "key list": [],
     "key revoke": ["NAME"],
+    "key logout": [],
     "secret encrypt": [],
     "login": [],
 }

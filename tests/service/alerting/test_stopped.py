@@ -22,6 +22,7 @@ PATIENCE = Patience(
 SOURCE = Source(
     is_continuous=False,
     watched_since=START,
+    described_at=START,
     attempted_at=START + DAY,
     succeeded_at=START + DAY + SECOND,
     failing_since=None,
