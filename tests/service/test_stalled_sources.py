@@ -21,7 +21,7 @@ from service.lanes import Lanes
 
 NOW = datetime(2024, 1, 1, tzinfo=UTC)
 STALLED, SOURCES = 12, 100
-INTERVAL = 30.0
+INTERVAL = 60.0
 """s between two looks; a look takes 30 ms of a processor's time, and the machine runs other tests."""
 
 
