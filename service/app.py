@@ -1,5 +1,6 @@
 """The web application, assembled."""
 
+from collections import Counter
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from datetime import timedelta
@@ -107,6 +108,7 @@ def create(settings: Settings, visitor: Caller | None = None) -> FastAPI:
     idle, lifetime = (timedelta(seconds=one) for one in (settings.login_idle, settings.login_lifetime))
     app.state.callers = Callers(app.state.sessions, idle, lifetime)
     app.state.attempts = Attempts()
+    app.state.questions = Counter()
     app.state.ending = Signal()
     app.state.unready_since = {}  # by the name of a check
     app.state.metrics = metrics.registry(app.state.reading)

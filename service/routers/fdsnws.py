@@ -1,13 +1,16 @@
 """FDSN web services for what is stored; their own documents (application.wadl) describe them, as clients expect."""
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 from io import BytesIO, StringIO
+from threading import Lock
 from typing import Literal
 
 from anyio import to_thread
 from fastapi import APIRouter, Request, Response
 from starlette.exceptions import HTTPException
 
+from service.access.auth import caller
 from service.door.guard import QUESTION
 from service.version import VERSION
 from service.web import bodies, fdsn
@@ -18,6 +21,9 @@ router = APIRouter(prefix="/fdsnws", include_in_schema=False)
 Service = Literal["station", "dataselect"]
 Given = Sequence[tuple[str, str]]
 TIMES = ("starttime", "endtime")
+AT_ONCE = 2
+"""Questions of one key that are answered at the same time."""
+COUNTING = Lock()
 FORMS: dict[str, tuple[Callable[[], BytesIO | StringIO], str, str]] = {
     "xml": (BytesIO, "STATIONXML", "application/xml"),
     "text": (StringIO, "STATIONTXT", "text/plain"),
@@ -42,7 +48,7 @@ async def description(service: Service, request: Request) -> Response:
     document = (
         '<?xml version="1.0" encoding="UTF-8"?><application xmlns="http://wadl.dev.java.net/2009/02" '
         'xmlns:xs="http://www.w3.org/2001/XMLSchema">'
-        f'<resources base="{request.base_url}fdsnws/{service}/1"><resource path="query">'
+        f'<resources base="{base(request)}/fdsnws/{service}/1"><resource path="query">'
         f'<method name="GET"><request>{rows}</request></method><method name="POST"/>'
         "</resource></resources></application>"
     )
@@ -77,10 +83,20 @@ async def dataselect_posted(request: Request, sessions: Reading) -> Response:
 
 def answered(request: Request, answer: Callable[[], Response]) -> Response:
     """The answer, or why there is none in the words that the specification lays down."""
+    under_way: Counter[str] = request.app.state.questions
+    name = caller(request).name
+    with COUNTING:
+        if under_way[name] >= AT_ONCE:
+            return refusal(request, 429, f"{AT_ONCE} questions of the same key are being answered; ask again then")
+        under_way[name] += 1
     try:
         return answer()
     except QueryError as error:
         return refusal(request, error.status, str(error))
+    finally:
+        with COUNTING:
+            under_way[name] -= 1
+            under_way += Counter()  # names without a question go
 
 
 async def answered_post(request: Request, answer: Callable[[str], Response]) -> Response:
@@ -146,7 +162,13 @@ def nothing(request: Request, status: str) -> Response:
     return Response(status_code=204) if status == "204" else refusal(request, 404, "nothing stored matches")
 
 
+def base(request: Request) -> str:
+    """The address that the settings name; the Host header is whatever the client likes."""
+    return (request.app.state.settings.public_url or "").rstrip("/")
+
+
 def refusal(request: Request, status: int, reason: str) -> Response:
     """An error in the words that the specification lays down."""
-    text = f"Error {status}: {reason}\n\nRequest:\n{request.url}\n\nService version: {VERSION}\n"
+    asked = f"{base(request)}{request.url.path}?{request.url.query}"
+    text = f"Error {status}: {reason}\n\nRequest:\n{asked}\n\nService version: {VERSION}\n"
     return Response(text, status, media_type="text/plain")

@@ -3,10 +3,10 @@
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from fnmatch import fnmatchcase
 from io import BytesIO
 from itertools import groupby, zip_longest
 from operator import attrgetter, itemgetter
+from time import monotonic
 from typing import Any
 
 from obspy import Inventory, Stream, Trace, UTCDateTime
@@ -29,7 +29,7 @@ from service.database import Building
 from service.queries import recorded
 from service.queries.question import Line
 from service.toml_files.building_file import BuildingFile
-from service.web.fdsn_query import Area, Selection, TooMuchError
+from service.web.fdsn_query import Area, Selection, TooMuchError, codes, is_match
 
 UNITS: dict[Quantity, str] = {
     "acceleration": "M/S**2",
@@ -39,6 +39,8 @@ UNITS: dict[Quantity, str] = {
 }
 
 
+DEADLINE = 10.0
+"""s that finding what is wanted may take."""
 UNKNOWN = "The place is not known: latitude and longitude stand at 0 because StationXML wants numbers."
 
 
@@ -59,7 +61,8 @@ class Epoch:
 
 def inventory(session: Session, wanted: Sequence[Selection], area: Area | None) -> Inventory:
     """Networks, stations and channels of which something is stored; a channel's epoch ends where its gain changes."""
-    chosen = [epoch for epoch in _epochs(session) if any(_is_of(epoch, one) for one in wanted)]
+    chooser = Chooser()
+    chosen = [epoch for epoch in _epochs(session) if any(_is_of(epoch, one, chooser) for one in wanted)]
     if area is not None:
         chosen = [epoch for epoch in chosen if area.holds(epoch.file.latitude, epoch.file.longitude)]
     chosen.sort(key=lambda epoch: (epoch.row.channel, epoch.row.start))
@@ -77,9 +80,9 @@ def _epochs(session: Session) -> Iterator[Epoch]:
                 yield Epoch(building, file, row, min(row.end, following.start) if following else row.end)
 
 
-def _is_of(epoch: Epoch, wanted: Selection) -> bool:
+def _is_of(epoch: Epoch, wanted: Selection, chooser: "Chooser") -> bool:
     inside = UTCDateTime(epoch.row.start) <= wanted.end and UTCDateTime(epoch.end) >= wanted.start
-    return is_wanted(epoch.row.channel, wanted) and bool(inside)
+    return chooser.is_wanted(epoch.row.channel, wanted) and bool(inside)
 
 
 def _stations(epochs: Iterable[Epoch]) -> Iterator[Station]:
@@ -133,13 +136,42 @@ def _response(unit: str, counts: float) -> Response:
     return Response(instrument_sensitivity=sensitivity, response_stages=[ResponseStage(1, counts, 1.0, unit, "COUNTS")])
 
 
-def is_wanted(channel: str, wanted: Selection) -> bool:
-    """Whether an id's four codes match the lists of wildcards."""
-    lists = (wanted.network, wanted.station, wanted.location, wanted.channel)
-    return all(
-        any(fnmatchcase(code, "" if pattern == "--" else pattern) for pattern in patterns.split(","))
-        for code, patterns in zip(channel.split("."), lists, strict=True)
-    )
+class Chooser:
+    """Which channels are wanted, each looked at once for each selection; it gives up at a deadline."""
+
+    def __init__(self, seconds: float = DEADLINE) -> None:
+        self._end = monotonic() + seconds
+        self._found: dict[tuple[str, ...], bool] = {}
+
+    def is_wanted(self, channel: str, wanted: Selection) -> bool:
+        """Whether an id's four codes match the lists of wildcards.
+
+        Raises
+        ------
+        TooMuchError
+            The deadline is over.
+        """
+        lists = (wanted.network, wanted.station, wanted.location, wanted.channel)
+        found = self._found.get((channel, *lists))
+        if found is None:
+            self.look_at_the_clock()
+            names = ("network", "station", "location", "channel")
+            found = self._found[channel, *lists] = all(
+                any(is_match(code, pattern) for pattern in codes(name, patterns))
+                for name, code, patterns in zip(names, channel.split("."), lists, strict=True)
+            )
+        return found
+
+    def look_at_the_clock(self) -> None:
+        """Go on if there is time left.
+
+        Raises
+        ------
+        TooMuchError
+            There is none.
+        """
+        if monotonic() > self._end:
+            raise TooMuchError("the question takes too long to answer; fewer channels or less time would do")
 
 
 def miniseed(session: Session, selections: Sequence[Selection], most: int) -> bytes | None:
@@ -150,13 +182,22 @@ def miniseed(session: Session, selections: Sequence[Selection], most: int) -> by
     TooMuchError
         They are more than `most`.
     """
-    found = [(wanted, _pieces(session, wanted)) for wanted in selections]
-    count = sum(_count(piece, wanted) for wanted, pieces in found for piece in pieces)
-    if count > most:
-        raise TooMuchError(f"{count} samples match, and {most} are given at once; fewer channels or less time would do")
+    chooser = Chooser()
+    found, count = [], 0
+    stored = _pieces(session, selections)
+    for wanted in selections:
+        chooser.look_at_the_clock()
+        pieces = [one for one in stored if _overlaps(one, wanted) and chooser.is_wanted(one.row.channel, wanted)]
+        count += sum(_count(piece.row, wanted) for piece in pieces)
+        if count > most:
+            raise TooMuchError(
+                f"{count} samples match, and {most} are given at once; fewer channels or less time would do"
+            )
+        found.append((wanted, pieces))
     stream = Stream()
-    for wanted, pieces in found:
-        for piece in recorded.samples(session, [piece.id for piece in pieces]):
+    for wanted, chosen in found:
+        for piece in recorded.samples(session, [piece.row.id for piece in chosen]):
+            chooser.look_at_the_clock()
             trace = Trace(decode(piece.samples), _header(piece.channel, piece.start, piece.rate))
             stream.append(trace.trim(wanted.start, wanted.end))
     stream.traces = [trace for trace in stream if trace.stats.npts]
@@ -167,9 +208,27 @@ def miniseed(session: Session, selections: Sequence[Selection], most: int) -> by
     return out.getvalue()
 
 
-def _pieces(session: Session, wanted: Selection) -> list[Line]:
-    pieces = recorded.pieces(session, _time(wanted.start), _time(wanted.end))
-    return [piece for piece in pieces if is_wanted(piece.channel, wanted)]
+@dataclass(frozen=True, slots=True)
+class Piece:
+    """A stored waveform without its samples."""
+
+    row: Line
+    start: float
+    """s since 1970."""
+    end: float
+
+
+def _pieces(session: Session, selections: Sequence[Selection]) -> list[Piece]:
+    """All that is stored between the first start and the last end of the selections."""
+    start, end = (min(one.start for one in selections), max(one.end for one in selections))
+    return [
+        Piece(row, (begun := row.start.timestamp()), begun + row.count / row.rate)
+        for row in recorded.pieces(session, _time(start), _time(end))
+    ]
+
+
+def _overlaps(piece: Piece, wanted: Selection) -> bool:
+    return bool(piece.start <= wanted.end.timestamp and piece.end >= wanted.start.timestamp)
 
 
 def _count(piece: Line, wanted: Selection) -> int:

@@ -3,8 +3,10 @@
 International Federation of Digital Seismograph Networks, FDSN Web Service Specifications 1.2 (2019).
 """
 
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 
 from obspy import UTCDateTime
 
@@ -36,6 +38,12 @@ PARAMETERS = {
 """The parameters that each service understands, by their long names."""
 
 
+MOST_CODES, MOST_LINES = 50, 500
+"""Codes of one list, and selections of one question."""
+CODE = re.compile(r"[A-Za-z0-9?*-]{0,8}")
+"""A code with wildcards; of the specifications' codes the longest have 5 characters, of SEED's newest identifiers 8."""
+
+
 class QueryError(Exception):
     """The question is not one of the service's; the message says what would do."""
 
@@ -60,8 +68,41 @@ class Selection:
     end: UTCDateTime = LATEST
 
     def __post_init__(self) -> None:
+        for name in ("network", "station", "location", "channel"):
+            codes(name, getattr(self, name))
         if self.start > self.end:
             raise QueryError(f"starttime {self.start} lies after endtime {self.end}")
+
+
+@lru_cache(maxsize=4 * MOST_LINES)
+def codes(name: str, text: str) -> tuple[str, ...]:
+    """The codes of a list, each at most 8 letters, digits, hyphens and wildcards; `--` is an empty one."""
+    found = tuple(dict.fromkeys(one.strip() for one in text.split(",", MOST_CODES + 1)))
+    if text.count(",") >= MOST_CODES:
+        raise TooMuchError(f"{name} lists more than {MOST_CODES} codes; wildcards or several questions need fewer")
+    if wrong := next((one for one in found if not CODE.fullmatch(one)), None):
+        raise QueryError(f"{name} {wrong[:20]!r} is no code: up to 8 letters, digits, hyphens, ? and *")
+    return tuple("" if one == "--" else one for one in found)
+
+
+@lru_cache(maxsize=2**16)
+def is_match(code: str, pattern: str) -> bool:
+    """Whether a code is as its pattern says, in time that grows with the product of their lengths."""
+    reached = {0}
+    for character in code:
+        after = {i + 1 for i in _spread(reached, pattern) if i < len(pattern) and pattern[i] in ("?", character)}
+        reached = after | {i for i in _spread(reached, pattern) if i < len(pattern) and pattern[i] == "*"}
+    return len(pattern) in _spread(reached, pattern)
+
+
+def _spread(reached: set[int], pattern: str) -> set[int]:
+    """Places in the pattern that are reached without a further character, past stars."""
+    found = set(reached)
+    for i in sorted(reached):
+        while i < len(pattern) and pattern[i] == "*":
+            i += 1
+            found.add(i)
+    return found
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -123,9 +164,11 @@ def degrees(named: Mapping[str, str], name: str) -> float:
 def posted(body: str) -> tuple[dict[str, str], list[Selection]]:
     """Parameters and selections of a posted question: `name=value` lines, then a line per selection."""
     named: dict[str, str] = {}
-    selections = []
+    selections: list[Selection] = []
     for line in filter(None, map(str.strip, body.splitlines())):
         words = line.split()
+        if len(selections) >= MOST_LINES or len(named) > MOST_LINES:
+            raise TooMuchError(f"more than {MOST_LINES} lines were posted; several questions would do")
         if "=" in line:
             name, _, value = line.partition("=")
             named[name.strip().lower()] = value.strip()
@@ -133,7 +176,7 @@ def posted(body: str) -> tuple[dict[str, str], list[Selection]]:
             keys = ("network", "station", "location", "channel", "starttime", "endtime")
             selections.append(selection(dict(zip(keys, words, strict=True))))
         else:
-            raise QueryError(f"'{line}' should be network, station, location, channel, starttime and endtime")
+            raise QueryError(f"'{line[:80]}' should be network, station, location, channel, starttime and endtime")
     return named, selections
 
 
@@ -142,4 +185,4 @@ def time(text: str) -> UTCDateTime:
     try:
         return UTCDateTime(text)
     except (TypeError, ValueError) as error:
-        raise QueryError(f"'{text}' is not a time; 2024-01-31T12:00:00 would do") from error
+        raise QueryError(f"'{text[:40]}' is not a time; 2024-01-31T12:00:00 would do") from error

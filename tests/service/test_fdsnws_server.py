@@ -1,8 +1,11 @@
 """ObsPy's own FDSN client, unchanged, reads what is stored from the running service."""
 
+from collections import Counter
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
+from time import monotonic
 
 import httpx
 import numpy as np
@@ -176,3 +179,41 @@ def test_a_place_that_is_not_known_is_said_not_to_be(database_url: str, sessions
     assert "not known" in station[0].comments[0].value
     assert "place not known" in rows
     assert limited.status_code == 204
+
+
+@pytest.mark.parametrize(
+    ("query", "status"),
+    [
+        (f"channel={','.join(['H*N'] * 51)}", 413),
+        (f"channel={','.join(['a*' * 40] * 5)}", 400),
+        ("station=(a%2B)%2B$", 400),
+        ("network=XX,YY,*&channel=HN?", 200),
+        ("location=--", 204),
+        ("channel=*N*,?*X", 200),
+    ],
+)
+def test_codes_are_those_of_the_specification_and_not_too_many(address: str, query: str, status: int) -> None:
+    answer = httpx.get(f"{address}/fdsnws/dataselect/1/query?{query}&endtime=2011-03-12")
+    assert answer.status_code == status, answer.text[:200]
+
+
+def test_more_lines_than_are_answered_at_once_are_refused(address: str) -> None:
+    line = "XX TWR * HN? 2011-03-11 2011-03-12\n"
+    assert httpx.post(f"{address}/fdsnws/dataselect/1/query", content=line * 501).status_code == 413
+
+
+def test_the_hardest_question_stops_nobody(address: str) -> None:
+    """130,000 patterns in one question kept a thread for minutes, and sixteen such questions all threads."""
+    codes = ",".join(f"?*{number:02}*?*" for number in range(50))
+    lines = "".join(f"{codes} {codes} * *{n:03}* 2011-03-11 2011-03-12\n" for n in range(500))
+    with ThreadPoolExecutor(16) as asking:
+        asked = [
+            asking.submit(httpx.post, f"{address}/fdsnws/dataselect/1/query", content=lines, timeout=120.0)
+            for _ in range(16)
+        ]
+        begun = monotonic()
+        assert httpx.get(f"{address}/login", timeout=60.0).status_code == 200
+        assert monotonic() - begun < 5.0
+        statuses = Counter(one.result().status_code for one in asked)
+    assert set(statuses) <= {204, 429}, statuses
+    assert statuses[429], "one key has a share of them"
