@@ -114,6 +114,8 @@ def _ended(process: SpawnProcess, *, wanted: bool) -> None:
 
 def _serve(settings: Settings, door: socket.socket, visitor: Caller | None, level: int) -> None:
     """The process of the API: it ends by SIGTERM, or when its parent is gone."""
+    import service.app  # noqa: F401  it takes seconds, in which SIGTERM ends us at once
+
     stop, parent = Signal(), parent_process()
     assert parent is not None
     signal.signal(signal.SIGTERM, lambda *_: stop.set())

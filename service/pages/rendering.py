@@ -7,6 +7,7 @@ from fastapi import Request, Response
 from fastapi.templating import Jinja2Templates
 
 from core.rounding import plain, significant, with_std
+from service import failures
 from service.access.auth import login
 from service.pages.units import quantity, shown, unit
 
@@ -32,6 +33,7 @@ def time(moment: datetime) -> str:
 
 
 TEMPLATES.env.filters |= {
+    "words": failures.words,
     "time": time,
     "with_std": with_std,
     "significant": significant,

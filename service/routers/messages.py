@@ -9,7 +9,7 @@ from fastapi import APIRouter, Depends, Query, Request, Response
 from fastapi.sse import EventSourceResponse
 from sqlalchemy.orm import Session, sessionmaker
 
-from service.access.auth import Caller, engineer
+from service.access.auth import Caller, caller, engineer
 from service.errors import documented
 from service.notices import claims, drill
 from service.queries import told, watched
@@ -55,7 +55,7 @@ def message(request: Request, message_id: MessageId, sessions: Reading) -> Respo
     """A message, whole, and what became of it."""
     with sessions() as session:
         answer = notice_answers.message(session, told.message(session, message_id))
-    return document(request, answer)
+    return document(request, notice_answers.seen_by(caller(request).role, answer))
 
 
 def existing(message_id: MessageId, sessions: Reading) -> int:
@@ -121,7 +121,8 @@ def deliveries(
     """Who was told what, when, and whether it arrived; the latest first."""
     with sessions() as session:
         found = told.deliveries(session, building, receiver, state, cursor, limit)
-        rows = notice_answers.delivery_rows(session, found)
+        role = caller(request).role
+        rows = [notice_answers.seen_by(role, row) for row in notice_answers.delivery_rows(session, found)]
     lines = [tuple(row.model_dump().values()) for row in rows]
     return table(request, format, tuple(DeliveryRow.model_fields), lines, following([row.id for row in rows], limit))
 
@@ -131,7 +132,7 @@ def delivery(request: Request, delivery_id: DeliveryId, sessions: Reading) -> Re
     """A delivery with every attempt: when, what the receiver said, how long it took."""
     with sessions() as session:
         answer = notice_answers.delivery(told.delivery(session, delivery_id))
-    return document(request, answer)
+    return document(request, notice_answers.seen_by(caller(request).role, answer))
 
 
 @router.post(

@@ -5,10 +5,12 @@ from typing import Annotated
 
 from fastapi import APIRouter, Depends, Request, Response
 from pydantic import ValidationError
+from sqlalchemy.orm import Session
 from starlette.responses import RedirectResponse
 
 from service import receivers as told_of
 from service.access.auth import Caller, Role, admin, engineer
+from service.database import Message
 from service.errors import ConflictError
 from service.notices import claims, drill
 from service.pages.rendering import page
@@ -16,7 +18,7 @@ from service.queries import told, watched
 from service.receiver_rules import SEVERITIES, WANTED_KINDS
 from service.routers.login import reader
 from service.routers.model_pages import Form
-from service.schemas.notices import ReceiverRequest
+from service.schemas.notices import DeliveryRow, ReceiverRequest
 from service.web import notice_answers, receiver_requests
 from service.web.parameters import Code, DeliveryId, MessageId, Reading, ReceiverId, Writing
 
@@ -38,9 +40,12 @@ def of_building(request: Request, code: Code, sessions: Reading, by: Reader) -> 
             request,
             "messages",
             building=found,
-            receivers=[notice_answers.receiver(row) for row in told_of.of_building(session, found.id)],
+            receivers=[
+                notice_answers.seen_by(by.role, notice_answers.receiver(row))
+                for row in told_of.of_building(session, found.id)
+            ],
             messages=[
-                (notice_answers.message_row(row), notice_answers.delivery_rows(session, row.deliveries))
+                (notice_answers.message_row(row), _deliveries(session, row, by))
                 for row in told.messages(session, found.id, None, LATEST)
             ],
             kinds=WANTED_KINDS,
@@ -60,7 +65,10 @@ def of_message(request: Request, message_id: MessageId, sessions: Reading, by: R
             "message",
             building=row.building,
             message=notice_answers.message(session, row),
-            deliveries=[notice_answers.delivery(told.delivery(session, one.id)) for one in row.deliveries],
+            deliveries=[
+                notice_answers.seen_by(by.role, notice_answers.delivery(told.delivery(session, one.id)))
+                for one in row.deliveries
+            ],
             may_work=by.role >= Role.engineer,
         )
 
@@ -124,3 +132,8 @@ def replay(delivery_id: DeliveryId, sessions: Writing, _: ByEngineer) -> Respons
         claims.replay(row, datetime.now(UTC))
         number = row.message_id
     return RedirectResponse(f"/messages/{number}", 303)
+
+
+def _deliveries(session: Session, message: Message, by: Caller) -> list[DeliveryRow]:
+    """To whom a message goes, as the reader may see it."""
+    return [notice_answers.seen_by(by.role, one) for one in notice_answers.delivery_rows(session, message.deliveries)]

@@ -6,7 +6,7 @@ from typing import Annotated
 from fastapi import APIRouter, Body, Depends, Request, Response
 
 from service import receivers as told
-from service.access.auth import Caller, admin, engineer
+from service.access.auth import Caller, admin, caller, engineer
 from service.errors import documented
 from service.notices import drill
 from service.queries import watched
@@ -28,7 +28,10 @@ def of_building(request: Request, code: Code, sessions: Reading) -> Response:
     """Who is told of the building, and of what."""
     with sessions() as session:
         found, _ = watched.building(session, code)
-        rows = [notice_answers.receiver(row) for row in told.of_building(session, found.id)]
+        role = caller(request).role
+        rows = [
+            notice_answers.seen_by(role, notice_answers.receiver(row)) for row in told.of_building(session, found.id)
+        ]
     return document(request, Receivers(items=rows))
 
 
@@ -63,7 +66,7 @@ def one(request: Request, receiver_id: ReceiverId, sessions: Reading) -> Respons
     """A receiver."""
     with sessions() as session:
         answer = notice_answers.receiver(told.receiver(session, receiver_id))
-    return document(request, answer)
+    return document(request, notice_answers.seen_by(caller(request).role, answer))
 
 
 @router.patch(

@@ -3,8 +3,9 @@
 from datetime import datetime
 from typing import Any
 
-from pydantic import Field
+from pydantic import Field, field_validator
 
+from service import failures
 from service.schemas.answer import Answer
 
 
@@ -35,6 +36,11 @@ class JobOut(Answer):
     result: dict[str, Any] | None = Field(description="What came of it; null where other addresses answer that.")
     created_at: datetime = Field(description="When it was made.")
     finished_at: datetime | None = Field(description="When it was done or given up; null before.")
+
+    @field_validator("error")
+    @classmethod
+    def _in_words(cls, error: str | None) -> str | None:
+        return None if error is None else failures.words(error)
 
 
 class Jobs(Answer):

@@ -22,7 +22,8 @@ Format = Annotated[
     Query(description="Form of the answer; without it the header Accept decides, and JSON is the default."),
 ]
 OPTIONS = orjson.OPT_SERIALIZE_NUMPY | orjson.OPT_UTC_Z
-CSV_EXAMPLE = "A header line with the names of the columns, then one line a row; an empty field is null."
+CSV_EXAMPLE = "A header line with the names of the columns, then one line a row; an empty field is null. A text "
+"that a spreadsheet would take for a formula begins with an apostrophe."
 
 KEPT = 32 * 2**20
 """Bytes of written answers that a process keeps."""
@@ -106,9 +107,8 @@ def table(
     **context: object,
 ) -> Response:
     """A page of a table: objects in JSON, lines in CSV; both name the next page in the header Link."""
-    headers = (
-        {} if following is None else {"Link": f'<{request.url.include_query_params(cursor=following)}>; rel="next"'}
-    )
+    url = request.url.include_query_params(cursor=following)  # the Host in it is whatever the client likes
+    headers = {} if following is None else {"Link": f'<{url.path}?{url.query}>; rel="next"'}
     if wants_csv(request, format):
         return written(request, _lines(columns, rows), "text/csv", headers=headers)
     items = [dict(zip(columns, row, strict=True)) for row in rows]
@@ -124,11 +124,16 @@ def _lines(columns: Sequence[str], rows: Sequence[Sequence[Any]]) -> bytes:
     return out.getvalue().encode()
 
 
+FORMULAS = ("=", "+", "-", "@", "\t", "\r")
+"""Beginnings of a text that a spreadsheet would take for a formula and run."""
+
+
 def _cell(value: object) -> object:
-    """Times with a Z, lists with semicolons between."""
+    """Times with a Z, lists with semicolons between; an apostrophe before a text that a spreadsheet would run."""
     if isinstance(value, datetime):
         return value.isoformat().replace("+00:00", "Z")
-    return "; ".join(map(str, value)) if isinstance(value, list) else value
+    text = "; ".join(map(str, value)) if isinstance(value, list) else value
+    return f"'{text}" if isinstance(text, str) and text.startswith(FORMULAS) else text
 
 
 def series_lines(columns: Mapping[str, Vector]) -> bytes:

@@ -1,13 +1,37 @@
 """Receivers, messages and deliveries as the API answers them, from their rows."""
 
 from collections.abc import Sequence
+from typing import TypeVar
 
 from sqlalchemy.orm import Session
 
+from service.access.roles import Role
 from service.database import Delivery, DeliveryAttempt, Message, Receiver
 from service.queries import told
 from service.receiver_rules import shown_address
 from service.schemas.notices import AttemptOut, DeliveryOut, DeliveryRow, FactOut, MessageOut, MessageRow, ReceiverOut
+
+HIDDEN = "(engineers see it)"
+"""In place of what only engineers see."""
+Seen = TypeVar("Seen", ReceiverOut, MessageOut, DeliveryRow, DeliveryOut)
+
+
+def seen_by(role: Role, answer: Seen) -> Seen:
+    """The same as a role may see it: viewers see neither receivers' addresses nor what receivers answered."""
+    if role >= Role.engineer:
+        return answer
+    hidden: dict[str, object] = {}
+    if isinstance(answer, ReceiverOut):
+        hidden["address"] = HIDDEN
+    if isinstance(answer, DeliveryRow):
+        hidden["last_answer"] = answer.last_answer and HIDDEN
+    if isinstance(answer, DeliveryOut):
+        hidden["log"] = [
+            one.model_copy(update={"address": HIDDEN, "answer": one.answer and HIDDEN}) for one in answer.log
+        ]
+    if isinstance(answer, MessageOut):
+        hidden["deliveries"] = [seen_by(role, one) for one in answer.deliveries]
+    return answer.model_copy(update=hidden)
 
 
 def receiver(row: Receiver) -> ReceiverOut:
