@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from datetime import UTC
 
+from core.rounding import significant
 from service.alerting.event_facts import AlertFacts, EventFacts
 from service.alerting.words import listed, of_cause, of_length, of_time
 from service.notices.notice import Notice, Sequence
@@ -159,15 +160,15 @@ def _verdict(facts: EventFacts) -> Iterator[str]:
 def _numbers(facts: EventFacts) -> Iterator[tuple[str, str]]:
     yield "Earthquake", f"{facts.start.astimezone(UTC):%Y-%m-%d %H:%M:%S} UTC"
     if facts.pga is not None:
-        yield "Largest ground acceleration", f"{facts.pga * GAL:.1f} gal"
+        yield "Largest ground acceleration", f"{significant(facts.pga * GAL)} gal"
     for direction, value in facts.displacements.items():
-        yield f"Largest isolator displacement, direction {direction}", f"{value * MM:.1f} mm"
+        yield f"Largest isolator displacement, direction {direction}", f"{significant(value * MM)} mm"
     if facts.resultant is not None:
-        yield "Largest isolator displacement in plan", f"{facts.resultant * MM:.1f} mm"
+        yield "Largest isolator displacement in plan", f"{significant(facts.resultant * MM)} mm"
     for direction, value in facts.residuals.items():
         yield f"Displacement that remained, direction {direction}", f"{round(value * MM, 1) + 0.0:.1f} mm"
     for direction, value in facts.forces.items():
-        yield f"Largest restoring force, direction {direction}", f"{value * KN:,.0f} kN".replace(",", " ")
+        yield f"Largest restoring force, direction {direction}", f"{significant(value * KN)} kN"
     for check in facts.assessment.checks:
         yield f"Check: {words.title(check)}", _outcome(check)
     for one in facts.alerts:
