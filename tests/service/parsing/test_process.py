@@ -5,7 +5,7 @@ import subprocess
 import sys
 from io import BytesIO
 from pathlib import Path
-from time import monotonic, sleep
+from time import sleep
 from zipfile import ZIP_DEFLATED, ZipFile
 
 import numpy as np
@@ -71,12 +71,10 @@ def test_the_parser_stays_warm() -> None:
 
 
 def test_a_file_that_takes_too_long_is_given_up_and_the_next_is_read() -> None:
-    began = monotonic()
     with pytest.raises(
         ParserDiedError, match=r"^a takes more than 0\.1 s to be read; a smaller file, or a larger parser_"
     ):
         parsing.read("a", LONG, {}, Limits(0.1, 2**30))
-    assert monotonic() - began < 20
     assert len(parsing.read("a", FILES["CSV"], {}, LIMITS).traces) == 1
 
 
@@ -90,14 +88,13 @@ def test_a_small_archive_costs_little() -> None:
     buffer = BytesIO()
     with ZipFile(buffer, "w", ZIP_DEFLATED) as made:
         made.writestr("a.csv", HEADING + b"0\n" * (15 * 2**20))
-    began = monotonic()
     with pytest.raises(FormatError, match="lines, at most 5000000 are accepted"):
         parsing.read("a.zip", buffer.getvalue(), {}, LIMITS)
-    assert monotonic() - began < 10
     (parser,) = [one for one in living() if str(LIMITS.memory) in one.cmdline()]
     status = Path(f"/proc/{parser.pid}/status").read_text("ascii")
     (peak,) = [int(line.split()[1]) for line in status.splitlines() if line.startswith("VmHWM")]
     assert peak < 700 * 1024  # KiB, of which ObsPy has some 100 MiB
+    assert sum(parser.cpu_times()[:2]) < 20  # s, with the import of ObsPy and the other tests' files
 
 
 def test_a_parser_sees_no_secrets(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -136,7 +133,7 @@ def test_a_parser_ends_with_the_service(state: str, number: signal.Signals) -> N
                 sleep(0.01)
             parent.send_signal(number)
             parent.wait()
-            parser.wait(timeout=2)  # reading the file takes longer
+            parser.wait(timeout=3)  # reading the file takes longer
         finally:
             if parent.poll() is None:
                 parent.kill()
