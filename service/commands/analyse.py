@@ -86,11 +86,17 @@ def _analysed(
 
     from core.analysis import analyse as analyse_event
     from service.event_reports import event_json, event_output, event_summary
+    from service.verdict import tables
+    from service.verdict.documents import assessment_json
+    from service.verdict.measured import of_analysis
 
     result = analyse_event(event.segments, description, settings)
+    assessment = of_analysis(result, description)
     Console().print(event_summary.summary(result, description))
+    Console().print(tables.checks(assessment))
     if json is not None:
-        _write_json(event_json.as_json(result, description, settings), json)
+        verdict = {"verdict": assessment_json(assessment)}
+        _write_json(event_json.as_json(result, description, settings) | verdict, json)
     if out is not None:
         event_output.write(result, description.code, out)
     return result

@@ -10,6 +10,7 @@ from core.rounding import plain, significant, with_std
 from service import failures
 from service.access.auth import login
 from service.pages.units import quantity, shown, unit
+from service.verdict import words
 
 FOLDER = Path(__file__).parent
 TEMPLATES = Jinja2Templates(FOLDER / "templates")
@@ -32,6 +33,15 @@ def time(moment: datetime) -> str:
     return f"{moment:%Y-%m-%d %H:%M:%S}"
 
 
+TEMPLATES.env.globals |= {
+    "opening": words.opening,
+    "headline": words.headline,
+    "check_title": words.title,
+    "check_value": words.value,
+    "check_limit": words.limit,
+    "check_source": words.source,
+    "state_names": words.STATE_NAMES,
+}
 TEMPLATES.env.filters |= {
     "words": failures.words,
     "time": time,

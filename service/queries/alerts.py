@@ -1,9 +1,9 @@
 """What is asked about the alerts."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from datetime import datetime
 
-from sqlalchemy import or_, select
+from sqlalchemy import func, or_, select
 from sqlalchemy.orm import Session, joinedload
 
 from service.database import (
@@ -11,13 +11,11 @@ from service.database import (
     AlertChange,
     Analysis,
     Delivery,
-    DriftValue,
     Event,
     Inspection,
     Message,
     Receiver,
     Silence,
-    WatchedSeries,
 )
 from service.errors import NotFoundError
 from service.queries.question import Line
@@ -89,10 +87,10 @@ def every(
     return session.scalars(question.order_by(Alert.id.desc()).limit(limit)).all()
 
 
-def standing(session: Session) -> Sequence[Alert]:
-    """Alerts that people were told of, or that are held back, and that have not ended; by building and number."""
-    stands = (Alert.closed_at.is_(None), Alert.state != "pending")
-    return session.scalars(select(Alert).where(*stands).order_by(Alert.building_id, Alert.id)).all()
+def open_counts(session: Session) -> Mapping[int, int]:
+    """Number of alerts that have not ended, by the building's number; buildings without any are not in it."""
+    question = select(Alert.building_id, func.count()).where(Alert.closed_at.is_(None)).group_by(Alert.building_id)
+    return {row[0]: row[1] for row in session.execute(question)}
 
 
 def tellings(session: Session, building_id: int, key: str) -> Sequence[Line]:
@@ -127,21 +125,6 @@ def of_event(session: Session, event_id: int, numbers: Collection[int]) -> Seque
 def of_numbers(session: Session, numbers: Collection[int]) -> Sequence[Alert]:
     """Alerts of these numbers, in their order."""
     return session.scalars(select(Alert).where(Alert.id.in_(numbers)).order_by(Alert.id)).all()
-
-
-def standing_at(session: Session, building_id: int, at: datetime) -> Sequence[Alert]:
-    """Alerts that events of the building had raised and that stood at that time, by number."""
-    stood = (Alert.activated_at <= at, or_(Alert.closed_at.is_(None), Alert.closed_at > at))
-    question = select(Alert).where(Alert.building_id == building_id, Alert.raised_event_id.is_not(None), *stood)
-    return session.scalars(question.order_by(Alert.id)).all()
-
-
-def is_compared(session: Session, event_id: int) -> bool:
-    """Whether the isolators' stiffness in an event was held against that of earlier ones."""
-    of_event = (DriftValue.event_id == event_id, WatchedSeries.quantity == "stiffness")
-    usable = (DriftValue.is_reference.is_(False), DriftValue.is_beyond.is_(False), DriftValue.is_excluded.is_(False))
-    question = select(DriftValue.id).join(DriftValue.series).where(*of_event, *usable).limit(1)
-    return session.scalar(question) is not None
 
 
 def silences(session: Session, building_id: int) -> Sequence[Silence]:

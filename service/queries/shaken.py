@@ -78,6 +78,12 @@ def open_at(session: Session, building_id: int, at: datetime | None) -> Sequence
     return [(one, states.get(one.id, one.state)) for one in found]
 
 
+def ended(session: Session, building_id: int) -> Sequence[Alert]:
+    """Alerts of the building that have ended and that people were told of, by number."""
+    has_ended = (Alert.building_id == building_id, Alert.closed_at.is_not(None), Alert.activated_at.is_not(None))
+    return session.scalars(select(Alert).where(*has_ended).order_by(Alert.id)).all()
+
+
 def _states(session: Session, numbers: Collection[int], at: datetime) -> dict[int, str]:
     """By alert, its state at that time."""
     question = select(AlertChange.alert_id, AlertChange.state).where(AlertChange.alert_id.in_(numbers))

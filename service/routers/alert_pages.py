@@ -24,6 +24,7 @@ from service.routers.alerts import AlertId, By, SilenceId
 from service.routers.login import reader
 from service.routers.model_pages import Form
 from service.schemas.alerts import AcknowledgeRequest, InspectRequest, PartOut, SilenceRequest
+from service.verdict import reading
 from service.web import alert_answers, alert_requests
 from service.web.parameters import Code, Reading, Writing
 
@@ -48,6 +49,7 @@ def of_building(request: Request, code: Code, sessions: Reading, by: Reader) -> 
             request,
             "alerts",
             building=found,
+            verdict_on=reading.of_building(session, found),
             open_alerts=[one for one in rows if one.closed_at is None],
             ended=[one for one in rows if one.closed_at is not None],
             silences=[one for one in reversed(alerts.silences(session, found.id)) if one.ends_at > now],

@@ -12,6 +12,9 @@ from service.queries.question import Place
 from service.schemas.buildings import BuildingOut, BuildingRow, Buildings, ChannelOut, LevelOut
 from service.schemas.events import EventRow, Events
 from service.schemas.trends import CycleRow, Cycles, ModeRow, Modes, SightingOut, TrackOut, Tracks
+from service.schemas.verdicts import VerdictOut
+from service.verdict import reading
+from service.verdict.documents import assessment_json
 from service.web.answers import Format, document, responses, table
 from service.web.parameters import AnyDirection, Code, Cursor, EventSpan, Limit, MinimumPga, Reading, RowLimit, place
 
@@ -37,6 +40,7 @@ def building(request: Request, code: Code, sessions: Reading) -> Response:
     with sessions() as session:
         found, revision = watched.building(session, code)
         file = described(session, found)
+        verdict = VerdictOut(**assessment_json(reading.of_building(session, found)))
     description = file.description
     answer = BuildingOut(
         code=found.code,
@@ -46,6 +50,7 @@ def building(request: Request, code: Code, sessions: Reading) -> Response:
         rubber_height=description.isolation.rubber_height,
         design_displacement=description.isolation.design_displacement,
         moat_clearance=description.isolation.moat_clearance,
+        verdict=verdict,
         latitude=file.latitude,
         longitude=file.longitude,
         timezone=file.timezone,

@@ -12,6 +12,7 @@ from service.queries import analysis_results, earthquakes, layer_results, watche
 from service.queries.question import Span
 from service.routers.buildings import following
 from service.routers.login import reader
+from service.verdict import reading
 from service.web.parameters import Code, Cursor, Id, Reading, place
 
 STATES = {
@@ -64,7 +65,16 @@ def of_event(request: Request, event_id: Id, sessions: Reading) -> Response:
     with sessions() as session:
         event, analysis = earthquakes.event_with_analysis(session, event_id)
         before, after = earthquakes.neighbours(session, event)
-        return page(request, "event", view=viewed(session, event, analysis), modes=MODES, before=before, after=after)
+        return page(
+            request,
+            "event",
+            view=viewed(session, event, analysis),
+            verdict_on=reading.of_event(session, event),
+            ended=reading.ended_alerts(session, event),
+            modes=MODES,
+            before=before,
+            after=after,
+        )
 
 
 @router.get("/buildings/{code}/events")

@@ -29,7 +29,10 @@ from service.schemas.analyses import (
 from service.schemas.events import EventOut, WaveformOut
 from service.schemas.operations import JobOut
 from service.schemas.requests import AnalysisRequest
+from service.schemas.verdicts import VerdictOut
 from service.settings import Settings
+from service.verdict import reading
+from service.verdict.documents import assessment_json
 from service.web.answers import document, responses
 from service.web.parameters import AnalysisId, Id, Reading, Writing
 
@@ -57,6 +60,7 @@ def event(request: Request, event_id: Id, sessions: Reading, analysis: AnalysisI
             waveforms=[WaveformOut.model_validate(waveform) for waveform in found.waveforms],
             analysis=Provenance.model_validate(shown) if shown else None,
             earlier=[Provenance.model_validate(one) for one in made if one is not shown],
+            verdict=VerdictOut(**assessment_json(reading.of_event(session, found))),
             quality=[FindingOut.model_validate(finding) for finding in shown.quality] if shown else [],
             peaks=peaks(shown, described(session, found.building).description) if shown else [],
             sensors=[SensorOut.model_validate(sensor) for sensor in shown.sensors] if shown else [],

@@ -1,6 +1,5 @@
 """The first page: buildings, the last event and what came of it; no JavaScript."""
 
-from collections import Counter
 from dataclasses import dataclass
 from datetime import datetime
 from typing import Annotated
@@ -17,8 +16,12 @@ from service.queries.question import Span
 from service.routers.event_pages import MODES, View, viewed
 from service.routers.login import reader
 from service.schemas.models import Trend
+from service.verdict import reading
 from service.web import model_answers
 from service.web.parameters import Reading
+
+JUDGED = 50
+"""Buildings whose verdict the list shows; of those behind them their own page has it."""
 
 router = APIRouter(include_in_schema=False, dependencies=[Depends(reader)])
 BuildingCode = Annotated[str | None, Query(pattern=r"^[A-Za-z0-9_-]{1,32}$")]
@@ -35,13 +38,14 @@ def home(request: Request, sessions: Reading, building: BuildingCode = None) -> 
             shown = max(shaken, key=lambda row: row.last)[0]
         views = last_events(session, shown) if shown else []
         models = failing_models(session, shown) if shown else []
-        standing = alerts.standing(session)
+        open_now = alerts.open_counts(session)
         return page(
             request,
             "home",
             buildings=found,
-            standing=Counter(alert.building_id for alert in standing),
-            alerts=[alert for alert in standing if shown is not None and alert.building_id == shown.id],
+            open_alerts=open_now,
+            verdicts={row.Building.id: reading.of_building(session, row.Building) for row in found[:JUDGED]},
+            verdict_on=reading.of_building(session, shown) if shown else None,
             shown=shown and shown.code,
             views=views,
             modes=MODES,

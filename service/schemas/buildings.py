@@ -6,6 +6,7 @@ from pydantic import Field
 
 from core.record import Direction, Quantity
 from service.schemas.answer import Answer, Number
+from service.schemas.verdicts import VerdictOut
 
 
 class BuildingRow(Answer):
@@ -63,6 +64,9 @@ class BuildingOut(Answer):
     latitude: Number | None = Field(description="°; null where not given.")
     longitude: Number | None = Field(description="°; null where not given.")
     timezone: str = Field(description="IANA name.")
+    verdict: VerdictOut = Field(
+        description="On the building now: by its last earthquake, what is open, and whether records arrive."
+    )
     levels: list[LevelOut] = Field(description="From the ground up.")
     channels: list[ChannelOut] = Field(description="The sensors.")
 

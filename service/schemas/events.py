@@ -6,6 +6,7 @@ from pydantic import Field
 
 from service.schemas.analyses import DirectionOut, FindingOut, LayerOut, PeakOut, Provenance, SensorOut
 from service.schemas.answer import Answer, Number
+from service.schemas.verdicts import VerdictOut
 
 
 class EventRow(Answer):
@@ -50,6 +51,9 @@ class EventOut(Answer):
     waveforms: list[WaveformOut] = Field(description="The pieces of its channels.")
     analysis: Provenance | None = Field(description="The analysis that is shown; null before the first.")
     earlier: list[Provenance] = Field(description="The other analyses.")
+    verdict: VerdictOut = Field(
+        description="On the earthquake, by its latest analysis and the alerts that are open now."
+    )
     quality: list[FindingOut] = Field(description="What screening found.")
     peaks: list[PeakOut] = Field(description="Of every channel.")
     sensors: list[SensorOut] = Field(description="Of every channel that could be used.")

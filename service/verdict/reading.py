@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from datetime import datetime
-from math import hypot, sqrt
 
 from sqlalchemy.orm import Session
 
@@ -14,28 +13,21 @@ from service.queries.question import Span
 from service.queue import jobs
 from service.verdict.assessment import ACTIVE, Assessment, Facts, OpenAlert, assess
 from service.verdict.checks import LEVELS, Lacking, Level, Measured
+from service.verdict.measured import (
+    COVERAGE,
+    NO_DISPLACEMENT,
+    NO_RESIDUAL,
+    NOT_COMPARED,
+    measured_displacement,
+    measured_residual,
+)
 from service.verdict.words import NONE_YET
 
-DIRECTIONS = ("x", "y")
-COVERAGE = 2.0
-"""Standard deviations of the 95 % uncertainty."""
 SILENT = ("source", "record")
 """Causes of alerts that say that no records arrive."""
-NO_DISPLACEMENT = Lacking(
-    reason="Nothing measured how far the isolators moved.",
-    remedy="A displacement transducer on the isolators, or an accelerometer on the ground.",
-)
-NO_RESIDUAL = Lacking(
-    reason="No displacement transducer measured where the isolators came to rest.",
-    remedy="A displacement transducer, or a survey of the isolators' position.",
-)
 REFERENCE = Lacking(
     reason="This earthquake belongs to the reference period; only later ones are compared with it.",
     remedy="More earthquakes, until the reference period is complete.",
-)
-NOT_COMPARED = Lacking(
-    reason="This earthquake has not been compared with earlier ones.",
-    remedy="A usable record of the isolators' force and displacement.",
 )
 NO_CYCLE = Lacking(
     reason="It has no cycle that can be compared with earlier earthquakes.",
@@ -87,45 +79,22 @@ def of_building(session: Session, building: Building) -> Assessment:
     )
 
 
+def ended_alerts(session: Session, event: Event) -> tuple[OpenAlert, ...]:
+    """Alerts that have ended, and whose evidence includes the earthquake, or that were open when it happened."""
+    found = [(one, _alert(one, one.state, event)) for one in shaken.ended(session, event.building_id)]
+    return tuple(
+        alert
+        for one, alert in found
+        if alert.rests_here
+        or (one.began_at <= event.start and one.closed_at is not None and one.closed_at > event.start)
+    )
+
+
 def motion(session: Session, analysis: Analysis | None) -> tuple[Measured | Lacking, Measured | Lacking]:
     """m, largest and residual displacement in plan that an analysis found."""
     results = analysis_results.direction_results(session, analysis.id) if analysis else ()
     layer = layer_results.layer_result(session, analysis.id) if analysis else None
     return _displacement(results, layer), _residual(results)
-
-
-def measured_displacement(
-    peaks: Mapping[str, tuple[float, float | None]], resultant: float | None
-) -> Measured | Lacking:
-    """m, largest displacement in plan, of the largest by direction, each with its standard deviation.
-
-    With one direction alone it is a lower bound.
-    """
-    if not peaks:
-        return NO_DISPLACEMENT
-    lacking = [direction for direction in DIRECTIONS if direction not in peaks]
-    if not lacking and resultant is not None:
-        return Measured(value=resultant, uncertainty=_uncertainty([std for _, std in peaks.values()]))
-    value, std = max(peaks.values(), key=lambda one: abs(one[0]))
-    return Measured(
-        value=value,
-        uncertainty=_uncertainty([std]),
-        doubt=f"The displacement in direction {lacking[0]} is not known." if lacking else "It is not known in plan.",
-        remedy=f"Usable sensors in direction {lacking[0]}." if lacking else "",
-    )
-
-
-def measured_residual(left: Mapping[str, tuple[float, float | None]]) -> Measured | Lacking:
-    """m, residual displacement in plan, of that by direction, each with its standard deviation."""
-    if not left:
-        return NO_RESIDUAL
-    lacking = [direction for direction in DIRECTIONS if direction not in left]
-    return Measured(
-        value=hypot(*(value for value, _ in left.values())),
-        uncertainty=_uncertainty([std for _, std in left.values()]),
-        doubt=f"The residual displacement in direction {lacking[0]} is not known." if lacking else "",
-        remedy=f"A displacement transducer in direction {lacking[0]}." if lacking else "",
-    )
 
 
 def _event_facts(session: Session, event: Event, at: datetime | None, silence: str = "") -> Facts:
@@ -181,12 +150,6 @@ def _residual(results: Sequence[DirectionResult]) -> Measured | Lacking:
             if one.residual_displacement is not None
         }
     )
-
-
-def _uncertainty(stds: Sequence[float | None]) -> float | None:
-    """95 %, of a length in plan: as large as it may be, however the errors of the directions go together."""
-    known = [std for std in stds if std is not None]
-    return COVERAGE * sqrt(sum(std**2 for std in known)) if len(known) == len(stds) else None
 
 
 def _stiffness(session: Session, event: Event, description: BuildingDescription) -> dict[str, Measured | Lacking]:

@@ -32,6 +32,15 @@ MEANINGS: Mapping[Level, str] = {
     Level.WATCH: "Within the limits of inspection, but not as before, or an alert is open.",
     Level.NORMAL: "This is not an inspection.",
 }
+STATE_NAMES: Mapping[str, str] = {
+    "active": "active",
+    "acknowledged": "acknowledged",
+    "pending": "under review",
+    "on_hold": "on hold",
+    "resolved": "resolved",
+    "withdrawn": "withdrawn",
+}
+"""States of alerts as people read them."""
 SHOWN: Mapping[str, tuple[str, float]] = {"1": ("%", 1e2), "m": ("mm", 1e3)}
 NONE_YET = "No earthquake has been recorded yet."
 
@@ -78,31 +87,31 @@ def headline(found: Assessment) -> str:
 
 def sentences(found: Assessment) -> Iterator[str]:
     """The verdict in full, the gravest first, with everything that weakens it."""
-    yield f"{found.level.words.capitalize()}. {MEANINGS[found.level]}"
+    level, *rest = opening(found)
+    yield level
     for check in found.of_outcome(Outcome.EXCEEDED):
         yield f"{of_limit(check)}."
+    yield from rest
+    for check in found.of_outcome(Outcome.UNDECIDED):
+        yield " ".join(part for part in (f"Undecided: {title(check)}.", check.reason, check.remedy) if part)
+
+
+def opening(found: Assessment) -> Iterator[str]:
+    """The verdict without its checks."""
+    yield f"{found.level.words.capitalize()}. {MEANINGS[found.level]}"
     if found.unusable:
         yield f"{found.unusable.rstrip('.')}. What the isolators did cannot be assessed; inspect them if it was strong."
     if found.silence:
         yield f"Later earthquakes may have been missed: {found.silence.rstrip('.')}."
     if found.provisional:
         yield f"Provisional: {found.provisional.rstrip('.')}."
-    yield from _counted(found)
+    if found.checks:
+        yield f"{len(found.of_outcome(Outcome.PASSED))} of {len(found.checks)} checks passed."
 
 
 def source(check: Check) -> str:
     """Where the limits come from; empty where there are none."""
     return "" if check.limits is None else check.limits.source
-
-
-def _counted(found: Assessment) -> Iterator[str]:
-    """How many checks passed, and why others are undecided."""
-    total, passed = len(found.checks), len(found.of_outcome(Outcome.PASSED))
-    if total:
-        yield f"{passed} of {total} checks passed."
-    unclear = found.of_outcome(Outcome.UNDECIDED)
-    for check in unclear:
-        yield " ".join(part for part in (f"Undecided: {title(check)}.", check.reason, check.remedy) if part)
 
 
 def _reasons(found: Assessment) -> Iterator[str]:

@@ -31,6 +31,16 @@ GAUGES: dict[str, tuple[str, str | None, Callable[[Session], Counted]]] = {
         "building",
         tallies.failing_sources,
     ),
+    "menshin_verdict": (
+        "The verdict on the building: 0 normal, 1 watch, 2 undecided, 3 no data, 4 inspect, 5 act.",
+        "building",
+        tallies.verdicts,
+    ),
+    "menshin_open_alerts": (
+        "Alerts that are open: active, acknowledged, under review or on hold.",
+        "building",
+        tallies.open_alerts,
+    ),
     "menshin_recordings_refused": ("Files of which nothing could be used.", "building", tallies.refused_recordings),
     "menshin_analyses": ("Analyses done, earlier ones of an event too.", "outcome", tallies.analyses_by_outcome),
     "menshin_deliveries": (

@@ -6,7 +6,8 @@ from typing import Any
 from sqlalchemy import Select, case, func, select
 from sqlalchemy.orm import Session
 
-from service.database import Analysis, Building, Delivery, Event, Job, Receiver, Recording, SourceState
+from service.database import Alert, Analysis, Building, Delivery, Event, Job, Receiver, Recording, SourceState
+from service.verdict import reading
 
 Counted = Mapping[str, float]
 """A number by label; by an empty one where there is but one number."""
@@ -38,6 +39,19 @@ def failing_sources(session: Session) -> Counted:
     """Unix time since which the source has been failing, by code of the building; those that answer are not in it."""
     question = select(Building.code, SourceState.failing_since)
     return _times(session, question.join(SourceState, SourceState.building_id == Building.id))
+
+
+def verdicts(session: Session) -> Counted:
+    """Rank of the verdict by code of the building; 0 is normal, 5 act."""
+    every = session.scalars(select(Building)).all()
+    return {building.code: float(reading.of_building(session, building).level.rank) for building in every}
+
+
+def open_alerts(session: Session) -> Counted:
+    """Number of alerts that have not ended, by code of the building."""
+    is_open = (Alert.building_id == Building.id) & Alert.closed_at.is_(None)
+    question = select(Building.code, func.count(Alert.id)).outerjoin(Alert, is_open)
+    return _counted(session, question.group_by(Building.code))
 
 
 def refused_recordings(session: Session) -> Counted:

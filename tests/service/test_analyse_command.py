@@ -90,6 +90,17 @@ def test_k_eq_falls_with_amplitude_as_the_layer_yields(document: dict[str, Any])
     assert [cycle["shear_strain"] for cycle in cycles] == pytest.approx(amplitude / 0.2)
 
 
+def test_files_alone_are_never_normal(folder: Path, document: dict[str, Any]) -> None:
+    """Without history or design values most checks are undecided, and the terminal says what would settle each."""
+    verdict = document["verdict"]
+    assert verdict["level"] == "undecided"
+    outcomes = {check["name"]: check["outcome"] for check in verdict["checks"]}
+    assert outcomes["stiffness"] == outcomes["largest_so_far"] == outcomes["design_displacement"] == "undecided"
+    said = " ".join(menshin(folder / "event.mseed", "--building", folder / "building.toml").output.split())
+    assert "verdict: undecided: 6 of 7 checks undecided" in said
+    assert "Menshin cannot decide whether the isolators are within their limits" in said
+
+
 def test_the_document_is_json_without_nan(results: Path) -> None:
     def refuse(constant: str) -> None:
         raise AssertionError(constant)

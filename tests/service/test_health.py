@@ -4,6 +4,7 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 from asking import client
+from judged import building_file
 from prometheus_client.parser import text_string_to_metric_families
 from sqlalchemy import text
 from sqlalchemy.orm import Session, sessionmaker
@@ -60,10 +61,13 @@ def test_a_database_that_cannot_be_reached_is_told(tmp_path: Path) -> None:
 def filled(session: Session) -> None:
     """Two buildings; at the first two events, one analysed twice and one that waits."""
     first, second = (Building(code=code, name=code, created_at=START) for code in ("A", "B"))
-    revision = Revision(building=first, number=1, toml="", folder="", created_at=START)
+    revision, other = (
+        Revision(building=one, number=1, toml=building_file(one.code), folder="/", created_at=START)
+        for one in (first, second)
+    )
     made = {"created_at": START, "updated_at": START}
     done, waiting = (Event(building=first, start=START, end=END, state=s, **made) for s in ("refused", "queued"))
-    session.add_all([first, second, revision, done, waiting])
+    session.add_all([first, second, revision, other, done, waiting])
     session.flush()
     jobs = [
         Job(kind="analyse", event_id=event.id, arguments={}, state=state, created_at=START + timedelta(days=day))
@@ -106,6 +110,10 @@ def test_metrics_tell_what_the_database_holds(database_url: str, sessions: sessi
         ("menshin_oldest_waiting_job_timestamp_seconds",): (START + timedelta(days=2)).timestamp(),
         ("menshin_last_good_record_timestamp_seconds", "A"): END.timestamp(),
         ("menshin_source_failing_since_timestamp_seconds", "A"): END.timestamp(),
+        ("menshin_verdict", "A"): 2,
+        ("menshin_verdict", "B"): 3,
+        ("menshin_open_alerts", "A"): 0,
+        ("menshin_open_alerts", "B"): 0,
         ("menshin_recordings_refused", "A"): 1,
         ("menshin_recordings_refused", "B"): 0,
         ("menshin_analyses", "refused"): 1,

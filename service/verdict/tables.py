@@ -1,0 +1,34 @@
+"""An assessment for an engineer at a terminal."""
+
+from collections.abc import Iterator
+
+from rich.console import Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from service.verdict import words
+from service.verdict.assessment import Assessment
+from service.verdict.checks import Check, Outcome
+
+STYLES = {Outcome.EXCEEDED: "bold red", Outcome.UNDECIDED: "yellow", Outcome.PASSED: ""}
+
+
+def checks(found: Assessment) -> RenderableType:
+    """The verdict and its checks, each with its limit and what it rests on."""
+    return Group(*_parts(found))
+
+
+def _parts(found: Assessment) -> Iterator[RenderableType]:
+    yield Text(f"\nverdict: {words.headline(found)}", style="bold")
+    yield Text(" ".join(words.opening(found)))
+    if not found.checks:
+        return
+    table = Table("check", "value (± 95 %)", "limit", "outcome", "source, or what would settle it")
+    for check in found.checks:
+        row = (words.title(check), words.value(check), words.limit(check), check.outcome.value, _ground(check))
+        table.add_row(*(Text(cell) for cell in row), style=STYLES[check.outcome])
+    yield table
+
+
+def _ground(check: Check) -> str:
+    return f"{check.reason} {check.remedy}" if check.outcome is Outcome.UNDECIDED else words.source(check)
