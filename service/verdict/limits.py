@@ -49,5 +49,5 @@ def _shares(shares: tuple[float, float, float], length: float | None, key: str) 
             reason=f"The building file gives no {key}.", remedy=f"Give {key} under [isolation] in the building file."
         )
     watch, inspect, act = shares
-    source = f"{DEFAULT}, over {key} = {plain(length * MM)} mm of the building file"
+    source = f"{DEFAULT}; {key} is {plain(length * MM)} mm in the building file"
     return Limits(watch=watch, inspect=inspect, act=act, source=source)

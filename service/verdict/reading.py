@@ -40,6 +40,7 @@ BEYOND = Lacking(
 EXCLUDED = Lacking(
     reason="A data problem keeps this earthquake out of the comparison.", remedy="Mend the sensor and analyse again."
 )
+PENDING = Lacking(reason="The earthquake has not been analysed yet.", remedy="The analysis, which is under way.")
 STATES: Mapping[str, str] = {
     "gathering": "its files are still coming in",
     "queued": "its analysis has not finished",
@@ -104,6 +105,8 @@ def _event_facts(session: Session, event: Event, at: datetime | None, silence: s
     if analysis is not None and analysis.refusal is not None:
         analysis = None
     displacement, residual = motion(session, analysis)
+    if analysis is None and event.state in STATES:
+        displacement = residual = PENDING
     return Facts(
         unusable=_unusable(event),
         silence=silence,
@@ -113,7 +116,7 @@ def _event_facts(session: Session, event: Event, at: datetime | None, silence: s
         residual=residual,
         largest_earlier=shaken.largest_before(session, event),
         stiffness=_stiffness(session, event, file.description),
-        data_problems=_problems(analysis),
+        data_problems=_problems(analysis) if analysis else (PENDING.reason,),
         alerts=tuple(_alert(one, state, event) for one, state in shaken.open_at(session, building.id, at)),
     )
 
@@ -172,9 +175,7 @@ def _change(wanted: int, value: DriftValue | None) -> Measured | Lacking:
     return Measured(value=value.value, uncertainty=COVERAGE * value.std)
 
 
-def _problems(analysis: Analysis | None) -> tuple[str, ...]:
-    if analysis is None:
-        return ()
+def _problems(analysis: Analysis) -> tuple[str, ...]:
     found = [one for one in analysis.quality if one["severity"] != "note"]
     return tuple(" ".join(filter(None, (one.get("channel"), one["message"]))) for one in found)
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 
-from core.rounding import plain, with_std
+from core.rounding import plain, significant, with_std
 from service.verdict.assessment import (
     DATA,
     DESIGN,
@@ -17,8 +17,8 @@ from service.verdict.checks import Check, Level, Outcome
 
 TITLES: Mapping[str, str] = {
     STRAIN: "Shear strain of the isolators",
-    DESIGN: "Displacement over the design displacement",
-    MOAT: "Displacement over the moat clearance",
+    DESIGN: "Displacement as a share of the design displacement",
+    MOAT: "Displacement as a share of the moat clearance",
     RESIDUAL_OFFSET: "Residual displacement",
     LARGEST: "Displacement against earlier earthquakes",
     STIFFNESS_CHANGE: "Change of stiffness",
@@ -58,6 +58,14 @@ def value(check: Check) -> str:
     unit, factor = SHOWN[check.unit]
     u = check.uncertainty
     return with_std(check.value * factor, None if u is None else abs(u) * factor, unit)
+
+
+def brief(check: Check) -> str:
+    """`148 %`: the value alone, to three digits; empty where there is none."""
+    if check.value is None:
+        return ""
+    unit, factor = SHOWN[check.unit]
+    return f"{significant(check.value * factor)} {unit}"
 
 
 def limit(check: Check) -> str:
@@ -120,7 +128,7 @@ def _reasons(found: Assessment) -> Iterator[str]:
     exceeded = [check for check in worst if check.outcome is Outcome.EXCEEDED]
     if exceeded:
         more = f" and {len(exceeded) - 1} more" if len(exceeded) > 1 else ""
-        yield f"{title(exceeded[0]).lower()} {value(exceeded[0])}{more}"
+        yield f"{title(exceeded[0]).lower()} {brief(exceeded[0])}{more}"
     if found.level is Level.NO_DATA:
         yield (found.unusable or found.silence).rstrip(".")
     if found.level is Level.UNDECIDED:

@@ -43,7 +43,7 @@ def limit_findings(session: Session, building_id: int) -> tuple[Found, ...]:
             raised_event_id=last.id,
             event_ids=tuple(event.id for event, _, _ in over),
             evidence={"level": str(level), "checks": [check.name for check in checks], **_interval(displacement)},
-            summary=f"{words.title(checks[0])}: {words.value(checks[0])}, beyond the limit of {_kind(level)}",
+            summary=f"{words.title(checks[0])}: {words.brief(checks[0])}, beyond the limit of {_kind(level)}",
             sentences=(
                 words.MEANINGS[level],
                 f"This was in the earthquake of {when}. The alert stays until an inspection is recorded on its page.",

@@ -63,7 +63,7 @@ def test_an_earthquake_within_every_limit_is_normal_everywhere(
     for page in ("event", "home"):
         assert "8 of 8 checks passed" in found[page]
         assert "This is not an inspection." in found[page]
-        assert "Menshin's default, over design_displacement = 400 mm of the building file" in found[page]
+        assert "Menshin's default; design_displacement is 400 mm in the building file" in found[page]
     assert "normal: 8 of 8 checks passed" in found["alerts"]
 
 

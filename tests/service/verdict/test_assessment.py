@@ -222,7 +222,7 @@ def test_a_strong_earthquake_names_the_limit_and_its_source() -> None:
     said = " ".join(words.sentences(found))
     assert said.startswith("Inspect. Have the isolators inspected before normal use.")
     assert "Shear strain of the isolators: 147.50 ± 0.20 %, limit 100 % (watch), Menshin's default" in said
-    assert "over design_displacement = 400 mm of the building file" in said
+    assert "design_displacement is 400 mm in the building file" in said
     assert "limit 67 % (inspect)" in said
 
 
@@ -231,6 +231,6 @@ def test_an_undecided_check_says_what_would_settle_it() -> None:
     assert found.level is Level.UNDECIDED
     assert words.headline(found) == "undecided: 1 of 8 checks undecided"
     assert (
-        "Undecided: Displacement over the design displacement. The building file gives no design_displacement. "
+        "Undecided: Displacement as a share of the design displacement. The building file gives no design_displacement. "
         "Give design_displacement under [isolation] in the building file." in words.sentences(found)
     )

@@ -164,11 +164,11 @@ def test_a_strong_earthquake_exceeds_limits_and_says_which(session: Session, of:
     compared(session, event)
     message = told(session, event)
     assert message.severity == "alarm"
-    assert "inspect: displacement over the design displacement 73.75 ± 0.07 %" in message.subject
+    assert "inspect: displacement as a share of the design displacement 73.8 %" in message.subject
     assert "Inspect. Have the isolators inspected before normal use." in message.sentences
     text = " ".join(message.sentences)
     assert "Shear strain of the isolators: 147.50 ± 0.14 %, limit 100 % (watch), Menshin's default" in text
-    assert "design_displacement = 400 mm of the building file" in text
+    assert "design_displacement is 400 mm in the building file" in text
     assert not any(word in said(message) for word in GOOD[1:])
 
 
@@ -231,6 +231,16 @@ def test_an_alert_that_began_later_sends_no_message_about_an_earlier_earthquake_
     updated = messages(session)[-1]
     assert (updated.number, updated.severity) == (2, "note")
     assert not any(word in said(updated) for word in GOOD)
+
+
+def test_an_earthquake_that_waits_for_its_analysis_says_so(session: Session, of: Building) -> None:
+    start = day(5)
+    waiting = Event(building_id=of.id, start=start, end=start, state="queued", created_at=start, updated_at=start)
+    session.add(waiting)
+    assert levels(session, waiting) == {Level.UNDECIDED}
+    found = reading.of_event(session, waiting)
+    assert not found.of_outcome(Outcome.PASSED)
+    assert found.checks[0].reason == "The earthquake has not been analysed yet."
 
 
 def test_a_building_whose_recorder_is_silent_has_no_data(session: Session, of: Building) -> None:
