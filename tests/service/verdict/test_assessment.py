@@ -231,6 +231,7 @@ def test_an_undecided_check_says_what_would_settle_it() -> None:
     assert found.level is Level.UNDECIDED
     assert words.headline(found) == "undecided: 1 of 8 checks undecided"
     assert (
-        "Undecided: Displacement as a share of the design displacement. The building file gives no design_displacement. "
-        "Give design_displacement under [isolation] in the building file." in words.sentences(found)
+        "Undecided: Displacement as a share of the design displacement. The building file gives no "
+        "design_displacement. Give design_displacement under [isolation] in the building file."
+        in words.sentences(found)
     )
