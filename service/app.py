@@ -31,6 +31,7 @@ from service.routers import (
     drift,
     drift_pages,
     effects,
+    error_pages,
     event_pages,
     events,
     fdsnws,
@@ -118,6 +119,7 @@ def create(settings: Settings, visitor: Caller | None = None) -> FastAPI:
     errors.install(app)
     app.add_exception_handler(NulError, errors.of_text)
     app.add_exception_handler(SecretKeyError, errors.of_secret_key)
+    error_pages.install(app)
     api = APIRouter(prefix="/api/v1", dependencies=[Depends(auth.viewer)])
     of_models = (effects, models, model_work, comparisons, diagnoses)
     of_notices = (alerts, audit, receivers, messages)

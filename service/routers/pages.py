@@ -6,6 +6,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, Depends, Query, Request, Response
 from sqlalchemy.orm import Session
+from starlette.responses import RedirectResponse
 
 from service import mode_tracks
 from service.database import Building, ModelVersion
@@ -95,6 +96,12 @@ def last_events(session: Session, building: Building) -> list[View]:
     if any(view.results for view in last):
         return last
     return last + [viewed(session, *pair) for pair in earthquakes.last_analysed(session, building.id)]
+
+
+@router.get("/alerts")
+def all_alerts() -> Response:
+    """The alerts of all buildings stand on the first page."""
+    return RedirectResponse("/", 303)
 
 
 @router.get("/modes")
