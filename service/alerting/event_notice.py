@@ -123,7 +123,9 @@ def _shaken(facts: EventFacts) -> Iterator[str]:
 
 def _alerts(facts: EventFacts) -> Iterator[str]:
     for one in facts.alerts:
-        if one.is_news:
+        if one.is_news and one.kind == "limit":  # the verdict has the rest
+            yield f"{one.summary}. {one.sentences[0]}"
+        elif one.is_news:
             yield " ".join((f"{one.summary}.", *one.sentences[:FOR_EVERYBODY]))
             yield from one.sentences[FOR_EVERYBODY:]
         elif one.is_held_back:

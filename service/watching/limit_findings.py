@@ -45,8 +45,8 @@ def limit_findings(session: Session, building_id: int) -> tuple[Found, ...]:
             evidence={"level": str(level), "checks": [check.name for check in checks], **_interval(displacement)},
             summary=f"{words.title(checks[0])}: {words.brief(checks[0])}, beyond the limit of {_kind(level)}",
             sentences=(
-                words.MEANINGS[level],
                 f"This was in the earthquake of {when}. The alert stays until an inspection is recorded on its page.",
+                words.MEANINGS[level],
                 *(f"{words.of_limit(check)}." for check in checks),
             ),
         ),
