@@ -12,6 +12,7 @@ from core.description import BuildingDescription
 from core.model.isolator import Conditions
 from core.record import Direction, Record
 from core.restoring_force.error_spectrum import ErrorSpectrum
+from core.sensors.integrated_channel import transducer_reading
 
 USUAL_TEMPERATURE = 20.0
 """°C, where none was measured."""
@@ -97,7 +98,7 @@ def observations(
             ground_acceleration=record.find(description.ground.name, "acceleration", direction),
             accelerations=np.array([samples for _, samples in _measured(record, description, direction)]),
             levels=tuple(level for level, _ in _measured(record, description, direction)),
-            transducer=record.find(description.base.name, "displacement", direction) is not None,
+            transducer=transducer_reading(record, description, direction) is not None,
         )
         for direction, history in histories.items()
         for cross in (histories.get(CROSS[direction]),)

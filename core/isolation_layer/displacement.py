@@ -8,6 +8,7 @@ from core.isolation_layer import sine_series
 from core.isolation_layer.equivalent import regression
 from core.isolation_layer.motion import MeasuredMotion, ResidualDisplacement
 from core.signals.clear_band import clear_band, smoothed
+from core.signals.flicker import flicker
 
 START, END = 2.0, 10.0
 """s, of the record's beginning and end whose means the residual displacement is between."""
@@ -22,6 +23,7 @@ def fuse(
     *,
     displacement_noise: float,
     acceleration_noise: float,
+    corner: float = 0.0,
 ) -> MeasuredMotion:
     """Displacement and velocity by Wiener fusion of a displacement and an acceleration record.
 
@@ -37,6 +39,7 @@ def fuse(
         rate: Hz.
         displacement_noise: m, standard deviation of the transducer's white noise.
         acceleration_noise: m/s², the same of the relative acceleration.
+        corner: Hz, at which the flicker noise of the relative acceleration is as strong as its white noise.
 
     Raises:
         RecordError: the two histories differ in length, or hold NaN.
@@ -50,7 +53,10 @@ def fuse(
         raise RecordError("displacement or acceleration holds NaN: mend or cut the gaps first")
     line = _line_between_the_ends(displacement, rate)
     ω = sine_series.angular_frequencies(displacement.size, rate)
-    trust = ω**4 * (displacement_noise / acceleration_noise) ** 2 if acceleration_noise > 0 else np.zeros_like(ω)
+    trust = np.zeros_like(ω)
+    if acceleration_noise > 0:
+        rising = flicker(ω / (2 * np.pi), corner)
+        trust = ω**4 * (displacement_noise / acceleration_noise) ** 2 / rising
     X_d = sine_series.coefficients(displacement - line)
     X_a = -sine_series.coefficients(relative_acceleration - relative_acceleration.mean()) / ω**2
     fused = sine_series.motion((X_d + trust * X_a) / (1 + trust), line, rate)

@@ -1,5 +1,7 @@
 """What do the sensors of a record say about the isolation layer's motion?"""
 
+from dataclasses import replace
+
 import numpy as np
 
 from core.arrays import Vector
@@ -9,11 +11,17 @@ from core.isolation_layer.integration import integrate
 from core.isolation_layer.motion import MeasuredMotion
 from core.quality import Finding
 from core.record import Direction, Record
+from core.sensors.integrated_channel import transducer_reading
 from core.sensors.layer_agreement import agreeing
 from core.sensors.rigid import RigidLevels
+from core.signals.conditioning import quiet_samples
+from core.signals.flicker import record_flicker
 from core.signals.noise import noise_std
 
 Findings = tuple[Finding, ...]
+
+NO_CHANNEL = "no displacement was measured"
+INTEGRAL_CHANNEL = "the displacement channel holds accelerations integrated twice, so no displacement was measured"
 
 
 def layer_motion(
@@ -30,12 +38,15 @@ def layer_motion(
         direction: horizontal.
     """
     base, ground = description.base.name, description.ground.name
-    displacement = record.find(base, "displacement", direction)
+    displacement = transducer_reading(record, description, direction)
     above, below = record.find(base, "acceleration", direction), record.find(ground, "acceleration", direction)
+    name, corner = f"direction {direction}", _flicker(record, description, direction)
     if displacement is not None and above is not None and below is not None:
         above, below = agreeing(displacement, above, below, record.rate)
     relative = None if above is None or below is None else above - below
-    return motion_from(displacement, relative, record.rate, f"direction {direction}")
+    if displacement is None and relative is not None and record.find(base, "displacement", direction) is not None:
+        return _integrated(relative, record.rate, name, INTEGRAL_CHANNEL, corner)
+    return motion_from(displacement, relative, record.rate, name, corner)
 
 
 def layer_torsion(levels: RigidLevels, description: BuildingDescription) -> tuple[MeasuredMotion | None, Findings]:
@@ -53,7 +64,7 @@ def layer_torsion(levels: RigidLevels, description: BuildingDescription) -> tupl
 
 
 def motion_from(
-    displacement: Vector | None, relative_acceleration: Vector | None, rate: float, name: str
+    displacement: Vector | None, relative_acceleration: Vector | None, rate: float, name: str, corner: float = 0.0
 ) -> tuple[MeasuredMotion | None, Findings]:
     """Motion from a transducer's history, from the acceleration above the layer less that below, or from both.
 
@@ -62,37 +73,57 @@ def motion_from(
         relative_acceleration: (n,) m/s², or rad/s².
         rate: Hz.
         name: of what moves, for messages.
+        corner: Hz, at which the accelerometers' flicker noise is as strong as their white noise.
     """
     if displacement is not None:
-        return _measured(displacement, relative_acceleration, rate, name)
+        return _measured(displacement, relative_acceleration, rate, name, corner)
     if relative_acceleration is not None:
-        return _integrated(relative_acceleration, rate, name)
+        return _integrated(relative_acceleration, rate, name, NO_CHANNEL, corner)
     return None, (_warning(f"{name}: neither displacement nor ground acceleration; no motion of the layer"),)
 
 
 def _measured(
-    displacement: Vector, relative: Vector | None, rate: float, name: str
+    displacement: Vector, relative: Vector | None, rate: float, name: str, corner: float
 ) -> tuple[MeasuredMotion | None, Findings]:
     if relative is not None:
         noise = noise_std(np.array([displacement, relative]), rate)
         own, other = float(noise[0]), float(noise[1])
-        return fuse(displacement, relative, rate, displacement_noise=own, acceleration_noise=other), ()
-    motion = differentiate(displacement, rate, displacement_noise=float(noise_std(displacement[None, :], rate)[0]))
+        fused = fuse(displacement, relative, rate, displacement_noise=own, acceleration_noise=other, corner=corner)
+        return _about_rest(fused, own, rate), ()
+    own = float(noise_std(displacement[None, :], rate)[0])
+    motion = differentiate(displacement, rate, displacement_noise=own)
     if motion is None:
         return None, (_warning(f"{name}: the displacement nowhere stands above its noise; no motion of the layer"),)
-    return motion, ()
+    return _about_rest(motion, own, rate), ()
 
 
-def _integrated(relative: Vector, rate: float, name: str) -> tuple[MeasuredMotion | None, Findings]:
-    motion = integrate(relative, rate, acceleration_noise=float(noise_std(relative[None, :], rate)[0]))
+def _about_rest(motion: MeasuredMotion, noise: float, rate: float) -> MeasuredMotion:
+    """With the uncertainty of the position at rest, which is a mean of few samples."""
+    std = np.hypot(motion.displacement_std, noise / np.sqrt(quiet_samples(motion.displacement.size, rate)))
+    return replace(motion, displacement_std=std)
+
+
+def _integrated(
+    relative: Vector, rate: float, name: str, why: str, corner: float
+) -> tuple[MeasuredMotion | None, Findings]:
+    noise = float(noise_std(relative[None, :], rate)[0])
+    motion = integrate(relative, rate, acceleration_noise=noise, corner=corner)
     if motion is None:
-        message = f"{name}: no displacement was measured, and the accelerations nowhere stand above their noise"
+        message = f"{name}: {why}, and the accelerations nowhere stand above their noise"
         return None, (_warning(f"{message}; no motion of the layer"),)
     message = (
-        f"{name}: no displacement was measured; it was integrated from the accelerations and is good above "
+        f"{name}: {why}; it was integrated from the accelerations and is good above "
         f"{motion.band[0]:.2g} Hz, without the layer's residual offset"
     )
     return motion, (Finding("displacement", "note", message, None, motion.band[0]),)
+
+
+def _flicker(record: Record, description: BuildingDescription, direction: Direction) -> float:
+    """Hz, corner of the accelerometers' flicker noise, by what base slab and floors do not move in common."""
+    levels = (description.base, *description.floors)
+    told = [record.find(level.name, "acceleration", direction) for level in levels]
+    series = [samples for samples in told if samples is not None]
+    return record_flicker(np.array(series), record.rate) if told[0] is not None and len(series) > 1 else 0.0
 
 
 def _warning(message: str) -> Finding:

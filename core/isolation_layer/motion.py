@@ -43,6 +43,11 @@ class MeasuredMotion(Motion):
     """None where no transducer measured it: an integral knows none."""
 
     @property
+    def is_integrated(self) -> bool:
+        """Whether it comes from accelerations alone, so that whatever is slower than its band is not in it."""
+        return self.band[0] > 0
+
+    @property
     def peak(self) -> tuple[float, float]:
         """m, largest absolute displacement, and its standard deviation."""
         at = int(np.argmax(np.abs(self.displacement)))

@@ -11,10 +11,14 @@ from core.identification.mode import Mode
 from core.identification.refinement import Refinement, refined
 from core.restoring_force.estimator import InstrumentedSuperstructure, RestoringForce, check
 from core.restoring_force.expansion import assumed_stiffness, expanded, modal_acceleration, static_shapes
+from core.restoring_force.interpolation_error import interpolation_variance
 from core.restoring_force.substructure import modal_force, rigid_force
+from core.signals.flicker import flicker, record_flicker
 from core.signals.noise import noise_std
 
 NAME = "cms"
+LOWEST = 0.1
+"""Hz, below which noise is taken to rise no further: what is slower is filtered out of records."""
 
 
 def estimate(superstructure: InstrumentedSuperstructure) -> RestoringForce:
@@ -96,16 +100,17 @@ def force_of_shapes(
         modes: what the result is to report.
 
     Returns:
-        The force. Its standard deviation is that of the sensors' noise carried through the linear combination, the
-        same at every sample; it does not cover the inertia of the floors without a sensor nor errors in the masses.
+        The force. Its standard deviation is that of the sensors' noise, flicker included, carried through the linear
+        combination, and that of the inertia which the floors without a sensor have beside the interpolation; it does
+        not cover errors in the masses' sum.
     """
     base, floors = superstructure.base_acceleration, superstructure.floor_acceleration
     modal_coordinates = modal_acceleration(shapes, superstructure.measured, floors - base)
     rigid = rigid_force(superstructure.base_mass + superstructure.floor_mass.sum(), base)
     modal = modal_force(superstructure.floor_mass, shapes, modal_coordinates)
-    noise = noise_std(np.vstack([base, floors]), superstructure.rate)
-    std = np.linalg.norm(channel_weights(superstructure, shapes) * noise)
-    return RestoringForce(NAME, rigid + modal, rigid, modal, np.full(base.size, std), modes)
+    weights, noise = channel_weights(superstructure, shapes), _noise(superstructure)
+    variance = np.sum((weights * noise) ** 2) + interpolation_variance(superstructure, weights, noise)
+    return RestoringForce(NAME, rigid + modal, rigid, modal, np.sqrt(variance), modes)
 
 
 def channel_weights(superstructure: InstrumentedSuperstructure, shapes: Matrix) -> Vector:
@@ -117,6 +122,15 @@ def channel_weights(superstructure: InstrumentedSuperstructure, shapes: Matrix) 
     floors = -(superstructure.floor_mass @ shapes) @ linalg.pinv(shapes[superstructure.measured])
     total = superstructure.base_mass + superstructure.floor_mass.sum()
     return np.concatenate([[-total - floors.sum()], floors])
+
+
+def _noise(superstructure: InstrumentedSuperstructure) -> Vector:
+    """(1 + measured,) m/s², standard deviation of the channels' noise, white and flicker."""
+    series, rate = np.vstack([superstructure.base_acceleration, superstructure.floor_acceleration]), superstructure.rate
+    white = noise_std(series, rate)
+    frequency = np.asarray(np.fft.rfftfreq(series.shape[1], 1 / rate), dtype=float)
+    rising = flicker(np.maximum(frequency, LOWEST), record_flicker(series, rate))
+    return np.asarray(white * np.sqrt(np.mean(rising)))
 
 
 def _stiffness(superstructure: InstrumentedSuperstructure) -> Vector:

@@ -58,6 +58,12 @@ class RestoringForce:
     storeys: StoreyStiffness | None = None
     """Of the same superstructure against its design; None where there is none, or nobody gave a stiffness."""
 
+    @property
+    def peak(self) -> tuple[float, float]:
+        """N, largest absolute force, and its standard deviation."""
+        at = int(np.argmax(np.abs(self.force)))
+        return float(abs(self.force[at])), float(self.std[at])
+
 
 def check(superstructure: InstrumentedSuperstructure) -> None:
     """Refuses what no estimator can use.

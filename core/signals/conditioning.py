@@ -25,9 +25,14 @@ def position_at_rest(samples: Vector, rate: float) -> float:
         samples: (n,) without NaN.
         rate: Hz.
     """
-    quiet = samples[: max(1, round(min(QUIET_SHARE * samples.size, LONGEST_QUIET * rate)))]
+    quiet = samples[: quiet_samples(samples.size, rate)]
     at_rest = quiet.std() < AT_REST * samples.std()
     return float(quiet.mean() if at_rest else samples.mean())
+
+
+def quiet_samples(count: int, rate: float) -> int:
+    """Samples of a record's beginning whose mean is its position at rest, of so many at a rate in Hz."""
+    return max(1, round(min(QUIET_SHARE * count, LONGEST_QUIET * rate)))
 
 
 def without_baseline(samples: Vector, rate: float) -> Vector:

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import ndimage, signal
+from scipy import ndimage
 
 from core.arrays import ComplexMatrix, ComplexVector, Matrix, Vector
 from core.restoring_force.error_spectrum import ErrorSpectrum
@@ -11,6 +11,7 @@ from core.smoothing.calibration import Calibration
 from core.smoothing.evaluation import sensor_errors
 from core.smoothing.free_vibration import floors_free_vibration
 from core.smoothing.line_weights import LinearModel, LineWeights, common_factor, line_weights
+from core.smoothing.shape_error import local_mean_square, shape_error
 from core.smoothing.spectral_lines import Lines
 from core.smoothing.superstructure_model import Design, Superstructure, superstructure
 
@@ -20,8 +21,6 @@ MOVING = 15.0
 """Hz, above which the force moves too little for the parameters' uncertainty to matter."""
 COUNTED = 0.999
 """Of the force's variance by the parameters: further directions of their uncertainty are left out."""
-ENVELOPE = 2.0
-"""s, over which the motion's strength is judged."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -38,7 +37,7 @@ class Smoothed:
     """N²/Hz, the same by frequency; what the parameters' uncertainty does, as patterns."""
 
 
-def smoothed(lines: Lines, design: Design, calibration: Calibration, base_mass: float) -> Smoothed:
+def smoothed(lines: Lines, design: Design, calibration: Calibration, base_mass: float, shape: float = 0.0) -> Smoothed:
     """The force F = -Σ m_i a_i over all levels, by the posterior mean of every level's acceleration.
 
     The standard deviation holds the channels' noise, the motion of the floors without a sensor, and the uncertainty
@@ -49,6 +48,7 @@ def smoothed(lines: Lines, design: Design, calibration: Calibration, base_mass: 
         design: of the building.
         calibration: of the superstructure.
         base_mass: kg.
+        shape: as of core.smoothing.shape_error.
     """
     model = LinearModel(lines, design, calibration, calibration.parameters, calibration.structure, base_mass)
     weights, spectra = (
@@ -57,7 +57,10 @@ def smoothed(lines: Lines, design: Design, calibration: Calibration, base_mass: 
     )
     base = np.einsum("lc,cl->l", weights.base, spectra)
     total = base_mass + design.floor_mass.sum()
-    variance = _stationary(weights.noise, lines.samples) + _stationary(weights.motion, lines.samples) * _envelope(lines)
+    shapes = shape_error(model, spectra, shape)
+    motion = _stationary(weights.motion, lines.samples) * _envelope(lines)
+    noise = _excess_noise(lines, calibration) * weights.noise
+    variance = _stationary(noise, lines.samples) + np.maximum(motion, shapes.variance)
     patterns = np.sqrt(max(1.0, calibration.chi_square)) * _by_parameters(model)
     variance += np.sum(patterns**2, axis=0)
     force = _history(_force(model, weights, spectra), lines.samples)
@@ -65,8 +68,18 @@ def smoothed(lines: Lines, design: Design, calibration: Calibration, base_mass: 
         force,
         -total * _history(base, lines.samples),
         np.sqrt(variance),
-        _error(weights.noise + weights.motion, patterns, lines),
+        _error(noise + np.maximum(weights.motion, shapes.power), patterns, lines),
     )
+
+
+def _excess_noise(lines: Lines, calibration: Calibration) -> float:
+    """Power of the noise that the calibration left over, over that of which the quiet part of the record told.
+
+    That part is short; where noise explains all that is left, thousands of lines tell the noise better.
+    """
+    if calibration.hypothesis.is_random:
+        return 1.0
+    return calibration.chi_square * float(calibration.noise[0] / lines.noise[0])
 
 
 def without_free_vibration(
@@ -140,9 +153,7 @@ def _stationary(variance: Vector, samples: int) -> float:
 def _envelope(lines: Lines) -> Vector:
     """(n,) mean square of the channels about each instant, over that of the record."""
     histories = np.fft.irfft(lines.spectra, lines.samples, axis=1)
-    window = signal.windows.hann(max(3, round(ENVELOPE * lines.rate)))
-    strength = signal.fftconvolve((histories**2).sum(axis=0), window / window.sum(), mode="same")
-    strength = np.maximum(strength, 0.0)
+    strength = local_mean_square(histories, lines.rate)
     return np.asarray(strength / strength.mean())
 
 

@@ -92,7 +92,7 @@ def evaluated(
         along: (channels, lines) the h at which the determinant along h is taken; None for that of the parameters.
     """
     lines, design, hypothesis = question.lines, question.design, question.hypothesis
-    structure, scale = superstructure(parameters, design), 1 / np.sqrt(lines.noise)[:, None]
+    structure, scale = superstructure(parameters, design), 1 / np.sqrt(lines.noise_at)
     sensors = scale * sensor_errors(parameters, design.layout, lines.angular)
     inputs = 2 + design.layout.floors if hypothesis.is_random else 1
     given = responses(structure, lines.angular, design.measured, sensors, inputs)
@@ -158,7 +158,7 @@ def amplitudes(here: Evaluation) -> ComplexMatrix:
 def _whitened(question: Question, given: Responses, variances: Variances, scale: Matrix) -> Whitened:
     if not question.hypothesis.is_random:
         return by_noise_alone(given.base)
-    local = scale * local_covariance(question.design) * scale.T
+    local = np.einsum("cl,cd,dl->lcd", scale, local_covariance(question.design), scale)
     rocking, floors = variances.at(question.lines)
     return whitened_by(variance_at(given, rocking, floors / DYNAMIC_SHARE, local, DYNAMIC_SHARE), given.base)
 

@@ -1,42 +1,63 @@
 """Does a calibrated superstructure tell a measured floor from the others better than static interpolation?"""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from core.arrays import Vector
 from core.smoothing.all_floors import without_free_vibration
 from core.smoothing.calibration import Calibration
-from core.smoothing.line_weights import channel_covariance
+from core.smoothing.line_weights import LinearModel, channel_covariance
+from core.smoothing.shape_error import roof_deformation
 from core.smoothing.spectral_lines import Lines
 from core.smoothing.superstructure_model import Design
 from core.smoothing.unmodelled_motion import static_flexibility
 
 
-def left_out_errors(lines: Lines, design: Design, calibration: Calibration) -> tuple[float, float]:
-    """Relative errors of floors between others, each told from all channels but its own.
+@dataclass(frozen=True, slots=True)
+class LeftOut:
+    """How well floors between others are estimated, each from all channels but its own; all 0 where that says nothing.
+
+    It says nothing where no floor lies between others, or where noise alone explains the record.
+    """
+
+    model: float
+    """Relative error by the calibrated superstructure."""
+    static: float
+    """Relative error by static interpolation (Guyan 1965)."""
+    shape: float
+    """Share of the roof's deformation that errors of shape have (core.smoothing.shape_error) to make the model's."""
+
+
+def left_out(lines: Lines, design: Design, calibration: Calibration) -> LeftOut:
+    """Errors of floors between others.
 
     Args:
         lines: that were calibrated by.
         design: of the building.
         calibration: of the superstructure.
-
-    Returns:
-        By the calibrated superstructure, and by static interpolation (Guyan 1965); both 0 where no floor lies between
-        others, or where the record is explained by noise alone.
     """
     inner = np.arange(1, design.measured.size)
     if inner.size == 0 or not calibration.hypothesis.is_random:
-        return 0.0, 0.0
+        return LeftOut(0.0, 0.0, 0.0)
     spectra = without_free_vibration(lines, design, calibration.structure, calibration.parameters)
     covariance = channel_covariance(lines, design, calibration)
-    model, static, power = 0.0, 0.0, 0.0
+    told = LinearModel(lines, design, calibration, calibration.parameters, calibration.structure, 0.0)
+    deformed = _power(roof_deformation(told, spectra))
+    model, static, power, explained, allowed = 0.0, 0.0, 0.0, 0.0, 0.0
     for left in inner:
         others = np.delete(np.arange(len(spectra)), left)
         crossed = covariance[:, [left]][:, :, others]
         weights = np.linalg.solve(covariance[:, others][:, :, others].transpose(0, 2, 1), crossed.transpose(0, 2, 1))
-        model += _power(spectra[left] - np.einsum("lo,ol->l", weights[:, :, 0], spectra[others]))
+        error = _power(spectra[left] - np.einsum("lo,ol->l", weights[:, :, 0], spectra[others]))
+        seen = np.abs(weights[:, :, 0].T) ** 2
+        explained += error - float(np.sum(lines.noise_at[left]) + np.sum(seen * lines.noise_at[others]))
+        allowed += deformed * _beside_others(design, int(left), others)
+        model += error
         static += _power(spectra[left] - _interpolation(design, int(left), others) @ spectra[others])
         power += _power(spectra[left])
-    return float(np.sqrt(model / power)), float(np.sqrt(static / power))
+    shape = np.sqrt(max(explained, 0.0) / allowed) if allowed > 0 else 0.0
+    return LeftOut(float(np.sqrt(model / power)), float(np.sqrt(static / power)), float(shape))
 
 
 def _interpolation(design: Design, left: int, others: np.ndarray) -> Vector:
@@ -46,6 +67,15 @@ def _interpolation(design: Design, left: int, others: np.ndarray) -> Vector:
     seen = flexibility[np.ix_(floors, floors)]
     above = np.linalg.solve(seen, flexibility[floors, design.measured[left - 1]])
     return np.concatenate([[1 - above.sum()], above])
+
+
+def _beside_others(design: Design, left: int, others: np.ndarray) -> float:
+    """Variance of a floor's shape error beside the other sensors, over that of the roof's were it not measured."""
+    flexibility, floors = static_flexibility(design), design.measured[others[1:] - 1]
+    floor = design.measured[left - 1]
+    to_others = flexibility[floors, floor]
+    seen = flexibility[np.ix_(floors, floors)]
+    return float(flexibility[floor, floor] - to_others @ np.linalg.solve(seen, to_others))
 
 
 def _power(spectrum: np.ndarray) -> float:

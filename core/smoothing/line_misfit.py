@@ -87,7 +87,7 @@ def responses(
 
 
 def variance_at(
-    given: Responses, rocking: Vector, floors: Vector, local: Matrix, dynamic_share: float
+    given: Responses, rocking: Vector, floors: Vector, local: Tensor, dynamic_share: float
 ) -> ComplexTensor:
     """(lines, channels, channels) V.
 
@@ -95,14 +95,14 @@ def variance_at(
         given: responses.
         rocking: (lines,) variance of the rocking.
         floors: (lines,) variance of the floors' own motion.
-        local: (channels, channels) covariance of a motion seen at sensors alone, over the noise.
+        local: (lines, channels, channels) covariance of a motion seen at sensors alone, over the noise.
         dynamic_share: of the floors' own motion that acts through the structure; the rest is local.
     """
     _, rocked_by, moved_by = np.split(given.acting, [1, 2])
     through = np.einsum("icl,idl->lcd", moved_by, moved_by.conj(), optimize=True)
     rocked = np.einsum("icl,idl->lcd", rocked_by, rocked_by.conj())
     own = dynamic_share * through + (1 - dynamic_share) * local
-    return np.asarray(rocking[:, None, None] * rocked + floors[:, None, None] * own + np.eye(len(local)))
+    return np.asarray(rocking[:, None, None] * rocked + floors[:, None, None] * own + np.eye(local.shape[1]))
 
 
 def whitened_by(variance: ComplexTensor, base: ComplexMatrix) -> Whitened:

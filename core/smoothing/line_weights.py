@@ -51,7 +51,7 @@ class LineWeights:
 def line_weights(model: LinearModel) -> LineWeights:
     """Posterior mean of the force and of the base slab's acceleration, and the force's variance."""
     lines, design, structure = model.lines, model.design, model.structure
-    given, variance = _responses(model), _input_variances(model)
+    given, variance = channel_responses(model), _input_variances(model)
     weighted, inertia = given.acting * variance[:, None], _inertia(model, given)
     local, carried = _local(model), structure.mass @ static_flexibility(design)
     crossed = np.einsum("il,icl->lc", inertia, weighted.conj())
@@ -60,7 +60,7 @@ def line_weights(model: LinearModel) -> LineWeights:
     inverse = np.linalg.inv(_covariance(model, given.acting, weighted))
     force = np.einsum("lc,lcd->ld", crossed, inverse)
     base = np.einsum("cl,lcd->ld", weighted[0].conj(), inverse)
-    noise = np.abs(force) ** 2 @ lines.noise
+    noise = np.sum(np.abs(force) ** 2 * lines.noise_at.T, axis=1)
     posterior = prior - np.einsum("lc,lc->l", force, crossed.conj()).real
     return LineWeights(force, base, noise, np.maximum(posterior - noise, 0.0))
 
@@ -68,11 +68,11 @@ def line_weights(model: LinearModel) -> LineWeights:
 def channel_covariance(lines: Lines, design: Design, calibration: Calibration) -> ComplexTensor:
     """(lines, channels, channels) of the channels' spectra, as calibrated."""
     model = LinearModel(lines, design, calibration, calibration.parameters, calibration.structure, 0.0)
-    acting = _responses(model).acting
+    acting = channel_responses(model).acting
     return _covariance(model, acting, acting * _input_variances(model)[:, None])
 
 
-def _responses(model: LinearModel) -> Responses:
+def channel_responses(model: LinearModel) -> Responses:
     """Of the channels to all that moves.
 
     What gains and delays have in common is no sensor's error: it stays in the motion.
@@ -104,7 +104,7 @@ def _covariance(model: LinearModel, acting: ComplexTensor, weighted: ComplexTens
     covariance = np.einsum("icl,idl->lcd", weighted, acting.conj(), optimize=True)
     flexibility = static_flexibility(model.design)[np.ix_(measured, measured)]
     covariance[:, 1:, 1:] += _local(model)[:, None, None] * flexibility
-    return np.asarray(covariance + np.diag(model.lines.noise))
+    return np.asarray(covariance + model.lines.noise_at.T[:, :, None] * np.eye(len(model.lines.noise)))
 
 
 def _local(model: LinearModel) -> Vector:
@@ -116,6 +116,6 @@ def _input_variances(model: LinearModel) -> Matrix:
     """(inputs, lines) of the base slab's acceleration, its rocking, and single floors' accelerations."""
     lines = model.lines
     power = ndimage.uniform_filter1d(np.abs(lines.spectra[0]) ** 2, NEIGHBOURS, mode="nearest")
-    base = np.maximum(power - lines.noise[0], 1e-3 * power)
+    base = np.maximum(power - lines.noise_at[0], 1e-3 * power)
     rocking, floors = model.calibration.variances.at(lines)
     return np.vstack([base, rocking, np.tile(floors, (model.design.layout.floors, 1))])[: model.inputs]

@@ -14,7 +14,7 @@ from core.restoring_force.storeys import StoreyStiffness
 from core.smoothing.all_floors import smoothed
 from core.smoothing.calibrated_storeys import storey_stiffness
 from core.smoothing.hypotheses import Choice, chosen
-from core.smoothing.left_out import left_out_errors
+from core.smoothing.left_out import left_out
 from core.smoothing.spectral_lines import Lines, spectral_lines, within
 from core.smoothing.superstructure_model import Design, Layout
 
@@ -55,19 +55,24 @@ def estimate(superstructure: InstrumentedSuperstructure) -> RestoringForce:
             superstructure=_modes(choice),
             storeys=_storeys(superstructure, design, choice),
         )
-    model, static = left_out_errors(choice.lines, design, choice.calibration)
-    if model > static:
-        reason = f"left-out floors are told with an error of {model:.2g} by the model, of {static:.2g} by interpolation"
-        return _fallen_back(superstructure, lines, reason, reliance)
-    return _force(superstructure, lines, design, choice, reliance)
+    beside = left_out(choice.lines, design, choice.calibration)
+    if beside.model > beside.static:
+        errors = f"{beside.model:.2g} by the model, of {beside.static:.2g} by interpolation"
+        return _fallen_back(superstructure, lines, f"left-out floors are told with an error of {errors}", reliance)
+    return _force(superstructure, lines, design, choice, reliance, beside.shape)
 
 
 def _force(
-    superstructure: InstrumentedSuperstructure, lines: Lines, design: Design, choice: Choice, reliance: Reliance
+    superstructure: InstrumentedSuperstructure,
+    lines: Lines,
+    design: Design,
+    choice: Choice,
+    reliance: Reliance,
+    shape: float,
 ) -> RestoringForce:
     bands = choice.lines.band
     whole = replace(lines, noise=choice.lines.noise, band=np.clip(lines.band, bands.min(), bands.max()))
-    found = smoothed(whole, design, choice.calibration, superstructure.base_mass)
+    found = smoothed(whole, design, choice.calibration, superstructure.base_mass, shape)
     return RestoringForce(
         estimator=NAME,
         force=found.force,

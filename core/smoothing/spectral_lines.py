@@ -6,12 +6,15 @@ import numpy as np
 
 from core.arrays import ComplexMatrix, Indices, Matrix, Vector
 from core.restoring_force.estimator import InstrumentedSuperstructure
+from core.signals.flicker import flicker, flicker_corner
 from core.signals.noise import noise_density
 
 BANDS = np.geomspace(0.3, 25.0, 16)
 """Hz, between the bands in which unmodelled motion is of one strength."""
 AT_REST = 0.02
 """Of the largest root mean square over half a second: no more than that above the quietest is rest."""
+LOWEST = 0.1
+"""Hz, below which the noise is taken to rise no further: what is slower is filtered out of records."""
 NOISELESS = 1e-6
 """Of a channel's power: with less noise than a thousandth of its motion the misfit has too many valleys to search."""
 EDGE = 0.5
@@ -29,7 +32,9 @@ class Lines:
     spectra: ComplexMatrix
     """(channels, lines) discrete Fourier transform, the base slab first."""
     noise: Vector
-    """(channels,) mean square of the noise's transform."""
+    """(channels,) mean square of the transform of the noise's white part."""
+    colour: Vector
+    """(lines,) power of all noise over that of its white part."""
     band: Indices
     """(lines,) number of the frequency band, for variances."""
     samples: int
@@ -43,22 +48,36 @@ class Lines:
 
     def chosen(self, places: Indices) -> "Lines":
         """Only the lines at these places."""
-        return replace(self, angular=self.angular[places], spectra=self.spectra[:, places], band=self.band[places])
+        return replace(
+            self,
+            angular=self.angular[places],
+            spectra=self.spectra[:, places],
+            colour=self.colour[places],
+            band=self.band[places],
+        )
+
+    @property
+    def noise_at(self) -> Matrix:
+        """(channels, lines) mean square of the noise's transform."""
+        return self.noise[:, None] * self.colour
 
 
 def spectral_lines(superstructure: InstrumentedSuperstructure) -> Lines:
     """All of the record's spectrum."""
     series = np.vstack([superstructure.base_acceleration, superstructure.floor_acceleration])
     samples, rate = series.shape[1], superstructure.rate
-    frequency = np.fft.rfftfreq(samples, 1 / rate)
-    angular = np.asarray(2 * np.pi * frequency, dtype=float)
+    frequency = np.asarray(np.fft.rfftfreq(samples, 1 / rate), dtype=float)
+    angular = np.asarray(2 * np.pi * frequency)
     spectra = np.fft.rfft(series, axis=1)
     power = np.mean(np.abs(spectra) ** 2, axis=1)
     angular[0] = 1e-3 * angular[1]  # the response at rest is the limit, not 0 / 0
+    noise = np.maximum(noise_density(series, rate) * samples * rate / 2, NOISELESS * power)
+    corner = flicker_corner(spectra, noise, frequency)
     return Lines(
         angular=angular,
         spectra=spectra,
-        noise=np.maximum(noise_density(series, rate) * samples * rate / 2, NOISELESS * power),
+        noise=noise,
+        colour=flicker(np.maximum(frequency, LOWEST), corner),
         band=np.digitize(frequency, BANDS),
         samples=samples,
         rate=rate,

@@ -22,11 +22,12 @@ def improved(here: Evaluation) -> Variances:
 
 def _strengths(here: Evaluation) -> tuple[Matrix, Matrix]:
     """(2, lines) |Bᴴ P z|² and trace Bᴴ P B: of the rocking, and of the floors' own motion."""
-    noise = here.question.lines.noise[1:]
+    lines = here.question.lines
+    noise = lines.noise[1:]
     local = local_covariance(here.question.design)[1:, 1:] / np.sqrt(np.outer(noise, noise))
     factor = np.linalg.cholesky(local)
     alone = np.zeros((len(factor), len(factor) + 1, here.residual.shape[1]), dtype=complex)
-    alone[:, 1:] = factor.T[:, :, None]
+    alone[:, 1:] = factor.T[:, :, None] / np.sqrt(lines.colour)
     alone = here.whitened.of(alone)
     share, through = DYNAMIC_SHARE, here.unmodelled
     met = np.abs(np.einsum("icl,cl->il", through.conj(), here.residual)) ** 2

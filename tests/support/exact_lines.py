@@ -80,6 +80,7 @@ def exact(
         angular=angular,
         spectra=np.vstack([base, floors]),
         noise=np.zeros(DESIGN.layout.channels),
+        colour=np.ones(angular.size),
         band=np.digitize(frequency[inside], BANDS),
         samples=samples,
         rate=RATE,

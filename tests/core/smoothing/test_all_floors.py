@@ -25,7 +25,8 @@ def cut(seed: int) -> Lines:
     spectra = np.fft.rfft(np.random.default_rng(seed).standard_normal((LAYOUT.channels, SAMPLES)), axis=1)
     frequency = np.fft.rfftfreq(SAMPLES, 1 / RATE)
     angular = np.asarray(2 * np.pi * np.maximum(frequency, 1e-3 * frequency[1]), dtype=float)
-    return Lines(angular, spectra, np.array([10.0, 20.0, 30.0]), np.digitize(frequency, BANDS), SAMPLES, RATE, False)
+    noise, colour = np.array([10.0, 20.0, 30.0]), np.ones(angular.size)
+    return Lines(angular, spectra, noise, colour, np.digitize(frequency, BANDS), SAMPLES, RATE, False)
 
 
 def calibration(lines: Lines, seed: int) -> Calibration:
