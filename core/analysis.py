@@ -11,7 +11,7 @@ from core.description import BuildingDescription
 from core.errors import CoreError, ModelError
 from core.estimators import ESTIMATORS
 from core.isolation_layer.axial_load import AxialLoad, axial_load
-from core.isolation_layer.equivalent import EquivalentSegment, cycles, determined, equivalent_segments
+from core.isolation_layer.equivalent import EquivalentSegment, cycles, determined, equivalent_segments, with_slow_errors
 from core.isolation_layer.layer import layer_motion, layer_torsion
 from core.isolation_layer.motion import MeasuredMotion
 from core.quality import Finding
@@ -196,7 +196,8 @@ def _equivalent(
     """
     within = band_passed(motion.displacement, rate, settings.band)
     spans = cycles(within, max(SMALLEST_CYCLE, ABOVE_NOISE * motion.noise))
-    return determined(equivalent_segments(force, motion, rate, spans, description.isolation.rubber_height))
+    found = equivalent_segments(force, motion, rate, spans, description.isolation.rubber_height)
+    return with_slow_errors(determined(found), motion, rate)
 
 
 def _pga(record: Record, description: BuildingDescription) -> float | None:

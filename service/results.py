@@ -139,13 +139,14 @@ def _direction_result(
     name: str, direction: DirectionAnalysis, result: EventAnalysis, description: BuildingDescription
 ) -> DirectionResult:
     force = direction.restoring_force
+    peak, peak_std = force.peak
     return DirectionResult(
         direction=name,
         start=result.start,
         rate=result.rate,
         count=force.force.size,
-        peak_force=float(abs(force.force).max()),
-        force_std=float((force.std**2).mean() ** 0.5),
+        peak_force=peak,
+        force_std=peak_std,
         reliance=None if force.reliance is None else asdict(force.reliance),
         **({} if direction.motion is None else _motion(direction.motion)),
         force=encode(force.force),

@@ -1,14 +1,14 @@
 """Equivalent stiffness and damping of the isolation layer, segment by segment (paper, eq 24-27)."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
 from core.arrays import Matrix, Vector
-from core.isolation_layer.motion import Motion
+from core.isolation_layer.motion import MeasuredMotion, Motion
 
 Span = tuple[int, int]
 """First sample of a segment, and one past its last."""
@@ -85,6 +85,37 @@ def equivalent_segments(
         rubber_height: m, displacement of 100 % shear strain.
     """
     return tuple(_segment(force, motion, rate, span, rubber_height) for span in spans)
+
+
+def with_slow_errors(
+    segments: Sequence[EquivalentSegment], motion: MeasuredMotion, rate: float
+) -> tuple[EquivalentSegment, ...]:
+    """The same, their standard deviations enlarged by the slow motion that an integral of accelerations lacks.
+
+    An error slower than a cycle is nearly a straight line over it. The intercept takes up its mean; its slope, of
+    2π f σ for an error of standard deviation σ below the frequency f, looks like a harmonic of amplitude 2 f T σ over a
+    cycle of T seconds. Of a motion that a transducer measured nothing is added.
+
+    Args:
+        segments: of the motion.
+        motion: of the isolation layer.
+        rate: Hz.
+    """
+    if not motion.is_integrated:
+        return tuple(segments)
+    return tuple(_with_slow_error(segment, motion, rate) for segment in segments)
+
+
+def _with_slow_error(segment: EquivalentSegment, motion: MeasuredMotion, rate: float) -> EquivalentSegment:
+    span = slice(round(segment.start * rate), round(segment.end * rate))
+    length = segment.end - segment.start
+    error = float(np.sqrt(np.mean(motion.displacement_std[span] ** 2))) * min(1.0, 2 * motion.band[0] * length)
+    k_error = abs(segment.k_eq) * error / segment.amplitude
+    return replace(
+        segment,
+        k_eq_std=float(np.hypot(segment.k_eq_std, k_error)),
+        c_eq_std=float(np.hypot(segment.c_eq_std, k_error * length / (2 * np.pi))),
+    )
 
 
 def determined(segments: Sequence[EquivalentSegment]) -> tuple[EquivalentSegment, ...]:

@@ -38,15 +38,18 @@ def layer_motion(
         direction: horizontal.
     """
     base, ground = description.base.name, description.ground.name
-    displacement = transducer_reading(record, description, direction)
+    displacement = record.find(base, "displacement", direction)
     above, below = record.find(base, "acceleration", direction), record.find(ground, "acceleration", direction)
     name, corner = f"direction {direction}", _flicker(record, description, direction)
     if displacement is not None and above is not None and below is not None:
         above, below = agreeing(displacement, above, below, record.rate)
     relative = None if above is None or below is None else above - below
-    if displacement is None and relative is not None and record.find(base, "displacement", direction) is not None:
-        return _integrated(relative, record.rate, name, INTEGRAL_CHANNEL, corner)
-    return motion_from(displacement, relative, record.rate, name, corner)
+    motion, findings = motion_from(displacement, relative, record.rate, name, corner)
+    if motion is None or relative is None or displacement is None:
+        return motion, findings
+    if transducer_reading(record, description, direction) is not None:
+        return motion, findings
+    return _as_an_integral(motion, relative, record.rate, name)
 
 
 def layer_torsion(levels: RigidLevels, description: BuildingDescription) -> tuple[MeasuredMotion | None, Findings]:
@@ -78,7 +81,7 @@ def motion_from(
     if displacement is not None:
         return _measured(displacement, relative_acceleration, rate, name, corner)
     if relative_acceleration is not None:
-        return _integrated(relative_acceleration, rate, name, NO_CHANNEL, corner)
+        return _integrated(relative_acceleration, rate, name, NO_CHANNEL)
     return None, (_warning(f"{name}: neither displacement nor ground acceleration; no motion of the layer"),)
 
 
@@ -103,11 +106,25 @@ def _about_rest(motion: MeasuredMotion, noise: float, rate: float) -> MeasuredMo
     return replace(motion, displacement_std=std)
 
 
-def _integrated(
-    relative: Vector, rate: float, name: str, why: str, corner: float
+def _as_an_integral(
+    motion: MeasuredMotion, relative: Vector, rate: float, name: str
 ) -> tuple[MeasuredMotion | None, Findings]:
+    """A motion from a channel that is an integral, known no better than an integral of the same accelerations."""
+    integral, findings = _integrated(relative, rate, name, INTEGRAL_CHANNEL)
+    if integral is None:
+        return None, findings
+    return replace(
+        motion,
+        displacement_std=integral.displacement_std,
+        velocity_std=integral.velocity_std,
+        band=integral.band,
+        residual=None,
+    ), findings
+
+
+def _integrated(relative: Vector, rate: float, name: str, why: str) -> tuple[MeasuredMotion | None, Findings]:
     noise = float(noise_std(relative[None, :], rate)[0])
-    motion = integrate(relative, rate, acceleration_noise=noise, corner=corner)
+    motion = integrate(relative, rate, acceleration_noise=noise)
     if motion is None:
         message = f"{name}: {why}, and the accelerations nowhere stand above their noise"
         return None, (_warning(f"{message}; no motion of the layer"),)

@@ -38,7 +38,7 @@ class MeasuredMotion(Motion):
     band: tuple[float, float]
     """Hz, for which the motion is good; from 0 where a transducer measured it."""
     noise: float
-    """m, standard deviation of the displacement's noise alone, without what the sensors could not follow."""
+    """m, standard deviation of the displacement's white noise and drift, without what the sensors could not follow."""
     residual: ResidualDisplacement | None = None
     """None where no transducer measured it: an integral knows none."""
 

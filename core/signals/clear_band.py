@@ -21,17 +21,17 @@ SMOOTHING = 2 ** (1 / 4)
 """Factor in frequency, either way, over which a spectrum is averaged."""
 
 
-def drifting_noise(power: Vector, frequency: Vector, noise: Vector) -> Vector:
-    """(k,) power of an accelerometer's noise: what is known of it, and a drift that falls as 1/ω².
+def drifting_noise(power: Vector, frequency: Vector, white_noise: float) -> Vector:
+    """(k,) power of an accelerometer's noise: white, and a drift that falls as 1/ω².
 
     Args:
         power: (k,) (m/s²)², periodogram of the acceleration; white noise has its variance in every bin.
         frequency: (k,) Hz, rising.
-        noise: (k,) (m/s²)², what is known of it.
+        white_noise: m/s², standard deviation.
     """
     lowest = slice(0, max(FEWEST_BINS, int(np.searchsorted(frequency, DRIFT_BELOW))))
-    excess = np.mean(((power - noise) * frequency**2)[lowest])
-    density: Vector = noise + max(float(excess), 0.0) / frequency**2
+    excess = np.mean((power[lowest] - white_noise**2) * frequency[lowest] ** 2)
+    density: Vector = white_noise**2 + max(float(excess), 0.0) / frequency**2
     return density
 
 

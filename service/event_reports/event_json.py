@@ -68,12 +68,13 @@ def as_json(event: EventAnalysis, description: BuildingDescription, settings: An
 
 def _direction(found: DirectionAnalysis, description: BuildingDescription) -> dict[str, Any]:
     force = found.restoring_force
+    peak, std = force.peak
     return {
         "superstructure": {"modes": [_mode(mode, description) for mode in force.modes]},
         "restoring_force": {
             "estimator": force.estimator,
-            "peak": float(np.abs(force.force).max()),
-            "std": float(np.sqrt(np.mean(force.std**2))),
+            "peak": peak,
+            "std": std,
             "reliance": None if force.reliance is None else asdict(force.reliance),
         },
         "motion": None if found.motion is None else _motion(found.motion),
@@ -86,6 +87,7 @@ def _motion(motion: MeasuredMotion) -> dict[str, Any]:
     return {
         "peak": peak,
         "peak_std": std,
+        "source": "integrated from accelerations" if motion.is_integrated else "measured by a transducer",
         "band": motion.band,
         "residual": None if motion.residual is None else asdict(motion.residual),
     }

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 
-import numpy as np
 from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
@@ -48,9 +47,9 @@ def _quality(findings: tuple[Finding, ...]) -> Table:
 
 def _direction(name: str, found: DirectionAnalysis, description: BuildingDescription) -> Iterator[RenderableType]:
     force = found.restoring_force
-    peak, std = np.abs(force.force).max() * KN, np.sqrt(np.mean(force.std**2)) * KN
+    peak, std = (value * KN for value in force.peak)
     yield Text(
-        f"\ndirection {name}: peak force {with_std(float(peak), float(std))} kN (estimator {force.estimator})",
+        f"\ndirection {name}: peak force {with_std(peak, std)} kN (estimator {force.estimator})",
         style="bold",
     )
     if force.reliance is not None:
@@ -80,7 +79,7 @@ def _moved(motion: MeasuredMotion) -> str:
     peak, std = motion.peak
     text = f"peak displacement {with_std(peak * MM, std * MM)} mm"
     if motion.residual is None:
-        return f"{text}, integrated: good above {motion.band[0]:.2g} Hz"
+        return f"{text}, integrated from accelerations: good above {motion.band[0]:.2g} Hz"
     return f"{text}, residual {with_std(motion.residual.value * MM, motion.residual.std * MM)} mm"
 
 

@@ -81,7 +81,7 @@ class DirectionOut(Answer):
 
     direction: str = Field(description="x or y, as the building file names it.")
     peak_force: Number = Field(description="N, largest absolute restoring force.")
-    force_std: Number = Field(description="N, its standard deviation.")
+    force_std: Number = Field(description="N, standard deviation of the force at its peak.")
     reliance: RelianceOut | None = Field(description="Null of an estimator that does not judge itself.")
     peak_displacement: Number | None = Field(description="m; null where nothing measures the layer's displacement.")
     peak_displacement_std: Number | None = Field(description="m; null where there is no peak displacement.")

@@ -13,6 +13,7 @@ from hidden import building as hidden_building
 from hidden import ground as hidden_ground
 from independent import LinearSuperstructure, moved
 from motions import RATE
+from real_building import inertia, superstructure
 from scipy.linalg import eigh
 from truths import (
     MOTIONS,
@@ -28,6 +29,7 @@ from truths import (
 from core.analysis import AnalysisSettings, DirectionAnalysis, analyse
 from core.arrays import Matrix, Vector
 from core.building import storey_stiffness_matrix
+from core.estimators import ESTIMATORS
 from core.paper import BUILDING
 from core.signals.conditioning import without_baseline
 
@@ -197,6 +199,12 @@ def covered(case: Case, estimator: str = "smoother", *, transducer: bool = True)
         _displacement(exact, found),
         *_cycles(exact, found),
     )
+
+
+def covered_on_the_real_building(test: str, floors: tuple[str, ...], estimator: str = "smoother") -> Share:
+    """Share of the force from the base slab and these floors."""
+    found = ESTIMATORS[estimator](superstructure(test, floors))
+    return share(inertia(test), found.force, found.std)
 
 
 def share(truth: Vector, estimate: Vector, std: Vector) -> Share:

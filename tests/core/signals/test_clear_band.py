@@ -25,7 +25,7 @@ def test_white_and_drifting_noise_are_told_apart() -> None:
     rng = np.random.default_rng(1)
     white, drifting = (rng.chisquare(1, FREQUENCY.size) for _ in range(2))
     density = 4e-6 + 1e-8 / FREQUENCY**2
-    found = drifting_noise(4e-6 * white + 1e-8 / FREQUENCY**2 * drifting, FREQUENCY, np.full(FREQUENCY.size, 4e-6))
+    found = drifting_noise(4e-6 * white + 1e-8 / FREQUENCY**2 * drifting, FREQUENCY, 2e-3)
     # six bins of chi-square with one degree of freedom: a factor of three either way is certain
     assert (found < 3 * density).all()
     assert (found > density / 3).all()

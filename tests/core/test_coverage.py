@@ -1,0 +1,50 @@
+"""95 % bands hold what happened: some cases of what `python -m benchmarks.coverage` runs.
+
+Seeds are odd: constants of the estimators were chosen on even ones.
+"""
+
+import numpy as np
+import pytest
+from covered import Case, covered
+from described import bncs, bncs_segments
+from shared import needs_shared
+
+from core.analysis import AnalysisSettings, analyse
+
+LOW, HIGH = 0.90, 0.985
+"""Shares of a record's samples; the issue's 90 to 98 % and what one record of 60 s scatters."""
+WEAK, STRONG = 15.0, 300.0
+
+
+@pytest.mark.parametrize("noise", [0.01, 0.02, 0.05, 0.10])
+@pytest.mark.parametrize(("truth", "peak"), [("another building", WEAK), ("pink noise", STRONG)])
+def test_the_force_of_an_event_with_coloured_noise(truth: str, peak: float, noise: float) -> None:
+    """Flicker noise is what a white level leaves out: with it 51 to 78 % of such records were covered."""
+    found = covered(Case(truth, "AKT013", peak, noise, 1))
+    assert LOW <= found.force.inside <= HIGH
+    assert found.force.width < 1.6 * found.force.error
+    assert found.displacement is not None
+    assert LOW <= found.displacement.inside <= HIGH
+
+
+@pytest.mark.parametrize("noise", [0.01, 0.10])
+def test_the_force_by_static_interpolation(noise: float) -> None:
+    """And the displacement from accelerations alone."""
+    found = covered(Case("finer storeys", "Kobe", WEAK, noise, 1), "cms", transducer=False)
+    assert LOW <= found.force.inside <= HIGH
+    assert LOW <= found.strong.inside <= HIGH
+    assert found.displacement is not None
+    assert found.displacement.inside >= LOW
+
+
+@needs_shared
+def test_the_real_building_from_a_sensor_in_an_unfavourable_place() -> None:
+    """The displacement was integrated: no tenth of a millimetre is known of it, and k_eq no better than that."""
+    found = analyse(bncs_segments("LAC100"), bncs(), AnalysisSettings(sensors=("base slab", "5"))).directions["x"]
+    every = analyse(bncs_segments("LAC100"), bncs(), AnalysisSettings(estimator="cms")).directions["x"]
+    error = np.abs(found.restoring_force.force - every.restoring_force.force)
+    assert LOW <= np.mean(error <= 1.96 * found.restoring_force.std) <= HIGH
+    assert found.motion is not None
+    assert 1e-3 < found.motion.peak[1] < 0.15 * found.motion.peak[0]
+    largest = max(found.equivalent, key=lambda cycle: cycle.amplitude)
+    assert 0.01 < largest.k_eq_std / largest.k_eq < 0.2
