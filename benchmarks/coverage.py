@@ -1,7 +1,7 @@
 """How much of what happened do the 95 % bands of force, displacement and k_eq hold, and how wide are they?
 
     python -m benchmarks.coverage            weak events of an odd seed, into docs/accuracy.md
-    python -m benchmarks.coverage --full     weak and strong events of two motions and the real building, onto the screen
+    python -m benchmarks.coverage --full     strong events and the real building too, onto the screen
     python -m benchmarks.coverage --seed 0   another seed, onto the screen
 
 Constants were chosen on even seeds, and on the first of the real building's records: odd ones are reported. Needs
