@@ -35,7 +35,7 @@ def add(context: typer.Context, file: File) -> None:
     with _session(context) as session:
         building = buildings.add(session, text, file.parent.resolve(), datetime.now(UTC))
         Console().print(f"{building.code} is under watch: {building.name}")
-        _warn_of_a_missing_folder(session, building)
+        _warn(session, building)
 
 
 @app.command("list")
@@ -81,11 +81,11 @@ def update(context: typer.Context, code: Code, file: File) -> None:
             raise buildings.BuildingError(f"{file} describes building {described!r}; a file of {code!r} would do")
         revision = buildings.update_description(session, text, folder, datetime.now(UTC))
         Console().print(f"{code} is described by revision {revision.number}")
-        _warn_of_a_missing_folder(session, revision.building)
+        _warn(session, revision.building)
 
 
-def _warn_of_a_missing_folder(session: "Session", building: "Building") -> None:
-    """A folder that is not there yet may still come: it is no error, but the warning saves a wait in vain."""
+def _warn(session: "Session", building: "Building") -> None:
+    """Warn of a folder that is not there yet, and of mail that cannot be sent; neither is an error."""
     from service import buildings
 
     source = buildings.described(session, building).source
@@ -94,6 +94,10 @@ def _warn_of_a_missing_folder(session: "Session", building: "Building") -> None:
             f"warning: the folder {source.location} does not exist; make it, or correct location in the building file",
             err=True,
         )
+    if settings_in_force().smtp_host is None and any(
+        receiver.kind == "email" for receiver in buildings.described(session, building).receivers
+    ):
+        typer.echo("warning: no mail can be sent to the building's mail receivers: set smtp_host", err=True)
 
 
 @contextmanager

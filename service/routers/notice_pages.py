@@ -39,6 +39,7 @@ def of_building(request: Request, code: Code, sessions: Reading, by: Reader) -> 
         return page(
             request,
             "messages",
+            can_mail=request.app.state.settings.smtp_host is not None,
             building=found,
             receivers=[
                 notice_answers.seen_by(by.role, notice_answers.receiver(row))

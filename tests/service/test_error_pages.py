@@ -68,3 +68,7 @@ def test_a_form_that_is_refused_says_so_without_an_expression(asking: httpx.Clie
     assert answer.status_code in (409, 422)
     assert answer.headers["content-type"].startswith("text/html")
     assert "pattern" not in answer.text
+
+
+def test_the_page_of_the_messages_says_that_no_mail_can_be_sent(asking: httpx.Client) -> None:
+    assert "No mail can be sent" in asking.get("/buildings/TOWER/messages").text
