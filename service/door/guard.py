@@ -172,6 +172,11 @@ class Turn:
         try:
             with self._scope:
                 await self._guard.pass_on(scope, receive, noting)
+        except ExceptionGroup as group:
+            if group.subgroup(TooManyError) is None:
+                raise
+            raise TooManyError(TOO_MANY) from None  # a stream's own tasks wrap it
+        else:
             if self._scope.cancelled_caught and not self._has_ended:
                 await send({"type": "http.response.body", "body": b"", "more_body": False})
         finally:
