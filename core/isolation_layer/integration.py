@@ -8,9 +8,12 @@ from core.errors import RecordError
 from core.isolation_layer import sine_series
 from core.isolation_layer.motion import MeasuredMotion
 from core.signals.clear_band import clear_band, drifting_noise, smoothed
+from core.signals.flicker import flicker
 
 
-def integrate(relative_acceleration: Vector, rate: float, *, acceleration_noise: float) -> MeasuredMotion | None:
+def integrate(
+    relative_acceleration: Vector, rate: float, *, acceleration_noise: float, noise_corner: float = 0.0
+) -> MeasuredMotion | None:
     """Displacement and velocity by double integration of the relative acceleration, where it is clear of its noise.
 
     The integral is damped below the lowest clear frequency (`core.signals.clear_band`) as by a Butterworth filter of
@@ -23,6 +26,7 @@ def integrate(relative_acceleration: Vector, rate: float, *, acceleration_noise:
         relative_acceleration: (n,) m/s², base slab minus ground.
         rate: Hz.
         acceleration_noise: m/s², standard deviation of the relative acceleration's white noise.
+        noise_corner: Hz, at which its flicker noise is as strong; it counts in the standard deviation alone.
 
     Returns:
         None if the acceleration nowhere stands clear of its noise.
@@ -43,8 +47,9 @@ def integrate(relative_acceleration: Vector, rate: float, *, acceleration_noise:
     corner = band[0]
     high_pass = 1 / (1 + (corner / frequency) ** 8)
     moved = sine_series.motion(-sines / ω**2 * high_pass, np.zeros_like(relative_acceleration), rate)
-    left = noise * (high_pass / ω**2) ** 2
-    passed = sine_series.variances(left, ω)
+    damping = (high_pass / ω**2) ** 2
+    left, rising = noise * damping, acceleration_noise**2 * (flicker(frequency, noise_corner) - 1) * damping
+    passed = sine_series.variances(left + rising, ω)
     signal = np.maximum(power - noise, 0.0) / ω**4
     level = np.mean(signal[(frequency >= corner) & (frequency < 2 * corner)])
     slow = np.where(frequency < corner, np.minimum(level, power / ω**4), signal)

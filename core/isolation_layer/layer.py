@@ -81,7 +81,7 @@ def motion_from(
     if displacement is not None:
         return _measured(displacement, relative_acceleration, rate, name, corner)
     if relative_acceleration is not None:
-        return _integrated(relative_acceleration, rate, name, NO_CHANNEL)
+        return _integrated(relative_acceleration, rate, name, NO_CHANNEL, corner)
     return None, (_warning(f"{name}: neither displacement nor ground acceleration; no motion of the layer"),)
 
 
@@ -122,9 +122,11 @@ def _as_an_integral(
     ), findings
 
 
-def _integrated(relative: Vector, rate: float, name: str, why: str) -> tuple[MeasuredMotion | None, Findings]:
+def _integrated(
+    relative: Vector, rate: float, name: str, why: str, corner: float = 0.0
+) -> tuple[MeasuredMotion | None, Findings]:
     noise = float(noise_std(relative[None, :], rate)[0])
-    motion = integrate(relative, rate, acceleration_noise=noise)
+    motion = integrate(relative, rate, acceleration_noise=noise, noise_corner=corner)
     if motion is None:
         message = f"{name}: {why}, and the accelerations nowhere stand above their noise"
         return None, (_warning(f"{message}; no motion of the layer"),)
