@@ -69,6 +69,9 @@ GET /api/v1/models/{model_id}/diagnoses
 GET /api/v1/models/{model_id}/lineage
 GET /api/v1/models/{model_id}/trend
 GET /api/v1/receivers/{receiver_id}
+GET /api/v1/recordings
+GET /alerts
+GET /buildings/{code}/recordings
 GET /api/v1/sources
 GET /buildings/{code}/alerts
 GET /buildings/{code}/drift
