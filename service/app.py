@@ -168,5 +168,9 @@ def openapi(app: FastAPI) -> dict[str, Any]:
         components["schemas"]["Problem"] = Problem.model_json_schema()
         components["securitySchemes"] = SECURITY
         document["security"] = [{name: []} for name in SECURITY]
+        for operation in (one for path in document["paths"].values() for one in path.values()):
+            everywhere = errors.documented(429, *([413] if "requestBody" in operation else []))
+            for status, answer in everywhere.items():
+                operation["responses"].setdefault(str(status), answer)
         app.openapi_schema = document
     return app.openapi_schema

@@ -63,7 +63,7 @@ def invite(sessions: "sessionmaker[Session]", address: str) -> None:
         if has_had_keys(session):
             return
         token = logins.new_link(session, datetime.now(UTC))
-    typer.echo(f"to log in, once, within an hour: {address.rstrip('/')}/login?token={token}")
+    typer.echo(f"Log in as admin (this link works once, within an hour): {address.rstrip('/')}/login?token={token}")
 
 
 @app.command()
