@@ -3,6 +3,7 @@
 ServiceError
 ├── NotFoundError       404, nothing by that name
 ├── ConflictError       409, well formed, but it does not fit what it is asked of
+│   └── FieldsError     the same, by the names of the fields
 ├── TooLargeError       413, more than is taken or given at once
 ├── UnauthorizedError   401, a key is missing or not known
 ├── LoginWantedError    303, a page that wants a key: the form comes next
@@ -57,6 +58,14 @@ class ConflictError(ServiceError):
     """Well formed, but it does not fit what it is asked of."""
 
     status = 409
+
+
+class FieldsError(ConflictError):
+    """Some fields of what was given do not fit; `problems` has by their names what is wrong."""
+
+    def __init__(self, problems: Mapping[str, str]) -> None:
+        super().__init__(f"{'; '.join(f'{name}: {problem}' for name, problem in problems.items())}.")
+        self.problems = problems
 
 
 class UnauthorizedError(ServiceError):

@@ -7,7 +7,7 @@ from sqlalchemy import select, update
 from sqlalchemy.orm import Session
 
 from service.database import Delivery, Receiver
-from service.errors import ConflictError, NotFoundError
+from service.errors import ConflictError, FieldsError, NotFoundError
 from service.receiver_rules import VARIABLE, ReceiverRule, shown_address, wrong_address, wrong_secret
 
 FILE, API = "file", "api"
@@ -30,7 +30,7 @@ def add(session: Session, building_id: int, rule: ReceiverRule, by: str, now: da
         ConflictError: the name is taken, or the address or the secret will not do.
     """
     if any(receiver.name == rule.name for receiver in of_building(session, building_id)):
-        raise ConflictError(f"There is a receiver {rule.name!r} already; another name would do.")
+        raise FieldsError({"name": f"there is a receiver {rule.name!r} already; give another name"})
     _refuse_wrong(rule)
     return _put(session, building_id, rule, API, by, now)
 
@@ -107,8 +107,8 @@ def _refuse_wrong(rule: ReceiverRule) -> None:
         for name, value in given.items()
         if value is not None and value.startswith(VARIABLE)
     }
-    if wrong := [f"{name}: {problem}" for name, problem in problems.items() if problem]:
-        raise ConflictError(f"{'; '.join(wrong)}.")
+    if wrong := {name: problem for name, problem in problems.items() if problem}:
+        raise FieldsError(wrong)
 
 
 def _put(

@@ -88,9 +88,10 @@ def add(request: Request, code: Code, sessions: Writing, by: ByAdmin, form: Form
     except ValidationError as error:
         first = error.errors(include_input=False)[0]
         raise ConflictError(f"{'.'.join(map(str, first['loc']))}: {first['msg']}.") from None
+    can_mail = request.app.state.settings.smtp_host is not None
     with sessions.begin() as session:
         found, _ = watched.building(session, code)
-        row, secret = receiver_requests.add(session, found.id, wanted, by.name, datetime.now(UTC))
+        row, secret = receiver_requests.add(session, found.id, wanted, by.name, datetime.now(UTC), can_mail=can_mail)
         shown = notice_answers.receiver(row)
     if secret is not None:
         return page(request, "receiver_secret", 201, building=found, receiver=shown, secret=secret)

@@ -43,6 +43,7 @@ def of_building(request: Request, code: Code, sessions: Reading) -> Response:
     responses=making(201),
 )
 def add(
+    request: Request,
     code: Code,
     sessions: Writing,
     response: Response,
@@ -51,11 +52,13 @@ def add(
 ) -> ReceiverMade:
     """Let somebody be told of the building, at once of the alerts that are open; it takes an admin's key.
 
-    For a webhook without a secret one is made, and answered this once.
+    For a webhook without a secret one is made, and answered this once. A mail address is refused while no mail server
+    is set.
     """
+    can_mail = request.app.state.settings.smtp_host is not None
     with sessions.begin() as session:
         found, _ = watched.building(session, code)
-        row, secret = receiver_requests.add(session, found.id, wanted, by.name, datetime.now(UTC))
+        row, secret = receiver_requests.add(session, found.id, wanted, by.name, datetime.now(UTC), can_mail=can_mail)
         answer = ReceiverMade(**notice_answers.receiver(row).model_dump(), secret=secret)
     response.headers["Location"] = f"/api/v1/receivers/{answer.id}"
     return answer

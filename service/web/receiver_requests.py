@@ -9,9 +9,14 @@ from sqlalchemy.orm import Session
 from service import receivers
 from service.alerting.newcomers import tell_newcomers
 from service.database import Receiver
-from service.errors import ConflictError
+from service.errors import ConflictError, FieldsError
 from service.receiver_rules import SECRET, SEVERITIES, ReceiverRule, wanted_kinds
 from service.schemas.notices import ReceiverChange, ReceiverRequest
+
+NO_MAIL = (
+    "no mail can be sent, as no mail server is set; set smtp_host, and smtp_port, smtp_security, smtp_user and "
+    "smtp_password as the server needs them, and restart Menshin"
+)
 
 
 def new_secret() -> str:
@@ -20,16 +25,26 @@ def new_secret() -> str:
 
 
 def add(
-    session: Session, building_id: int, wanted: ReceiverRequest, by: str, now: datetime
+    session: Session, building_id: int, wanted: ReceiverRequest, by: str, now: datetime, *, can_mail: bool
 ) -> tuple[Receiver, str | None]:
-    """Let somebody be told of a building.
+    """Add a recipient to a building.
+
+    Args:
+        session: in which the recipient is added.
+        building_id: number of the building.
+        wanted: what is asked for.
+        by: who asks.
+        now: the time.
+        can_mail: whether a mail server is set; without one a mail address is refused.
 
     Returns:
         The receiver, and the secret that was made for it, if one was.
 
     Raises:
-        ConflictError: the name is taken, or the address or the secret will not do.
+        FieldsError: the name is taken, the address or the secret is not valid, or no mail can be sent.
     """
+    if wanted.kind == "email" and not can_mail:
+        raise FieldsError({"kind": NO_MAIL})
     made = new_secret() if wanted.kind == "webhook" and wanted.secret is None else None
     rule = ReceiverRule(
         name=wanted.name,

@@ -38,7 +38,7 @@ OPEN = {"inside_allowed": ("localhost",), "plain_http_allowed": True, "notice_at
 def asking(database_url: str, sessions: sessionmaker[Session]) -> Iterator[TestClient]:
     with sessions.begin() as session:
         buildings.add(session, SMALL + MANAGER, Path("/"), NOW)
-    with client(database_url) as made:
+    with client(database_url, smtp_host="localhost") as made:
         yield made
 
 
@@ -103,6 +103,18 @@ def test_the_files_receivers_are_the_files(asking: TestClient) -> None:
 )
 def test_what_will_not_do_is_refused(asking: TestClient, wrong: dict[str, object], status: int) -> None:
     assert asking.post(RECEIVERS, json={"name": "another"} | wrong).status_code == status
+
+
+def test_a_mail_recipient_is_refused_as_long_as_no_mail_can_be_sent(asking: TestClient, database_url: str) -> None:
+    wanted = {"name": "me", "kind": "email", "address": "me@example.org"}
+    with client(database_url) as without:
+        refused = without.post(RECEIVERS, json=wanted)
+        assert (refused.status_code, refused.headers["content-type"]) == (409, "application/problem+json")
+        assert "no mail can be sent" in refused.json()["detail"]
+        assert "smtp_host" in refused.json()["detail"]
+        assert without.post("/buildings/TOWER/receivers", data=wanted).status_code == 409
+        assert [one["name"] for one in without.get(RECEIVERS).json()["items"]] == ["manager"]
+    assert asking.post(RECEIVERS, json=wanted).status_code == 201
 
 
 def test_a_secret_is_shown_once_and_then_nowhere(
@@ -231,7 +243,7 @@ def test_who_may_do_what(asking: TestClient, program: Hook, sessions: sessionmak
     with sessions.begin() as session:
         key = {role: keys.create(session, role.name, role, NOW) for role in Role}
     wanted = {"name": "other", "kind": "email", "address": "a@b.org"}
-    with client(database_url) as anew:  # the keys are read once a second
+    with client(database_url, smtp_host="localhost") as anew:  # the keys are read once a second
         for role in Role:
             anew.headers["X-API-Key"] = key[role]
             assert anew.get("/api/v1/deliveries").status_code == 200

@@ -65,7 +65,7 @@ def stage(sessions: sessionmaker[Session], database_url: str) -> Iterator[Stage]
         raised(session, of)
         tell(session, of.id, AGE, START + 3 * DAY)
         code = of.code
-    with client(database_url) as asking, mailbox() as box:
+    with client(database_url, smtp_host="localhost") as asking, mailbox() as box:
         settings = Settings(
             disk_reserve=0,
             reminder_interval=0,
