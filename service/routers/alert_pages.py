@@ -1,12 +1,11 @@
 """The pages of the alerts and their forms; no JavaScript."""
 
 from datetime import UTC, datetime, timedelta
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any
 from zoneinfo import ZoneInfo
 
 from fastapi import APIRouter, Depends, Request, Response
-from pydantic import BaseModel, ValidationError
-from sqlalchemy.orm import Session
+from sqlalchemy.orm import Session, sessionmaker
 from starlette.responses import RedirectResponse
 
 from core.drift.watched import quantity
@@ -17,30 +16,37 @@ from service.alerting.states import MEANINGS, NAMES
 from service.alerting.words import of_cause, of_span, of_subject, of_time, quantity_of
 from service.buildings import described
 from service.database import Alert, Building, DirectionResult
-from service.errors import ConflictError
 from service.pages.rendering import page
 from service.queries import alerts, analysis_results, earthquakes, watched
 from service.routers.alerts import AlertId, By, SilenceId
 from service.routers.login import reader
-from service.routers.model_pages import Form
 from service.schemas.alerts import AcknowledgeRequest, InspectRequest, PartOut, SilenceRequest
 from service.verdict import reading
 from service.web import alert_answers, alert_requests
+from service.web.forms import NOT_REFUSED, Form, Refused, checked, taken
 from service.web.parameters import Code, Reading, Writing
 
 router = APIRouter(include_in_schema=False)
 
-Wanted = TypeVar("Wanted", bound=BaseModel)
 Reader = Annotated[Caller, Depends(reader)]
 LISTED = 200
 """Alerts of a building that its page lists, the latest first."""
 REFERENCES = (ending.AS_BEFORE, ending.FROM_NOW, ending.SINCE_IT_BEGAN)
 """What the form offers as the start of a new reference period."""
+LONGEST = 24 * 365
+"""h that a silence may last."""
 
 
 @router.get("/buildings/{code}/alerts")
 def of_building(request: Request, code: Code, sessions: Reading, by: Reader) -> Response:
     """The building's alerts, those that have not ended first, and its silences."""
+    return _listed(request, code, sessions, by)
+
+
+def _listed(
+    request: Request, code: str, sessions: sessionmaker[Session], by: Caller, refused: Refused = NOT_REFUSED
+) -> Response:
+    """The building's alerts, with a form of the page that was refused."""
     now = datetime.now(UTC)
     with sessions() as session:
         found, _ = watched.building(session, code)
@@ -48,6 +54,8 @@ def of_building(request: Request, code: Code, sessions: Reading, by: Reader) -> 
         return page(
             request,
             "alerts",
+            refused.status,
+            refused=refused,
             building=found,
             verdict_on=reading.of_building(session, found),
             open_alerts=[one for one in rows if one.closed_at is None],
@@ -62,6 +70,13 @@ def of_building(request: Request, code: Code, sessions: Reading, by: Reader) -> 
 @router.get("/alerts/{alert_id}")
 def of_alert(request: Request, alert_id: AlertId, sessions: Reading, by: Reader) -> Response:
     """An alert: what happened, what it rests on, its history, who was told, and what can be done about it."""
+    return _shown(request, alert_id, sessions, by)
+
+
+def _shown(
+    request: Request, alert_id: int, sessions: sessionmaker[Session], by: Caller, refused: Refused = NOT_REFUSED
+) -> Response:
+    """An alert, with a form of the page that was refused."""
     now = datetime.now(UTC)
     with sessions() as session:
         found = alerts.alert(session, alert_id)
@@ -69,6 +84,8 @@ def of_alert(request: Request, alert_id: AlertId, sessions: Reading, by: Reader)
         return page(
             request,
             "alert",
+            refused.status,
+            refused=refused,
             consequences=ending.consequences(session, found, zone),
             building=found.building,
             alert=alert_answers.whole(session, found, now),
@@ -79,41 +96,52 @@ def of_alert(request: Request, alert_id: AlertId, sessions: Reading, by: Reader)
 
 
 @router.post("/alerts/{alert_id}/acknowledge")
-def acknowledge(alert_id: AlertId, sessions: Writing, by: By, form: Form) -> Response:
+def acknowledge(request: Request, alert_id: AlertId, sessions: Writing, by: By, form: Form) -> Response:
     """Take the alert on, and show it."""
-    wanted = _checked(AcknowledgeRequest, form)
-    with sessions.begin() as session:
-        found = alerts.alert(session, alert_id)
-        handling.acknowledge(session, found, alert_requests.person(by, wanted.name), wanted.note, datetime.now(UTC))
-    return RedirectResponse(f"/alerts/{alert_id}", 303)
+
+    def act() -> Response:
+        wanted = checked(AcknowledgeRequest, form)
+        with sessions.begin() as session:
+            found, who = alerts.alert(session, alert_id), alert_requests.person(by, wanted.name)
+            handling.acknowledge(session, found, who, wanted.note, datetime.now(UTC))
+        return RedirectResponse(f"/alerts/{alert_id}", 303)
+
+    return taken("acknowledge", form, act, lambda refused: _shown(request, alert_id, sessions, by, refused))
 
 
 @router.post("/alerts/{alert_id}/inspect")
 def inspect(request: Request, alert_id: AlertId, sessions: Writing, by: By, form: Form) -> Response:
     """End the alert by what was found, and show it."""
     now, age = datetime.now(UTC), timedelta(seconds=request.app.state.settings.message_age)
-    reference = form.pop("reference", ending.AS_BEFORE)
-    if reference not in REFERENCES:
-        raise ConflictError(f"There is no choice {reference!r}; {', '.join(REFERENCES)} would do.")
-    wanted = _checked(InspectRequest, form)
-    with sessions.begin() as session:
-        found, who = alerts.alert(session, alert_id), alert_requests.person(by, wanted.name)
-        begins = ending.reference_from(found, reference, now)
-        alert_requests.inspect(session, found, who, wanted.outcome, wanted.note, begins, age, now)
-    return RedirectResponse(f"/alerts/{alert_id}", 303)
+    reference = form.get("reference", ending.AS_BEFORE)
+
+    def act() -> Response:
+        strange = None if reference in REFERENCES else "choose one of these reference periods"
+        wanted = checked(InspectRequest, form, {"reference": strange})
+        with sessions.begin() as session:
+            found, who = alerts.alert(session, alert_id), alert_requests.person(by, wanted.name)
+            begins = ending.reference_from(found, reference, now)
+            alert_requests.inspect(session, found, who, wanted.outcome, wanted.note, begins, age, now)
+        return RedirectResponse(f"/alerts/{alert_id}", 303)
+
+    return taken("inspect", form, act, lambda refused: _shown(request, alert_id, sessions, by, refused))
 
 
 @router.post("/buildings/{code}/silences")
-def silence(code: Code, sessions: Writing, by: By, form: Form) -> Response:
+def silence(request: Request, code: Code, sessions: Writing, by: By, form: Form) -> Response:
     """Tell nobody of some alerts for a while, and show all of them."""
-    hours = form.pop("hours", "")
-    if not (hours.isascii() and hours.isdigit() and 0 < int(hours[:6]) <= 24 * 365):
-        raise ConflictError(f"A silence cannot last {hours!r} hours; a whole number up to {24 * 365} would do.")
-    now = datetime.now(UTC)
-    wanted = _checked(SilenceRequest, form | {"until": f"{now + timedelta(hours=int(hours)):%Y-%m-%dT%H:%M:%SZ}"})
-    with sessions.begin() as session:
-        alert_requests.silence(session, code, wanted.pattern, wanted.until, wanted.reason, by.name, now)
-    return RedirectResponse(f"/buildings/{code}/alerts", 303)
+    now, hours = datetime.now(UTC), form.get("hours", "")
+
+    def act() -> Response:
+        fits = hours.isascii() and hours.isdigit() and 0 < int(hours[:6]) <= LONGEST
+        until = now + timedelta(hours=int(hours) if fits else 1)
+        wrong = None if fits else f"give a whole number of hours from 1 to {LONGEST}"
+        wanted = checked(SilenceRequest, form | {"until": f"{until:%Y-%m-%dT%H:%M:%SZ}"}, {"hours": wrong})
+        with sessions.begin() as session:
+            alert_requests.silence(session, code, wanted.pattern, wanted.until, wanted.reason, by.name, now)
+        return RedirectResponse(f"/buildings/{code}/alerts", 303)
+
+    return taken("silence", form, act, lambda refused: _listed(request, code, sessions, by, refused))
 
 
 @router.post("/silences/{silence_id}/end")
@@ -156,12 +184,3 @@ def _size(cause: str, part: PartOut) -> str:
     if name is None or part.drift is None or part.low is None or part.high is None:
         return ""
     return interval(quantity(name), part.drift, part.low, part.high)
-
-
-def _checked(model: type[Wanted], form: dict[str, str]) -> Wanted:
-    """The fields of a form, an empty one as if it were not there; what is wrong with them is told."""
-    try:
-        return model.model_validate({name: value for name, value in form.items() if value})
-    except ValidationError as error:
-        wrong = [f"{'.'.join(map(str, one['loc']))}: {one['msg']}" for one in error.errors()]
-        raise ConflictError(f"The form cannot be taken so: {'; '.join(wrong)}.") from None

@@ -1,6 +1,7 @@
 """How people with a browser come in: an API key or a link, shown once, begins a session that lives on the server."""
 
 import re
+from dataclasses import replace
 from datetime import UTC, datetime
 from math import ceil
 from typing import Annotated, Literal, TypedDict
@@ -17,6 +18,7 @@ from service.access.auth import COOKIE, SAFE_COOKIE, Caller, is_cross_site, is_s
 from service.errors import ForbiddenError, LoginWantedError, UnauthorizedError
 from service.pages.rendering import page
 from service.web import bodies
+from service.web.forms import NOT_REFUSED, Refused
 
 OURS = re.compile(r"/([a-z]+(/[\w-]+)*)?(\?[\w=&%.-]*)?", re.ASCII)
 MOST = 4096
@@ -69,7 +71,7 @@ async def form(
 ) -> Response:
     """The form that asks for a key; with the token of a link, in at once."""
     if token is None:
-        return page(request, "login", onward=onward(next))
+        return _asked(request, next)
     return await begun(request, token, is_link=True, wanted=next)
 
 
@@ -99,19 +101,25 @@ async def begun(request: Request, secret: str, *, is_link: bool, wanted: str) ->
     """In, with a new session, or the form again; an address that was refused too often waits."""
     address, attempts = address_of(request), request.app.state.attempts
     if wait := ceil(attempts.wait(address)):
-        answer = page(request, "login", 429, onward=onward(wanted), refusal=TOO_OFTEN)
+        answer = _asked(request, wanted, Refused("login", words=TOO_OFTEN, status=429))
         answer.headers["Retry-After"] = str(wait)
         return answer
     cookie = await to_thread.run_sync(_new_session, request, secret, is_link)
     if cookie is None:
         attempts.refuse(address)
-        return page(request, "login", 401, onward=onward(wanted), refusal=SPENT if is_link else UNKNOWN)
+        why = Refused("login", words=SPENT) if is_link else Refused("login", problems={"key": UNKNOWN})
+        return _asked(request, wanted, replace(why, status=401))
     request.app.state.callers.forget()
     answer = RedirectResponse(onward(wanted), 303)
     secure = is_secure(request)
     lasts = int(request.app.state.settings.login_lifetime)
     answer.set_cookie(SAFE_COOKIE if secure else COOKIE, cookie, lasts, **flags(secure=secure))
     return answer
+
+
+def _asked(request: Request, wanted: str, refused: Refused = NOT_REFUSED) -> Response:
+    """The form that asks for a key, and why the last one was refused."""
+    return page(request, "login", refused.status, onward=onward(wanted), refused=refused)
 
 
 def _new_session(request: Request, secret: str, is_link: bool) -> str | None:

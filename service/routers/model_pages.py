@@ -3,7 +3,6 @@
 from collections.abc import Callable, Mapping
 from datetime import UTC, datetime
 from typing import Annotated
-from urllib.parse import parse_qs
 
 from fastapi import APIRouter, Depends, Query, Request, Response
 from sqlalchemy.orm import Session, sessionmaker
@@ -13,14 +12,15 @@ from core.effects import EFFECTS
 from service.access.auth import Caller, Role, engineer
 from service.buildings import described
 from service.database import ModelComparison, ModelVersion
-from service.errors import ConflictError, NotFoundError, ServiceError, TooManyRequestsError
+from service.errors import ConflictError, FieldsError, NotFoundError
 from service.modelling import model_requests, models
 from service.pages.rendering import page
 from service.queries import diagnoses, versions, watched, work
 from service.queue.jobs import UNDER_WAY
 from service.routers.effects import EffectName, answered
 from service.routers.login import reader
-from service.web import bodies, model_answers
+from service.web import model_answers
+from service.web.forms import NOT_REFUSED, Form, Refused, taken
 from service.web.parameters import LARGEST, Code, ModelId, Reading, Writing
 from service.workbench.effect_sheets import families
 
@@ -36,19 +36,31 @@ OFFERED = 50
 """Events that a page offers to leave out, the latest first."""
 HOLD_OUT = "hold_out_"
 """Begins the names of a form's boxes for the events to leave out."""
-MOST = 64 * 1024
-"""Bytes of a posted form."""
 
 
 @router.get("/buildings/{code}/models")
 def of_building(request: Request, code: Code, sessions: Reading, by: Reader) -> Response:
     """The building's models, the latest first."""
+    return _listed(request, code, sessions, by)
+
+
+def _listed(
+    request: Request, code: str, sessions: sessionmaker[Session], by: Caller, refused: Refused = NOT_REFUSED
+) -> Response:
+    """The building's models, with the form to make one if it was refused."""
     with sessions() as session:
         found, _ = watched.building(session, code)
         rows = model_answers.rows(session, versions.versions(session, found.id, None, None, None, VERSIONS))
         directions = described(session, found).description.horizontal_directions
         return page(
-            request, "models", building=found, models=rows, directions=directions, may_work=by.role >= Role.engineer
+            request,
+            "models",
+            refused.status,
+            refused=refused,
+            building=found,
+            models=rows,
+            directions=directions,
+            may_work=by.role >= Role.engineer,
         )
 
 
@@ -70,8 +82,7 @@ def _shown_model(
     sessions: sessionmaker[Session],
     by: Caller,
     comparison: int | None = None,
-    form: Mapping[str, str] | None = None,
-    refusal: ServiceError | None = None,
+    refused: Refused = NOT_REFUSED,
 ) -> Response:
     """A model's page; of a form that was refused it says why, and keeps what was ticked."""
     with sessions() as session:
@@ -83,7 +94,8 @@ def _shown_model(
         return page(
             request,
             "model",
-            200 if refusal is None else refusal.status,
+            refused.status,
+            refused=refused,
             building=found.building,
             model=model,
             lineage=model_answers.rows(session, versions.lineage(session, model_id)),
@@ -92,9 +104,7 @@ def _shown_model(
             shown=_shown([one for one, _ in compared], comparison),
             jobs=jobs,
             followed=next((job.id for job in jobs if job.state in UNDER_WAY), None),
-            ticked=model.left_out if form is None else _ticked(form),
-            chosen=None if form is None else form.get("effect"),
-            refusal=refusal,
+            ticked=_ticked(refused.given) if refused else model.left_out,
             offered=there[: -OFFERED - 1 : -1],
             diagnoses=diagnoses.diagnoses(session, model_id, None, JOBS),
             addable=[name for name in EFFECTS if name not in found.effects],
@@ -126,23 +136,19 @@ def effect(request: Request, name: EffectName, _: Reader) -> Response:
     return page(request, "effect", effect=answered(name, EFFECTS[name]))
 
 
-async def posted(request: Request) -> dict[str, str]:
-    """The fields of a form, each once."""
-    return {name: values[-1].strip() for name, values in parse_qs(await bodies.text(request, MOST)).items()}
-
-
-Form = Annotated[dict[str, str], Depends(posted)]
-
-
 @router.post("/buildings/{code}/models")
-def make(code: Code, sessions: Writing, by: By, form: Form) -> Response:
+def make(request: Request, code: Code, sessions: Writing, by: By, form: Form) -> Response:
     """Make the first model of a direction by the design, and show it."""
     direction = form.get("direction", "")
-    if direction not in models.DIRECTIONS:
-        raise ConflictError(f"There is no direction {direction!r}; x, y or xy would do.")
-    with sessions.begin() as session:
-        made = model_requests.make(session, code, direction, None, "", by.name, datetime.now(UTC))
-    return RedirectResponse(f"/models/{made.id}", 303)
+
+    def act() -> Response:
+        if direction not in models.DIRECTIONS:
+            raise FieldsError({"direction": f"there is no direction {direction!r}; choose x, y or xy"})
+        with sessions.begin() as session:
+            made = model_requests.make(session, code, direction, None, "", by.name, datetime.now(UTC))
+        return RedirectResponse(f"/models/{made.id}", 303)
+
+    return taken("model", form, act, lambda refused: _listed(request, code, sessions, by, refused))
 
 
 @router.post("/models/{model_id}/accept")
@@ -201,12 +207,13 @@ def _asked(
     ask: Callable[[Session, ModelVersion], None],
 ) -> Response:
     """Queue work on a model; where that is refused, the page says why and the form keeps what it had."""
-    try:
+
+    def act() -> Response:
         with sessions.begin() as session:
             ask(session, versions.version(session, model_id))
-    except (ConflictError, TooManyRequestsError) as refusal:
-        return _shown_model(request, model_id, sessions, by, form=form, refusal=refusal)
-    return RedirectResponse(f"/models/{model_id}", 303)
+        return RedirectResponse(f"/models/{model_id}", 303)
+
+    return taken("improve", form, act, lambda refused: _shown_model(request, model_id, sessions, by, refused=refused))
 
 
 def _ticked(form: Mapping[str, str]) -> set[int]:

@@ -1,25 +1,23 @@
 """The pages of who is told of a building, what they were told, and whether it arrived; no JavaScript."""
 
 from datetime import UTC, datetime
-from typing import Annotated
+from typing import Annotated, get_args
 
 from fastapi import APIRouter, Depends, Request, Response
-from pydantic import ValidationError
-from sqlalchemy.orm import Session
+from sqlalchemy.orm import Session, sessionmaker
 from starlette.responses import RedirectResponse
 
 from service import receivers as told_of
 from service.access.auth import Caller, Role, admin, engineer
 from service.database import Message
-from service.errors import ConflictError
 from service.notices import claims, drill
 from service.pages.rendering import page
 from service.queries import told, watched
-from service.receiver_rules import SEVERITIES, WANTED_KINDS
+from service.receiver_rules import SEVERITIES, WANTED_KINDS, ReceiverKind
 from service.routers.login import reader
-from service.routers.model_pages import Form
 from service.schemas.notices import DeliveryRow, ReceiverRequest
 from service.web import notice_answers, receiver_requests
+from service.web.forms import NOT_REFUSED, Form, Refused, checked, taken
 from service.web.parameters import Code, DeliveryId, MessageId, Reading, ReceiverId, Writing
 
 router = APIRouter(include_in_schema=False)
@@ -34,11 +32,20 @@ LATEST = 100
 @router.get("/buildings/{code}/messages")
 def of_building(request: Request, code: Code, sessions: Reading, by: Reader) -> Response:
     """Who is told of the building, and what became of the latest messages."""
+    return _listed(request, code, sessions, by)
+
+
+def _listed(
+    request: Request, code: str, sessions: sessionmaker[Session], by: Caller, refused: Refused = NOT_REFUSED
+) -> Response:
+    """Recipients and messages of the building, with the form to add one if it was refused."""
     with sessions() as session:
         found, _ = watched.building(session, code)
         return page(
             request,
             "messages",
+            refused.status,
+            refused=refused,
             can_mail=request.app.state.settings.smtp_host is not None,
             building=found,
             receivers=[
@@ -50,6 +57,7 @@ def of_building(request: Request, code: Code, sessions: Reading, by: Reader) -> 
                 for row in told.messages(session, found.id, None, LATEST)
             ],
             kinds=WANTED_KINDS,
+            ways=get_args(ReceiverKind),
             severities=SEVERITIES,
             may_work=by.role >= Role.engineer,
             may_add=by.role >= Role.admin,
@@ -77,25 +85,22 @@ def of_message(request: Request, message_id: MessageId, sessions: Reading, by: R
 @router.post("/buildings/{code}/receivers")
 def add(request: Request, code: Code, sessions: Writing, by: ByAdmin, form: Form) -> Response:
     """Let somebody be told of the building; a secret that was made is shown this once."""
-    given: dict[str, object] = {name: value for name, value in form.items() if name in ("name", "kind", "address")}
-    given |= {"secret": form.get("secret") or None}
-    given |= {
-        name: [value for value in values if f"{name}_{value}" in form] or None
-        for name, values in (("kinds", WANTED_KINDS), ("severities", SEVERITIES))
-    }
-    try:
-        wanted = ReceiverRequest.model_validate(given)
-    except ValidationError as error:
-        first = error.errors(include_input=False)[0]
-        raise ConflictError(f"{'.'.join(map(str, first['loc']))}: {first['msg']}.") from None
+    given: dict[str, object] = {name: form.get(name) for name in ("name", "kind", "address", "secret")}
+    for name, values in (("kinds", WANTED_KINDS), ("severities", SEVERITIES)):
+        given[name] = [value for value in values if f"{name}_{value}" in form]
     can_mail = request.app.state.settings.smtp_host is not None
-    with sessions.begin() as session:
-        found, _ = watched.building(session, code)
-        row, secret = receiver_requests.add(session, found.id, wanted, by.name, datetime.now(UTC), can_mail=can_mail)
-        shown = notice_answers.receiver(row)
-    if secret is not None:
-        return page(request, "receiver_secret", 201, building=found, receiver=shown, secret=secret)
-    return RedirectResponse(f"/buildings/{code}/messages", 303)
+
+    def act() -> Response:
+        wanted, now = checked(ReceiverRequest, given), datetime.now(UTC)
+        with sessions.begin() as session:
+            found, _ = watched.building(session, code)
+            row, secret = receiver_requests.add(session, found.id, wanted, by.name, now, can_mail=can_mail)
+            shown = notice_answers.receiver(row)
+        if secret is not None:
+            return page(request, "receiver_secret", 201, building=found, receiver=shown, secret=secret)
+        return RedirectResponse(f"/buildings/{code}/messages", 303)
+
+    return taken("receiver", form, act, lambda refused: _listed(request, code, sessions, by, refused))
 
 
 @router.post("/receivers/{receiver_id}/remove")
