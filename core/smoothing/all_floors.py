@@ -72,6 +72,12 @@ def smoothed(lines: Lines, design: Design, calibration: Calibration, base_mass: 
     )
 
 
+def force_history(model: LinearModel) -> Vector:
+    """(n,) N, that force alone."""
+    spectra = without_free_vibration(model.lines, model.design, model.structure, model.parameters)
+    return _history(_force(model, line_weights(model), spectra), model.lines.samples)
+
+
 def _excess_noise(lines: Lines, calibration: Calibration) -> float:
     """Power of the noise that the calibration left over, over that of which the quiet part of the record told.
 

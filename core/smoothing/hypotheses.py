@@ -16,6 +16,7 @@ from core.smoothing.calibration import (
 )
 from core.smoothing.evaluation import Question
 from core.smoothing.prior import Hypothesis
+from core.smoothing.rivals import Rival, rivals
 from core.smoothing.spectral_lines import Lines
 from core.smoothing.superstructure_model import Design, Layout
 
@@ -109,6 +110,8 @@ class Choice:
     lines: Lines
     chi_square: float
     """Per degree of freedom, of noise alone: about 1 where a superstructure without unmodelled motion explains all."""
+    rivals: tuple[Rival, ...] = ()
+    """Other hypotheses that the record does not rule out; none beside unmodelled motion, which allows for more."""
 
 
 def chosen(lines: Lines, design: Design, transient: float) -> Choice:
@@ -122,14 +125,15 @@ def chosen(lines: Lines, design: Design, transient: float) -> Choice:
     found = [calibrated(told, best_start(told)), calibrated(doubt, _annealed(doubt))]
     choice = _choice(found, told)
     if unexplained(choice.calibration, choice.lines) > UNEXPLAINED:
-        damped = _choice([_damped_by_mode(one, lines, design) for one in found], told)
+        by_mode = [_damped_by_mode(one, lines, design) for one in found]
+        found, damped = found + by_mode, _choice(by_mode, told)
         asked = replace(told, lines=damped.lines)
         if log_evidence(damped.calibration, asked) > log_evidence(choice.calibration, asked) + EVIDENT:
             choice = damped
     if unexplained(choice.calibration, choice.lines) > UNEXPLAINED:
         wider = Question(choice.lines, design, with_unmodelled_motion(design, transient))
-        return replace(choice, calibration=_or_wider(choice.calibration, wider))
-    return choice
+        choice = replace(choice, calibration=_or_wider(choice.calibration, wider))
+    return choice if choice.calibration.hypothesis.is_random else _with_rivals(choice, found, told)
 
 
 def _choice(found: list[Calibration], told: Question) -> Choice:
@@ -137,6 +141,12 @@ def _choice(found: list[Calibration], told: Question) -> Choice:
     chi_square = min(calibration.chi_square for calibration in found)
     noisier = replace(told.lines, noise=told.lines.noise * float(np.clip(chi_square, 1.0, NOISE_TOLERANCE)))
     return Choice(_most_evident(found, replace(told, lines=noisier)), noisier, chi_square)
+
+
+def _with_rivals(choice: Choice, found: list[Calibration], told: Question) -> Choice:
+    asked = replace(told, lines=choice.lines)
+    judged = [(log_evidence(calibration, asked), calibration) for calibration in found]
+    return replace(choice, rivals=rivals(judged, choice.calibration))
 
 
 def _damped_by_mode(near: Calibration, lines: Lines, design: Design) -> Calibration:

@@ -15,6 +15,7 @@ from core.smoothing.all_floors import smoothed
 from core.smoothing.calibrated_storeys import storey_stiffness
 from core.smoothing.hypotheses import Choice, chosen
 from core.smoothing.left_out import left_out
+from core.smoothing.mixture import mixed_std
 from core.smoothing.spectral_lines import Lines, spectral_lines, within
 from core.smoothing.superstructure_model import Design, Layout
 
@@ -78,7 +79,7 @@ def _force(
         force=found.force,
         rigid=found.rigid,
         modal=found.force - found.rigid,
-        std=found.std,
+        std=mixed_std(whole, design, choice, superstructure.base_mass, found),
         modes=cms.fixed_base_modes(superstructure, Identification()),
         error=found.error,
         reliance=reliance,

@@ -37,6 +37,21 @@ def test_the_force_by_static_interpolation(noise: float) -> None:
     assert found.displacement.inside >= LOW
 
 
+@pytest.mark.parametrize("noise", [0.05, 0.10])
+def test_the_force_of_a_building_that_the_noise_hides_to_be_unlike_the_model(noise: float) -> None:
+    """The hypothesis of most evidence is off by three standard deviations; one that is not ruled out is nearer."""
+    found = covered(Case("finer storeys", "AKT013", WEAK, noise, 1))
+    assert LOW <= found.force.inside <= HIGH
+    assert 0.85 <= found.strong.inside <= HIGH
+    assert found.strong.width < found.strong.error
+
+
+def test_the_force_by_static_interpolation_of_an_uneven_building() -> None:
+    found = covered(Case("floor masses ±20 %", "AKT013", WEAK, 0.01, 1), "cms", transducer=False)
+    assert LOW <= found.force.inside <= HIGH
+    assert LOW <= found.strong.inside <= HIGH
+
+
 @needs_shared
 def test_the_real_building_from_a_sensor_in_an_unfavourable_place() -> None:
     """The displacement was integrated: no tenth of a millimetre is known of it, and k_eq no better than that."""
