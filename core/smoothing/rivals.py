@@ -28,6 +28,8 @@ class Rival:
 def rivals(judged: Sequence[tuple[float, Calibration]], best: Calibration) -> tuple[Rival, ...]:
     """The hypotheses that count beside the best.
 
+    They leave a parameter open that the best holds. The others are special cases of it, within its own uncertainty.
+
     Args:
         judged: log evidence and calibration, the best among them.
         best: the one chosen.
@@ -36,6 +38,6 @@ def rivals(judged: Sequence[tuple[float, Calibration]], best: Calibration) -> tu
     weighed = (
         Rival(calibration, float(np.exp(min(0.0, (evidence - highest) / TEMPERATURE))))
         for evidence, calibration in judged
-        if calibration is not best
+        if np.setdiff1d(calibration.hypothesis.free, best.hypothesis.free).size
     )
     return tuple(rival for rival in weighed if rival.weight > NEGLIGIBLE)
