@@ -15,7 +15,7 @@ from core.smoothing.shape_error import local_mean_square
 from core.smoothing.spectral_lines import Lines
 from core.smoothing.superstructure_model import Design
 
-BEYOND = 2.0
+BEYOND = 1.5
 """Mean square of the building's distance over that of a rival as likely as the chosen hypothesis.
 
 It is above 1 because the building may lie beyond the rival. Chosen on even seeds of tests/support/covered.py."""
