@@ -16,17 +16,18 @@ from core.smoothing.unmodelled_motion import static_flexibility
 
 @dataclass(frozen=True, slots=True)
 class LeftOut:
-    """How well floors between others are estimated, each from all channels but its own; all 0 where that says nothing.
+    """How well floors between others are estimated, each from all channels but its own.
 
-    It says nothing where no floor lies between others, or where noise alone explains the record.
+    Errors are 0 where no floor lies between others, or where noise alone explains the record.
     """
 
     model: float
     """Relative error by the calibrated superstructure."""
     static: float
     """Relative error by static interpolation (Guyan 1965)."""
-    shape: float
-    """Share of the roof's deformation that errors of shape have (core.smoothing.shape_error) to make the model's."""
+    shape: float | None
+    """Share of the roof's deformation that errors of shape have (core.smoothing.shape_error) to make the model's; None
+    where no floor lies between others."""
 
 
 def left_out(lines: Lines, design: Design, calibration: Calibration) -> LeftOut:
@@ -39,7 +40,7 @@ def left_out(lines: Lines, design: Design, calibration: Calibration) -> LeftOut:
     """
     inner = np.arange(1, design.measured.size)
     if inner.size == 0 or not calibration.hypothesis.is_random:
-        return LeftOut(0.0, 0.0, 0.0)
+        return LeftOut(0.0, 0.0, None)
     spectra = without_free_vibration(lines, design, calibration.structure, calibration.parameters)
     covariance = channel_covariance(lines, design, calibration)
     told = LinearModel(lines, design, calibration, calibration.parameters, calibration.structure, 0.0)
@@ -56,8 +57,8 @@ def left_out(lines: Lines, design: Design, calibration: Calibration) -> LeftOut:
         model += error
         static += _power(spectra[left] - _interpolation(design, int(left), others) @ spectra[others])
         power += _power(spectra[left])
-    shape = np.sqrt(max(explained, 0.0) / allowed) if allowed > 0 else 0.0
-    return LeftOut(float(np.sqrt(model / power)), float(np.sqrt(static / power)), float(shape))
+    shape = float(np.sqrt(max(explained, 0.0) / allowed)) if allowed > 0 else None
+    return LeftOut(float(np.sqrt(model / power)), float(np.sqrt(static / power)), shape)
 
 
 def _interpolation(design: Design, left: int, others: np.ndarray) -> Vector:

@@ -18,7 +18,10 @@ from core.smoothing.unmodelled_motion import static_flexibility
 SHARE = 0.1
 """Of the roof's motion relative to the base slab: standard deviation of the roof's shape error were it not measured.
 
-Chosen by the first of the real building's three records; the other two and the simulated ones had no part in it."""
+It holds where no floor lies between others, so that the record does not show it. Chosen by the first of the real
+building's three records; the other two and the simulated ones had no part in it."""
+UNSEEN = 2.0
+"""Standard deviation of shape errors at floors without a sensor over that at left-out floors, which are one or two."""
 ENVELOPE = 2.0
 """s, over which the motion's strength is judged."""
 
@@ -33,18 +36,20 @@ class ShapeError:
     """(lines,) N², mean square of the transform."""
 
 
-def shape_error(model: LinearModel, spectra: ComplexMatrix, shape: float) -> ShapeError:
+def shape_error(model: LinearModel, spectra: ComplexMatrix, shape: float | None) -> ShapeError:
     """Of the force; none of a superstructure that explains its record.
 
     Args:
         model: of the record, at all of its lines.
         spectra: (channels, lines) without free vibration.
-        shape: share of the roof's deformation that the errors of measured floors ask for; SHARE where it is less.
+        shape: share of the roof's deformation that the errors of left-out floors ask for; None where the record does
+            not show it, for SHARE.
     """
     lines = model.lines
     if not model.calibration.hypothesis.is_random:
         return ShapeError(np.zeros(lines.samples), np.zeros(lines.angular.size))
-    deformed = max(SHARE, shape) * _inertia_beside_sensors(model) * roof_deformation(model, spectra)
+    share = SHARE if shape is None else UNSEEN * shape
+    deformed = share * _inertia_beside_sensors(model) * roof_deformation(model, spectra)
     history = np.fft.irfft(deformed, lines.samples)
     return ShapeError(local_mean_square(history[None], lines.rate), np.abs(deformed) ** 2)
 

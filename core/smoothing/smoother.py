@@ -69,7 +69,7 @@ def _force(
     design: Design,
     choice: Choice,
     reliance: Reliance,
-    shape: float,
+    shape: float | None,
 ) -> RestoringForce:
     bands = choice.lines.band
     whole = replace(lines, noise=choice.lines.noise, band=np.clip(lines.band, bands.min(), bands.max()))
