@@ -37,7 +37,9 @@ class Smoothed:
     """N²/Hz, the same by frequency; what the parameters' uncertainty does, as patterns."""
 
 
-def smoothed(lines: Lines, design: Design, calibration: Calibration, base_mass: float, shape: float | None = 0.0) -> Smoothed:
+def smoothed(
+    lines: Lines, design: Design, calibration: Calibration, base_mass: float, shape: float | None = 0.0
+) -> Smoothed:
     """The force F = -Σ m_i a_i over all levels, by the posterior mean of every level's acceleration.
 
     The standard deviation holds the channels' noise, the motion of the floors without a sensor, and the uncertainty
