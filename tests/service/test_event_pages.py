@@ -44,8 +44,8 @@ def test_the_list_tells_what_each_earthquake_did(database_url: str, stored: Sess
     for event, line in zip((useless, unmeasured, moved), lines, strict=True):
         assert f'"/events/{event.id}"' in line
     assert "It could not be used: the base slab's record is missing" in lines[0]
-    assert "<td>23.7<td>1200<td" in lines[2]
-    assert "<td><td>1200<td" in lines[1]
+    assert "<td>23.7<td>1,200<td" in lines[2]
+    assert "<td><td>1,200<td" in lines[1]
     assert "50.0" in lines[2]
 
 

@@ -213,7 +213,7 @@ def test_the_hardest_question_stops_nobody(address: str) -> None:
         ]
         begun = monotonic()
         assert httpx.get(f"{address}/login", timeout=60.0).status_code == 200
-        assert monotonic() - begun < 5.0
+        assert monotonic() - begun < 20.0, "where such questions kept threads for minutes"
         statuses = Counter(one.result().status_code for one in asked)
     assert set(statuses) <= {204, 429}, statuses
     assert statuses[429], "one key has a share of them"

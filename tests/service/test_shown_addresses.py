@@ -123,7 +123,7 @@ def test_what_was_stored_with_passwords_is_cleaned(database_url: str, sessions: 
         )  # fmt: skip
         session.add(
             Message(building_id=of.id, subject=address, sentences=[address], facts=[{"name": "a", "value": address}],
-                    link="/alerts/1", data={"error": address}, digest="", created_at=NOW, **message)
+                    link="/alerts/1", data={"error": address}, is_over=False, digest="", created_at=NOW, **message)
         )  # fmt: skip
     sessions.kw["bind"].dispose()
     migrate.downgrade(database_url, "0012_reference_subject")

@@ -59,4 +59,5 @@ def test_a_jump_in_a_record_of_the_real_building() -> None:
         if piece.channel == "XX.BNCS.04.HNX":
             piece.samples[3000:] += 0.05
     result = analyse(pieces, bncs(), AnalysisSettings())
-    assert found(result) == [("offset", "warning", "XX.BNCS.04.HNX")]
+    warnings = [one for one in found(result) if one[1] != "note"]  # that displacement is an integral is noted too
+    assert warnings == [("offset", "warning", "XX.BNCS.04.HNX")]
