@@ -111,7 +111,7 @@ def _histories(analysis: EventAnalysis) -> Mapping[Direction, LayerHistory]:
             displacement=found.motion.displacement,
             velocity=found.motion.velocity,
             force=force.force,
-            force_std=force.std,
+            force_std=force.std if force.noise_std is None else force.noise_std,
             displacement_std=found.motion.displacement_std,
             velocity_std=found.motion.velocity_std,
             force_error=force.error,

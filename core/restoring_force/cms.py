@@ -109,8 +109,11 @@ def force_of_shapes(
     rigid = rigid_force(superstructure.base_mass + superstructure.floor_mass.sum(), base)
     modal = modal_force(superstructure.floor_mass, shapes, modal_coordinates)
     weights, noise = channel_weights(superstructure, shapes), _noise(superstructure)
-    variance = np.sum((weights * noise) ** 2) + interpolation_variance(superstructure, weights, noise)
-    return RestoringForce(NAME, rigid + modal, rigid, modal, np.sqrt(variance), modes)
+    by_noise = float(np.sum((weights * noise) ** 2))
+    std = np.sqrt(by_noise + interpolation_variance(superstructure, weights, noise))
+    return RestoringForce(
+        NAME, rigid + modal, rigid, modal, std, modes, noise_std=np.full(base.size, np.sqrt(by_noise))
+    )
 
 
 def channel_weights(superstructure: InstrumentedSuperstructure, shapes: Matrix) -> Vector:

@@ -46,10 +46,10 @@ class RestoringForce:
     modal: Vector
     """(n,) N, inertia of the superstructure's motion relative to the base slab."""
     std: Vector
-    """(n,) N, standard deviation."""
+    """(n,) N, standard deviation, with what the superstructure's model may have wrong."""
     modes: tuple[Mode, ...]
     error: ErrorSpectrum | None = None
-    """At which frequencies the force errs, N²/Hz; None of an estimator that does not know."""
+    """At which frequencies the force errs by `noise_std`, N²/Hz; None of an estimator that does not know."""
     reliance: Reliance | None = None
     """None of an estimator that does not judge itself."""
     superstructure: FixedBaseModes | None = None
@@ -57,6 +57,10 @@ class RestoringForce:
     interpolation does."""
     storeys: StoreyStiffness | None = None
     """Of the same superstructure against its design; None where there is none, or nobody gave a stiffness."""
+
+    noise_std: Vector | None = None
+    """(n,) N, standard deviation by the sensors' noise and by motion and parameters that the record leaves open. Models
+    are fitted and compared by it: the rest of `std` is no noise, but wrong alike from sample to sample. None: `std`."""
 
     @property
     def peak(self) -> tuple[float, float]:

@@ -33,8 +33,10 @@ class Smoothed:
     """(n,) N, of that: the whole building moving as the base slab."""
     std: Vector
     """(n,) N, standard deviation of the force."""
+    noise_std: Vector
+    """(n,) N, of that: without errors of shape, and with the noise that the quiet part of the record shows."""
     error: ErrorSpectrum
-    """N²/Hz, the same by frequency; what the parameters' uncertainty does, as patterns."""
+    """N²/Hz, `noise_std` by frequency; what the parameters' uncertainty does, as patterns."""
 
 
 def smoothed(
@@ -61,16 +63,17 @@ def smoothed(
     total = base_mass + design.floor_mass.sum()
     shapes = shape_error(model, spectra, shape)
     motion = _stationary(weights.motion, lines.samples) * _envelope(lines)
-    noise = _excess_noise(lines, calibration) * weights.noise
-    variance = _stationary(noise, lines.samples) + np.maximum(motion, shapes.variance)
+    noise = _stationary(weights.noise, lines.samples)
     patterns = np.sqrt(max(1.0, calibration.chi_square)) * _by_parameters(model)
-    variance += np.sum(patterns**2, axis=0)
+    unknown = np.sum(patterns**2, axis=0)
+    variance = _excess_noise(lines, calibration) * noise + np.maximum(motion, shapes) + unknown
     force = _history(_force(model, weights, spectra), lines.samples)
     return Smoothed(
         force,
         -total * _history(base, lines.samples),
         np.sqrt(variance),
-        _error(noise + np.maximum(weights.motion, shapes.power), patterns, lines),
+        np.sqrt(noise + motion + unknown),
+        _error(weights.noise + weights.motion, patterns, lines),
     )
 
 

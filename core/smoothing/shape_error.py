@@ -5,8 +5,6 @@ storeys make: independent from storey to storey, in proportion to the storey's f
 they grow with the distance from the nearest sensor, and with the building's deformation at the moment.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy import signal
 
@@ -26,18 +24,8 @@ ENVELOPE = 2.0
 """s, over which the motion's strength is judged."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class ShapeError:
-    """What errors of shape do to the force."""
-
-    variance: Vector
-    """(n,) N², about each instant."""
-    power: Vector
-    """(lines,) N², mean square of the transform."""
-
-
-def shape_error(model: LinearModel, spectra: ComplexMatrix, shape: float | None) -> ShapeError:
-    """Of the force; none of a superstructure that explains its record.
+def shape_error(model: LinearModel, spectra: ComplexMatrix, shape: float | None) -> Vector:
+    """(n,) N², variance of the force about each instant; none of a superstructure that explains its record.
 
     Args:
         model: of the record, at all of its lines.
@@ -47,11 +35,11 @@ def shape_error(model: LinearModel, spectra: ComplexMatrix, shape: float | None)
     """
     lines = model.lines
     if not model.calibration.hypothesis.is_random:
-        return ShapeError(np.zeros(lines.samples), np.zeros(lines.angular.size))
+        return np.zeros(lines.samples)
     share = SHARE if shape is None else UNSEEN * shape
     deformed = share * _inertia_beside_sensors(model) * roof_deformation(model, spectra)
     history = np.fft.irfft(deformed, lines.samples)
-    return ShapeError(local_mean_square(history[None], lines.rate), np.abs(deformed) ** 2)
+    return local_mean_square(history[None], lines.rate)
 
 
 def local_mean_square(histories: np.ndarray, rate: float) -> Vector:

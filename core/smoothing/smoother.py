@@ -82,6 +82,7 @@ def _force(
         std=mixed_std(whole, design, choice, superstructure.base_mass, found),
         modes=cms.fixed_base_modes(superstructure, Identification()),
         error=found.error,
+        noise_std=found.noise_std,
         reliance=reliance,
         superstructure=_modes(choice),
         storeys=_storeys(superstructure, design, choice),
