@@ -112,8 +112,8 @@ def _histories(analysis: EventAnalysis) -> Mapping[Direction, LayerHistory]:
             velocity=found.motion.velocity,
             force=force.force,
             force_std=force.std if force.noise_std is None else force.noise_std,
-            displacement_std=found.motion.displacement_std,
-            velocity_std=found.motion.velocity_std,
+            displacement_std=(found.motion.noise_std or (found.motion.displacement_std,))[0],
+            velocity_std=(found.motion.noise_std or (found.motion.velocity_std,))[-1],
             force_error=force.error,
             band=analysis.band,
         )

@@ -119,6 +119,7 @@ def _as_an_integral(
         velocity_std=integral.velocity_std,
         band=integral.band,
         residual=None,
+        noise_std=(motion.displacement_std, motion.velocity_std),
     ), findings
 
 

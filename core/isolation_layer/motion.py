@@ -41,6 +41,9 @@ class MeasuredMotion(Motion):
     """m, standard deviation of the displacement's white noise and drift, without what the sensors could not follow."""
     residual: ResidualDisplacement | None = None
     """None where no transducer measured it: an integral knows none."""
+    noise_std: tuple[Vector, Vector] | None = None
+    """(n,) m and m/s, the deviations without the slow motion that an integral lacks: models are fitted by them. None:
+    `displacement_std` and `velocity_std`."""
 
     @property
     def is_integrated(self) -> bool:
