@@ -61,3 +61,4 @@ def test_a_jump_in_a_record_of_the_real_building() -> None:
     result = analyse(pieces, bncs(), AnalysisSettings())
     warnings = [one for one in found(result) if one[1] != "note"]  # that displacement is an integral is noted too
     assert warnings == [("offset", "warning", "XX.BNCS.04.HNX")]
+    assert len(found(result)) == 2
