@@ -21,7 +21,7 @@ MOTION = "/api/v1/events/1/layer-motion"
 @pytest.fixture
 def asking(database_url: str, sessions: sessionmaker[Session], tmp_path: Path) -> Iterator[TestClient]:
     """The building has had one earthquake."""
-    (tmp_path / "event.mseed").write_bytes(plan.miniseed(1))
+    watched.write(tmp_path / "event.mseed", plan.miniseed(1))
     source = f'[source]\nkind = "folder"\nlocation = "{tmp_path}"\n'
     with sessions.begin() as session:
         text = plan.building_file().replace("[isolation]", source + "[isolation]", 1)

@@ -71,7 +71,7 @@ def test_the_model_in_force_is_held_against_every_new_event(
     model = made(asking, LINEAR)
     assert asking.get(f"/api/v1/models/{model}/trend").json()["items"] == []
     asking.post(f"/api/v1/models/{model}/accept")
-    (tmp_path / "records" / "new.mseed").write_bytes(watched.earthquakes()[2])
+    watched.write(tmp_path / "records" / "new.mseed", watched.earthquakes()[2])
     look = Look(sessions, watched.SETTINGS, lambda: watched.NOW, lambda _: None, lambda: False)
     look.at("PAPER")
     look.queue_ready()
