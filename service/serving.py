@@ -3,10 +3,11 @@
 import logging
 import signal
 import socket
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from multiprocessing import get_context, parent_process
 from multiprocessing.context import SpawnProcess
+from multiprocessing.synchronize import Event
 from threading import Event as Signal
 from threading import Thread
 from time import monotonic
@@ -42,7 +43,13 @@ def listening(settings: Settings) -> Iterator[socket.socket]:
         yield door
 
 
-def api(settings: Settings, stop: Signal, door: socket.socket, visitor: Caller | None = None) -> None:
+def api(
+    settings: Settings,
+    stop: Signal,
+    door: socket.socket,
+    visitor: Caller | None = None,
+    answering: Callable[[], None] = lambda: None,
+) -> None:
     """Serve the API, in this process, until it is asked to end.
 
     Args:
@@ -50,13 +57,14 @@ def api(settings: Settings, stop: Signal, door: socket.socket, visitor: Caller |
         stop: set when it is to end; it is set when the server ends by itself.
         door: where it serves.
         visitor: see service.app.create.
+        answering: called once requests are answered.
     """
     if stop.is_set():
         return
     from service.app import create
     from service.door.server import server
 
-    running = server(create(settings, visitor))
+    running = server(create(settings, visitor), answering=answering)
 
     def end_with_the_others() -> None:
         stop.wait()
@@ -68,19 +76,34 @@ def api(settings: Settings, stop: Signal, door: socket.socket, visitor: Caller |
     stop.set()
 
 
-def api_apart(settings: Settings, stop: Signal, door: socket.socket, visitor: Caller | None = None) -> None:
+def api_apart(
+    settings: Settings,
+    stop: Signal,
+    door: socket.socket,
+    visitor: Caller | None = None,
+    answering: Callable[[], None] = lambda: None,
+) -> None:
     """Serve the API from a process of its own until it is asked to end: what befalls it befalls nobody else.
 
     It has open files, memory and a lock of its own. One that ends by itself is started again, ever later; connections
     that come meanwhile wait at the socket, which is ours.
+
+    Args:
+        settings: in force.
+        stop: set when it is to end.
+        door: where it serves.
+        visitor: see service.app.create.
+        answering: called once, in this process, as soon as requests are answered.
     """
-    pause = FIRST_PAUSE
+    pause, answers, is_told = FIRST_PAUSE, get_context("spawn").Event(), False
     while not stop.is_set():
         begun = monotonic()
-        process = _served_apart(settings, door, visitor)
+        process = _served_apart(settings, door, visitor, answers)
         try:
             while process.is_alive() and not stop.wait(LOOK_UP):
-                pass
+                if answers.is_set() and not is_told:
+                    is_told = True
+                    answering()
         finally:
             _ended(process, wanted=stop.is_set())
         if stop.is_set():
@@ -90,9 +113,9 @@ def api_apart(settings: Settings, stop: Signal, door: socket.socket, visitor: Ca
         stop.wait(pause)
 
 
-def _served_apart(settings: Settings, door: socket.socket, visitor: Caller | None) -> SpawnProcess:
+def _served_apart(settings: Settings, door: socket.socket, visitor: Caller | None, answers: Event) -> SpawnProcess:
     level = logging.getLogger().level
-    process = get_context("spawn").Process(target=_serve, args=(settings, door, visitor, level), name="API")
+    process = get_context("spawn").Process(target=_serve, args=(settings, door, visitor, answers, level), name="API")
     before = signal.signal(signal.SIGINT, signal.SIG_IGN)  # inherited: Ctrl-C at the terminal is for us to pass on
     try:
         process.start()
@@ -112,7 +135,7 @@ def _ended(process: SpawnProcess, *, wanted: bool) -> None:
         process.join()
 
 
-def _serve(settings: Settings, door: socket.socket, visitor: Caller | None, level: int) -> None:
+def _serve(settings: Settings, door: socket.socket, visitor: Caller | None, answers: Event, level: int) -> None:
     """The process of the API: it ends by SIGTERM, or when its parent is gone."""
     import service.app  # noqa: F401  it takes seconds, in which SIGTERM ends us at once
 
@@ -126,4 +149,4 @@ def _serve(settings: Settings, door: socket.socket, visitor: Caller | None, leve
         stop.set()
 
     Thread(target=end_with_the_parent, daemon=True, name="end of the parent").start()
-    api(settings, stop, door, visitor)
+    api(settings, stop, door, visitor, answers.set)

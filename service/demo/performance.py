@@ -43,8 +43,12 @@ def perform(stage: Stage, settings: Settings, tale: Tale, console: Console) -> N
         teller.start()
         stack.callback(teller.join)
         stack.callback(stop.set)
-        console.print(f"[bold]Menshin answers at {address(settings)}/[/] (Ctrl-C ends it)")
-        serving.api_apart(settings, stop, stack.enter_context(serving.listening(settings)), VISITOR)
+        door = stack.enter_context(serving.listening(settings))
+
+        def answering() -> None:
+            console.print(f"[bold]Menshin answers at {address(settings)}/[/] (Ctrl-C ends it)")
+
+        serving.api_apart(settings, stop, door, VISITOR, answering)
     console.print("ended; the next start carries on from here")
 
 

@@ -2,7 +2,7 @@
 
 import contextlib
 import socket
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import partial
 from threading import Event as Signal
 
@@ -24,14 +24,21 @@ HEAD = 32 * 2**10
 class Server(uvicorn.Server):
     """uvicorn's, which leaves the signals to us and says when it ends."""
 
-    def __init__(self, config: uvicorn.Config, ending: Signal) -> None:
+    def __init__(self, config: uvicorn.Config, ending: Signal, answering: Callable[[], None]) -> None:
         super().__init__(config)
         self._ending = ending
+        self._answering = answering
 
     @contextlib.contextmanager
     def capture_signals(self) -> Iterator[None]:
         """Whoever runs it sets `should_exit`."""
         yield
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        """Begin, and say so once requests are answered."""
+        await super().startup(sockets)
+        if not self.should_exit:
+            self._answering()
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         """End, streams first."""
@@ -39,8 +46,14 @@ class Server(uvicorn.Server):
         await super().shutdown(sockets)
 
 
-def server(app: FastAPI, patience: Patience | None = None) -> Server:
-    """A server of our application; `run(sockets=[...])` serves until `should_exit` is set."""
+def server(app: FastAPI, patience: Patience | None = None, answering: Callable[[], None] = lambda: None) -> Server:
+    """A server of our application; `run(sockets=[...])` serves until `should_exit` is set.
+
+    Args:
+        app: ours.
+        patience: how long connections are waited for.
+        answering: called once requests are answered.
+    """
     settings: Settings = app.state.settings
     throttle()
     patience = patience or Patience()
@@ -60,4 +73,4 @@ def server(app: FastAPI, patience: Patience | None = None) -> Server:
         timeout_graceful_shutdown=GRACE,
         h11_max_incomplete_event_size=HEAD,
     )
-    return Server(config, app.state.ending)
+    return Server(config, app.state.ending, answering)

@@ -1,7 +1,6 @@
 """`menshin demo --stiffness-loss` as its spectator runs it: what people and programs are told of the loss."""
 
 from pathlib import Path
-from typing import Any
 
 import httpx
 import pytest
@@ -40,7 +39,8 @@ def test_the_loss_reaches_a_mail_server_and_a_program_and_is_told_as_new_once(tm
                 {"name": "manager", "kind": "email", "address": "manager@example.org"},
                 {"name": "program", "kind": "webhook", "address": program.address, "secret": KEY},
             ):
-                running.until(lambda wanted=wanted: _added(service, wanted))
+                added = service.post("/buildings/DEMO/receivers", json=wanted)
+                assert added.status_code == 201, added.text
             running.events(str(service.base_url).removesuffix("/api/v1/"), PAST, PATIENCE, service.headers["X-API-Key"])
             running.until(lambda: box.mails and program.posted and _is_idle(service), PATIENCE)
             [alert] = service.get("/alerts", params={"building": "DEMO", "state": "active"}).json()["items"]
@@ -70,13 +70,6 @@ def test_the_loss_reaches_a_mail_server_and_a_program_and_is_told_as_new_once(tm
     assert picture.get_content().startswith(b"\x89PNG")
     assert len(picture.get_content()) > PICTURE_BYTES
     assert picture["Content-ID"].strip("<>") in page.get_content()
-
-
-def _added(service: httpx.Client, wanted: dict[str, Any]) -> bool:
-    """Whether a receiver was added, once the service answers."""
-    answer = service.post("/buildings/DEMO/receivers", json=wanted)
-    assert answer.status_code == 201, answer.text
-    return True
 
 
 def _is_idle(service: httpx.Client) -> bool:
