@@ -1,5 +1,6 @@
 """What an analysis needs from the database, and what of it goes back there."""
 
+import logging
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from datetime import datetime
@@ -33,6 +34,8 @@ from service.queue.jobs import Claim
 from service.settings import Settings
 from service.toml_files import building_file
 from service.version import VERSION
+
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -127,7 +130,23 @@ def store(session: Session, claim: Claim, inputs: Inputs, result: EventAnalysis,
         sensors=[SensorResult(**asdict(sensor)) for sensor in result.sensors],
     )
     session.add(analysis)
+    _log_unusable(session, event, result)
     return analysis
+
+
+def _log_unusable(session: Session, event: Event, result: EventAnalysis) -> None:
+    """One line where records of the event cannot be used: its files, and what is wrong with them."""
+    fatal = [one for one in result.quality if one.severity == "fatal"]
+    if not fatal:
+        return
+    names = session.scalars(
+        select(Recording.name)
+        .join(EventRecording, EventRecording.recording_id == Recording.id)
+        .where(EventRecording.event_id == event.id)
+        .order_by(Recording.id)
+    )
+    said = "; ".join(" ".join(filter(None, (one.channel, one.message))) for one in fatal)
+    log.warning("event %d of %s (%s): %s", event.id, event.building.code, ", ".join(names), said)
 
 
 def _segment(waveform: Waveform) -> Segment:

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from datetime import datetime, timedelta
+from typing import Any
 
 from sqlalchemy.orm import Session
 
@@ -88,14 +89,23 @@ def _rejected(session: Session, building: Building, settings: Settings, now: dat
 def _sightings(session: Session, building: Building) -> list[Sighting]:
     """The latest earthquakes, each with its channels but those that screening found dead."""
     rows = stopping.latest_events(session, building.id, LOOKED_AT)
-    there = stopping.channels_of(session, [row.id for row in rows])
+    numbers = [row.id for row in rows]
+    there, files = stopping.channels_of(session, numbers), stopping.files_of(session, numbers)
     return [
-        Sighting(event=row.id, start=row.start, channels=there.get(row.id, set()) - _dead(row.quality)) for row in rows
+        Sighting(
+            event=row.id,
+            start=row.start,
+            channels=there.get(row.id, set()) - (dead := _dead(row.quality)).keys(),
+            findings=dead,
+            files=files.get(row.id, ()),
+        )
+        for row in rows
     ]
 
 
-def _dead(quality: Sequence[dict[str, object]] | None) -> set[object]:
-    return {finding["channel"] for finding in quality or () if finding["kind"] == "dead"}
+def _dead(quality: Sequence[dict[str, Any]] | None) -> dict[str, str]:
+    """What screening says of each channel that it took for dead."""
+    return {finding["channel"]: finding["message"] for finding in quality or () if finding["kind"] == "dead"}
 
 
 def _work(session: Session, building: Building, settings: Settings, now: datetime) -> Work:

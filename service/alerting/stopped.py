@@ -1,7 +1,7 @@
 """Did data stop? What the clock, and what is stored, say of it: pure functions of both."""
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import datetime, timedelta
 
 from service.alerting.found import Found
@@ -10,6 +10,8 @@ from service.alerting.words import of_duration
 GIB = 2**30
 STEPS = (1, 2, *(10**power for power in range(1, 10)))
 """Numbers of files from which on people are told again."""
+FILES = 3
+"""Of an earthquake that a sentence names."""
 RELIEF = 1.25
 """Part of the reserve that must be free before a disk counts as no longer full: it shall not be told to and fro."""
 
@@ -70,6 +72,10 @@ class Sighting:
     event: int
     start: datetime
     channels: Collection[str]
+    findings: Mapping[str, str] = field(default_factory=dict)
+    """What screening found, in words, of the channels that it took for dead."""
+    files: tuple[str, ...] = ()
+    """Names of what was received of it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -198,9 +204,13 @@ def dead_channels(
                 missed[0].start,
                 raised.start,
                 f"Sensor {channel} gave no good record in {patience.misses} earthquakes or more",
-                ("What it measured is missing from the results: the sensor or its line ought to be looked at.",),
-                {"events": [one.event for one in missed]},
+                (
+                    "What it measured is missing from the results: the sensor or its line ought to be looked at.",
+                    _silence(missed[-1], channel),
+                ),
+                {"events": [one.event for one in missed], "files": list(missed[-1].files)},
                 (channel,),
+                tuple(one.event for one in missed),
             )
 
 
@@ -242,6 +252,13 @@ def full_disk(free: int, patience: Patience, since: datetime | None, now: dateti
         )
 
 
+def _silence(last: Sighting, channel: str) -> str:
+    """What its last earthquake shows of a dead channel, and in which files."""
+    found = last.findings.get(channel, "no samples of it came").rstrip(".")
+    files = f" ({', '.join(last.files[:FILES])})" if last.files else ""
+    return f"In the latest earthquake, event {last.event}{files}: {found}."
+
+
 def _missed(sightings: Sequence[Sighting], channel: str) -> list[Sighting]:
     """The earthquakes since the last one with a good record of the channel."""
     good = [number for number, one in enumerate(sightings) if channel in one.channels]
@@ -256,6 +273,7 @@ def _found(
     sentences: tuple[str, ...],
     evidence: Mapping[str, object],
     channels: tuple[str, ...] = (),
+    event_ids: tuple[int, ...] = (),
 ) -> Found:
     return Found(
         cause=cause,
@@ -264,6 +282,7 @@ def _found(
         began_at=began_at,
         raised_at=raised_at,
         channels=channels,
+        event_ids=event_ids,
         evidence=dict(evidence),
         summary=summary,
         sentences=sentences,

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from service.formats.cosmos import is_cosmos, read_cosmos
 from service.formats.csmip import is_csmip, read_csmip
 from service.formats.csv_table import is_csv, read_csv
-from service.formats.errors import FormatError, UnknownFormatError
+from service.formats.errors import FormatError, UnknownFormatError, UnknownUnitError
 from service.formats.stationxml import is_stationxml, read_stationxml
 from service.formats.trace import Contents
 from service.formats.units import Gain
@@ -47,11 +47,24 @@ def read(name: str, data: bytes, gains: Mapping[str, Gain]) -> Contents:
         gains: by channel id, for formats that do not state the unit of their numbers (miniSEED, SAC).
 
     Raises:
-        FormatError: what was found and what would do. Nothing of a broken file is returned.
+        UnknownUnitError: nothing gives the unit of its channels; it names them, and not the file.
+        FormatError: the file, what was found and what would do. Nothing of a broken file is returned.
     """
     if is_zip(data):
-        return read_zip(name, data, gains, _read_plain)
-    return _read_plain(name, data, gains)
+        return read_zip(name, data, gains, _read_named)
+    return _read_named(name, data, gains)
+
+
+def _read_named(name: str, data: bytes, gains: Mapping[str, Gain]) -> Contents:
+    """The file; a refusal names it, also where the fault was found in one of its channels."""
+    try:
+        return _read_plain(name, data, gains)
+    except UnknownUnitError:
+        raise
+    except FormatError as error:
+        if name in str(error):
+            raise
+        raise FormatError(f"{name}: {error}") from error
 
 
 def _read_plain(name: str, data: bytes, gains: Mapping[str, Gain]) -> Contents:

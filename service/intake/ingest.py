@@ -106,7 +106,7 @@ def take_in(session: Session, recording: Recording, parsed: Parsed, now: datetim
     except FormatError as error:
         unit_is_missing = isinstance(error, UnknownUnitError)
         recording.kind = "waveforms" if unit_is_missing else recording.kind
-        recording.state, recording.reason = "refused", storable(_refusal(error, described))
+        recording.state, recording.reason = "refused", storable(_refusal(recording.name, error, described))
         return
     left_out = _left_out(contents, described)
     recording.reason = None if left_out is None else storable(left_out)
@@ -181,12 +181,12 @@ def _check_length(traces: Iterable[Trace], described: BuildingFile, settings: Se
             )
 
 
-def _refusal(error: FormatError, described: BuildingFile) -> str:
-    """Why nothing of a file could be used; that its channels are not the building's goes before their unit."""
-    known = [channel.id for channel in described.description.channels]
+def _refusal(name: str, error: FormatError, described: BuildingFile) -> str:
+    """The file, and why nothing of it could be used; channels that are not the building's go before their unit."""
+    known, found = [channel.id for channel in described.description.channels], str(error)
     if isinstance(error, UnknownUnitError) and not set(error.channels) & set(known):
-        return f"no channel of this building: found {', '.join(error.channels)}; the building has {', '.join(known)}"
-    return str(error)
+        found = f"no channel of this building: found {', '.join(error.channels)}; the building has {', '.join(known)}"
+    return found if name in found else f"{name}: {found}"
 
 
 def _left_out(contents: Contents, described: BuildingFile) -> str | None:

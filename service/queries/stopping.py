@@ -6,7 +6,7 @@ from datetime import datetime, timedelta
 from sqlalchemy import func, or_, select
 from sqlalchemy.orm import Session
 
-from service.database import Analysis, Event, Job, ModelVersion, Recording, Waveform
+from service.database import Analysis, Event, EventRecording, Job, ModelVersion, Recording, Waveform
 from service.deadlines import is_wrong
 from service.queries.question import Line
 
@@ -35,6 +35,17 @@ def channels_of(session: Session, events: Sequence[int]) -> Mapping[int, set[str
     question = select(Waveform.event_id, Waveform.channel).where(Waveform.event_id.in_(events)).distinct()
     for event, channel in session.execute(question):
         found.setdefault(event, set()).add(channel)
+    return found
+
+
+def files_of(session: Session, events: Sequence[int]) -> Mapping[int, tuple[str, ...]]:
+    """Names of the files and answers that gave each event, in the order in which they came."""
+    question = select(EventRecording.event_id, Recording.name).join(
+        Recording, Recording.id == EventRecording.recording_id
+    )
+    found: dict[int, tuple[str, ...]] = {}
+    for event, name in session.execute(question.where(EventRecording.event_id.in_(events)).order_by(Recording.id)):
+        found[event] = (*found.get(event, ()), name)
     return found
 
 

@@ -2,22 +2,28 @@
 
 from collections.abc import Iterator
 from datetime import UTC, datetime, timedelta
+from html import unescape
 from pathlib import Path
 
+import numpy as np
 import pytest
+import simulated
+import watched
 from asking import client
-from monitoring import Server, building_file, miniseed, stream
+from monitoring import Page, Server, building_file, miniseed, stream
+from sqlalchemy import select
 from sqlalchemy.orm import Session, sessionmaker
 
 from service import buildings, migrate
 from service import sessions as opened
 from service.alerting import handling, rounds
-from service.database import Alert
+from service.database import Alert, Recording
 from service.formats import FormatError, read
 from service.intake.looking import Look
 from service.settings import Settings
 
 SETTINGS = Settings(settle_time=0, http_retries=0, retry_delay=0.01)
+WHOLE = miniseed(stream())
 TRUNCATED = "truncated.mseed is truncated: it ends in the middle of a record, 300 of 512 bytes; fetch it again"
 
 
@@ -96,6 +102,157 @@ def test_rejected_files_are_in_the_api_on_the_pages_in_the_log_and_an_alert(
     assert (evidence["files"], evidence["first"]) == (2, "junk.mseed")
 
 
+def as_csv(unit: str = "gal", sample: str = "0.1") -> bytes:
+    """A record of the building, the last sample of its base slab as given."""
+    columns = ", ".join(f"XX.TOWER.0{number}.HNX [{unit}]" for number in range(3))
+    rows = ["0.1, 0.1, 0.1"] * 2000 + [f"0.1, {sample}, 0.1"]
+    return f"# start: 2024-01-01T00:00:00Z\n# rate: 100\n{columns}\n{chr(10).join(rows)}\n".encode()
+
+
+def floats(value: float, gap: float = 0.1) -> bytes:
+    """miniSEED with one sample of the base slab replaced, in floating point as some loggers write it."""
+    made = stream()
+    for trace in made:
+        trace.data = (trace.data * gap).astype("float32")
+    made[1].data[1234] = value
+    return miniseed(made)
+
+
+FAULTS = {
+    "unknown unit": ("a.csv", as_csv("foot"), "column 'XX.TOWER.00.HNX [foot]' of a.csv: unit 'foot' is not known"),
+    "no unit": ("a.csv", as_csv(""), "column 'XX.TOWER.00.HNX []' of a.csv: the unit is missing; m/s**2"),
+    "unit of another quantity": (
+        "a.csv",
+        as_csv("mm"),
+        "a.csv: XX.TOWER.00.HNX measures acceleration according to the building file, but the unit of its records is "
+        "one of displacement",
+    ),
+    "unit a million times too large": (
+        "a.mseed",
+        floats(0.0, gap=1e6),
+        "a.mseed: a tenth of the samples of XX.TOWER.00.HNX lie more than",
+    ),
+    "NaN in a table": ("a.csv", as_csv(sample="nan"), "a.csv: 1 of 2001 samples of XX.TOWER.01.HNX are not numbers"),
+    "NaN of a logger": (
+        "a.mseed",
+        floats(float("nan")),
+        "a.mseed: 1 of 2000 samples of XX.TOWER.01.HNX are not numbers, the first at sample 1235",
+    ),
+    "infinity": ("a.mseed", floats(float("inf")), "a.mseed: 1 of 2000 samples of XX.TOWER.01.HNX are not numbers"),
+    "truncated": ("a.mseed", miniseed(stream())[:-100], "a.mseed is truncated: it ends in the middle of a record"),
+    "a clock that was never set": (
+        "a.mseed",
+        miniseed(stream(datetime(1970, 1, 1, tzinfo=UTC))),
+        "a.mseed: XX.TOWER.00.HNX was recorded from 1970-01-01 00:00:00",
+    ),
+    "another building": ("a.mseed", miniseed(stream(locations=("07",))), "a.mseed: no channel of this building: found"),
+}
+
+
+@pytest.mark.parametrize(("name", "data", "expected"), FAULTS.values(), ids=FAULTS)
+def test_a_record_that_is_wrong_is_named_with_its_fault_everywhere(
+    url: str,
+    sessions: sessionmaker[Session],
+    tmp_path: Path,
+    caplog: pytest.LogCaptureFixture,
+    name: str,
+    data: bytes,
+    expected: str,
+) -> None:
+    (tmp_path / "drop").mkdir()
+    (tmp_path / "drop" / name).write_bytes(data)
+    with sessions.begin() as session:
+        buildings.add(session, building_file("folder", str(tmp_path / "drop")), tmp_path, datetime.now(UTC))
+    look(sessions)
+    everywhere(url, sessions, caplog, name, expected)
+
+
+def test_a_record_whose_unit_nothing_gives(
+    url: str, sessions: sessionmaker[Session], tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    (tmp_path / "drop").mkdir()
+    (tmp_path / "drop" / "a.mseed").write_bytes(miniseed(stream()))
+    with sessions.begin() as session:
+        buildings.add(session, building_file("folder", str(tmp_path / "drop"), gain=""), tmp_path, datetime.now(UTC))
+    look(sessions)
+    everywhere(url, sessions, caplog, "a.mseed", "a.mseed: nothing says what the numbers of XX.TOWER.00.HNX")
+
+
+def everywhere(
+    url: str, sessions: sessionmaker[Session], caplog: pytest.LogCaptureFixture, name: str, expected: str
+) -> None:
+    """Log, API, page, alert and the alert's page name the file and say in words what is wrong."""
+    (line,) = [record.getMessage() for record in caplog.records if "was rejected" in record.getMessage()]
+    assert line.startswith(f"{name} of TOWER was rejected: {expected}")
+    ((state, summary, evidence),) = alerts(sessions)
+    assert (state, summary, evidence["first"]) == ("active", "A file could not be used", name)
+    assert str(evidence["reason"]).startswith(expected)
+    with client(url) as asking:
+        (listed,) = asking.get("/api/v1/recordings", params={"state": "rejected"}).json()["items"]
+        assert listed["reason"].startswith(expected)
+        assert expected in unescape(asking.get("/buildings/TOWER/recordings?state=rejected").text)
+        (alert,) = (one for one in asking.get("/api/v1/alerts").json()["items"] if one["cause"] == "rejected")
+        assert f"The first is {name}: {expected}" in unescape(asking.get(f"/alerts/{alert['id']}").text)
+
+
+@pytest.mark.parametrize("kind", ["archive", "fdsnws"])
+@pytest.mark.parametrize(
+    ("answer", "expected"),
+    [
+        (b"<html><title>Log in</title>", "is an HTML page (Log in), not data; check the address that answered with it"),
+        (WHOLE[:-100], "is truncated: it ends in the middle of a record, 412 of 512 bytes"),
+        (floats(float("nan")), "1 of 2000 samples of XX.TOWER.01.HNX are not numbers"),
+    ],
+    ids=["page", "truncated", "NaN"],
+)
+def test_an_answer_of_a_server_that_is_no_record_is_named_with_its_fault_everywhere(
+    url: str,
+    sessions: sessionmaker[Session],
+    server: Server,
+    caplog: pytest.LogCaptureFixture,
+    kind: str,
+    answer: bytes,
+    expected: str,
+) -> None:
+    if kind == "archive":
+        server.pages["/events/"] = Page(b"a.mseed")
+        server.pages["/events/a.mseed"] = Page(answer)
+        text = building_file(kind, f"{server.address}/events/")
+    else:
+        server.pages["/fdsnws/dataselect/1/query"] = Page(answer)
+        text = building_file(kind, server.address, "since = 2024-01-01T00:00:00Z")
+    with sessions.begin() as session:
+        buildings.add(session, text, Path("/"), datetime(2024, 1, 1, 1, tzinfo=UTC))
+    look(sessions)
+    with sessions() as session:
+        (name,) = session.scalars(select(Recording.name).where(Recording.state == "refused"))
+    assert name == "a.mseed" if kind == "archive" else name.startswith("20240101T000000-")
+    glue = " " if expected.startswith("is ") else ": "
+    everywhere(url, sessions, caplog, name, f"{name}{glue}{expected}")
+
+
+def test_a_dead_channel_is_named_with_its_file_everywhere(
+    url: str, sessions: sessionmaker[Session], tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    (tmp_path / "drop").mkdir()
+    samples = simulated.records(np.random.default_rng(4), 0.3)
+    samples[watched.BASE] = np.zeros_like(samples[watched.BASE])
+    watched.watch(sessions, tmp_path / "drop", [simulated.miniseed(samples)])
+    fault = "every sample is 0 (SI); check the sensor and its cable"
+    (line,) = [one.getMessage() for one in caplog.records if fault in one.getMessage()]
+    assert line.startswith(f"event 1 of PAPER (0.mseed): {watched.BASE} {fault}")
+    rounds.go_round(sessions, Settings(channel_misses=1), watched.NOW)
+    with client(url) as asking:
+        event = asking.get("/api/v1/events/1").json()
+        assert (watched.BASE, "dead") in [(one["channel"], one["kind"]) for one in event["quality"]]
+        (open_alert,) = event["verdict"]["open_alerts"]
+        assert (open_alert["cause"], open_alert["rests_here"]) == (f"channel/{watched.BASE}", True)
+        assert fault in unescape(asking.get("/events/1").text)
+        alert = unescape(asking.get(f"/alerts/{open_alert['id']}").text)
+    assert f"In the latest earthquake, event 1 (0.mseed): {fault}" in alert
+    assert '<a href="/events/1">1</a>' in alert
+
+
 def test_the_alert_counts_and_ends_by_time_or_by_a_person(sessions: sessionmaker[Session], drop: Path) -> None:
     now = look(sessions)
     (drop / "more.mseed").write_bytes(b"hello again")
@@ -141,9 +298,6 @@ def server() -> Iterator[Server]:
 
     with serving() as made:
         yield made
-
-
-WHOLE = miniseed(stream())
 
 
 @pytest.mark.parametrize(
