@@ -10,6 +10,7 @@ import pytest
 import typer
 from building_files import SMALL
 from click.testing import Result
+from every_command import WAITING, WITH_DATABASE, WITHOUT
 from monitoring import building_file, miniseed, stream
 from processes import run
 from sqlalchemy import create_engine, make_url, text
@@ -20,35 +21,6 @@ from service.cli import app
 from service.sessions import engine
 
 SECRET = "s3cret"
-WITH_DATABASE = {
-    "up": ["--port", "0"],
-    "api": ["--port", "0"],
-    "poll": [],
-    "poll --once": [],
-    "work": [],
-    "work --once": [],
-    "notify": [],
-    "notify --once": [],
-    "import": ["building.toml", "--building", "TOWER"],
-    "drill": ["--building", "TOWER", "--wait", "0"],
-    "building add": ["building.toml"],
-    "building list": [],
-    "building show": ["TOWER"],
-    "building update": ["TOWER", "building.toml"],
-    "key create": ["NAME", "--role", "viewer"],
-    "key list": [],
-    "key revoke": ["NAME"],
-    "key logout": [],
-    "secret encrypt": [],
-    "login": [],
-}
-"""Commands that use the database of the settings, with what each takes."""
-WITHOUT = {
-    *("demo", "analyse", "reproduce", "effects", "settings", "secret new-key"),
-    *("model new", "model fit", "model compare", "model diagnose", "model add", "model improve"),
-}
-WAITING = {"up", "api", "poll", "work", "notify"}
-"""Parts of the service, which may wait for a database that is away."""
 
 
 def commands(path: str = "", command: object = None) -> Iterator[str]:

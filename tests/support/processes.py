@@ -4,7 +4,7 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -19,9 +19,11 @@ def environment(database_url: str, **more: str) -> dict[str, str]:
     return kept | {"MENSHIN_DATABASE_URL": database_url, "OMP_NUM_THREADS": "1"} | more
 
 
-def run(folder: Path, database_url: str, *arguments: str, **more: str) -> subprocess.CompletedProcess[str]:
-    """Run a command to its end."""
-    command = [*COMMAND, *arguments]
+def run(
+    folder: Path, database_url: str, *arguments: str, before: Sequence[str] = (), **more: str
+) -> subprocess.CompletedProcess[str]:
+    """Run a command to its end, by way of the one `before` it."""
+    command = [*before, *COMMAND, *arguments]
     return subprocess.run(
         command, cwd=folder, env=environment(database_url, **more), capture_output=True, text=True, timeout=120
     )

@@ -1,0 +1,31 @@
+"""Every command of the command line, with what it takes where it is tried."""
+
+WITH_DATABASE = {
+    "up": ["--port", "0"],
+    "api": ["--port", "0"],
+    "poll": [],
+    "poll --once": [],
+    "work": [],
+    "work --once": [],
+    "notify": [],
+    "notify --once": [],
+    "import": ["building.toml", "--building", "TOWER"],
+    "drill": ["--building", "TOWER", "--wait", "0"],
+    "building add": ["building.toml"],
+    "building list": [],
+    "building show": ["TOWER"],
+    "building update": ["TOWER", "building.toml"],
+    "key create": ["NAME", "--role", "viewer"],
+    "key list": [],
+    "key revoke": ["NAME"],
+    "key logout": [],
+    "secret encrypt": [],
+    "login": [],
+}
+"""Commands that use the database of the settings, with what each takes."""
+WITHOUT = {
+    *("demo", "analyse", "reproduce", "effects", "settings", "secret new-key"),
+    *("model new", "model fit", "model compare", "model diagnose", "model add", "model improve"),
+}
+WAITING = {"up", "api", "poll", "work", "notify"}
+"""Parts of the service, which may wait for a database that is away."""
