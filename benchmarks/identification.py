@@ -11,7 +11,7 @@ from benchmarks.table import Table
 from benchmarks.trial import ROUNDS, Limits, Refusal, Trial, Way, trials
 from core.arrays import Matrix
 from core.building import ShearBuilding, fixed_base_modes
-from core.identification.modal import poles
+from core.identification.modes import poles
 from core.model.simulation import simulate
 from core.paper import BUILDING, FOURTH_STOREY, ISOLATOR
 

@@ -9,7 +9,7 @@ import numpy as np
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from core.identification.mode import Mode
+from core.identification.modes import Mode
 from core.identification.tracking import Track, tracks
 from service.database import Analysis, DirectionResult, Event, ModeResult
 from service.queries.question import Line, Span

@@ -13,7 +13,7 @@ from sqlalchemy.orm import Session, undefer
 from core.analysis import AnalysisSettings, DirectionAnalysis, EventAnalysis
 from core.arrays import Vector
 from core.description import BuildingDescription
-from core.identification.mode import Mode
+from core.identification.modes import Mode
 from core.isolation_layer.motion import MeasuredMotion
 from core.record import Segment
 from service.blobs import decode, encode

@@ -10,9 +10,9 @@ from core.arrays import Matrix, Vector
 from core.identification.errors_in_variables import Fit, NoisyLines, cost, fit
 from core.identification.identified_modes import Identification, IdentifiedMode
 from core.identification.missing_modes import with_missing_modes
-from core.identification.modal import modal_assurance
 from core.identification.modal_transfer import RESIDUAL_TERMS, SMOOTH_TERMS, ModalTransfer, fitted_coefficients
 from core.identification.modal_uncertainty import ModalDeviation
+from core.identification.modes import modal_assurance
 from core.signals.noise import noise_density
 
 LOWEST = 0.2

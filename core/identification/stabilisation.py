@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from core.arrays import ComplexVector
-from core.identification.modal import Poles, modal_assurance, poles
+from core.identification.modes import Poles, modal_assurance, poles
 from core.identification.subspace import ObservabilitySpan
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from scipy import optimize
 
 from core.arrays import Matrix, Vector
-from core.identification.mode import Mode
+from core.identification.modes import Mode
 
 CHANGES = 0.04
 """Relative standard deviation of a mode's frequency from one event to another: stronger shaking softens a building."""

@@ -6,8 +6,7 @@ from scipy import linalg
 from core.arrays import Matrix, Vector
 from core.errors import IdentificationError
 from core.identification.identified_modes import Identification, IdentifiedMode, identified_modes
-from core.identification.modal import real_shape
-from core.identification.mode import Mode
+from core.identification.modes import Mode, real_shape
 from core.identification.refinement import Refinement, refined
 from core.restoring_force.estimator import InstrumentedSuperstructure, RestoringForce, check
 from core.restoring_force.expansion import assumed_stiffness, expanded, modal_acceleration, static_shapes

@@ -8,7 +8,7 @@ import numpy as np
 from core.arrays import Indices, Matrix, Vector
 from core.building import FixedBaseModes
 from core.errors import ModelError, RecordError
-from core.identification.mode import Mode
+from core.identification.modes import Mode
 from core.restoring_force.error_spectrum import ErrorSpectrum
 from core.restoring_force.reliance import Reliance
 from core.restoring_force.storeys import StoreyStiffness

@@ -1,7 +1,7 @@
 """What are the accelerations of the modes that the paper's method identifies?"""
 
 from core.arrays import Matrix
-from core.identification.modal import mass_normalised
+from core.identification.modes import mass_normalised
 from core.restoring_force import cms
 from core.restoring_force.estimator import InstrumentedSuperstructure, RestoringForce
 from core.restoring_force.expansion import modal_acceleration

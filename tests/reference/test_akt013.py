@@ -14,8 +14,7 @@ from core.arrays import Vector
 from core.building import fixed_base_modes as analytic_modes
 from core.comparison.fitting_rate import fitting_rate as fit
 from core.identification.identified_modes import Identification, identified_modes
-from core.identification.modal import mass_normalised
-from core.identification.mode import Mode
+from core.identification.modes import Mode, mass_normalised
 from core.identification.refinement import Refinement
 from core.model.simulation import Response, simulate
 from core.paper import BUILDING, ISOLATOR

@@ -13,7 +13,7 @@ from sqlalchemy.orm import Session, sessionmaker
 
 from core.analysis import AnalysisSettings, DirectionAnalysis, EventAnalysis
 from core.building import fixed_base_modes
-from core.identification.mode import Mode
+from core.identification.modes import Mode
 from core.isolation_layer.equivalent import EquivalentSegment
 from core.isolation_layer.motion import MeasuredMotion, ResidualDisplacement
 from core.paper import BUILDING

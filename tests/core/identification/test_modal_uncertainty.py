@@ -9,8 +9,8 @@ from scipy import signal
 from core.arrays import Matrix, Vector
 from core.building import fixed_base_modes
 from core.identification.identified_modes import Identification, identified_modes
-from core.identification.modal import poles
 from core.identification.modal_uncertainty import modal_deviations, output_errors, pole_influence
+from core.identification.modes import poles
 from core.identification.projection import project
 from core.identification.stabilisation import DiagramPole
 from core.identification.subspace import WEIGHTINGS, ObservabilitySpan, observability_span

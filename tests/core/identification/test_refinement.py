@@ -8,7 +8,7 @@ import pytest
 from core.arrays import Matrix, Vector
 from core.building import fixed_base_modes
 from core.identification.identified_modes import Identification, IdentifiedMode, identified_modes
-from core.identification.modal import real_shape
+from core.identification.modes import real_shape
 from core.identification.refinement import Refinement, refined
 from core.model.simulation import simulate
 from core.paper import BUILDING, FOURTH_STOREY, ISOLATOR

@@ -6,7 +6,7 @@ from scipy import linalg
 
 from core.arrays import Matrix
 from core.errors import IdentificationError
-from core.identification.modal import poles
+from core.identification.modes import poles
 from core.identification.projection import project
 from core.identification.realisation import realise
 from core.identification.subspace import WEIGHTINGS, is_identifiable, observability_span

@@ -3,7 +3,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from core.building import fixed_base_modes
-from core.identification.mode import Mode
+from core.identification.modes import Mode
 from core.identification.tracking import Track, tracks
 from core.paper import BUILDING
 

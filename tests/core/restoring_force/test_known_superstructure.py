@@ -7,7 +7,7 @@ from described import paper
 from core.building import fixed_base_modes
 from core.description import BuildingDescription
 from core.errors import IdentificationError
-from core.identification.mode import Mode
+from core.identification.modes import Mode
 from core.paper import BUILDING
 from core.restoring_force.estimator import RestoringForce
 from core.restoring_force.known_superstructure import known_superstructure

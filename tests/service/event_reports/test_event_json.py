@@ -7,7 +7,7 @@ import orjson
 from building_files import FOLDER, SMALL
 
 from core.analysis import AnalysisSettings, DirectionAnalysis, EventAnalysis
-from core.identification.mode import Mode
+from core.identification.modes import Mode
 from core.isolation_layer.axial_load import AxialLoad
 from core.isolation_layer.equivalent import EquivalentSegment
 from core.isolation_layer.motion import MeasuredMotion, ResidualDisplacement

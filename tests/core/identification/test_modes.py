@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from scipy import linalg
 
 from core.building import damping_matrix, fixed_base_modes, mass_matrix, stiffness_matrix
-from core.identification.modal import mass_normalised, modal_assurance, poles, real_shape
+from core.identification.modes import mass_normalised, modal_assurance, poles, real_shape
 from core.paper import BUILDING
 
 RATE = 100.0
