@@ -10,7 +10,7 @@ from types import MappingProxyType
 
 from core.arrays import Matrix
 from core.identification.projection import project
-from core.identification.subspace import moesp, observability_span
+from core.identification.subspace import extended_observability, moesp
 
 Identify = Callable[[Matrix, Matrix, int, int], tuple[Matrix, Matrix]]
 
@@ -25,7 +25,7 @@ class Identifier:
 
 def ours(u: Matrix, y: Matrix, block_rows: int, order: int) -> tuple[Matrix, Matrix]:
     """MOESP by lag products."""
-    return observability_span(project(u, y, block_rows), moesp).system(order)
+    return extended_observability(project(u, y, block_rows), moesp).system(order)
 
 
 def slicot(algorithm: str) -> Identify:

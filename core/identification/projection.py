@@ -1,4 +1,4 @@
-"""What the past tells of the future beyond what the future input does: the data equation's LQ (paper, eq 13-18)."""
+"""LQ factorisation of the block Hankel data matrix: projection of the future outputs on the past (paper, eq 13-18)."""
 
 from dataclasses import dataclass
 from math import ceil
@@ -9,18 +9,19 @@ from scipy import fft, linalg
 from core.arrays import Matrix
 from core.errors import IdentificationError
 
-WELL_CONDITIONED = 1e-4
-"""Of the largest diagonal entry. The rounding of a Gram matrix grows with this to the power of minus two: to 1e-7."""
+SMALLEST_DIAGONAL = 1e-4
+"""Ratio to the largest diagonal entry of the Cholesky factor, below which the factor is discarded.
 
+The relative rounding error of a Gram matrix grows with the inverse square of this ratio: here, to 1e-7."""
 SEGMENT = 16
-"""Lags in a segment: shorter ones overlap too much, longer ones leave the processor's cache."""
+"""Segment length over the number of lags: shorter segments overlap more, longer ones exceed the processor's cache."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Projection:
-    """The lower triangle of [U_f; W_p; Y_f] = L Q, row blocks future input, past, future output.
+    """Blocks of the lower triangular factor L of [U_f; W_p; Y_f] = L Q: future input, past, future output.
 
-    Eq 16 in these terms: Y_f Π = L32 Q2 + L33 Q3 and W_p Π = L22 Q2, so that no N x N matrix is ever formed.
+    Eq 16 of the paper in these terms: Y_f Π = L32 Q2 + L33 Q3 and W_p Π = L22 Q2. No N x N matrix is formed.
     """
 
     inputs: Matrix
@@ -28,7 +29,7 @@ class Projection:
     outputs: Matrix
     """(p, n), as given."""
     block_rows: int
-    """r, of the past and of the future."""
+    """r, block rows of the past, and of the future."""
     future_input: Matrix
     """L11, (rows of the future input, the same)."""
     past_input: Matrix
@@ -37,29 +38,29 @@ class Projection:
     """L22, (rows of the past, the same)."""
     future: Matrix
     """L32, (rows of the future output, rows of the past)."""
-    unexplained: Matrix
-    """L33, (rows of the future output, the same): what the past does not explain."""
+    residual: Matrix
+    """L33, (rows of the future output, the same): the part that the past does not explain."""
 
 
 def block_hankel(series: Matrix, block_rows: int) -> Matrix:
-    """Y_r(1) ... Y_r(N) side by side (eq 13, 15).
+    """Block Hankel matrix [Y_r(1) ... Y_r(N)] (paper, eq 13 and 15).
 
     Args:
         series: (channels, n).
-        block_rows: r, number of samples one below the other.
+        block_rows: r, successive samples stacked in a column.
 
     Returns:
-        (block_rows * channels, n - block_rows + 1), a copy, time-major within a column.
+        (block_rows * channels, n - block_rows + 1), a copy; within a column all channels of a sample come together.
     """
     windows = np.lib.stride_tricks.sliding_window_view(series, block_rows, axis=1)
     return windows.transpose(2, 0, 1).reshape(block_rows * series.shape[0], -1)
 
 
 def hankel_gram(series: Matrix, block_rows: int) -> Matrix:
-    """H Hᵀ of the block Hankel matrix, without forming it.
+    """Gram matrix H Hᵀ of the block Hankel matrix H, computed without forming H.
 
-    Its first block row are lag products. Down a block diagonal their window moves on by one sample: one product enters,
-    one leaves.
+    The first block row consists of lag products. Along a block diagonal, the summation window advances by one sample:
+    one product enters and one leaves.
 
     Args:
         series: (channels, n).
@@ -82,21 +83,21 @@ def hankel_gram(series: Matrix, block_rows: int) -> Matrix:
 
 
 def lag_products(series: Matrix, lags: int) -> np.ndarray[tuple[int, int, int], np.dtype[np.float64]]:
-    """Σ_t y(t) y(t + lag)ᵀ over the first n - lags + 1 samples t, by way of the spectra of short segments.
+    """Σ_t y(t) y(t + lag)ᵀ over the first n - lags + 1 samples t, by the discrete Fourier transform of short segments.
 
-    The products of the segments' spectra are summed before the one inverse transform: long transforms of all pairs of
-    channels would take most of the time.
+    The cross spectra of the segments are summed before a single inverse transform. Transforms of the whole record for
+    all pairs of channels would dominate the computing time.
 
     Args:
         series: (channels, n).
-        lags: how many, from zero on.
+        lags: number of lags, from zero.
 
     Returns:
         (lags, channels, channels).
     """
     channels, n = series.shape
     length = fft.next_fast_len(SEGMENT * lags, real=True)
-    step = length - lags + 1  # a segment and its largest lag fill the length: none wraps round
+    step = length - lags + 1  # a segment and its largest lag fill the length, so that nothing wraps around
     segments = ceil((n - lags + 1) / step)
     earlier, later = np.zeros((channels, segments * step)), np.zeros((channels, segments * step + lags - 1))
     earlier[:, : n - lags + 1], later[:, :n] = series[:, : n - lags + 1], series
@@ -107,15 +108,15 @@ def lag_products(series: Matrix, lags: int) -> np.ndarray[tuple[int, int, int], 
 
 
 def project(inputs: Matrix, outputs: Matrix, block_rows: int) -> Projection:
-    """Remove the future input from the data equation and correlate with the past (eq 15-18), by LQ.
+    """Orthogonal projection that removes the future input and correlates with the past (paper, eq 15-18), by LQ.
 
-    The instruments Φ are the past inputs and outputs. The triangle is the Cholesky factor of the Gram matrix where
-    that is well conditioned, as sensors' noise makes it; else it comes from orthogonal transformations.
+    The instrumental variables Φ are the past inputs and outputs. L is the Cholesky factor of the Gram matrix if that is
+    well conditioned, which sensor noise usually ensures; otherwise it comes from Householder reflections.
 
     Args:
         inputs: (m, n).
-        outputs: (p, n), same scale as the inputs within a few orders of magnitude.
-        block_rows: r, of the past and of the future.
+        outputs: (p, n), of the same scale as the inputs within a few orders of magnitude.
+        block_rows: r, block rows of the past, and of the future.
 
     Raises:
         IdentificationError: the record is too short for that many block rows.
@@ -127,9 +128,9 @@ def project(inputs: Matrix, outputs: Matrix, block_rows: int) -> Projection:
             f"{n} samples are too few for {block_rows} block rows of {m} inputs and {p} outputs; "
             f"at least {rows + 2 * block_rows - 1} samples, or fewer block rows, would do"
         )
-    L = triangle_by_cholesky(inputs, outputs, block_rows)
+    L = lq_by_cholesky(inputs, outputs, block_rows)
     if L is None:
-        L = triangle_by_reflections(inputs, outputs, block_rows)
+        L = lq_by_householder(inputs, outputs, block_rows)
     a, b = block_rows * m, block_rows * (2 * m + p)
     return Projection(
         inputs=inputs,
@@ -139,12 +140,12 @@ def project(inputs: Matrix, outputs: Matrix, block_rows: int) -> Projection:
         past_input=L[a:b, :a],
         past=L[a:b, a:b],
         future=L[b:, a:b],
-        unexplained=L[b:, b:],
+        residual=L[b:, b:],
     )
 
 
-def triangle_by_cholesky(inputs: Matrix, outputs: Matrix, block_rows: int) -> Matrix | None:
-    """L of [U_f; W_p; Y_f] = L Q from its Gram matrix; None where that is too near to singular."""
+def lq_by_cholesky(inputs: Matrix, outputs: Matrix, block_rows: int) -> Matrix | None:
+    """L of [U_f; W_p; Y_f] = L Q from its Gram matrix; None if that is too near to singular."""
     m, p = len(inputs), len(outputs)
     rows = np.arange(2 * block_rows * (m + p)).reshape(2 * block_rows, m + p)
     U, Y = rows[:, :m].ravel(), rows[:, m:].ravel()
@@ -155,11 +156,11 @@ def triangle_by_cholesky(inputs: Matrix, outputs: Matrix, block_rows: int) -> Ma
     except linalg.LinAlgError:
         return None
     diagonal = np.diag(L)
-    return L if diagonal.min() > WELL_CONDITIONED * diagonal.max() else None
+    return L if diagonal.min() > SMALLEST_DIAGONAL * diagonal.max() else None
 
 
-def triangle_by_reflections(inputs: Matrix, outputs: Matrix, block_rows: int) -> Matrix:
-    """L of [U_f; W_p; Y_f] = L Q by QR, in batches: memory is that of a few triangles however long the record."""
+def lq_by_householder(inputs: Matrix, outputs: Matrix, block_rows: int) -> Matrix:
+    """L of [U_f; W_p; Y_f] = L Q by QR in batches; memory does not grow with the length of the record."""
     rows = 2 * block_rows * (inputs.shape[0] + outputs.shape[0])
     columns = inputs.shape[1] - 2 * block_rows + 1
     R = np.empty((0, rows))

@@ -1,118 +1,118 @@
-"""Which poles are modes: those that stay as the model order rises."""
+"""Stabilisation diagram: modes are the poles that persist as the model order rises."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from core.arrays import ComplexVector
 from core.identification.modes import Poles, modal_assurance, poles
-from core.identification.subspace import ObservabilitySpan
+from core.identification.subspace import ExtendedObservability
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Stability:
-    """How far a pole may move from one order to the next and still be called stable."""
+class StabilityCriteria:
+    """Criteria by which a pole is stable from one order to the next, and a column of stable poles is a mode."""
 
     frequency: float = 0.02
-    """Relative change."""
+    """Largest relative change of the natural frequency."""
     damping_ratio: float = 0.3
-    """Relative change."""
+    """Largest relative change of the damping ratio."""
     modal_assurance: float = 0.95
-    """The least."""
+    """Smallest modal assurance criterion."""
     largest_damping_ratio: float = 0.2
-    """A superstructure's mode is below this; what is above is the spectrum's background."""
+    """Modes of a superstructure are below; poles above describe the background of the spectrum."""
     highest_frequency: float = 0.4
-    """Share of the sampling rate, above which the anti-alias filter has taken the motion away."""
+    """Ratio to the sampling rate, above which the anti-alias filter has removed the motion."""
     share: float = 0.5
-    """Of the orders from its first appearance on in which a mode must be stable."""
+    """Smallest share of the orders, counted from a mode's first appearance, in which it is stable."""
     least_count: int = 3
-    """Orders in which a mode must be stable."""
+    """Smallest number of orders in which a mode is stable."""
     least_order: int = 10
-    """Of a pole that is reported: lower orders are biased by the modes they leave out."""
+    """Lowest order of a reported pole. Lower orders are biased by the modes that they leave out."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DiagramPole:
-    """One pole in the stabilisation diagram."""
+    """A pole in the stabilisation diagram."""
 
     order: int
     eigenvalue: complex
     frequency: float
-    """Hz."""
+    """Hz, undamped natural frequency."""
     damping_ratio: float
     shape: ComplexVector
     """(outputs,)"""
     is_stable: bool
-    """It was there at the order before."""
+    """True if the previous order has the same pole."""
 
 
 def stabilisation_diagram(
-    span: ObservabilitySpan, orders: Sequence[int], rate: float, stability: Stability
+    observability: ExtendedObservability, orders: Sequence[int], rate: float, criteria: StabilityCriteria
 ) -> tuple[DiagramPole, ...]:
-    """The poles of every order with a plausible damping ratio, and whether they were there at the order before.
+    """Poles of every order that have a plausible frequency and damping ratio, marked as stable or not.
 
     Args:
-        span: of the observability matrix, common to all orders.
-        orders: rising; those the data does not hold are left out.
+        observability: the extended observability matrix common to all orders.
+        orders: rising; orders above the rank of the data are left out.
         rate: Hz.
-        stability: what counts as the same pole.
+        criteria: by which two poles are the same.
     """
     diagram: list[DiagramPole] = []
-    before: list[DiagramPole] = []
-    for order in (order for order in orders if order <= span.columns.shape[1]):
-        current = _judged(poles(*span.system(order), rate), rate, order, before, stability)
+    previous: list[DiagramPole] = []
+    for order in (order for order in orders if order <= observability.columns.shape[1]):
+        current = _plausible_poles(poles(*observability.system(order), rate), rate, order, previous, criteria)
         diagram += current
-        before = current
+        previous = current
     return tuple(diagram)
 
 
-def _judged(
-    found: Poles, rate: float, order: int, before: Sequence[DiagramPole], stability: Stability
+def _plausible_poles(
+    estimated: Poles, rate: float, order: int, previous: Sequence[DiagramPole], criteria: StabilityCriteria
 ) -> list[DiagramPole]:
-    """The plausible poles of one order."""
-    judged = []
+    """Poles of one order with a plausible frequency and damping ratio."""
+    plausible = []
     for value, frequency, ratio, shape in zip(
-        found.eigenvalues, found.frequency, found.damping_ratio, found.shapes.T, strict=True
+        estimated.eigenvalues, estimated.frequency, estimated.damping_ratio, estimated.shapes.T, strict=True
     ):
-        within = frequency < stability.highest_frequency * rate
-        if within and 0 < ratio < stability.largest_damping_ratio:
+        is_in_band = frequency < criteria.highest_frequency * rate
+        if is_in_band and 0 < ratio < criteria.largest_damping_ratio:
             pole = DiagramPole(order, complex(value), float(frequency), float(ratio), shape, is_stable=False)
-            was_there = any(is_same(pole, other, stability) for other in before)
-            judged.append(DiagramPole(order, pole.eigenvalue, pole.frequency, pole.damping_ratio, shape, was_there))
-    return judged
+            is_stable = any(is_same_pole(pole, other, criteria) for other in previous)
+            plausible.append(DiagramPole(order, pole.eigenvalue, pole.frequency, pole.damping_ratio, shape, is_stable))
+    return plausible
 
 
-def is_same(one: DiagramPole, other: DiagramPole, stability: Stability) -> bool:
-    """Whether two poles of different orders are one mode."""
+def is_same_pole(one: DiagramPole, other: DiagramPole, criteria: StabilityCriteria) -> bool:
+    """True if two poles of different orders belong to the same mode."""
     return (
-        abs(one.frequency - other.frequency) <= stability.frequency * other.frequency
-        and abs(one.damping_ratio - other.damping_ratio) <= stability.damping_ratio * other.damping_ratio
-        and modal_assurance(one.shape, other.shape) >= stability.modal_assurance
+        abs(one.frequency - other.frequency) <= criteria.frequency * other.frequency
+        and abs(one.damping_ratio - other.damping_ratio) <= criteria.damping_ratio * other.damping_ratio
+        and modal_assurance(one.shape, other.shape) >= criteria.modal_assurance
     )
 
 
-def stable_modes(diagram: Sequence[DiagramPole], stability: Stability) -> tuple[DiagramPole, ...]:
-    """The modes: columns of the diagram in which a pole is stable in most orders since it first appeared.
+def stable_modes(diagram: Sequence[DiagramPole], criteria: StabilityCriteria) -> tuple[DiagramPole, ...]:
+    """One pole for every mode: for every column of the diagram that is stable in most orders since it first appeared.
 
     Returns:
-        Of each column the pole with the median damping ratio among the orders that are high enough to be unbiased;
-        lowest frequency first; empty if no pole is stable.
+        The pole with the median damping ratio among the unbiased orders of each column, lowest frequency first; empty
+        if no pole is stable.
     """
     orders = sorted({pole.order for pole in diagram})
     modes = []
-    for column in _columns(diagram, stability):
+    for column in _columns(diagram, criteria):
         possible = [order for order in orders if order >= column[0].order]
-        unbiased = [pole for pole in column if pole.order >= stability.least_order]
-        if unbiased and len(column) >= max(stability.least_count, stability.share * len(possible)):
+        unbiased = [pole for pole in column if pole.order >= criteria.least_order]
+        if unbiased and len(column) >= max(criteria.least_count, criteria.share * len(possible)):
             modes.append(sorted(unbiased, key=lambda pole: pole.damping_ratio)[(len(unbiased) - 1) // 2])
     return tuple(sorted(modes, key=lambda mode: mode.frequency))
 
 
-def _columns(diagram: Sequence[DiagramPole], stability: Stability) -> list[list[DiagramPole]]:
-    """The stable poles, each appended to the column whose last pole it repeats at a higher order, or a new one."""
+def _columns(diagram: Sequence[DiagramPole], criteria: StabilityCriteria) -> list[list[DiagramPole]]:
+    """Stable poles in columns: each joins the column whose last pole, of a lower order, is the same, or a new one."""
     columns: list[list[DiagramPole]] = []
     for pole in (pole for pole in diagram if pole.is_stable):
         for column in columns:
-            if column[-1].order < pole.order and is_same(pole, column[-1], stability):
+            if column[-1].order < pole.order and is_same_pole(pole, column[-1], criteria):
                 column.append(pole)
                 break
         else:
@@ -121,5 +121,5 @@ def _columns(diagram: Sequence[DiagramPole], stability: Stability) -> list[list[
 
 
 def even_orders(largest: int) -> range:
-    """2, 4, ... up to the largest: every mode takes two states."""
+    """2, 4, ... up to the largest order: every mode takes two states."""
     return range(2, largest + 1, 2)

@@ -4,16 +4,19 @@ from functools import cache
 import motions
 import numpy as np
 import pytest
+from scipy import signal
 
 from core.arrays import Matrix
 from core.building import fixed_base_modes
 from core.errors import IdentificationError
-from core.identification.identified_modes import Identification, identified_modes
+from core.identification.identified_modes import Identification, identified_modes, is_supported, misfit_increase
+from core.identification.modal_uncertainty import ModalDeviation
 from core.identification.subspace import WEIGHTINGS
 from core.model.simulation import simulate
 from core.paper import BUILDING, FOURTH_STOREY, ISOLATOR
 
 EXACT = fixed_base_modes(BUILDING)
+SLOW, FAST = 0.98 * np.exp(0.3j), 0.95 * np.exp(1.2j)
 
 
 @cache
@@ -79,3 +82,49 @@ def test_refuses_a_dead_channel_and_says_what_would_do() -> None:
         identified_modes(channels[0], 0 * channels[1:], 100.0, Identification())
     with pytest.raises(IdentificationError, match="fewer block rows, would do"):
         identified_modes(channels[0, :500], channels[1:, :500], 100.0, replace(Identification(), block_rows=40))
+
+
+def response(eigenvalue: complex, u: np.ndarray) -> np.ndarray:
+    return np.asarray(signal.lfilter([0, 1], [1, -eigenvalue], u).real)
+
+
+def test_a_mode_counts_by_what_it_alone_explains() -> None:
+    """Without the slow mode the misfit grows by its variance over the noise's, but for what the other one imitates."""
+    rng = np.random.default_rng(1)
+    u, noise = rng.standard_normal((1, 20000)), rng.standard_normal((2, 20000))
+    y = np.vstack([response(SLOW, u[0]), 0 * u[0]]) + noise
+    increase = misfit_increase(np.array([SLOW, FAST]), u, y)
+    assert increase.shape == (2, 2)
+    assert increase[0, 0] == pytest.approx(np.var(response(SLOW, u[0])), rel=0.15)
+    # Eight coefficients that explain nothing take 8 of 20,000 parts of the misfit away, and three times that at most.
+    assert np.delete(increase.ravel(), 0) == pytest.approx(0, abs=24 / 20000)
+
+
+def test_ringing_down_from_the_start_counts_too() -> None:
+    rng = np.random.default_rng(2)
+    start = np.real(SLOW ** np.arange(500))
+    increase = misfit_increase(
+        np.array([SLOW]), 0.01 * rng.standard_normal((1, 500)), start + 0.1 * rng.standard_normal((1, 500))
+    )
+    assert increase[0, 0] > 1
+
+
+@pytest.mark.parametrize(
+    ("deviation", "increase", "expected"),
+    [
+        (ModalDeviation(0.01, 0.004), 0.0, True),  # five standard deviations of damping
+        (ModalDeviation(0.01, 0.006), 0.0, False),
+        (ModalDeviation(0.01, 0.006), 0.2, True),  # poorly determined, but nothing else explains the record
+        (None, 0.2, True),
+        (None, 0.01, False),
+    ],
+)
+def test_its_damping_or_the_record_supports_a_mode(
+    deviation: ModalDeviation | None, increase: float, expected: bool
+) -> None:
+    assert is_supported(0.02, deviation, increase) is expected
+
+
+def test_what_the_input_explains_to_the_last_digit_supports_no_mode() -> None:
+    u = np.random.default_rng(3).standard_normal((1, 1000))
+    assert misfit_increase(np.array([SLOW]), u, 2 * u) == pytest.approx(0, abs=1e-3)

@@ -13,7 +13,7 @@ from core.identification.modal_uncertainty import modal_deviations, output_error
 from core.identification.modes import poles
 from core.identification.projection import project
 from core.identification.stabilisation import DiagramPole
-from core.identification.subspace import WEIGHTINGS, ObservabilitySpan, observability_span
+from core.identification.subspace import WEIGHTINGS, ExtendedObservability, extended_observability
 from core.model.simulation import simulate
 from core.paper import BUILDING, FOURTH_STOREY, ISOLATOR
 
@@ -27,9 +27,9 @@ def two_modes(rng: np.random.Generator, samples: int) -> tuple[Matrix, Matrix]:
     return u, np.array([[1.0, 0.5], [-0.7, 1.0]]) @ [signal.lfilter([0, 1], [1, -w], u[0]).real for w in MODES]
 
 
-def identified(u: Matrix, y: Matrix, weighting: str) -> tuple[ObservabilitySpan, DiagramPole]:
+def identified(u: Matrix, y: Matrix, weighting: str) -> tuple[ExtendedObservability, DiagramPole]:
     """The lower of two modes, by the model of the right order."""
-    span = observability_span(project(u, y, 8), WEIGHTINGS[weighting])
+    span = extended_observability(project(u, y, 8), WEIGHTINGS[weighting])
     found = poles(*span.system(4), 1.0)
     values = complex(found.eigenvalues[0]), float(found.frequency[0]), float(found.damping_ratio[0])
     return span, DiagramPole(4, *values, found.shapes[:, 0], is_stable=True)

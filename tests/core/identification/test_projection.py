@@ -7,9 +7,9 @@ from core.errors import IdentificationError
 from core.identification.projection import (
     block_hankel,
     hankel_gram,
+    lq_by_cholesky,
+    lq_by_householder,
     project,
-    triangle_by_cholesky,
-    triangle_by_reflections,
 )
 
 
@@ -34,7 +34,7 @@ def test_gram_is_that_of_the_hankel_matrix(seed: int, channels: int, block_rows:
 def test_both_ways_give_the_same_triangle() -> None:
     rng = np.random.default_rng(6)
     u, y = rng.standard_normal((1, 3000)), rng.standard_normal((2, 3000))
-    by_gram, by_data = triangle_by_cholesky(u, y, 8), triangle_by_reflections(u, y, 8)
+    by_gram, by_data = lq_by_cholesky(u, y, 8), lq_by_householder(u, y, 8)
     assert by_gram is not None
     assert by_gram == pytest.approx(by_data * np.sign(np.diag(by_data)), abs=1e-9 * np.abs(by_data).max())
 
@@ -42,8 +42,8 @@ def test_both_ways_give_the_same_triangle() -> None:
 def test_the_gram_matrix_is_not_trusted_where_noise_is_missing() -> None:
     """An output that follows the input exactly: half the digits would be lost in squaring."""
     u = np.random.default_rng(8).standard_normal((1, 1000))
-    assert triangle_by_cholesky(u, 2 * u, 5) is None
-    assert triangle_by_cholesky(u, 2 * u + 1e-7 * np.roll(u[:, ::-1], 3), 5) is None
+    assert lq_by_cholesky(u, 2 * u, 5) is None
+    assert lq_by_cholesky(u, 2 * u + 1e-7 * np.roll(u[:, ::-1], 3), 5) is None
 
 
 def test_batches_give_the_projection_of_one_piece() -> None:
@@ -52,7 +52,7 @@ def test_batches_give_the_projection_of_one_piece() -> None:
     u, y, r = rng.standard_normal((1, 2000)), rng.standard_normal((2, 2000)), 6
     H_u, H_y = block_hankel(u, 2 * r), block_hankel(y, 2 * r)
     rows = np.vstack([H_u[r:], H_u[:r], H_y])
-    L = triangle_by_reflections(u, y, r)
+    L = lq_by_householder(u, y, r)
     assert pytest.approx(rows @ rows.T, rel=1e-9, abs=1e-8) == L @ L.T
 
 

@@ -7,15 +7,15 @@ from scipy import signal
 from core.identification.projection import project
 from core.identification.stabilisation import (
     DiagramPole,
-    Stability,
+    StabilityCriteria,
     even_orders,
-    is_same,
+    is_same_pole,
     stabilisation_diagram,
     stable_modes,
 )
-from core.identification.subspace import moesp, observability_span
+from core.identification.subspace import extended_observability, moesp
 
-STABILITY = Stability()
+STABILITY = StabilityCriteria()
 RATE = 20.0
 
 
@@ -30,11 +30,11 @@ def test_orders_are_even_up_to_the_largest() -> None:
 
 
 def test_what_counts_as_the_same_mode() -> None:
-    assert is_same(pole(10, 2.039), pole(8), STABILITY)
-    assert not is_same(pole(10, 2.041), pole(8), STABILITY)
-    assert is_same(pole(10, damping_ratio=0.0259), pole(8), STABILITY)
-    assert not is_same(pole(10, damping_ratio=0.0261), pole(8), STABILITY)
-    assert not is_same(replace(pole(10), shape=np.array([-0.5, 1.0], dtype=complex)), pole(8), STABILITY)
+    assert is_same_pole(pole(10, 2.039), pole(8), STABILITY)
+    assert not is_same_pole(pole(10, 2.041), pole(8), STABILITY)
+    assert is_same_pole(pole(10, damping_ratio=0.0259), pole(8), STABILITY)
+    assert not is_same_pole(pole(10, damping_ratio=0.0261), pole(8), STABILITY)
+    assert not is_same_pole(replace(pole(10), shape=np.array([-0.5, 1.0], dtype=complex)), pole(8), STABILITY)
 
 
 def test_a_column_gives_its_median_damping_ratio_at_unbiased_orders() -> None:
@@ -61,7 +61,7 @@ def test_diagram_of_one_mode_in_noise() -> None:
     w = pole(0).eigenvalue
     response = 2 * signal.lfilter([0, 1], [1, -w], u[0]).real
     y = np.vstack([0.5 * response, response]) + 0.01 * rng.standard_normal((2, 6000))
-    diagram = stabilisation_diagram(observability_span(project(u, y, 15), moesp), even_orders(16), RATE, STABILITY)
+    diagram = stabilisation_diagram(extended_observability(project(u, y, 15), moesp), even_orders(16), RATE, STABILITY)
     near = [found for found in diagram if abs(found.frequency - 2.0) < 0.01]
     assert [found.order for found in near] == list(even_orders(16))
     assert [found.is_stable for found in near] == [False] + 7 * [True]
@@ -76,6 +76,6 @@ def test_orders_beyond_the_data_are_left_out() -> None:
     rng = np.random.default_rng(13)
     u = rng.standard_normal((1, 500))
     y = 2 * signal.lfilter([0, 1], [1, -pole(0).eigenvalue], u).real
-    diagram = stabilisation_diagram(observability_span(project(u, y, 4), moesp), even_orders(20), RATE, STABILITY)
+    diagram = stabilisation_diagram(extended_observability(project(u, y, 4), moesp), even_orders(20), RATE, STABILITY)
     assert diagram
     assert max(found.order for found in diagram) <= 4
