@@ -1,93 +1,259 @@
-"""Maximum likelihood modes where input and outputs are noisy alike: the base motion itself is estimated as well."""
+"""Maximum likelihood modal identification with noise in input and outputs alike (errors in variables).
+
+`ModalTransfer` models the spectra of the floors as the modal response to the base slab's motion. `fit_transfer` finds
+its most likely parameters. The base slab's true motion is unknown and estimated along with them.
+"""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import linalg
 
 from core.arrays import ComplexMatrix, ComplexVector, Indices, Matrix, Vector
-from core.identification.modal_transfer import (
-    Basis,
-    ModalTransfer,
-    basis,
-    free_motion,
-    lateness,
-    pole_changes,
-    transfer_function,
-)
 
-LARGEST_STEPS = 60
+RESIDUAL_TERMS = 4
+"""Residual terms of a floor: 1 for its gain relative to the base slab's; ω², iω³ and ω⁴ for the stiffness, dashpots
+and masses of the modes above the band."""
+SMOOTH_TERMS = 3
+"""Smooth transient terms of a floor, 1, iω and ω²: the part of the transient apart from the modes' free decay."""
+MOST_STEPS = 60
+"""Steps after which a fit ends without convergence."""
 FIRST_DAMPING = 1e-4
-"""Of the diagonal of the information."""
-MOST_RAISES = 30
-"""Of the damping, tenfold each, within one step: more would not change the step."""
-SMALL = 5e-2
-"""Of the cost per degree of freedom, or of what noise makes it: a step that promises or brings less is the last."""
+"""Initial Levenberg-Marquardt damping, relative to the diagonal of the information matrix."""
+MOST_INCREASES = 30
+"""Tenfold increases of the damping within one step; more would not change the step."""
+SMALL_DECREASE = 5e-2
+"""Decrease of the cost at which a fit has converged, expected or achieved, in units of half the larger of one and
+chi-square per degree of freedom."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class NoisyLines:
-    """Spectra of base slab and floors at the frequencies that are used."""
+class ModalTransfer:
+    """Absolute accelerations of the floors by modes: A_j = H_j A_b + T_j, A_b being the base slab's.
+
+    H_j = e^(-iωτ_j) (1 + Σ φ_jr ω² / D_r + residual terms) is the transfer function. The transient
+    T_j = e^(-iωτ_j) (Σ (c_jr + iω d_jr) / D_r + smooth terms) belongs to a record that does not begin and end at rest.
+    D_r = ω_r² - ω² + 2iζ_r ω_r ω (Pintelon and Schoukens 2012, chapters 6 and 8). Where a power of ω only scales a
+    coefficient, it is in units of `scale`.
+    """
+
+    angular_frequency: Vector
+    """(modes,) rad/s, ω_r, undamped."""
+    damping_ratio: Vector
+    """(modes,) ζ_r."""
+    forced: Matrix
+    """(floors, modes + RESIDUAL_TERMS) φ_jr, the shape times its participation factor; then the residual terms."""
+    transient: Matrix
+    """(floors, 2 modes + SMOOTH_TERMS) coefficients of T_j, or (floors, 0) for a record at rest at both ends."""
+    delay: Vector
+    """(floors,) s, τ_j, of each floor's clock relative to the base slab's."""
+    scale: float
+    """rad/s."""
+
+    @property
+    def parameters(self) -> Vector:
+        """All parameters in one vector: ω, ζ, then floor by floor its forced and transient coefficients and delay."""
+        coefficients = np.hstack([self.forced, self.transient, self.delay[:, None]])
+        return np.concatenate([self.angular_frequency, self.damping_ratio, coefficients.ravel()])
+
+    def plus(self, step: Vector) -> "ModalTransfer":
+        """The transfer with a step added to its parameters."""
+        m = self.angular_frequency.size
+        coefficients = step[2 * m :].reshape(len(self.forced), -1)
+        return replace(
+            self,
+            angular_frequency=self.angular_frequency + step[:m],
+            damping_ratio=self.damping_ratio + step[m : 2 * m],
+            forced=self.forced + coefficients[:, : self.forced.shape[1]],
+            transient=self.transient + coefficients[:, self.forced.shape[1] : -1],
+            delay=self.delay + coefficients[:, -1],
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BasisFunctions:
+    """Functions of frequency that the coefficients of a ModalTransfer multiply."""
+
+    inverse: ComplexMatrix
+    """(modes, lines) 1 / D_r, s²."""
+    forced: ComplexMatrix
+    """(modes + RESIDUAL_TERMS, lines)"""
+    transient: ComplexMatrix
+    """(2 modes + SMOOTH_TERMS, lines), or (0, lines) without a transient."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NoisySpectra:
+    """Spectra of base slab and floors at the frequencies of the fit."""
 
     angular_frequency: Vector
     """(lines,) rad/s."""
     spectra: ComplexMatrix
     """(1 + floors, lines), the base slab first."""
     noise: Vector
-    """(1 + floors,) standard deviation of a line: √E|e|²."""
+    """(1 + floors,) standard deviation of a line, √E|e|²."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Fit:
-    """The most likely transfer, and how well it is known."""
+class TransferFit:
+    """Most likely transfer, with its uncertainty."""
 
     transfer: ModalTransfer
     covariance: Matrix
-    """(parameters, parameters) of transfer.parameters, as large as the misfit says; NaN where the lines do not
-    determine the parameters."""
+    """(parameters, parameters) of transfer.parameters, enlarged by a misfit above 1; NaN if the lines do not determine
+    the parameters."""
     cost: float
     """Σ|z - g a|², z in standard deviations of the noise."""
     degrees_of_freedom: int
     converged: bool
-    """False also where no step could be computed, as from lines that say nothing of a mode."""
+    """False also if no step could be computed, as from lines that do not depend on a mode."""
     inverse_information: Matrix
     """(parameters, parameters) (JᵀJ)⁻¹."""
 
     @property
     def misfit(self) -> float:
-        """Chi-square per degree of freedom: 1 where noise explains all that is left."""
+        """Chi-square per degree of freedom: 1 if noise explains the whole residual."""
         return 2 * self.cost / self.degrees_of_freedom
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Linearised:
-    """The cost around one transfer: Σ|r|², r = z - g a, a = gᴴz / gᴴg."""
+class CostExpansion:
+    """Second-order expansion of the cost Σ|r|² around a transfer; r = z - g a, a = gᴴz / gᴴg."""
 
     cost: float
     gradient: Vector
     """(parameters,) of half the cost."""
     information: Matrix
-    """(parameters, parameters) JᵀJ: variance of the gradient, twice."""
+    """(parameters, parameters) JᵀJ: twice the variance of the gradient."""
     hessian: Matrix
-    """(parameters, parameters) of half the cost, as is to be expected."""
+    """(parameters, parameters) expected Hessian of half the cost."""
 
 
-def linearised(transfer: ModalTransfer, lines: NoisyLines) -> Linearised:
-    """Cost, gradient and Hessian of the likelihood with the base motion profiled out.
+def basis_functions(transfer: ModalTransfer, w: Vector) -> BasisFunctions:
+    """Basis functions at the angular frequencies w, (lines,) rad/s."""
+    w_r, ratio = transfer.angular_frequency[:, None], transfer.damping_ratio[:, None]
+    inverse = np.reciprocal(w_r**2 - w**2 + 2j * ratio * w_r * w)
+    x = w / transfer.scale
+    forced = np.vstack(
+        [w**2 * inverse, np.ones_like(x)[None], *((1j**k * x ** (k + 2))[None] for k in range(RESIDUAL_TERMS - 1))]
+    )
+    if not transfer.transient.size:
+        return BasisFunctions(inverse, forced, np.empty((0, w.size), dtype=complex))
+    decay = transfer.scale**2 * inverse
+    return BasisFunctions(
+        inverse, forced, np.vstack([decay, 1j * x * decay, *((1j * x[None]) ** k for k in range(SMOOTH_TERMS))])
+    )
 
-    Per line z = [A_b, A_1 - T_1, ...]/σ and g = [1, H_1, ...]/σ. With d = dg a + dt the change of g a + t,
-    P = I - g gᴴ/gᴴg and P z = r, the gradient is -Re dᴴ r. JᵀJ = Re dᴴ P d holds |a|², which noise makes too large by
-    1 / gᴴg: without that it is the Hessian that is to be expected (Golub and Pereyra 1973 for the derivatives).
+
+def transfer_function(transfer: ModalTransfer, basis: BasisFunctions, w: Vector) -> ComplexMatrix:
+    """(floors, lines) H_j, from the base slab's acceleration to each floor's."""
+    return np.asarray((1 + transfer.forced @ basis.forced) * delay_factor(transfer, w))
+
+
+def transient(transfer: ModalTransfer, basis: BasisFunctions, w: Vector) -> ComplexMatrix:
+    """(floors, lines) T_j."""
+    return np.asarray((transfer.transient @ basis.transient) * delay_factor(transfer, w))
+
+
+def delay_factor(transfer: ModalTransfer, w: Vector) -> ComplexMatrix:
+    """(floors, lines) e^(-iωτ_j)."""
+    return np.asarray(np.exp(-1j * transfer.delay[:, None] * w))
+
+
+def least_squares_coefficients(
+    transfer: ModalTransfer, w: Vector, base: ComplexVector, floors: ComplexMatrix, noise: Vector
+) -> ModalTransfer:
+    """The transfer with the same poles whose coefficients fit the spectra by weighted least squares.
+
+    The base slab's spectrum is taken as exact and all delays as zero.
+
+    Args:
+        transfer: its poles are kept.
+        w: (lines,) rad/s.
+        base: (lines,) spectrum of the base slab's acceleration.
+        floors: (floors, lines) spectra of the floors' accelerations.
+        noise: (1 + floors,) standard deviation of a line of each, the base slab first.
     """
-    terms = basis(transfer, lines.angular_frequency)
-    a, r, g = profiled(transfer, terms, lines)
+    basis = basis_functions(transfer, w)
+    regressors = np.vstack([basis.forced * base, basis.transient])
+    coefficients = []
+    for spectrum, std in zip(floors, noise[1:], strict=True):
+        weight = np.full(w.size, 1 / std)
+        for _ in range(2):  # the second weights include the base slab's noise, amplified by the first transfer
+            rows, right_side = regressors * weight, (spectrum - base) * weight
+            normal = rows.real @ rows.real.T + rows.imag @ rows.imag.T
+            right = rows.real @ right_side.real + rows.imag @ right_side.imag
+            length = np.sqrt(np.diag(normal))
+            solution = np.linalg.lstsq(normal / np.outer(length, length), right / length, rcond=None)[0] / length
+            weight = 1 / np.hypot(std, noise[0] * np.abs(1 + solution[: len(basis.forced)] @ basis.forced))
+        coefficients.append(solution)
+    forced, of_transient = np.split(np.array(coefficients), [len(basis.forced)], axis=1)
+    return replace(transfer, forced=forced, transient=of_transient)
+
+
+def fit_transfer(start: ModalTransfer, lines: NoisySpectra) -> TransferFit:
+    """Most likely transfer near a start, by Newton's method with the damping of Levenberg and Marquardt."""
+    transfer, here = start, cost_expansion(start, lines)
+    freedom = 2 * len(start.forced) * lines.angular_frequency.size - start.parameters.size
+    damping, growth, converged = FIRST_DAMPING, 2.0, False
+    for _ in range(MOST_STEPS):
+        step = _step(here, damping)
+        if step is None:
+            break
+        expected = -float(here.gradient @ step)
+        candidate = transfer.plus(step)
+        decrease = here.cost - cost(candidate, lines)
+        if decrease > 0:
+            gain = decrease / expected
+            transfer, here = candidate, cost_expansion(candidate, lines)
+            damping, growth = damping * max(1 / 10, 1 - (2 * gain - 1) ** 3), 2.0
+        else:
+            damping, growth = damping * growth, 2 * growth
+        small = SMALL_DECREASE * max(0.5, here.cost / freedom)
+        if expected < small or 0 < decrease < small:
+            converged = True
+            break
+    covariance, inverse = _covariance(here, freedom)
+    return TransferFit(transfer, covariance, here.cost, freedom, converged, inverse)
+
+
+def cost(transfer: ModalTransfer, lines: NoisySpectra) -> float:
+    """Σ|r|² for the most likely base motion; infinite if a mode does not decay."""
+    if not (np.all(transfer.damping_ratio > 0) and np.all(transfer.angular_frequency > 0)):
+        return np.inf
+    basis = basis_functions(transfer, lines.angular_frequency)
+    return float(np.sum(np.abs(profiled_base_motion(transfer, basis, lines)[1]) ** 2))
+
+
+def profiled_base_motion(
+    transfer: ModalTransfer, basis: BasisFunctions, lines: NoisySpectra
+) -> tuple[ComplexVector, ComplexMatrix, ComplexMatrix]:
+    """(lines,) most likely base motion a, (1 + floors, lines) residual r, and (1 + floors, lines) g."""
+    noise = lines.noise[:, None]
+    w = lines.angular_frequency
+    g = np.vstack([np.ones_like(basis.forced[:1]), transfer_function(transfer, basis, w)]) / noise
+    z = lines.spectra / noise
+    z[1:] -= transient(transfer, basis, w) / noise[1:]
+    a = np.asarray(np.sum(g.conj() * z, axis=0) / np.sum(np.abs(g) ** 2, axis=0))
+    return a, np.asarray(z - g * a), np.asarray(g)
+
+
+def cost_expansion(transfer: ModalTransfer, lines: NoisySpectra) -> CostExpansion:
+    """Cost, gradient and Hessian of the profile likelihood, in which the base motion takes its most likely value.
+
+    On each line, z = [A_b, A_1 - T_1, ...]/σ and g = [1, H_1, ...]/σ. With d = dg a + dt the derivative of g a + t,
+    P = I - g gᴴ/gᴴg and P z = r, the gradient is -Re dᴴ r. JᵀJ = Re dᴴ P d contains |a|², which noise makes too large
+    by 1 / gᴴg; without that excess it is the expected Hessian (Golub and Pereyra 1973 for the derivatives).
+    """
+    basis = basis_functions(transfer, lines.angular_frequency)
+    a, r, g = profiled_base_motion(transfer, basis, lines)
     length = np.sqrt(np.sum(np.abs(g) ** 2, axis=0))
     count = transfer.parameters.size
     gradient, information = np.zeros(count), np.zeros((count, count))
     noise = np.zeros((count, count))
     along, noise_along = (np.zeros((count, a.size), dtype=complex) for _ in range(2))
-    for floor, (own, of_g, change) in enumerate(changes(transfer, terms, lines, a), start=1):
+    for floor, (own, of_g, change) in enumerate(floor_derivatives(transfer, basis, lines, a), start=1):
         information[np.ix_(own, own)] += _gram(change)
         gradient[own] -= (change.conj() @ r[floor]).real
         along[own] += change * (g[floor].conj() / length)
@@ -95,87 +261,54 @@ def linearised(transfer: ModalTransfer, lines: NoisyLines) -> Linearised:
         noise_along[own] += of_g * (g[floor].conj() / length**2)
     information -= _gram(along)
     hessian = information - noise + _gram(noise_along)
-    return Linearised(float(np.sum(np.abs(r) ** 2)), gradient, information, hessian)
+    return CostExpansion(float(np.sum(np.abs(r) ** 2)), gradient, information, hessian)
 
 
-def profiled(
-    transfer: ModalTransfer, terms: Basis, lines: NoisyLines
-) -> tuple[ComplexVector, ComplexMatrix, ComplexMatrix]:
-    """(lines,) the most likely base motion a, (1 + floors, lines) the residual r, and g."""
-    noise = lines.noise[:, None]
-    w = lines.angular_frequency
-    g = np.vstack([np.ones_like(terms.driven[:1]), transfer_function(transfer, terms, w)]) / noise
-    z = lines.spectra / noise
-    z[1:] -= free_motion(transfer, terms, w) / noise[1:]
-    a = np.asarray(np.sum(g.conj() * z, axis=0) / np.sum(np.abs(g) ** 2, axis=0))
-    return a, np.asarray(z - g * a), np.asarray(g)
-
-
-def cost(transfer: ModalTransfer, lines: NoisyLines) -> float:
-    """Σ|r|² of the most likely base motion; infinite where a mode would not decay."""
-    if not (np.all(transfer.damping_ratio > 0) and np.all(transfer.angular_frequency > 0)):
-        return np.inf
-    return float(np.sum(np.abs(profiled(transfer, basis(transfer, lines.angular_frequency), lines)[1]) ** 2))
-
-
-def changes(
-    transfer: ModalTransfer, terms: Basis, lines: NoisyLines, a: ComplexVector
+def floor_derivatives(
+    transfer: ModalTransfer, basis: BasisFunctions, lines: NoisySpectra, a: ComplexVector
 ) -> Iterator[tuple[Indices, ComplexMatrix, ComplexMatrix]]:
-    """Floor by floor: which parameters move it, and (these, lines) by how much they move its g and its g a + t."""
-    w, m, row = lines.angular_frequency, transfer.angular_frequency.size, len(terms.driven) + len(terms.free) + 1
-    relative, late = pole_changes(transfer, terms, w), lateness(transfer, w)
-    h, t = transfer_function(transfer, terms, w) / late, free_motion(transfer, terms, w) / late
-    for floor, (driven, free, noise) in enumerate(zip(transfer.driven, transfer.free, lines.noise[1:], strict=True)):
-        modal = driven[:m, None] * terms.driven[:m]
-        decay = sum((free[k : k + m, None] * terms.free[k : k + m] for k in range(0, min(2 * m, free.size), m)), 0)
+    """Derivatives of each floor's g, and of its g a + t.
+
+    Yields:
+        For each floor, the indices of the parameters on which it depends, and (these parameters, lines) the two
+        derivatives.
+    """
+    w, m, row = lines.angular_frequency, transfer.angular_frequency.size, len(basis.forced) + len(basis.transient) + 1
+    relative, late = _pole_derivatives(transfer, basis, w), delay_factor(transfer, w)
+    h, t = transfer_function(transfer, basis, w) / late, transient(transfer, basis, w) / late
+    of_floors = zip(transfer.forced, transfer.transient, lines.noise[1:], strict=True)
+    for floor, (forced, free, noise) in enumerate(of_floors):
+        modal = forced[:m, None] * basis.forced[:m]
+        decay = sum((free[k : k + m, None] * basis.transient[k : k + m] for k in range(0, min(2 * m, free.size), m)), 0)
         poles = (relative * modal).reshape(2 * m, -1)
-        of_g = np.vstack([poles, terms.driven, np.zeros_like(terms.free), -1j * w * h[floor]]) * (late[floor] / noise)
+        of_g = np.vstack([poles, basis.forced, np.zeros_like(basis.transient), -1j * w * h[floor]])
+        of_g = of_g * (late[floor] / noise)
         change = of_g * a
         change[: 2 * m] += (relative * decay).reshape(2 * m, -1) * (late[floor] / noise)
-        change[2 * m + len(driven) : -1] = terms.free * (late[floor] / noise)
+        change[2 * m + len(forced) : -1] = basis.transient * (late[floor] / noise)
         change[-1] += -1j * w * t[floor] * (late[floor] / noise)
         yield np.append(np.arange(2 * m), 2 * m + floor * row + np.arange(row)), of_g, change
 
 
+def _pole_derivatives(transfer: ModalTransfer, basis: BasisFunctions, w: Vector) -> ComplexMatrix:
+    """(2, modes, lines) logarithmic derivatives of 1 / D_r with respect to ω_r (in s) and ζ_r."""
+    w_r, ratio = transfer.angular_frequency[:, None], transfer.damping_ratio[:, None]
+    return -np.array([2 * w_r + 2j * ratio * w, 2j * w_r * w]) * basis.inverse
+
+
 def _gram(rows: ComplexMatrix) -> Matrix:
-    """(rows, rows) real part of the products of all pairs."""
+    """(rows, rows) real part of the Hermitian products of all pairs."""
     parts = np.hstack([rows.real, rows.imag])
     return parts @ parts.T
 
 
-def fit(start: ModalTransfer, lines: NoisyLines) -> Fit:
-    """The most likely transfer near a start, by Levenberg and Marquardt's damping of Newton's method."""
-    transfer, here = start, linearised(start, lines)
-    freedom = 2 * len(start.driven) * lines.angular_frequency.size - start.parameters.size
-    damping, growth, converged = FIRST_DAMPING, 2.0, False
-    for _ in range(LARGEST_STEPS):
-        step = _step(here, damping)
-        if step is None:
-            break
-        expected = -float(here.gradient @ step)
-        moved = transfer.moved(step)
-        decrease = here.cost - cost(moved, lines)
-        if decrease > 0:
-            gain = decrease / expected
-            transfer, here = moved, linearised(moved, lines)
-            damping, growth = damping * max(1 / 10, 1 - (2 * gain - 1) ** 3), 2.0
-        else:
-            damping, growth = damping * growth, 2 * growth
-        small = SMALL * max(0.5, here.cost / freedom)
-        if expected < small or 0 < decrease < small:
-            converged = True
-            break
-    covariance, inverse = _covariance(here, freedom)
-    return Fit(transfer, covariance, here.cost, freedom, converged, inverse)
-
-
-def _step(here: Linearised, damping: float) -> Vector | None:
-    """Newton's step with the diagonal raised, more where the Hessian is not positive there; None if there is none."""
+def _step(here: CostExpansion, damping: float) -> Vector | None:
+    """Damped Newton step, with more damping if the Hessian is not positive definite; None if there is no step."""
     length = np.sqrt(np.diag(here.information))
     if not (np.all(length > 0) and np.isfinite(here.hessian).all() and np.isfinite(here.gradient).all()):
         return None
     scaled = here.hessian / np.outer(length, length)
-    for raised in damping * 10.0 ** np.arange(MOST_RAISES):
+    for raised in damping * 10.0 ** np.arange(MOST_INCREASES):
         try:
             factor = linalg.cho_factor(scaled + raised * np.eye(length.size), check_finite=False)
         except linalg.LinAlgError:
@@ -184,8 +317,8 @@ def _step(here: Linearised, damping: float) -> Vector | None:
     return None
 
 
-def _covariance(here: Linearised, freedom: int) -> tuple[Matrix, Matrix]:
-    """H⁻¹ (JᵀJ / 2) H⁻¹, times the chi-square per degree of freedom where that is above 1; and (JᵀJ)⁻¹."""
+def _covariance(here: CostExpansion, freedom: int) -> tuple[Matrix, Matrix]:
+    """H⁻¹ (JᵀJ / 2) H⁻¹, times chi-square per degree of freedom if that is above 1; and (JᵀJ)⁻¹."""
     length = np.sqrt(np.diag(here.information))
     unknown = np.full_like(here.hessian, np.nan)
     if not (np.all(length > 0) and np.isfinite(here.hessian).all()):
@@ -194,7 +327,7 @@ def _covariance(here: Linearised, freedom: int) -> tuple[Matrix, Matrix]:
     try:
         inverse = linalg.pinvh(here.hessian / scale, check_finite=False) / scale
         inverse_information = linalg.pinvh(here.information / scale, check_finite=False) / scale
-    except linalg.LinAlgError:  # its eigenvalues did not converge
+    except linalg.LinAlgError:  # the eigenvalue iteration did not converge
         return unknown, unknown
     covariance = inverse @ here.information @ inverse * 0.5 * max(1.0, 2 * here.cost / freedom)
     return np.asarray(covariance), np.asarray(inverse_information)

@@ -6,15 +6,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from core.identification.errors_in_variables import NoisyLines, cost, fit, linearised
-from core.identification.modal_transfer import (
+from core.identification.errors_in_variables import (
     RESIDUAL_TERMS,
     SMOOTH_TERMS,
     ModalTransfer,
-    basis,
-    fitted_coefficients,
-    free_motion,
+    NoisySpectra,
+    basis_functions,
+    cost,
+    cost_expansion,
+    fit_transfer,
+    least_squares_coefficients,
     transfer_function,
+    transient,
 )
 
 W = 2 * np.pi * np.arange(0.2, 8.0, 0.02)
@@ -25,25 +28,25 @@ def transfer(rng: np.random.Generator, modes: int, floors: int, is_cut: bool) ->
     return ModalTransfer(
         angular_frequency=2 * np.pi * (1.3 * np.arange(1, modes + 1) + rng.uniform(-0.3, 0.3, modes)),
         damping_ratio=rng.uniform(0.01, 0.05, modes),
-        driven=rng.uniform(-1, 1, (floors, modes + RESIDUAL_TERMS)),
-        free=rng.uniform(-1, 1, (floors, count)),
+        forced=rng.uniform(-1, 1, (floors, modes + RESIDUAL_TERMS)),
+        transient=rng.uniform(-1, 1, (floors, count)),
         delay=rng.uniform(-0.01, 0.01, floors),
         scale=float(W[-1]),
     )
 
 
-def lines(rng: np.random.Generator, truth: ModalTransfer, noise: float) -> NoisyLines:
-    """What the transfer makes of a random base motion, with this noise relative to each channel's root mean square."""
+def lines(rng: np.random.Generator, truth: ModalTransfer, noise: float) -> NoisySpectra:
+    """Response of the transfer to a random base motion, with noise relative to each channel's root mean square."""
     base = complex_normal(rng, W.size)
-    terms = basis(truth, W)
-    floors = transfer_function(truth, terms, W) * base + free_motion(truth, terms, W)
+    terms = basis_functions(truth, W)
+    floors = transfer_function(truth, terms, W) * base + transient(truth, terms, W)
     spectra = np.vstack([base, floors])
     std = noise * np.sqrt(np.mean(np.abs(spectra) ** 2, axis=1))
-    return NoisyLines(W, spectra + std[:, None] * complex_normal(rng, *spectra.shape), std)
+    return NoisySpectra(W, spectra + std[:, None] * complex_normal(rng, *spectra.shape), std)
 
 
 def complex_normal(rng: np.random.Generator, *shape: int) -> np.ndarray:
-    """Of variance 1."""
+    """Circular complex normal numbers of variance 1."""
     return np.asarray((rng.standard_normal(shape) + 1j * rng.standard_normal(shape)) / np.sqrt(2))
 
 
@@ -58,8 +61,8 @@ def test_the_gradient_is_the_cost_s_derivative(modes: int, floors: int, is_cut: 
     seen = lines(rng, transfer(rng, modes, floors, is_cut), 0.05)
     direction = rng.standard_normal(truth.parameters.size) * (0.01 + np.abs(truth.parameters))
     step = 1e-6 * direction
-    slope = (cost(truth.moved(step), seen) - cost(truth.moved(-step), seen)) / 2e-6
-    here = linearised(truth, seen)
+    slope = (cost(truth.plus(step), seen) - cost(truth.plus(-step), seen)) / 2e-6
+    here = cost_expansion(truth, seen)
     # Central differences of a step of 1e-6 lose half the digits to rounding, the cost being far above its change.
     assert 2 * here.gradient @ direction == pytest.approx(slope, rel=1e-5, abs=1e-7 * here.cost)
     assert here.cost == pytest.approx(cost(truth, seen))
@@ -76,9 +79,9 @@ def test_the_hessian_is_the_gradient_s_derivative_without_noise(
     seen = replace(lines(rng, truth, 0.0), noise=1e-4 * rng.uniform(0.5, 2.0, floors + 1))
     direction = rng.standard_normal(truth.parameters.size) * (0.01 + np.abs(truth.parameters))
     step = 1e-6 * direction
-    change = linearised(truth.moved(step), seen).gradient - linearised(truth.moved(-step), seen).gradient
-    expected = linearised(truth, seen).hessian @ direction
-    scale = np.sqrt(np.diag(linearised(truth, seen).hessian))
+    change = cost_expansion(truth.plus(step), seen).gradient - cost_expansion(truth.plus(-step), seen).gradient
+    expected = cost_expansion(truth, seen).hessian @ direction
+    scale = np.sqrt(np.diag(cost_expansion(truth, seen).hessian))
     # the rounding of the gradient's difference, against the largest of its entries
     assert change / 2e-6 / scale == pytest.approx(expected / scale, abs=1e-4 * np.abs(expected / scale).max())
 
@@ -94,10 +97,10 @@ def test_without_noise_the_truth_is_found(modes: int, floors: int, is_cut: bool,
         angular_frequency=truth.angular_frequency * rng.uniform(0.999, 1.001, modes),
         damping_ratio=truth.damping_ratio * rng.uniform(0.9, 1.1, modes),
     )
-    start = fitted_coefficients(
+    start = least_squares_coefficients(
         replace(start, delay=np.zeros(floors)), W, seen.spectra[0], seen.spectra[1:], seen.noise
     )
-    found = fit(start, seen)
+    found = fit_transfer(start, seen)
     assert found.converged
     # A tenth of a standard deviation is where the steps end; the last one is not exact.
     std = np.sqrt(np.diag(found.covariance))
@@ -112,8 +115,8 @@ def test_covariance_and_misfit_are_those_of_repeated_records() -> None:
     std = 0.1 * np.sqrt(np.mean(np.abs(clean) ** 2, axis=1))
     distances, misfits = [], []
     for _ in range(40):
-        seen = NoisyLines(W, clean + std[:, None] * complex_normal(rng, *clean.shape), std)
-        found = fit(truth, seen)
+        seen = NoisySpectra(W, clean + std[:, None] * complex_normal(rng, *clean.shape), std)
+        found = fit_transfer(truth, seen)
         error = found.transfer.parameters - truth.parameters
         distances.append(error @ np.linalg.solve(found.covariance, error))
         misfits.append(found.misfit)
@@ -130,7 +133,7 @@ def test_deviations_grow_with_a_misfit_that_noise_does_not_explain() -> None:
     rng = np.random.default_rng(8)
     truth = transfer(rng, modes=2, floors=2, is_cut=False)
     seen = lines(rng, truth, 0.02)
-    right, sure = fit(truth, seen), fit(truth, replace(seen, noise=seen.noise / 2))
+    right, sure = fit_transfer(truth, seen), fit_transfer(truth, replace(seen, noise=seen.noise / 2))
     assert sure.misfit == pytest.approx(4 * right.misfit, rel=1e-3)
     # 3 %: chi-square's own scatter, of which that below 1 is not believed
     assert np.sqrt(np.diag(sure.covariance)) == pytest.approx(np.sqrt(np.diag(right.covariance)), rel=0.03)
@@ -144,7 +147,7 @@ def test_a_fit_claims_no_more_than_it_has_reached() -> None:
     failed = 0
     for factor in (0.3, 0.5, 0.7, 1.6, 2.0, 3.0):
         far = replace(truth, angular_frequency=truth.angular_frequency * factor, damping_ratio=np.array([0.2, 1e-4]))
-        found = fit(far, seen)
+        found = fit_transfer(far, seen)
         reached = np.sort(found.transfer.angular_frequency) == pytest.approx(truth.angular_frequency, rel=1e-6)
         failed += not reached
         assert reached or not found.converged or found.misfit > 100
@@ -155,9 +158,9 @@ def test_lines_that_say_nothing_of_a_mode_end_the_search_without_a_result() -> N
     """Floors at rest: no step can be computed, however much the diagonal is raised."""
     rng = np.random.default_rng(4)
     start = transfer(rng, 2, 2, is_cut=False)
-    at_rest = replace(start, driven=np.zeros_like(start.driven))
+    at_rest = replace(start, forced=np.zeros_like(start.forced))
     base = complex_normal(rng, W.size)
-    seen = NoisyLines(W, np.vstack([base, 0 * base, 0 * base]), np.ones(3))
-    found = fit(at_rest, seen)
+    seen = NoisySpectra(W, np.vstack([base, 0 * base, 0 * base]), np.ones(3))
+    found = fit_transfer(at_rest, seen)
     assert not found.converged
     assert np.isnan(found.covariance).all()
