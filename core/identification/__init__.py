@@ -1,1 +1,1 @@
-"""The superstructure's modes from its recorded motion."""
+"""Identification of the superstructure's modes from its recorded motion: subspace, errors in variables, tracking."""
