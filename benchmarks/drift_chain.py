@@ -17,7 +17,7 @@ from simulated import START
 
 from core.analysis import AnalysisSettings, analyse
 from core.drift.monitor import Reference, monitor
-from core.drift.series import Observation, Series
+from core.drift.series import Measurement, Series
 
 MOTIONS = (akt013, kobe, chi_chi, delta, hector)
 EVENTS = 24
@@ -26,7 +26,7 @@ SMALLEST, LARGEST = 0.035, 1.05
 APART = timedelta(days=20)
 
 
-def observations(event: int, rng: np.random.Generator) -> list[Observation]:
+def observations(event: int, rng: np.random.Generator) -> list[Measurement]:
     """The cycles of one event."""
     motion = MOTIONS[event % len(MOTIONS)]
     peak = float(np.exp(rng.uniform(np.log(SMALLEST), np.log(LARGEST))))
@@ -34,7 +34,7 @@ def observations(event: int, rng: np.random.Generator) -> list[Observation]:
     read = records(event, motion=motion, scale=peak / float(np.abs(motion()).max()))
     found = analyse(segments(read, RATE, start), paper(), AnalysisSettings())
     return [
-        Observation(event, start + timedelta(seconds=one.start), one.k_eq, one.k_eq_std, one.amplitude)
+        Measurement(event, start + timedelta(seconds=one.start), one.k_eq, one.k_eq_std, one.amplitude)
         for one in found.directions["x"].equivalent
     ]
 

@@ -16,9 +16,9 @@ from core.drift.alarm import Alarm
 from core.drift.alarms import alarms
 from core.drift.judged import Judged, strengths
 from core.drift.monitor import Monitoring, Reference, monitor
+from core.drift.quantities import quantity
 from core.drift.rules import SLOW, SUDDEN, rules
 from core.drift.together import alarms_together
-from core.drift.watched import quantity
 
 HEALTHY = 100
 """Events after the reference, in which a healthy building may alarm."""

@@ -6,8 +6,8 @@ from datetime import datetime
 from sqlalchemy.orm import Session
 
 from core.drift.monitor import Reference
+from core.drift.quantities import QUANTITIES
 from core.drift.together import BOTH
-from core.drift.watched import QUANTITIES
 from service.database import Building, ReferencePeriod
 from service.errors import ConflictError
 from service.queue import jobs
@@ -29,7 +29,7 @@ def begin(
     Args:
         session: of the transaction.
         building: whose it is.
-        quantity: one of core.drift.watched.QUANTITIES; None: all.
+        quantity: one of core.drift.quantities.QUANTITIES; None: all.
         subject: direction, mode or channel; None: all of the quantity.
         start: aware; None: from the first event on.
         end: aware; None: the first events from the start on, until the curve is determined.
@@ -72,7 +72,7 @@ def in_force(periods: Sequence[ReferencePeriod], quantity: str, subject: str) ->
 
     Args:
         periods: of a building, in the order in which they were set.
-        quantity: one of core.drift.watched.QUANTITIES.
+        quantity: one of core.drift.quantities.QUANTITIES.
         subject: direction, mode or channel.
     """
     holding = (one for one in reversed(periods) if one.quantity in (None, quantity) and one.subject in (None, subject))

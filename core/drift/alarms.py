@@ -15,10 +15,10 @@ from core.drift.baseline import Baseline
 from core.drift.dating import onset_interval, within_reference
 from core.drift.event_value import relative
 from core.drift.judged import Judged, gathering, strengths
-from core.drift.points import Dated, Points
+from core.drift.quantities import Quantity
 from core.drift.rules import SLOW, WITHIN, WITHIN_RATE, Rule, ramps, rules, steps
 from core.drift.sequential import LOCATING_CLIP, Change, Innovations, change, until
-from core.drift.watched import Quantity
+from core.drift.series import SeriesArrays, SeriesEvent
 from core.drift.within import contrasts, damage
 from core.drift.words import message, message_within
 
@@ -70,7 +70,7 @@ def alarms(known: Quantity, baseline: Baseline, judged: Judged) -> tuple[Alarm, 
 
 
 def alarms_within(
-    known: Quantity, baseline: Baseline, points: Points, dated: Sequence[Dated], judged: Sequence[int]
+    known: Quantity, baseline: Baseline, points: SeriesArrays, dated: Sequence[SeriesEvent], judged: Sequence[int]
 ) -> tuple[Alarm, ...]:
     """Of damage that single events show in themselves; of quantities whose cycles can be compared.
 
@@ -95,7 +95,7 @@ def alarms_within(
     return tuple(raised)
 
 
-def _alarm_within(lost: Change, when: Dated, baseline: Baseline) -> Alarm:
+def _alarm_within(lost: Change, when: SeriesEvent, baseline: Baseline) -> Alarm:
     drift, low, high = (relative(value, baseline) for value in (lost.size, lost.low, lost.high))
     return Alarm(
         rule=WITHIN,
@@ -110,7 +110,7 @@ def _alarm_within(lost: Change, when: Dated, baseline: Baseline) -> Alarm:
         high=high,
         false_alarms=WITHIN_RATE,
         causes=(),
-        message=message_within(baseline.design.quantity, when.time, drift, low, high),
+        message=message_within(baseline.model.quantity, when.time, drift, low, high),
     )
 
 
@@ -148,7 +148,7 @@ def _located(
     if strength.max() == 0.0:
         return crossing
     onset = int(strength.argmax())
-    scale = baseline.design.size
+    scale = baseline.model.size
     earliest, latest = onset_interval(until(white, seen + 1), alike, scale, start, crossing.raised)
     return replace(crossing, rule=rule, onset=onset, earliest=min(earliest, onset), latest=max(latest, onset))
 
@@ -159,7 +159,7 @@ def _nuisance(crossing: Crossing, count: int, baseline: Baseline) -> Matrix:
     if crossing.rule.name == SLOW:
         slopes = ramps(count)
         known += [slopes[:, crossing.onset], *([slopes[:, crossing.raised + 1]] if crossing.raised + 1 < count else [])]
-    columns = NUISANCE * baseline.design.size * np.array(known)
+    columns = NUISANCE * baseline.model.size * np.array(known)
     return np.asarray(columns.T @ columns)
 
 
@@ -188,5 +188,5 @@ def _alarm(crossing: Crossing, white: Innovations, end: int, baseline: Baseline,
         high=high,
         false_alarms=crossing.rule.false_alarms,
         causes=(),
-        message=message(baseline.design.quantity, crossing.rule, after.time, by.time, drift, low, high),
+        message=message(baseline.model.quantity, crossing.rule, after.time, by.time, drift, low, high),
     )

@@ -9,9 +9,9 @@ import numpy as np
 from core.drift.alarm import Alarm
 from core.drift.baseline import Baseline
 from core.drift.event_value import Deviation, EventNotes
-from core.drift.points import Dated, Points
+from core.drift.quantities import Quantity
+from core.drift.series import SeriesArrays, SeriesEvent
 from core.drift.softening import excesses
-from core.drift.watched import Quantity
 
 LARGER = 0.2
 """Natural logarithm by which an event's largest amplitude exceeds the reference's and all before when it is told."""
@@ -28,10 +28,14 @@ BEYOND = "amplitudes that the baseline has not seen: the value is not judged"
 
 
 def causes_of_events(
-    points: Points, dated: Sequence[Dated], found: Sequence[Deviation], baseline: Baseline, notes: Sequence[EventNotes]
+    points: SeriesArrays,
+    dated: Sequence[SeriesEvent],
+    found: Sequence[Deviation],
+    baseline: Baseline,
+    notes: Sequence[EventNotes],
 ) -> list[tuple[str, ...]]:
     """Of each event's value, in the order of the events."""
-    known = baseline.design.quantity
+    known = baseline.model.quantity
     edges = np.searchsorted(points.event, np.arange(len(dated)))
     is_cold = known.follows_temperature & np.isnan(points.temperature[edges])
     largest = np.flatnonzero(excesses(points, len(dated), baseline) > LARGER).tolist() if known.softening else []

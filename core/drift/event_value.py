@@ -8,7 +8,7 @@ import numpy as np
 
 from core.arrays import Indices, Mask, Matrix, Vector
 from core.drift.baseline import HUBER, Baseline
-from core.drift.points import Points
+from core.drift.series import SeriesArrays
 from core.quality import Finding
 
 MARGIN = 0.05
@@ -65,13 +65,13 @@ class Deviation:
     is_beyond: bool
 
 
-def deviations(points: Points, count: int, baseline: Baseline) -> list[Deviation]:
+def deviations(points: SeriesArrays, count: int, baseline: Baseline) -> list[Deviation]:
     """Of each of `count` events, all with one observation at least."""
     inside = is_within(points.amplitude, baseline)
     is_beyond = np.bincount(points.event[inside], minlength=count) == 0
-    chosen = points.chosen(inside | is_beyond[points.event])
-    columns = baseline.design.columns(chosen)
-    residual = chosen.value - baseline.design.offset(chosen) - columns @ baseline.coefficients
+    chosen = points.subset(inside | is_beyond[points.event])
+    columns = baseline.model.columns(chosen)
+    residual = chosen.value - baseline.model.offset(chosen) - columns @ baseline.coefficients
     variance = chosen.variance + baseline.scatter.own**2
     value, weight = _means(residual, variance, chosen.event)
     edges = np.searchsorted(chosen.event, np.arange(count))
@@ -100,12 +100,12 @@ def covariance(found: Sequence[Deviation], softened: Matrix, baseline: Baseline)
 
 def is_within(amplitude: Vector, baseline: Baseline) -> Mask:
     """(n,) whether the baseline has seen such amplitudes, given by their natural logarithm."""
-    return (amplitude >= baseline.design.low - MARGIN) & (amplitude <= baseline.design.high + MARGIN)
+    return (amplitude >= baseline.model.low - MARGIN) & (amplitude <= baseline.model.high + MARGIN)
 
 
 def relative(value: float, baseline: Baseline) -> float:
     """As a relative change where the logarithm is watched, else as it is."""
-    return float(np.expm1(value)) if baseline.design.quantity.is_logarithmic else value
+    return float(np.expm1(value)) if baseline.model.quantity.is_logarithmic else value
 
 
 def _means(residual: Vector, variance: Vector, event: Indices) -> tuple[Vector, Vector]:
@@ -125,10 +125,10 @@ def _medians(values: Vector, event: Indices, edges: Indices) -> Vector:
     return np.asarray(ranked[edges + (counts - 1) // 2] + ranked[edges + counts // 2]) / 2
 
 
-def _of_unknown_temperature(points: Points, baseline: Baseline) -> Vector:
+def _of_unknown_temperature(points: SeriesArrays, baseline: Baseline) -> Vector:
     """(n,) variance that a temperature which was not measured brings."""
-    if baseline.design.temperature is None:
+    if baseline.model.temperature is None:
         return np.zeros(points.value.size)
-    usual, _ = baseline.design.quantity.per_kelvin
+    usual, _ = baseline.model.quantity.temperature_coefficient
     slope = usual + float(baseline.coefficients[-1])
-    return baseline.design.unknown_temperature(points) * (slope**2 + float(baseline.covariance[-1, -1]))
+    return baseline.model.unmeasured_temperature(points) * (slope**2 + float(baseline.covariance[-1, -1]))

@@ -5,16 +5,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.arrays import Mask, Matrix, Vector
-from core.drift.points import Dated
 from core.drift.rules import Rule
 from core.drift.sequential import CLIP, Innovations, evidence, innovations
+from core.drift.series import SeriesEvent
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Judged:
     """The events after the reference that can be compared with it, in order of time."""
 
-    dated: tuple[Dated, ...]
+    dated: tuple[SeriesEvent, ...]
     deviation: Vector
     """(n,) from what was expected; natural logarithm, or SI units."""
     covariance: Matrix
@@ -33,7 +33,7 @@ class Judged:
 class Before:
     """The events of the reference, in order of time."""
 
-    dated: tuple[Dated, ...]
+    dated: tuple[SeriesEvent, ...]
     deviation: Vector
     """(m,) from what was expected, in the unit of those judged."""
     std: Vector

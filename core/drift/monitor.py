@@ -10,14 +10,13 @@ import numpy as np
 from core.arrays import Matrix, Vector
 from core.drift.alarm import Alarm
 from core.drift.alarms import alarms, alarms_within
-from core.drift.baseline import FEWEST, Baseline, fitted
+from core.drift.baseline import FEWEST_EVENTS, Baseline, fit_baseline
 from core.drift.causes import causes_of_events, with_causes
 from core.drift.event_value import Deviation, EventNotes, EventValue, covariance, deviations, relative
 from core.drift.judged import Before, Judged
-from core.drift.points import Dated, Points, points
-from core.drift.series import Series
+from core.drift.quantities import Quantity, quantity
+from core.drift.series import Series, SeriesArrays, SeriesEvent, series_arrays
 from core.drift.softening import softening
-from core.drift.watched import Quantity, quantity
 
 GROWTH = 1.15
 """By which the reference grows from one attempt to the next until it determines the curve."""
@@ -63,23 +62,23 @@ def monitor(series: Series, reference: Reference, notes: Mapping[int, EventNotes
         ModelError: the quantity is none that is watched.
     """
     known = quantity(series.quantity)
-    every, dated = points(series)
+    every, dated = series_arrays(series)
     noted = [notes.get(one.event, NOTHING) for one in dated]
     healthy = _healthy(dated, noted, reference)
-    if len(healthy) < FEWEST:
-        return Monitoring(series, None, FEWEST - len(healthy), (), ())
+    if len(healthy) < FEWEST_EVENTS:
+        return Monitoring(series, None, FEWEST_EVENTS - len(healthy), (), ())
     baseline = _baseline(known, every, dated, healthy, _sizes(len(healthy), reference))
     found = deviations(every, len(dated), baseline)
     shared = covariance(found, softening(every, dated, baseline), baseline)
     causes = causes_of_events(every, dated, found, baseline, noted)
     values = _values(found, np.sqrt(np.diag(shared)), dated, baseline, noted, causes)
-    chosen = _comparable(values, baseline) if reference.end is not None or not baseline.wanted else []
+    chosen = _comparable(values, baseline) if reference.end is not None or not baseline.events_needed else []
     judged = _judged(found, shared, dated, chosen, baseline)
     raised = (*alarms(known, baseline, judged), *alarms_within(known, baseline, every, dated, chosen))
-    return Monitoring(series, baseline, baseline.wanted, values, _told(raised, dated, causes, known), judged)
+    return Monitoring(series, baseline, baseline.events_needed, values, _told(raised, dated, causes, known), judged)
 
 
-def _healthy(dated: Sequence[Dated], noted: Sequence[EventNotes], reference: Reference) -> list[int]:
+def _healthy(dated: Sequence[SeriesEvent], noted: Sequence[EventNotes], reference: Reference) -> list[int]:
     """Events of the reference period whose sensors are trusted."""
     return [
         n
@@ -91,7 +90,7 @@ def _healthy(dated: Sequence[Dated], noted: Sequence[EventNotes], reference: Ref
 
 
 def _judged(
-    found: Sequence[Deviation], shared: Matrix, dated: Sequence[Dated], chosen: Sequence[int], baseline: Baseline
+    found: Sequence[Deviation], shared: Matrix, dated: Sequence[SeriesEvent], chosen: Sequence[int], baseline: Baseline
 ) -> Judged:
     return Judged(
         dated=tuple(dated[n] for n in chosen),
@@ -102,7 +101,7 @@ def _judged(
     )
 
 
-def _before(found: Sequence[Deviation], dated: Sequence[Dated], baseline: Baseline) -> Before:
+def _before(found: Sequence[Deviation], dated: Sequence[SeriesEvent], baseline: Baseline) -> Before:
     reference = set(baseline.events)
     own = [n for n, one in enumerate(dated) if one.event in reference]
     return Before(
@@ -113,7 +112,7 @@ def _before(found: Sequence[Deviation], dated: Sequence[Dated], baseline: Baseli
 
 
 def _told(
-    raised: Sequence[Alarm], dated: Sequence[Dated], causes: Sequence[tuple[str, ...]], known: Quantity
+    raised: Sequence[Alarm], dated: Sequence[SeriesEvent], causes: Sequence[tuple[str, ...]], known: Quantity
 ) -> tuple[Alarm, ...]:
     """In the order in which they were raised, with what could explain them."""
     place = {one.event: n for n, one in enumerate(dated)}
@@ -126,22 +125,22 @@ def _sizes(count: int, reference: Reference) -> list[int]:
     """How many of the healthy events the reference is tried with, one after the other."""
     if reference.end is not None:
         return [count]
-    sizes = [FEWEST]
+    sizes = [FEWEST_EVENTS]
     while sizes[-1] < count:
         sizes.append(min(count, ceil(sizes[-1] * GROWTH)))
     return sizes
 
 
 def _baseline(
-    known: Quantity, every: Points, dated: Sequence[Dated], healthy: Sequence[int], sizes: Sequence[int]
+    known: Quantity, every: SeriesArrays, dated: Sequence[SeriesEvent], healthy: Sequence[int], sizes: Sequence[int]
 ) -> Baseline:
     """Of the first size that determines the curve, or of the last."""
     for size in sizes:
         chosen = np.array(healthy[:size])
-        rows = every.chosen(np.isin(every.event, chosen))
+        rows = every.subset(np.isin(every.event, chosen))
         own = replace(rows, event=np.searchsorted(chosen, rows.event))
-        baseline = fitted(known, own, tuple(dated[n].event for n in chosen))
-        if not baseline.wanted:
+        baseline = fit_baseline(known, own, tuple(dated[n].event for n in chosen))
+        if not baseline.events_needed:
             break
     return baseline
 
@@ -149,12 +148,12 @@ def _baseline(
 def _values(
     found: Sequence[Deviation],
     std: Vector,
-    dated: Sequence[Dated],
+    dated: Sequence[SeriesEvent],
     baseline: Baseline,
     noted: Sequence[EventNotes],
     causes: Sequence[tuple[str, ...]],
 ) -> tuple[EventValue, ...]:
-    reference, is_logarithmic = set(baseline.events), baseline.design.quantity.is_logarithmic
+    reference, is_logarithmic = set(baseline.events), baseline.model.quantity.is_logarithmic
     return tuple(
         EventValue(
             event=when.event,

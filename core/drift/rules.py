@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.arrays import Matrix
-from core.drift.watched import Quantity
+from core.drift.quantities import Quantity
 
 SUDDEN, SLOW, RECOVERY, WITHIN = "sudden", "slow", "recovery", "within"
 

@@ -1,7 +1,8 @@
-"""How much do healthy events differ beside all that is known, the cycles of one, and how much does the curve bend?
+"""Scatter of a series: between healthy events, within an event, and the curvature of its baseline.
 
-All three at once by their posterior over a grid, the coefficients integrated out: with few events the data cannot
-choose them alone, and how uncertain the scatter of events is decides how far a test may trust it.
+All three are posterior means over one grid, with the coefficients of the baseline and the common errors of the events
+integrated out. With few events the data alone cannot determine them, and the uncertainty of the scatter between events
+limits how sure a test can be.
 """
 
 from dataclasses import dataclass
@@ -9,143 +10,159 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.arrays import Indices, Matrix, Tensor, Vector
-from core.drift.watched import Quantity
+from core.drift.quantities import Quantity
 
-FACTORS = np.geomspace(1 / 6, 8.0, 12)
-"""Of the typical scatter of events, that are tried."""
-SPREAD = 0.7
-"""Standard deviation of the logarithm of the scatter of events, among buildings and quantities."""
-OWN_FACTORS = np.geomspace(1 / 16, 4.0, 5)
-OWN_SPREAD = 1.2
-BENDS = np.array([0.01, 0.03, 0.1, 0.3])
-"""Standard deviations of the second difference of the curve's coefficients, that are tried."""
-FEWEST_DEGREES, MOST_DEGREES = 5.0, 1000.0
-"""Of freedom: more than four, else a variance has no spread."""
+EVENT_FACTORS = np.geomspace(1 / 6, 8.0, 12)
+"""Grid of the scatter between events, over the quantity's typical one."""
+EVENT_SPREAD = 0.7
+"""Prior standard deviation of the logarithm of the scatter between events, among buildings and quantities."""
+WITHIN_FACTORS = np.geomspace(1 / 16, 4.0, 5)
+"""Grid of the scatter within an event, over the quantity's typical one."""
+WITHIN_SPREAD = 1.2
+"""Prior standard deviation of the logarithm of the scatter within an event."""
+CURVATURES = np.array([0.01, 0.03, 0.1, 0.3])
+"""Grid of the standard deviation of the second differences of the curve's coefficients."""
+FEWEST_DEGREES = 5.0
+"""Degrees of freedom at least: more than four, else the variance of a scaled inverse chi-square is not finite."""
+MOST_DEGREES = 1000.0
+"""Degrees of freedom at most."""
 
 
 @dataclass(frozen=True, slots=True)
 class Scatter:
-    """Standard deviations of what no column explains."""
+    """Standard deviations of what the baseline does not explain; logarithm, or SI units."""
 
     events: float
-    """From event to event."""
+    """Between events."""
     own: float
-    """From observation to observation within an event, beside their own standard deviations."""
+    """Between the measurements of an event, without their own standard deviations."""
     bend: float
-    """Of the second differences of the curve's coefficients."""
+    """Second differences of the curve's coefficients."""
     freedom: float
-    """Degrees of freedom of the chi-square distribution that is as uncertain as the variance of events."""
+    """Degrees of freedom of the variance between events, as of a scaled inverse chi-square distribution."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Sums:
-    """What the likelihood needs of a reference, for one scatter of its own."""
+class WeightedSums:
+    """Sums over n measurements x, y with precisions w, of m events: all that the likelihood needs."""
 
     information: Matrix
-    """(p, p) ΣxxᵀW"""
-    of_events: Matrix
-    """(m, p) the same summed over each event: Σxw"""
+    """(p, p) Σ w x xᵀ"""
+    event_rows: Matrix
+    """(m, p) Σ w x of each event"""
     weight: Vector
-    """(m,) Σw"""
+    """(m,) Σ w of each event"""
     product: Vector
-    """(p,) Σxwy"""
-    of_values: Vector
-    """(m,) Σwy"""
+    """(p,) Σ w x y"""
+    event_values: Vector
+    """(m,) Σ w y of each event"""
     square: float
-    """Σwy²"""
+    """Σ w y²"""
     log_weight: float
-    """Σlog w"""
+    """Σ log w"""
 
 
-def sums(columns: Matrix, value: Vector, weight: Vector, event: Indices, count: int) -> Sums:
-    """Of (n,) observations with (n, p) columns, sorted by their `count` events, each of which has one at least."""
+def weighted_sums(columns: Matrix, value: Vector, weight: Vector, event: Indices, count: int) -> WeightedSums:
+    """Sums over measurements that are sorted by their events.
+
+    Args:
+        columns: (n, p) design matrix.
+        value: (n,) values.
+        weight: (n,) precisions.
+        event: (n,) index of the event, ascending.
+        count: number of events, each with one measurement at least.
+    """
     weighted = columns * weight[:, None]
-    return Sums(
+    return WeightedSums(
         information=columns.T @ weighted,
-        of_events=np.add.reduceat(weighted, np.searchsorted(event, np.arange(count))),
+        event_rows=np.add.reduceat(weighted, np.searchsorted(event, np.arange(count))),
         weight=np.asarray(np.bincount(event, weight, count), dtype=float),
         product=weighted.T @ value,
-        of_values=np.asarray(np.bincount(event, weight * value, count), dtype=float),
+        event_values=np.asarray(np.bincount(event, weight * value, count), dtype=float),
         square=float(weight @ value**2),
         log_weight=float(np.log(weight).sum()),
     )
 
 
-def normal_equations(found: Sums, events: Vector) -> tuple[Matrix, Vector]:
-    """(p, p) and (p,) with the common errors of each event integrated out.
+def normal_equations(sums: WeightedSums, events: Vector) -> tuple[Matrix, Vector]:
+    """(p, p) matrix and (p,) right-hand side, with the common errors of the events integrated out.
 
     Args:
-        found: sums of the reference.
+        sums: sums over the reference.
         events: (m,) variance of each event's common error.
     """
-    shared = found.of_events * (events / (1 + events * found.weight))[:, None]
-    return found.information - found.of_events.T @ shared, found.product - shared.T @ found.of_values
+    shared = sums.event_rows * (events / (1 + events * sums.weight))[:, None]
+    return sums.information - sums.event_rows.T @ shared, sums.product - shared.T @ sums.event_values
 
 
-def scatter(
+def estimated_scatter(
     columns: Matrix,
     value: Vector,
-    own: Vector,
-    trust: Vector,
+    variance: Vector,
+    weight: Vector,
     event: Indices,
-    doubt: Vector,
+    inflation: Vector,
     precisions: Tensor,
     known: Quantity,
 ) -> Scatter:
-    """Posterior means over the grid.
+    """Posterior means over the grid of `EVENT_FACTORS`, `WITHIN_FACTORS` and `CURVATURES`.
 
     Args:
-        columns: (n, p)
-        value: (n,) less what is expected with all coefficients zero.
-        own: (n,) variance of each observation.
-        trust: (n,) robust weight of each, at most 1.
-        event: (n,) index of its event.
-        doubt: (m,) factor of each event's variance, at least 1.
-        precisions: (bends, p, p) of the coefficients beforehand, for each of BENDS.
-        known: which quantity it is.
+        columns: (n, p) design matrix.
+        value: (n,) values less the baseline's offset.
+        variance: (n,) variance of each measurement.
+        weight: (n,) robust weight of each measurement, at most 1.
+        event: (n,) index of its event, ascending.
+        inflation: (m,) robust factor of each event's variance, at least 1.
+        precisions: (curvatures, p, p) prior precision of the coefficients, for each of CURVATURES.
+        known: the quantity.
     """
-    tried = np.outer((known.scatter * FACTORS) ** 2, doubt)
+    tried = np.outer((known.scatter * EVENT_FACTORS) ** 2, inflation)
     prior = np.linalg.slogdet(precisions).logabsdet
-    score = np.empty((OWN_FACTORS.size, FACTORS.size, BENDS.size))
-    for i, factor in enumerate(OWN_FACTORS):
-        weight = trust / (own + (factor * known.own_scatter) ** 2)
-        found = sums(columns, value, weight, event, doubt.size)
-        score[i] = 0.5 * prior + _evidence(found, tried, precisions) - 0.5 * (np.log(factor) / OWN_SPREAD) ** 2
-    score -= 0.5 * (np.log(FACTORS) / SPREAD)[None, :, None] ** 2
+    score = np.empty((WITHIN_FACTORS.size, EVENT_FACTORS.size, CURVATURES.size))
+    for i, factor in enumerate(WITHIN_FACTORS):
+        precision = weight / (variance + (factor * known.within_event_scatter) ** 2)
+        sums = weighted_sums(columns, value, precision, event, inflation.size)
+        likelihood = _log_likelihood(sums, tried, precisions)
+        score[i] = 0.5 * prior + likelihood - 0.5 * (np.log(factor) / WITHIN_SPREAD) ** 2
+    score -= 0.5 * (np.log(EVENT_FACTORS) / EVENT_SPREAD)[None, :, None] ** 2
     share = np.exp(score - score.max())
     share /= share.sum()
     return _mean(share, known)
 
 
 def _mean(share: Tensor, known: Quantity) -> Scatter:
-    """Means over the posterior of each; the freedom by matching mean and variance of a scaled inverse chi-square."""
+    """Means over the posterior; degrees of freedom by the mean and variance of a scaled inverse chi-square."""
     of_events, own, bend = share.sum(axis=(0, 2)), share.sum(axis=(1, 2)), share.sum(axis=(0, 1))
-    variance = (known.scatter * FACTORS) ** 2
+    variance = (known.scatter * EVENT_FACTORS) ** 2
     mean = float(of_events @ variance)
     spread = float(of_events @ (variance - mean) ** 2) / mean**2
     return Scatter(
         events=float(np.sqrt(mean)),
-        own=known.own_scatter * float(np.exp(own @ np.log(OWN_FACTORS))),
-        bend=float(np.exp(bend @ np.log(BENDS))),
+        own=known.within_event_scatter * float(np.exp(own @ np.log(WITHIN_FACTORS))),
+        bend=float(np.exp(bend @ np.log(CURVATURES))),
         freedom=float(np.clip(4 + 2 / max(spread, 1e-9), FEWEST_DEGREES, MOST_DEGREES)),
     )
 
 
-def _evidence(found: Sums, events: Matrix, precisions: Tensor) -> Matrix:
-    """(scatters, bends) log likelihood with coefficients and common errors integrated out, but for the prior's volume.
+def _log_likelihood(sums: WeightedSums, events: Matrix, precisions: Tensor) -> Matrix:
+    """Log marginal likelihood, without the determinant of the prior precision.
 
     Args:
-        found: sums of the reference.
+        sums: sums over the reference.
         events: (scatters, m) variance of each event's common error.
-        precisions: (bends, p, p) of the coefficients beforehand.
+        precisions: (curvatures, p, p) prior precision of the coefficients.
+
+    Returns:
+        (scatters, curvatures), with coefficients and common errors integrated out.
     """
-    share = events / (1 + events * found.weight)
-    size = found.product.size
-    outer = (found.of_events[:, :, None] * found.of_events[:, None, :]).reshape(-1, size**2)
-    information = found.information - (share @ outer).reshape(-1, size, size)
-    product = found.product - (share * found.of_values) @ found.of_events
+    share = events / (1 + events * sums.weight)
+    size = sums.product.size
+    outer = (sums.event_rows[:, :, None] * sums.event_rows[:, None, :]).reshape(-1, size**2)
+    information = sums.information - (share @ outer).reshape(-1, size, size)
+    product = sums.product - (share * sums.event_values) @ sums.event_rows
     whole = information[:, None] + precisions
     solved = np.linalg.solve(whole, np.broadcast_to(product[:, None, :, None], (*whole.shape[:3], 1)))[..., 0]
-    square = (found.square - share @ found.of_values**2)[:, None] - np.einsum("ijk,ik->ij", solved, product)
-    volume = found.log_weight - np.log1p(events * found.weight).sum(axis=1)
+    square = (sums.square - share @ sums.event_values**2)[:, None] - np.einsum("ijk,ik->ij", solved, product)
+    volume = sums.log_weight - np.log1p(events * sums.weight).sum(axis=1)
     return np.asarray(0.5 * (volume[:, None] - np.linalg.slogdet(whole).logabsdet - square))

@@ -13,8 +13,8 @@ from core.drift.causes import with_causes
 from core.drift.event_value import EventValue
 from core.drift.judged import Before, Judged
 from core.drift.monitor import Monitoring
+from core.drift.quantities import Quantity, quantity
 from core.drift.series import Series
-from core.drift.watched import Quantity, quantity
 from core.errors import ModelError
 
 BOTH = "xy"
@@ -67,7 +67,7 @@ def alarms_together(one: Monitoring, other: Monitoring) -> tuple[Alarm, ...]:
     if one.judged is None or other.judged is None or one.baseline is None:
         return ()
     judged = _mean(one.judged, other.judged, correlation(one, other))
-    return alarms(one.baseline.design.quantity, one.baseline, judged)
+    return alarms(one.baseline.model.quantity, one.baseline, judged)
 
 
 def correlation(one: Monitoring, other: Monitoring) -> float:

@@ -14,9 +14,9 @@ from scipy.stats import t as student
 from core.arrays import Indices, Vector
 from core.drift.baseline import Baseline
 from core.drift.event_value import is_within
-from core.drift.points import Points
 from core.drift.rules import WITHIN_RATE
 from core.drift.sequential import LEVEL, Change
+from core.drift.series import SeriesArrays
 
 FEWEST = 3
 """Cycles before the largest, and after it."""
@@ -43,10 +43,10 @@ class Contrast:
     """By which the largest exceeds the reference, natural logarithm; 0 if it does not."""
 
 
-def contrasts(points: Points, count: int, baseline: Baseline) -> list[Contrast | None]:
+def contrasts(points: SeriesArrays, count: int, baseline: Baseline) -> list[Contrast | None]:
     """Of each of `count` events; None where too few cycles within the baseline's range come before or after."""
-    columns = baseline.design.columns(points)
-    residual = points.value - baseline.design.offset(points) - columns @ baseline.coefficients
+    columns = baseline.model.columns(points)
+    residual = points.value - baseline.model.offset(points) - columns @ baseline.coefficients
     variance = points.variance + baseline.scatter.own**2
     edges = np.searchsorted(points.event, np.arange(count + 1))
     found: list[Contrast | None] = []
@@ -59,12 +59,12 @@ def contrasts(points: Points, count: int, baseline: Baseline) -> list[Contrast |
         (one, of_one), (other, of_other) = (_mean(residual, variance, part) for part in (before, after))
         turned = columns[after].mean(axis=0) - columns[before].mean(axis=0)
         of_curve = float(turned @ baseline.covariance @ turned)
-        excess = max(0.0, float(points.amplitude[largest]) - baseline.design.high)
+        excess = max(0.0, float(points.amplitude[largest]) - baseline.model.high)
         found.append(Contrast(other - one, of_one + of_other + of_curve, excess))
     return found
 
 
-def _parts(points: Points, rows: Indices, largest: int, baseline: Baseline) -> tuple[Indices, Indices]:
+def _parts(points: SeriesArrays, rows: Indices, largest: int, baseline: Baseline) -> tuple[Indices, Indices]:
     """The cycles before the largest and after it that the baseline can judge."""
     inside = rows[is_within(points.amplitude[rows], baseline)]
     when = points.time[inside]

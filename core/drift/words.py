@@ -3,8 +3,8 @@
 from datetime import datetime
 
 from core import rounding
+from core.drift.quantities import Quantity
 from core.drift.rules import RECOVERY, SLOW, Rule
-from core.drift.watched import Quantity
 
 
 def message(known: Quantity, rule: Rule, after: datetime, by: datetime, drift: float, low: float, high: float) -> str:

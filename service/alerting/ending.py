@@ -6,7 +6,7 @@ from zoneinfo import ZoneInfo
 
 from sqlalchemy.orm import Session
 
-from core.drift.baseline import FEWEST
+from core.drift.baseline import FEWEST_EVENTS
 from service.alerting.words import TITLES, of_time, quantity_of, sensor_of
 from service.database import Alert
 from service.queries import drift
@@ -38,12 +38,12 @@ def consequences(session: Session, alert: Alert, zone: ZoneInfo) -> Mapping[str,
     shared = "All directions share it." if sensor is None else "Other sensors keep their reference periods."
     since = alert.changed_by or alert.began_at
     count = drift.analysed_since(session, alert.building_id, since)
-    missing = max(0, FEWEST - count)
+    missing = max(0, FEWEST_EVENTS - count)
     when = of_time(since.astimezone(zone))
     return {
         AS_BEFORE: "The reference period stays. The same change raises no new alert unless it gets worse.",
         FROM_NOW: f"A new reference period begins with the next earthquake. The {title} then needs at least "
-        f"{FEWEST} more earthquakes before it can raise an alarm again. {shared}",
+        f"{FEWEST_EVENTS} more earthquakes before it can raise an alarm again. {shared}",
         SINCE_IT_BEGAN: f"A new reference period begins with the earthquake of {when}. {_counted(count)}; the {title} "
         f"needs at least {missing} more before it can raise an alarm again. {shared}",
     }

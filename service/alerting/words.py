@@ -3,8 +3,8 @@
 from collections.abc import Mapping, Sequence
 from datetime import datetime, timedelta
 
+from core.drift.quantities import QUANTITIES
 from core.drift.together import BOTH
-from core.drift.watched import QUANTITIES
 
 MM = 1e3
 LIMITS = "limits"

@@ -18,7 +18,7 @@ class ReferencePeriod(Base):
     id: Mapped[int] = mapped_column(primary_key=True)
     building_id: Mapped[int] = mapped_column(ForeignKey("building.id"), index=True)
     quantity: Mapped[str | None]
-    """One of core.drift.watched; None: all of them."""
+    """One of core.drift.quantities; None: all of them."""
     subject: Mapped[str | None]
     """Direction, mode or channel; None: all of the quantity."""
     start: Mapped[datetime | None]

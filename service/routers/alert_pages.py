@@ -8,7 +8,7 @@ from fastapi import APIRouter, Depends, Request, Response
 from sqlalchemy.orm import Session, sessionmaker
 from starlette.responses import RedirectResponse
 
-from core.drift.watched import quantity
+from core.drift.quantities import quantity
 from core.drift.words import interval
 from service.access.auth import Caller, Role
 from service.alerting import ending, handling

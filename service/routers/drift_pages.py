@@ -8,8 +8,8 @@ from typing import Annotated
 from fastapi import APIRouter, Depends, Query, Request, Response
 from sqlalchemy.orm import Session
 
+from core.drift.quantities import QUANTITIES
 from core.drift.together import BOTH
-from core.drift.watched import QUANTITIES
 from service.database import ReferencePeriod
 from service.errors import NotFoundError
 from service.pages.rendering import page

@@ -5,7 +5,7 @@ from typing import Annotated
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
 
-from core.drift.watched import QUANTITIES
+from core.drift.quantities import QUANTITIES
 from service.schemas.answer import Answer, Number
 from service.times import read_time
 

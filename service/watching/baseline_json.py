@@ -6,21 +6,20 @@ from typing import Any
 
 import numpy as np
 
-from core.drift.baseline import Baseline
-from core.drift.design import Design
+from core.drift.baseline import Baseline, BaselineModel
+from core.drift.quantities import quantity
 from core.drift.scatter import Scatter
-from core.drift.watched import quantity
 
 
 def written(baseline: Baseline) -> dict[str, Any]:
     """As values that JSON can hold."""
     return {
         "events": list(baseline.events),
-        "design": asdict(baseline.design) | {"quantity": baseline.design.quantity.name},
+        "design": asdict(baseline.model) | {"quantity": baseline.model.quantity.name},
         "coefficients": baseline.coefficients.tolist(),
         "covariance": baseline.covariance.tolist(),
         "scatter": asdict(baseline.scatter),
-        "wanted": baseline.wanted,
+        "wanted": baseline.events_needed,
     }
 
 
@@ -29,9 +28,9 @@ def read(document: Mapping[str, Any]) -> Baseline:
     design: dict[str, Any] = document["design"]
     return Baseline(
         events=tuple(document["events"]),
-        design=Design(**{**design, "quantity": quantity(design["quantity"])}),
+        model=BaselineModel(**{**design, "quantity": quantity(design["quantity"])}),
         coefficients=np.array(document["coefficients"]),
         covariance=np.array(document["covariance"]),
         scatter=Scatter(**document["scatter"]),
-        wanted=document["wanted"],
+        events_needed=document["wanted"],
     )

@@ -38,7 +38,7 @@ def curve(baseline: Baseline, temperature: float | None, points: int) -> Curve:
         temperature: °C; None: the mean of the reference.
         points: of the grid, two at least.
     """
-    mean = baseline.design.temperature
+    mean = baseline.model.temperature
     at = None if mean is None else mean if temperature is None else temperature
     seen = baseline.range
     if seen is None:
@@ -49,6 +49,6 @@ def curve(baseline: Baseline, temperature: float | None, points: int) -> Curve:
         is_seen = ((amplitude >= seen[0]) & (amplitude <= seen[1])).astype(float)
     middle, std = baseline.expected(amplitude, at)
     ends = (middle, middle - BAND * std, middle + BAND * std)
-    is_logarithmic = baseline.design.quantity.is_logarithmic
+    is_logarithmic = baseline.model.quantity.is_logarithmic
     expected, low, high = (np.exp(one) if is_logarithmic else one for one in ends)
     return Curve(None if seen is None else amplitude, expected, low, high, is_seen, at)

@@ -15,15 +15,15 @@ from sqlalchemy.orm import Session
 
 from core.comparison.misfit import Misfit
 from core.description import BuildingDescription
-from core.drift.series import Observation, Series
-from core.drift.watched import QUANTITIES
+from core.drift.quantities import QUANTITIES
+from core.drift.series import Measurement, Series
 from service import mode_tracks
 from service.alerting.words import SENSOR_QUANTITIES
 from service.mode_tracks import DIRECTIONS, Sighting
 from service.queries import drift, versions
 from service.queries.question import Span
 
-Named = tuple[tuple[str, str], Observation]
+Named = tuple[tuple[str, str], Measurement]
 """Quantity and subject, and what was observed of them."""
 
 
@@ -36,7 +36,7 @@ def watched_series(
     established mode (`x/1`), `noise` and `gain` of a channel.
     """
     temperature = dict(drift.temperatures(session, building_id))
-    found: dict[tuple[str, str], list[Observation]] = defaultdict(list)
+    found: dict[tuple[str, str], list[Measurement]] = defaultdict(list)
     for source, told in SOURCES.items():
         if not told.isdisjoint(quantities):
             for name, one in source(session, building_id, temperature):
@@ -124,9 +124,9 @@ def _observed(
     amplitude: float | None,
     temperature: float | None,
 ) -> Iterator[Named]:
-    """The observation, unless it has no value."""
+    """The measurement, unless it has no value."""
     if value is not None and std is not None and isfinite(value) and isfinite(std):
-        yield name, Observation(event, time, value, std, amplitude, temperature)
+        yield name, Measurement(event, time, value, std, amplitude, temperature)
 
 
 SOURCES: Mapping[Callable[[Session, int, Mapping[int, float]], Iterator[Named]], frozenset[str]] = MappingProxyType(

@@ -90,7 +90,7 @@ def sentences(
     """More of it, first for everybody, then for the engineer.
 
     Args:
-        quantity: one of core.drift.watched.
+        quantity: one of core.drift.quantities.
         alarm: what was found.
         earlier: what the rules had found in the series before.
         told: causes beside the layer and the building, held against every series.

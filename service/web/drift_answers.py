@@ -6,7 +6,7 @@ from typing import Any
 
 from sqlalchemy.orm import Session
 
-from core.drift.watched import QUANTITIES
+from core.drift.quantities import QUANTITIES
 from service.database import DriftAlarm, WatchedSeries
 from service.errors import NotFoundError
 from service.queries import drift_results
@@ -73,7 +73,7 @@ def observations(
     """
     for series in watched_series(session, building_id, (quantity,)):
         if series.subject == subject:
-            wanted = [one for one in series.observations if event is None or one.event == event]
+            wanted = [one for one in series.measurements if event is None or one.event == event]
             return [ObservationRow.model_validate(one) for one in sorted(wanted, key=attrgetter("time", "event"))]
     raise NotFoundError("watched series", f"{quantity}/{subject}")
 

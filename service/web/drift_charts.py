@@ -73,7 +73,7 @@ def history(
     """A panel for each subject, one at least: changes over time, with the alarms and their onsets.
 
     Args:
-        quantity: one of core.drift.watched.
+        quantity: one of core.drift.quantities.
         values: by subject, each with one at least.
         alarms: by subject.
         title: what it is of.

@@ -7,7 +7,7 @@ from datetime import UTC, datetime, timedelta
 import numpy as np
 
 from core.arrays import Vector
-from core.drift.series import Observation, Series
+from core.drift.series import Measurement, Series
 
 YEAR = 365.2425
 START = datetime(2001, 4, 1, tzinfo=UTC)
@@ -98,7 +98,7 @@ def series(lived: History, change: Vector | None = None) -> Series:
     """Of a history, with (events,) relative changes of the stiffness put on it."""
     changes = np.zeros(lived.time.size) if change is None else change
     found = [
-        Observation(
+        Measurement(
             event=n,
             time=START + timedelta(days=float(lived.time[n]), seconds=2.0 * m),
             value=float(np.exp(value) * (1 + changes[n])),
@@ -145,21 +145,21 @@ def sloping(lived: History, onset: int, loss: float) -> Vector:
 
 def cut(whole: Series, event: int) -> Series:
     """As it was before an event."""
-    return replace(whole, observations=tuple(one for one in whole.observations if one.event < event))
+    return replace(whole, measurements=tuple(one for one in whole.measurements if one.event < event))
 
 
 def scaled(whole: Series, of_value: float, of_amplitude: float) -> Series:
     """In other units."""
     return replace(
         whole,
-        observations=tuple(
+        measurements=tuple(
             replace(
                 one,
                 value=of_value * one.value,
                 std=of_value * one.std,
                 amplitude=None if one.amplitude is None else of_amplitude * one.amplitude,
             )
-            for one in whole.observations
+            for one in whole.measurements
         ),
     )
 

@@ -80,12 +80,12 @@ def test_damage_that_shows_within_an_event_alarms_at_once() -> None:
     lived = history(replace(QUIET, own=(0.01, 0.02)), 24)
     event = next(n for n in range(40, 80) if 5 < lived.amplitude[n].argmax() < lived.amplitude[n].size - 10)
     whole = series(lived)
-    largest = max((one for one in whole.observations if one.event == event), key=lambda one: one.amplitude or 0.0)
+    largest = max((one for one in whole.measurements if one.event == event), key=lambda one: one.amplitude or 0.0)
     damaged = tuple(
         replace(one, value=0.8 * one.value) if one.event == event and one.time > largest.time else one
-        for one in whole.observations
+        for one in whole.measurements
     )
-    alarms = sure(monitor(cut(replace(whole, observations=damaged), event + 1), Reference(), {}))
+    alarms = sure(monitor(cut(replace(whole, measurements=damaged), event + 1), Reference(), {}))
     assert [(alarm.rule, alarm.onset, alarm.raised) for alarm in alarms] == [("within", event, event)]
     assert alarms[0].low < -0.2 < alarms[0].high
 
@@ -159,9 +159,9 @@ def test_the_order_of_arrival_and_repetition_change_nothing() -> None:
     whole = series(lived, stepped(lived, 40, 0.05))
     one = monitor(whole, Reference(), {})
     for seed in range(3):
-        shuffled = [*whole.observations, *whole.observations[100:200]]
+        shuffled = [*whole.measurements, *whole.measurements[100:200]]
         Random(seed).shuffle(shuffled)
-        other = monitor(replace(whole, observations=tuple(shuffled)), Reference(), {})
+        other = monitor(replace(whole, measurements=tuple(shuffled)), Reference(), {})
         assert one.values == other.values
         assert one.alarms == other.alarms
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from core.drift.monitor import Reference, monitor
-from core.drift.series import Observation, Series
-from core.drift.watched import QUANTITIES, quantity
+from core.drift.quantities import QUANTITIES, quantity
+from core.drift.series import Measurement, Series
 
 START = datetime(2010, 1, 1, tzinfo=UTC)
 EVENTS, ONSET = 60, 40
@@ -25,7 +25,7 @@ def one_a_event(name: str, change: float, seed: int) -> Series:
         name,
         "any",
         tuple(
-            Observation(
+            Measurement(
                 n, times[n], float(values[n]), std, amplitude[n] if amplitude[n] is None else float(amplitude[n])
             )
             for n in range(EVENTS)

@@ -3,16 +3,15 @@ from datetime import UTC, datetime, timedelta
 import numpy as np
 import pytest
 
-from core.drift.points import points
-from core.drift.series import Observation, Series
-from core.drift.watched import QUANTITIES, quantity
+from core.drift.quantities import QUANTITIES, quantity
+from core.drift.series import Measurement, Series, series_arrays
 from core.errors import ModelError, RecordError
 
 NOW = datetime(2020, 5, 1, tzinfo=UTC)
 
 
-def observation(value: float = 1e8, std: float = 1e6, amplitude: float | None = 0.01, event: int = 1) -> Observation:
-    return Observation(event, NOW + timedelta(days=event), value, std, amplitude, 12.0)
+def observation(value: float = 1e8, std: float = 1e6, amplitude: float | None = 0.01, event: int = 1) -> Measurement:
+    return Measurement(event, NOW + timedelta(days=event), value, std, amplitude, 12.0)
 
 
 @pytest.mark.parametrize("wrong", [{"value": np.nan}, {"std": -1.0}, {"std": np.inf}, {"amplitude": np.nan}])
@@ -23,26 +22,28 @@ def test_numbers_that_are_none_are_refused(wrong: dict[str, float]) -> None:
 
 def test_a_time_needs_its_zone() -> None:
     with pytest.raises(RecordError, match="time zone"):
-        Observation(1, datetime(2020, 5, 1), 1.0, 0.1)  # noqa: DTZ001  that is what is refused
+        Measurement(1, datetime(2020, 5, 1), 1.0, 0.1)  # noqa: DTZ001  that is what is refused
 
 
 def test_what_has_no_logarithm_or_amplitude_is_left_out() -> None:
     kept = observation()
     others = (observation(value=-1e8), observation(std=6e7), observation(amplitude=None), observation(amplitude=0.0))
-    found, dated = points(Series("stiffness", "x", (kept, *others)))
+    found, dated = series_arrays(Series("stiffness", "x", (kept, *others)))
     assert found.value.tolist() == [pytest.approx(np.log(1e8))]
     assert found.variance.tolist() == [pytest.approx(1e-4)]
     assert [one.event for one in dated] == [1]
 
 
 def test_events_come_in_order_of_time() -> None:
-    found, dated = points(Series("gain", "HNX", tuple(observation(1.0, 0.01, None, event) for event in (7, 3, 5))))
+    found, dated = series_arrays(
+        Series("gain", "HNX", tuple(observation(1.0, 0.01, None, event) for event in (7, 3, 5)))
+    )
     assert [one.event for one in dated] == [3, 5, 7]
     assert found.event.tolist() == [0, 1, 2]
 
 
 def test_a_residual_displacement_may_be_negative() -> None:
-    found, _ = points(Series("residual_displacement", "x", (observation(-0.002, 1e-4, None),)))
+    found, _ = series_arrays(Series("residual_displacement", "x", (observation(-0.002, 1e-4, None),)))
     assert found.value.tolist() == [-0.002]
 
 

@@ -37,23 +37,23 @@ def test_what_was_found_is_watched_by_event_in_order_of_time(sessions: sessionma
     with sessions() as session:
         series = {(one.quantity, one.subject): one for one in watched_series(session, building)}
         moments = {event.id: event.start for event in session.scalars(select(Event))}
-    stiffness = series["stiffness", "x"].observations
+    stiffness = series["stiffness", "x"].measurements
     assert len(stiffness) == 3 * histories.CYCLES
     assert [one.time for one in stiffness] == sorted(one.time for one in stiffness)
     first, segment = stiffness[0], found[1].directions["x"].equivalent[0]
     assert (first.value, first.std, first.amplitude) == (segment.k_eq, segment.k_eq_std, segment.amplitude)
     assert first.time == histories.start(0) + timedelta(seconds=(segment.start + segment.end) / 2)
     assert first.temperature == found[1].temperature
-    assert series["damping", "x"].observations[0].value == segment.c_eq
-    assert series["gain", BASE].observations[0].value == found[1].sensors[1].gain
-    assert series["noise", BASE].observations[0].value == found[1].sensors[1].noise
-    mode = series["frequency", "x/1"].observations[0]
+    assert series["damping", "x"].measurements[0].value == segment.c_eq
+    assert series["gain", BASE].measurements[0].value == found[1].sensors[1].gain
+    assert series["noise", BASE].measurements[0].value == found[1].sensors[1].noise
+    mode = series["frequency", "x/1"].measurements[0]
     assert (mode.value, moments[mode.event]) == (
         found[1].directions["x"].restoring_force.modes[0].frequency,
         histories.start(0),
     )
     residual = found[1].directions["x"].motion.residual
-    assert series["residual_displacement", "x"].observations[0].value == residual.value
+    assert series["residual_displacement", "x"].measurements[0].value == residual.value
 
 
 def test_a_look_that_waits_does_for_all_that_comes_meanwhile(sessions: sessionmaker[Session], building: int) -> None:

@@ -1,4 +1,8 @@
-"""Which quantities are watched for drift, and what is known of each before anything was measured?"""
+"""Quantities monitored for drift, and their prior: how each behaves in a healthy building.
+
+The typical scatters and temperature coefficients are the centres of priors: each series is scaled by its own data
+(`core.drift.scatter`, `core.drift.baseline`). The rules were tuned on stiffness alone (docs/drift.md).
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -10,26 +14,30 @@ from core.errors import ModelError
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Quantity:
-    """How one kind of quantity behaves in a healthy building."""
+    """Prior knowledge of one monitored quantity."""
 
     name: str
+    """Identifier, as stored and as in the API."""
     title: str
-    """For people, as in "stiffness of the isolation layer"."""
+    """Name for people, as in "stiffness of the isolation layer"."""
     is_logarithmic: bool
-    """Whether its relative changes are watched; else its changes in SI units."""
+    """Whether relative changes are monitored; else changes in SI units."""
     follows_amplitude: bool
+    """Whether a healthy value depends on the amplitude of motion."""
     follows_temperature: bool
+    """Whether a healthy value depends on the temperature of the isolation layer."""
     harm: Literal["less", "more", "either"]
-    """The change that is one for the worse."""
+    """Sign of a change for the worse; a change of the other sign is a recovery."""
     scatter: float
-    """Typical standard deviation from one healthy event to another beside all that is known; relative, or SI units."""
-    own_scatter: float
-    """The same from one observation to another within an event, beside their own standard deviations."""
+    """Typical standard deviation between healthy events once amplitude and temperature are accounted for; relative, or
+    SI units."""
+    within_event_scatter: float
+    """Typical standard deviation between the measurements of one event, without their own; relative, or SI units."""
     softening: float = 0.0
-    """Standard deviation of what comes back after an earthquake larger than all before, for each unit of the natural
-    logarithm by which it was larger; relative."""
-    per_kelvin: tuple[float, float] = (0.0, 0.0)
-    """Mean and standard deviation, among buildings, of the change with one kelvin; relative."""
+    """Standard deviation of the loss that recovers after an earthquake larger than all before, per unit of the natural
+    logarithm of the ratio of amplitudes; relative."""
+    temperature_coefficient: tuple[float, float] = (0.0, 0.0)
+    """Mean and standard deviation, among buildings, of the change per kelvin; relative."""
 
 
 _every = (
@@ -41,9 +49,9 @@ _every = (
         follows_temperature=True,
         harm="less",
         scatter=0.01,
-        own_scatter=0.01,
+        within_event_scatter=0.01,
         softening=0.015,
-        per_kelvin=(-0.004, 0.004),
+        temperature_coefficient=(-0.004, 0.004),
     ),
     Quantity(
         name="damping",
@@ -53,9 +61,9 @@ _every = (
         follows_temperature=True,
         harm="less",
         scatter=0.03,
-        own_scatter=0.05,
+        within_event_scatter=0.05,
         softening=0.015,
-        per_kelvin=(-0.004, 0.006),
+        temperature_coefficient=(-0.004, 0.006),
     ),
     Quantity(
         name="frequency",
@@ -65,8 +73,8 @@ _every = (
         follows_temperature=True,
         harm="less",
         scatter=0.01,
-        own_scatter=0.01,
-        per_kelvin=(0.0, 0.001),
+        within_event_scatter=0.01,
+        temperature_coefficient=(0.0, 0.001),
     ),
     Quantity(
         name="gain",
@@ -76,7 +84,7 @@ _every = (
         follows_temperature=False,
         harm="either",
         scatter=0.005,
-        own_scatter=0.005,
+        within_event_scatter=0.005,
     ),
     Quantity(
         name="noise",
@@ -86,7 +94,7 @@ _every = (
         follows_temperature=False,
         harm="more",
         scatter=0.2,
-        own_scatter=0.1,
+        within_event_scatter=0.1,
     ),
     Quantity(
         name="residual_displacement",
@@ -96,7 +104,7 @@ _every = (
         follows_temperature=False,
         harm="either",
         scatter=5e-4,
-        own_scatter=1e-4,
+        within_event_scatter=1e-4,
     ),
     Quantity(
         name="model_error",
@@ -106,19 +114,20 @@ _every = (
         follows_temperature=False,
         harm="more",
         scatter=0.1,
-        own_scatter=0.1,
+        within_event_scatter=0.1,
     ),
 )
 
 QUANTITIES: Mapping[str, Quantity] = MappingProxyType({quantity.name: quantity for quantity in _every})
+"""Monitored quantities by name."""
 
 
 def quantity(name: str) -> Quantity:
-    """The quantity of that name.
+    """The monitored quantity with this name.
 
     Raises:
-        ModelError: nothing of that name is watched.
+        ModelError: no monitored quantity has this name.
     """
     if name not in QUANTITIES:
-        raise ModelError(f"nothing called {name!r} is watched; there are {', '.join(QUANTITIES)}")
+        raise ModelError(f"there is no monitored quantity {name!r}; choose one of {', '.join(QUANTITIES)}")
     return QUANTITIES[name]
