@@ -13,7 +13,7 @@ from types import MappingProxyType
 import altair as alt
 import numpy as np
 
-from benchmarks.drift_trial import SHARED, WITHIN, Dating, Together, Trial, trial, trial_of_dating, trial_together  # isort: skip  (finds the next)
+from benchmarks.drift_trial import SHARED, WITHIN, Dating, PooledTrial, Trial, trial, trial_of_dating, trial_pooled  # isort: skip  (finds the next)
 from drifting import Plan
 
 from benchmarks.table import Table
@@ -33,7 +33,7 @@ PLANS: Mapping[str, Plan] = MappingProxyType(
 )
 DATED = {"8 %": "8 %", "5 %": "5 %", "2 %": "2 %", "slow": "0.5 % an event"}
 """Changes that are dated, and their names in the table."""
-TOGETHER = ("scatter 1 to 2 %", "scatter 1 %", "scatter 2 %", "1 to 2 %, no thermometer")
+POOLED = ("scatter 1 to 2 %", "scatter 1 %", "scatter 2 %", "1 to 2 %, no thermometer")
 
 
 def share(values: Sequence[bool]) -> str:
@@ -42,7 +42,7 @@ def share(values: Sequence[bool]) -> str:
     return f"{100 * p:.1f} ± {100 * np.sqrt(max(p * (1 - p), 0.25 / count) / count):.1f}"
 
 
-def within(trials: Sequence[Trial] | Sequence[Together], change: str, events: int) -> str:
+def within(trials: Sequence[Trial] | Sequence[PooledTrial], change: str, events: int) -> str:
     """Share of histories in which a change is told after so many events at most."""
     return share([(n := one.found[change]) is not None and n <= events for one in trials])
 
@@ -65,7 +65,7 @@ def row(name: str, trials: Sequence[Trial]) -> tuple[str, ...]:
     )
 
 
-def table_together(every: Mapping[str, Sequence[Together]]) -> Table:
+def table_pooled(every: Mapping[str, Sequence[PooledTrial]]) -> Table:
     return Table(
         "Both directions together",
         f"The mean of two directions whose scatter has a correlation of {SHARED}, by the same rules; the same "
@@ -209,11 +209,9 @@ def main() -> None:
             if not given.screen:
                 pictures(every).save(str(TARGET.with_suffix(".svg")))
         if "both" in given.parts:
-            names = [name for name in given.plans if name in TOGETHER]
-            joint = {
-                name: list(executor.map(partial(trial_together, PLANS[name]), seeds, chunksize=8)) for name in names
-            }
-            parts["both"] = table_together(joint).markdown()
+            names = [name for name in given.plans if name in POOLED]
+            joint = {name: list(executor.map(partial(trial_pooled, PLANS[name]), seeds, chunksize=8)) for name in names}
+            parts["both"] = table_pooled(joint).markdown()
         if "dated" in given.parts:
             dates = {
                 name: list(executor.map(partial(trial_of_dating, PLANS[name]), seeds, chunksize=8))

@@ -12,13 +12,12 @@ import numpy as np
 from drifting import Plan, history, other_direction, series, sloping, stepped
 
 from core.arrays import Vector
-from core.drift.alarm import Alarm
-from core.drift.alarms import alarms
-from core.drift.judged import Judged, strengths
+from core.drift.alarms import Alarm, alarms
+from core.drift.change_statistics import DeviationSequence
 from core.drift.monitor import Monitoring, Reference, monitor
+from core.drift.pooled import pooled_alarms
 from core.drift.quantities import quantity
-from core.drift.rules import SLOW, SUDDEN, rules
-from core.drift.together import alarms_together
+from core.drift.rules import SLOW, SUDDEN, rule_statistics, rules
 
 HEALTHY = 100
 """Events after the reference, in which a healthy building may alarm."""
@@ -80,7 +79,7 @@ def trial(plan: Plan, seed: int) -> Trial:
         repair=events_until(recoveries(told["8 %"]), onset + REPAIRED),
         is_covered=is_covered(losses(told["5 %"]), onset, -0.05),
         highest=max(
-            (value for event, value in evidence_of_loss(judged(healthy)).items() if event <= last), default=0.0
+            (value for event, value in evidence_of_loss(tested(healthy)).items() if event <= last), default=0.0
         ),
         strongest={
             label: max((strength[name].get(onset + n, 0.0) for n in range(count)), default=0.0)
@@ -95,27 +94,27 @@ def onset_after(seed: int, *healthy: Monitoring) -> int:
     return max(last + 1, int(np.random.default_rng([seed, 1]).integers(EARLIEST, LATEST)))
 
 
-def judged(found: Monitoring) -> Judged:
-    if found.judged is None:
+def tested(found: Monitoring) -> DeviationSequence:
+    if found.tested is None:
         raise ValueError("a history of so many events has a baseline")
-    return found.judged
+    return found.tested
 
 
-def with_change(healthy: Monitoring, change: Vector) -> Judged:
+def with_change(healthy: Monitoring, change: Vector) -> DeviationSequence:
     """As if the stiffness had changed: all cycles of an event by the same share, and so their mean.
 
     Args:
         healthy: of a history whose reference ends before the change begins.
         change: (events,) relative.
     """
-    whole = judged(healthy)
+    whole = tested(healthy)
     if any(change[value.event] for value in healthy.values if value.is_reference):
         raise ValueError("the reference must be healthy")
-    shift = np.log1p(change[[one.event for one in whole.dated]])
+    shift = np.log1p(change[[one.event for one in whole.events]])
     return replace(whole, deviation=whole.deviation + shift)
 
 
-def told_of(healthy: Monitoring, changed: Judged) -> tuple[Alarm, ...]:
+def told_of(healthy: Monitoring, changed: DeviationSequence) -> tuple[Alarm, ...]:
     """By the rules over several events."""
     if healthy.baseline is None:
         raise ValueError("a history of so many events has a baseline")
@@ -131,14 +130,14 @@ def recoveries(alarms: Sequence[Alarm]) -> list[Alarm]:
 
 
 @dataclass(frozen=True, slots=True)
-class Together:
+class PooledTrial:
     """What the mean of both directions told of one history; events until a loss was told, None if it was not."""
 
     is_false: bool
     found: Mapping[str, int | None]
 
 
-def trial_together(plan: Plan, seed: int) -> Together:
+def trial_pooled(plan: Plan, seed: int) -> PooledTrial:
     """The same changes in both directions of one building."""
     lived = history(plan, seed)
     one, other = (
@@ -151,12 +150,12 @@ def trial_together(plan: Plan, seed: int) -> Together:
         "slow": sloping(lived, onset, 0.005),
     }
     told = {
-        name: alarms_together(*(replace(side, judged=with_change(side, change)) for side in (one, other)))
+        name: pooled_alarms(*(replace(side, tested=with_change(side, change)) for side in (one, other)))
         for name, change in changes.items()
     }
     last = FIRST_REFERENCE + HEALTHY
-    return Together(
-        any(alarm.is_sure and alarm.raised <= last for alarm in alarms_together(one, other)),
+    return PooledTrial(
+        any(alarm.is_sure and alarm.raised <= last for alarm in pooled_alarms(one, other)),
         {name: events_until(losses(alarms), onset) for name, alarms in told.items()},
     )
 
@@ -168,7 +167,7 @@ class Dating:
     holds: bool
     """Whether the change began in it."""
     length: int
-    """Judged events from the last that did not show the change to the first that did."""
+    """DeviationSequence events from the last that did not show the change to the first that did."""
 
 
 def trial_of_dating(plan: Plan, seed: int) -> Mapping[str, Dating]:
@@ -176,7 +175,7 @@ def trial_of_dating(plan: Plan, seed: int) -> Mapping[str, Dating]:
     lived = history(plan, seed)
     healthy = monitor(series(lived), Reference(), {})
     onset = onset_after(seed, healthy)
-    events = [one.event for one in judged(healthy).dated]
+    events = [one.event for one in tested(healthy).events]
     truth = next(n for n, event in enumerate(events) if event >= onset)
     found = {}
     for name, loss in {"8 %": 0.08, "5 %": 0.05, "2 %": 0.02, "slow": 0.005}.items():
@@ -199,9 +198,9 @@ def is_covered(alarms: Sequence[Alarm], onset: int, truth: float) -> bool | None
     return None if first is None or first.rule != SUDDEN else first.low <= truth <= first.high
 
 
-def evidence_of_loss(sequence: Judged) -> Mapping[int, float]:
+def evidence_of_loss(sequence: DeviationSequence) -> Mapping[int, float]:
     """By event, the strongest of the two rules for losses before any alarm is allowed for."""
     white = sequence.innovations()
     wanted = [rule for rule in rules(quantity("stiffness")) if rule.name in (SUDDEN, SLOW)]
-    best: Vector = np.max([strengths(white, rule, 0).max(axis=1) for rule in wanted], axis=0)
-    return {one.event: float(value) for one, value in zip(sequence.dated, best, strict=True)}
+    best: Vector = np.max([rule_statistics(white, rule, 0).max(axis=1) for rule in wanted], axis=0)
+    return {one.event: float(value) for one, value in zip(sequence.events, best, strict=True)}

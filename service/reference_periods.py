@@ -6,8 +6,8 @@ from datetime import datetime
 from sqlalchemy.orm import Session
 
 from core.drift.monitor import Reference
+from core.drift.pooled import BOTH_DIRECTIONS
 from core.drift.quantities import QUANTITIES
-from core.drift.together import BOTH
 from service.database import Building, ReferencePeriod
 from service.errors import ConflictError
 from service.queue import jobs
@@ -45,9 +45,9 @@ def begin(
         raise ConflictError(f"Nothing called {quantity!r} is watched; there are {', '.join(QUANTITIES)}.")
     if subject is not None and quantity is None:
         raise ConflictError(f"A period for {subject} alone needs a quantity; one for everything needs no subject.")
-    if subject == BOTH:
+    if subject == BOTH_DIRECTIONS:
         raise ConflictError(
-            f"{BOTH} has no reference of its own; without a subject the period holds in both directions."
+            f"{BOTH_DIRECTIONS} has no reference of its own; without a subject the period holds in both directions."
         )
     if start is not None and end is not None and end <= start:
         raise ConflictError(f"The period ends at {end:%Y-%m-%dT%H:%MZ}, before it starts; a later end would do.")

@@ -1,58 +1,107 @@
-"""Which changes do the rules find in a series' deviations, one after the other?
+"""Alarms: the changes that the rules find in a sequence of deviations, one after the other.
 
-A change that was found is from then on a nuisance: its pattern joins the covariance with a size that is not known, so
-that what follows is judged against the level it left.
+Once a change was found, its pattern joins the covariance with an unknown size, so that later events are tested against
+the level that it left.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from datetime import datetime
 
 import numpy as np
 
+from core import rounding
 from core.arrays import Matrix, Vector
-from core.drift.alarm import Alarm
 from core.drift.baseline import Baseline
-from core.drift.dating import onset_interval, within_reference
-from core.drift.event_value import relative
-from core.drift.judged import Judged, gathering, strengths
+from core.drift.change_statistics import LOCATING_CLIP, DeviationSequence, Innovations, change_size, first_innovations
+from core.drift.deviations import relative_change
 from core.drift.quantities import Quantity
-from core.drift.rules import SLOW, WITHIN, WITHIN_RATE, Rule, ramps, rules, steps
-from core.drift.sequential import LOCATING_CLIP, Change, Innovations, change, until
-from core.drift.series import SeriesArrays, SeriesEvent
-from core.drift.within import contrasts, damage
-from core.drift.words import message, message_within
+from core.drift.rules import (
+    RECOVERY,
+    SLOW,
+    Rule,
+    changed_reference_events,
+    onset_interval,
+    pending_statistics,
+    ramps,
+    rule_statistics,
+    rules,
+    steps,
+)
 
-GATHERING = -0.7
-"""Standard deviations from a rule's threshold at which its evidence is told while it gathers."""
+PENDING_MARGIN = -0.7
+"""Standard deviations from a rule's threshold at which an alarm is pending."""
 HINDSIGHT = 10
-"""Events after an alarm was raised that still decide of which kind it is and where it began."""
-NUISANCE = 0.5
-"""Standard deviation of the size of a change that is known to be there; relative."""
+"""Events after an alarm was raised that still decide which kind it is and where it began."""
+NUISANCE_STD = 0.5
+"""Prior standard deviation of the size of a change that was found; relative."""
+
+
+@dataclass(frozen=True, slots=True)
+class Alarm:
+    """A change that a rule found. Events are identified as in the series."""
+
+    rule: str
+    """`sudden`, `slow`, `recovery` or `within` (damage within one event)."""
+    is_sure: bool
+    """False while the alarm is pending."""
+    onset: int
+    """Event with which the change most likely began."""
+    after: int
+    """Last event that did not show the change, with 95 %; the event itself for damage within one event."""
+    by: int
+    """First event that showed it, with 95 %; the event itself for damage within one event."""
+    raised: int
+    """Event at which the alarm was raised; the latest event if it is pending."""
+    events: tuple[int, ...]
+    """Events whose evidence raised it, among those that the rule tested, with the onset."""
+    drift: float
+    """Relative change, -0.08 for 8 % less; in SI units where the logarithm is not monitored. For a slow change, up to
+    the last event before the next change."""
+    low: float
+    """Lower end of the 95 % interval of the drift, given the onset."""
+    high: float
+    """Upper end of that interval."""
+    false_alarms: float
+    """Share of sequences of 100 healthy events in which the rule raises an alarm."""
+    causes: tuple[str, ...]
+    """Possible causes other than a change of the building, for people."""
+    message: str
+    """One sentence for an engineer."""
 
 
 @dataclass(frozen=True, slots=True)
 class Crossing:
-    """Where a rule's evidence reached its threshold."""
+    """Statistic of a rule at its threshold; events as indices into the tested ones."""
 
     rule: Rule
     onset: int
+    """Event with which the change most likely began."""
     first: int
-    """Of the events whose evidence raised it."""
+    """First of the events whose evidence raised the alarm."""
     raised: int
+    """Event at which the statistic reached the threshold, or the latest event."""
     is_sure: bool
+    """Whether it reached the threshold."""
     earliest: int
-    """First and"""
+    """First event with which the change may have begun."""
     latest: int
-    """last event with which it may have begun."""
+    """Last event with which the change may have begun."""
 
 
-def alarms(known: Quantity, baseline: Baseline, judged: Judged) -> tuple[Alarm, ...]:
-    """Of a series, in the order in which they were raised."""
+def alarms(known: Quantity, baseline: Baseline, tested: DeviationSequence) -> tuple[Alarm, ...]:
+    """Alarms of the rules over several events, in the order in which they were raised.
+
+    Args:
+        known: the quantity.
+        baseline: baseline of the series.
+        tested: the deviations that the rules test.
+    """
     crossings: list[tuple[Crossing, Innovations]] = []
-    start, left = 0, judged
-    while start < judged.deviation.size:
-        senses = [crossing.rule.sense for crossing, _ in crossings]
-        white, looked_for = left.innovations(), rules(known, senses)
+    start, left = 0, tested
+    while start < tested.deviation.size:
+        signs = [crossing.rule.sign for crossing, _ in crossings]
+        white, looked_for = left.innovations(), rules(known, signs)
         crossing = _crossing(white, looked_for, start)
         if crossing is None:
             break
@@ -60,96 +109,58 @@ def alarms(known: Quantity, baseline: Baseline, judged: Judged) -> tuple[Alarm, 
         crossings.append((crossing, white))
         if not crossing.is_sure:
             break
-        left = replace(left, covariance=left.covariance + _nuisance(crossing, judged.deviation.size, baseline))
+        left = replace(left, covariance=left.covariance + _nuisance(crossing, tested.deviation.size, baseline))
         start = crossing.raised + 1
     following = [crossing.onset for crossing, _ in crossings[1:]]
-    ends = [*following, judged.deviation.size][: len(crossings)]
+    ends = [*following, tested.deviation.size][: len(crossings)]
     return tuple(
-        _alarm(crossing, white, end, baseline, judged) for (crossing, white), end in zip(crossings, ends, strict=True)
+        _alarm(crossing, white, end, baseline, tested) for (crossing, white), end in zip(crossings, ends, strict=True)
     )
 
 
-def alarms_within(
-    known: Quantity, baseline: Baseline, points: SeriesArrays, dated: Sequence[SeriesEvent], judged: Sequence[int]
-) -> tuple[Alarm, ...]:
-    """Of damage that single events show in themselves; of quantities whose cycles can be compared.
-
-    Args:
-        known: the quantity.
-        baseline: of the series.
-        points: all that was observed.
-        dated: its events.
-        judged: which of them are judged.
-    """
-    if not known.follows_amplitude or known.harm != "less":
-        return ()
-    every = contrasts(points, len(dated), baseline)
-    reference = set(baseline.events)
-    healthy = [one for one, when in zip(every, dated, strict=True) if one is not None and when.event in reference]
-    raised = []
-    for n in judged:
-        one = every[n]
-        lost = None if one is None else damage(one, healthy, known.scatter)
-        if lost is not None:
-            raised.append(_alarm_within(lost, dated[n], baseline))
-    return tuple(raised)
-
-
-def _alarm_within(lost: Change, when: SeriesEvent, baseline: Baseline) -> Alarm:
-    drift, low, high = (relative(value, baseline) for value in (lost.size, lost.low, lost.high))
-    return Alarm(
-        rule=WITHIN,
-        is_sure=True,
-        onset=when.event,
-        after=when.event,
-        by=when.event,
-        raised=when.event,
-        events=(when.event,),
-        drift=drift,
-        low=low,
-        high=high,
-        false_alarms=WITHIN_RATE,
-        causes=(),
-        message=message_within(baseline.model.quantity, when.time, drift, low, high),
-    )
+def printed_change(known: Quantity, drift: float, low: float, high: float) -> str:
+    """A change with its interval, as in "−8.1 % (95 %: −9.9 to −6.2 %)"."""
+    scale, unit = (100.0, "%") if known.is_logarithmic else (1000.0, "mm")
+    return rounding.interval(scale * drift, scale * low, scale * high, unit)
 
 
 def _crossing(white: Innovations, looked_for: Sequence[Rule], start: int) -> Crossing | None:
-    """The first; of rules that are sure at the same event the surest; else what gathers at the latest event."""
-    found = [(rule, strengths(white, rule, start) - rule.threshold) for rule in looked_for]
+    """The first crossing; of rules that cross at the same event the surest; else a pending one at the latest event."""
+    found = [(rule, rule_statistics(white, rule, start) - rule.threshold) for rule in looked_for]
     reached = [int(np.flatnonzero(surest >= 0)[0]) for _, excess in found if (surest := excess.max(axis=1)).max() >= 0]
     if reached:
         now = min(reached)
         rule, excess = max(found, key=lambda pair: float(pair[1][now].max()))
         onset = int(excess[now].argmax())
         return Crossing(rule, onset, onset, now, True, onset, onset)
-    last = [(rule, gathering(white, rule, start) - rule.threshold) for rule in looked_for]
-    rule, gathered = max(last, key=lambda pair: float(pair[1].max()))
-    if gathered.max() < GATHERING:
+    last = [(rule, pending_statistics(white, rule, start) - rule.threshold) for rule in looked_for]
+    rule, pending = max(last, key=lambda pair: float(pair[1].max()))
+    if pending.max() < PENDING_MARGIN:
         return None
-    onset = int(gathered.argmax())
+    onset = int(pending.argmax())
     return Crossing(rule, onset, onset, white.raw.size - 1, False, onset, onset)
 
 
 def _located(
     crossing: Crossing, white: Innovations, looked_for: Sequence[Rule], start: int, baseline: Baseline
 ) -> Crossing:
-    """With the kind and the onset that are likeliest by what came soon after, large deviations counting nearly in full.
+    """The crossing with the kind and onset that are likeliest in hindsight.
 
-    A slow loss begins like a small sudden one: only what follows tells them apart.
+    A slow loss begins like a small sudden one: only later events distinguish them. `white` clips less than the
+    innovations that raised the alarm, so that large deviations locate the onset.
     """
     seen = min(white.raw.size - 1, crossing.raised + HINDSIGHT)
-    likely: list[tuple[Rule, Vector]] = [(crossing.rule, gathering(white, crossing.rule, start))]
+    likely: list[tuple[Rule, Vector]] = [(crossing.rule, pending_statistics(white, crossing.rule, start))]
     alike = [crossing.rule]
     if crossing.is_sure:
-        alike = [rule for rule in looked_for if rule.sense == crossing.rule.sense]
-        likely = [(rule, strengths(white, rule, start)[seen, : crossing.raised + 1]) for rule in alike]
-    rule, strength = max(likely, key=lambda pair: float(pair[1].max()))
-    if strength.max() == 0.0:
+        alike = [rule for rule in looked_for if rule.sign == crossing.rule.sign]
+        likely = [(rule, rule_statistics(white, rule, start)[seen, : crossing.raised + 1]) for rule in alike]
+    rule, statistic = max(likely, key=lambda pair: float(pair[1].max()))
+    if statistic.max() == 0.0:
         return crossing
-    onset = int(strength.argmax())
+    onset = int(statistic.argmax())
     scale = baseline.model.size
-    earliest, latest = onset_interval(until(white, seen + 1), alike, scale, start, crossing.raised)
+    earliest, latest = onset_interval(first_innovations(white, seen + 1), alike, scale, start, crossing.raised)
     return replace(crossing, rule=rule, onset=onset, earliest=min(earliest, onset), latest=max(latest, onset))
 
 
@@ -159,34 +170,43 @@ def _nuisance(crossing: Crossing, count: int, baseline: Baseline) -> Matrix:
     if crossing.rule.name == SLOW:
         slopes = ramps(count)
         known += [slopes[:, crossing.onset], *([slopes[:, crossing.raised + 1]] if crossing.raised + 1 < count else [])]
-    columns = NUISANCE * baseline.model.size * np.array(known)
+    columns = NUISANCE_STD * baseline.model.size * np.array(known)
     return np.asarray(columns.T @ columns)
 
 
-def _alarm(crossing: Crossing, white: Innovations, end: int, baseline: Baseline, judged: Judged) -> Alarm:
-    """With everything that was measured until the next change."""
-    dated = judged.dated
-    by = dated[crossing.latest]
+def _alarm(crossing: Crossing, white: Innovations, end: int, baseline: Baseline, tested: DeviationSequence) -> Alarm:
+    """The alarm of a crossing, its size from all events until the next change."""
+    events, known = tested.events, baseline.model.quantity
+    by = events[crossing.latest]
     pattern = crossing.rule.pattern(end)[:, crossing.onset]
-    size = change(until(white, end), pattern)
+    size = change_size(first_innovations(white, end), pattern)
     if crossing.earliest > 0:
-        after = dated[crossing.earliest - 1]
+        after = events[crossing.earliest - 1]
     else:
-        back = 0 if crossing.rule.name == SLOW else within_reference(judged.before, size.size)
-        after = judged.before.dated[-1 - min(back, len(judged.before.dated) - 1)]
-    drift, low, high = (relative(float(pattern[-1]) * value, baseline) for value in (size.size, size.low, size.high))
+        back = 0 if crossing.rule.name == SLOW else changed_reference_events(tested.reference, size.size)
+        after = tested.reference.events[-1 - min(back, len(tested.reference.events) - 1)]
+    drift, low, high = (
+        relative_change(float(pattern[-1]) * value, baseline) for value in (size.size, size.low, size.high)
+    )
     return Alarm(
         rule=crossing.rule.name,
         is_sure=crossing.is_sure,
-        onset=dated[crossing.onset].event,
+        onset=events[crossing.onset].event,
         after=after.event,
         by=by.event,
-        raised=dated[crossing.raised].event,
-        events=tuple(one.event for one in dated[min(crossing.first, crossing.onset) : crossing.raised + 1]),
+        raised=events[crossing.raised].event,
+        events=tuple(one.event for one in events[min(crossing.first, crossing.onset) : crossing.raised + 1]),
         drift=drift,
         low=low,
         high=high,
         false_alarms=crossing.rule.false_alarms,
         causes=(),
-        message=message(baseline.model.quantity, crossing.rule, after.time, by.time, drift, low, high),
+        message=_message(crossing.rule, printed_change(known, drift, low, high), known, after.time, by.time),
     )
+
+
+def _message(rule: Rule, change: str, known: Quantity, after: datetime, by: datetime) -> str:
+    """One sentence with the change, its interval and the events between which it began."""
+    pace = {SLOW: "little by little, beginning", RECOVERY: "back, beginning"}.get(rule.name, "beginning")
+    began = f"between the events of {after:%Y-%m-%d %H:%M} and {by:%Y-%m-%d %H:%M} UTC"
+    return f"the {known.title} has changed by {change}, {pace} {began}"

@@ -1,4 +1,4 @@
-"""What else than damage could explain what an event, or an alarm, shows?"""
+"""Possible causes of a deviation or an alarm other than a change of the isolation layer, in words for people."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -6,52 +6,65 @@ from datetime import timedelta
 
 import numpy as np
 
-from core.drift.alarm import Alarm
+from core.drift.alarms import Alarm
 from core.drift.baseline import Baseline
-from core.drift.event_value import Deviation, EventNotes
-from core.drift.quantities import Quantity
+from core.drift.deviations import Deviation, EventNotes, amplitude_excess
+from core.drift.quantities import LAYER_QUANTITIES, Quantity
 from core.drift.series import SeriesArrays, SeriesEvent
-from core.drift.softening import excesses
 
 LARGER = 0.2
-"""Natural logarithm by which an event's largest amplitude exceeds the reference's and all before when it is told."""
-RECOVERY = timedelta(days=90)
-"""In which most of what scragging takes is taken to come back."""
-LAYER = ("stiffness", "damping")
+"""Natural logarithm of an event's largest amplitude over all before from which on scragging is a possible cause."""
+RECOVERY_TIME = timedelta(days=90)
+"""Time in which most softening recovers: three half-lives of `core.drift.deviations`."""
 MASS = "a change of the building's mass, which scales the force, stiffness and damping of every direction alike"
 GAIN = "a gain error of one sensor: of the displacement, or of the accelerations that the force is from"
 TEMPERATURE = "the temperature, which was not measured"
 SCRAGGING = "the largest event so far: rubber that is stretched farther than before softens, and recovers with time"
 AFTER_SCRAGGING = "the largest event so far was less than 90 days before: what rubber lost by it comes back with time"
-BEYOND = "amplitudes that the baseline has not seen: the value is not judged"
+OUT_OF_RANGE = "amplitudes that the baseline has not seen: the value is not judged"
 """Causes in words."""
 
 
 def causes_of_events(
-    points: SeriesArrays,
-    dated: Sequence[SeriesEvent],
+    arrays: SeriesArrays,
+    events: Sequence[SeriesEvent],
     found: Sequence[Deviation],
     baseline: Baseline,
     notes: Sequence[EventNotes],
 ) -> list[tuple[str, ...]]:
-    """Of each event's value, in the order of the events."""
+    """Possible causes of the deviation of each event, in the order of the events.
+
+    Args:
+        arrays: all measurements of the series.
+        events: its n events.
+        found: n deviations.
+        baseline: baseline of the series.
+        notes: n notes.
+    """
     known = baseline.model.quantity
-    edges = np.searchsorted(points.event, np.arange(len(dated)))
-    is_cold = known.follows_temperature & np.isnan(points.temperature[edges])
-    largest = np.flatnonzero(excesses(points, len(dated), baseline) > LARGER).tolist() if known.softening else []
+    edges = np.searchsorted(arrays.event, np.arange(len(events)))
+    is_unmeasured = known.follows_temperature & np.isnan(arrays.temperature[edges])
+    excess = amplitude_excess(arrays, len(events), baseline) if known.softening else np.zeros(len(events))
+    largest = np.flatnonzero(excess > LARGER).tolist()
     every = []
-    for n, (when, deviation, note) in enumerate(zip(dated, found, notes, strict=True)):
-        recent = [m for m in largest if m < n and when.time - dated[m].time <= RECOVERY]
+    for n, (when, deviation, note) in enumerate(zip(events, found, notes, strict=True)):
+        recent = [m for m in largest if m < n and when.time - events[m].time <= RECOVERY_TIME]
         causes = [finding.message for finding in note.excluding]
-        causes += [BEYOND] if deviation.is_beyond else []
-        causes += [TEMPERATURE] if is_cold[n] else []
+        causes += [OUT_OF_RANGE] if deviation.is_out_of_range else []
+        causes += [TEMPERATURE] if is_unmeasured[n] else []
         causes += [SCRAGGING] if n in largest else [AFTER_SCRAGGING] if recent else []
         every.append(tuple(causes))
     return every
 
 
 def with_causes(alarm: Alarm, known: Quantity, of_events: Mapping[int, tuple[str, ...]]) -> Alarm:
-    """The alarm with everything that could explain its events, and what could explain any such change."""
-    always = [MASS, GAIN] if known.name in LAYER else []
+    """The alarm with the possible causes of its events, and those of any change of the quantity.
+
+    Args:
+        alarm: the alarm.
+        known: the quantity.
+        of_events: causes by event.
+    """
+    always = [MASS, GAIN] if known.name in LAYER_QUANTITIES else []
     found = [cause for event in alarm.events for cause in of_events[event]]
     return replace(alarm, causes=tuple(dict.fromkeys([*found, *always])))

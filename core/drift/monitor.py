@@ -1,4 +1,4 @@
-"""Has this series drifted? Its baseline, the value of every event, and what alarms."""
+"""Monitoring of one series for drift: its baseline, the value of every event, and the alarms."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -8,121 +8,97 @@ from math import ceil
 import numpy as np
 
 from core.arrays import Matrix, Vector
-from core.drift.alarm import Alarm
-from core.drift.alarms import alarms, alarms_within
+from core.drift.alarms import Alarm, alarms
 from core.drift.baseline import FEWEST_EVENTS, Baseline, fit_baseline
 from core.drift.causes import causes_of_events, with_causes
-from core.drift.event_value import Deviation, EventNotes, EventValue, covariance, deviations, relative
-from core.drift.judged import Before, Judged
+from core.drift.change_statistics import DeviationSequence, ReferenceDeviations
+from core.drift.deviations import (
+    Deviation,
+    EventNotes,
+    EventValue,
+    deviation_covariance,
+    deviations,
+    relative_change,
+    softening_std,
+)
 from core.drift.quantities import Quantity, quantity
 from core.drift.series import Series, SeriesArrays, SeriesEvent, series_arrays
-from core.drift.softening import softening
+from core.drift.within_event import alarms_within
 
 GROWTH = 1.15
-"""By which the reference grows from one attempt to the next until it determines the curve."""
-NOTHING = EventNotes()
+"""Factor by which the reference grows from one attempt to the next until it determines the curve."""
+NO_NOTES = EventNotes()
 
 
 @dataclass(frozen=True, slots=True)
 class Reference:
-    """The period in which the building counts as healthy, both ends included."""
+    """Period in which the building counts as healthy, both ends included."""
 
     start: datetime | None = None
-    """None: from the first event on."""
+    """Aware; None for the first event."""
     end: datetime | None = None
-    """None: the first events until the curve is determined."""
+    """Aware; None for as many events as determine the curve."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Monitoring:
-    """What is known of the drift of one series."""
+    """Drift of one series, or of the mean of two."""
 
     series: Series
     baseline: Baseline | None
-    """None as long as nothing can be expected, and of the mean of two series."""
-    wanted: int
-    """Events that the reference still lacks."""
+    """None while there are too few events, and for the mean of two series."""
+    events_needed: int
+    """Events that the reference lacks until the curve is determined."""
     values: tuple[EventValue, ...]
-    """In order of time; empty as long as nothing can be expected."""
+    """Values of all events in order of time; empty while there are too few."""
     alarms: tuple[Alarm, ...]
     """In the order in which they were raised."""
-    judged: Judged | None = None
-    """What the rules judged; None without a baseline."""
+    tested: DeviationSequence | None = None
+    """Deviations that the rules tested; None without a baseline."""
 
 
 def monitor(series: Series, reference: Reference, notes: Mapping[int, EventNotes]) -> Monitoring:
-    """Baseline, values and alarms of a series: the same whatever the order in which its observations came.
+    """Monitor a series for drift. The order in which its measurements arrived does not matter.
 
     Args:
-        series: everything that was measured of one quantity.
-        reference: when the building counts as healthy.
-        notes: by event, where there is something to note.
+        series: all measurements of one quantity.
+        reference: period in which the building counts as healthy.
+        notes: notes by event, where there are any.
 
     Raises:
-        ModelError: the quantity is none that is watched.
+        ModelError: the quantity is not monitored.
     """
     known = quantity(series.quantity)
-    every, dated = series_arrays(series)
-    noted = [notes.get(one.event, NOTHING) for one in dated]
-    healthy = _healthy(dated, noted, reference)
+    arrays, events = series_arrays(series)
+    noted = [notes.get(one.event, NO_NOTES) for one in events]
+    healthy = _healthy(events, noted, reference)
     if len(healthy) < FEWEST_EVENTS:
         return Monitoring(series, None, FEWEST_EVENTS - len(healthy), (), ())
-    baseline = _baseline(known, every, dated, healthy, _sizes(len(healthy), reference))
-    found = deviations(every, len(dated), baseline)
-    shared = covariance(found, softening(every, dated, baseline), baseline)
-    causes = causes_of_events(every, dated, found, baseline, noted)
-    values = _values(found, np.sqrt(np.diag(shared)), dated, baseline, noted, causes)
-    chosen = _comparable(values, baseline) if reference.end is not None or not baseline.events_needed else []
-    judged = _judged(found, shared, dated, chosen, baseline)
-    raised = (*alarms(known, baseline, judged), *alarms_within(known, baseline, every, dated, chosen))
-    return Monitoring(series, baseline, baseline.events_needed, values, _told(raised, dated, causes, known), judged)
+    baseline = _baseline(known, arrays, events, healthy, _sizes(len(healthy), reference))
+    found = deviations(arrays, len(events), baseline)
+    covariance = deviation_covariance(found, softening_std(arrays, events, baseline), baseline)
+    causes = causes_of_events(arrays, events, found, baseline, noted)
+    values = _values(found, np.sqrt(np.diag(covariance)), events, baseline, noted, causes)
+    chosen = _comparable(values) if reference.end is not None or not baseline.events_needed else []
+    tested = _tested(found, covariance, events, chosen, baseline)
+    raised = (*alarms(known, baseline, tested), *alarms_within(known, baseline, arrays, events, chosen))
+    ordered = _ordered(raised, events, causes, known)
+    return Monitoring(series, baseline, baseline.events_needed, values, ordered, tested)
 
 
-def _healthy(dated: Sequence[SeriesEvent], noted: Sequence[EventNotes], reference: Reference) -> list[int]:
-    """Events of the reference period whose sensors are trusted."""
+def _healthy(events: Sequence[SeriesEvent], noted: Sequence[EventNotes], reference: Reference) -> list[int]:
+    """Indices of the events of the reference period whose values are not excluded."""
     return [
         n
-        for n, (one, note) in enumerate(zip(dated, noted, strict=True))
+        for n, (one, note) in enumerate(zip(events, noted, strict=True))
         if (reference.start is None or one.time >= reference.start)
         and (reference.end is None or one.time <= reference.end)
         and not note.excluding
     ]
 
 
-def _judged(
-    found: Sequence[Deviation], shared: Matrix, dated: Sequence[SeriesEvent], chosen: Sequence[int], baseline: Baseline
-) -> Judged:
-    return Judged(
-        dated=tuple(dated[n] for n in chosen),
-        deviation=np.array([found[n].value for n in chosen]),
-        covariance=shared[np.ix_(chosen, chosen)],
-        freedom=baseline.scatter.freedom,
-        before=_before(found, dated, baseline),
-    )
-
-
-def _before(found: Sequence[Deviation], dated: Sequence[SeriesEvent], baseline: Baseline) -> Before:
-    reference = set(baseline.events)
-    own = [n for n, one in enumerate(dated) if one.event in reference]
-    return Before(
-        dated=tuple(dated[n] for n in own),
-        deviation=np.array([found[n].value for n in own]),
-        std=np.sqrt(np.array([found[n].variance for n in own]) + baseline.scatter.events**2),
-    )
-
-
-def _told(
-    raised: Sequence[Alarm], dated: Sequence[SeriesEvent], causes: Sequence[tuple[str, ...]], known: Quantity
-) -> tuple[Alarm, ...]:
-    """In the order in which they were raised, with what could explain them."""
-    place = {one.event: n for n, one in enumerate(dated)}
-    of_events = dict(zip(place, causes, strict=True))
-    in_order = sorted(raised, key=lambda alarm: place[alarm.raised])
-    return tuple(with_causes(one, known, of_events) for one in in_order)
-
-
 def _sizes(count: int, reference: Reference) -> list[int]:
-    """How many of the healthy events the reference is tried with, one after the other."""
+    """Numbers of healthy events with which the reference is tried, one after the other."""
     if reference.end is not None:
         return [count]
     sizes = [FEWEST_EVENTS]
@@ -132,14 +108,18 @@ def _sizes(count: int, reference: Reference) -> list[int]:
 
 
 def _baseline(
-    known: Quantity, every: SeriesArrays, dated: Sequence[SeriesEvent], healthy: Sequence[int], sizes: Sequence[int]
+    known: Quantity,
+    arrays: SeriesArrays,
+    events: Sequence[SeriesEvent],
+    healthy: Sequence[int],
+    sizes: Sequence[int],
 ) -> Baseline:
-    """Of the first size that determines the curve, or of the last."""
+    """Baseline of the first size that determines the curve, or of the last."""
     for size in sizes:
         chosen = np.array(healthy[:size])
-        rows = every.subset(np.isin(every.event, chosen))
+        rows = arrays.subset(np.isin(arrays.event, chosen))
         own = replace(rows, event=np.searchsorted(chosen, rows.event))
-        baseline = fit_baseline(known, own, tuple(dated[n].event for n in chosen))
+        baseline = fit_baseline(known, own, tuple(events[n].event for n in chosen))
         if not baseline.events_needed:
             break
     return baseline
@@ -148,7 +128,7 @@ def _baseline(
 def _values(
     found: Sequence[Deviation],
     std: Vector,
-    dated: Sequence[SeriesEvent],
+    events: Sequence[SeriesEvent],
     baseline: Baseline,
     noted: Sequence[EventNotes],
     causes: Sequence[tuple[str, ...]],
@@ -158,19 +138,55 @@ def _values(
         EventValue(
             event=when.event,
             time=when.time,
-            value=relative(one.value, baseline),
+            value=relative_change(one.value, baseline),
             std=float(error * np.exp(one.value) if is_logarithmic else error),
             count=one.count,
             is_reference=when.event in reference,
-            is_beyond=one.is_beyond,
+            is_out_of_range=one.is_out_of_range,
             is_excluded=bool(note.excluding),
             causes=cause,
         )
-        for when, one, error, note, cause in zip(dated, found, std, noted, causes, strict=True)
+        for when, one, error, note, cause in zip(events, found, std, noted, causes, strict=True)
     )
 
 
-def _comparable(values: Sequence[EventValue], baseline: Baseline) -> list[int]:
-    """Those after the reference that can be compared with it."""
+def _comparable(values: Sequence[EventValue]) -> list[int]:
+    """Indices of the events after the reference that can be compared with it."""
     last = max(n for n, one in enumerate(values) if one.is_reference)
-    return [n for n, one in enumerate(values) if n > last and not one.is_beyond and not one.is_excluded]
+    return [n for n, one in enumerate(values) if n > last and not one.is_out_of_range and not one.is_excluded]
+
+
+def _tested(
+    found: Sequence[Deviation],
+    covariance: Matrix,
+    events: Sequence[SeriesEvent],
+    chosen: Sequence[int],
+    baseline: Baseline,
+) -> DeviationSequence:
+    return DeviationSequence(
+        events=tuple(events[n] for n in chosen),
+        deviation=np.array([found[n].value for n in chosen]),
+        covariance=covariance[np.ix_(chosen, chosen)],
+        freedom=baseline.scatter.freedom,
+        reference=_reference(found, events, baseline),
+    )
+
+
+def _reference(found: Sequence[Deviation], events: Sequence[SeriesEvent], baseline: Baseline) -> ReferenceDeviations:
+    reference = set(baseline.events)
+    own = [n for n, one in enumerate(events) if one.event in reference]
+    return ReferenceDeviations(
+        events=tuple(events[n] for n in own),
+        deviation=np.array([found[n].value for n in own]),
+        std=np.sqrt(np.array([found[n].variance for n in own]) + baseline.scatter.events**2),
+    )
+
+
+def _ordered(
+    raised: Sequence[Alarm], events: Sequence[SeriesEvent], causes: Sequence[tuple[str, ...]], known: Quantity
+) -> tuple[Alarm, ...]:
+    """Alarms in the order in which they were raised, with their possible causes."""
+    place = {one.event: n for n, one in enumerate(events)}
+    of_events = dict(zip(place, causes, strict=True))
+    in_order = sorted(raised, key=lambda alarm: place[alarm.raised])
+    return tuple(with_causes(one, known, of_events) for one in in_order)

@@ -120,6 +120,8 @@ _every = (
 
 QUANTITIES: Mapping[str, Quantity] = MappingProxyType({quantity.name: quantity for quantity in _every})
 """Monitored quantities by name."""
+LAYER_QUANTITIES = ("stiffness", "damping")
+"""Quantities that are made from the restoring force, so that a wrong mass or gain changes them."""
 
 
 def quantity(name: str) -> Quantity:

@@ -9,7 +9,7 @@ from datetime import datetime, timedelta
 from itertools import chain
 from typing import Any
 
-from core.drift.together import BOTH
+from core.drift.pooled import BOTH_DIRECTIONS
 from service.alerting.found import Found
 from service.alerting.words import RECOVERED, of_subject
 
@@ -88,7 +88,7 @@ def _latest(part: Found) -> datetime:
 def _lead(parts: Sequence[Found]) -> Found:
     """The mean of both directions, unless one of them differs from it beyond doubt; else the largest."""
     by_subject = {subject(part): part for part in parts}
-    both = by_subject.get(BOTH)
+    both = by_subject.get(BOTH_DIRECTIONS)
     largest = max(parts, key=lambda part: abs(part.evidence.get("drift", 0.0)))
     if both is None or not _within(both.evidence.get("drift"), largest.evidence):
         return largest

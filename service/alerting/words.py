@@ -3,8 +3,8 @@
 from collections.abc import Mapping, Sequence
 from datetime import datetime, timedelta
 
+from core.drift.pooled import BOTH_DIRECTIONS
 from core.drift.quantities import QUANTITIES
-from core.drift.together import BOTH
 
 MM = 1e3
 LIMITS = "limits"
@@ -67,7 +67,7 @@ def of_cause(cause: str) -> str:
 def of_subject(subject: str) -> str:
     """`direction x`, `both directions on average`, `direction x, mode 1`."""
     direction, _, mode = subject.partition("/")
-    where = "both directions on average" if direction == BOTH else f"direction {direction}"
+    where = "both directions on average" if direction == BOTH_DIRECTIONS else f"direction {direction}"
     return where + (f", mode {mode}" if mode else "")
 
 

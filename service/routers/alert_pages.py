@@ -8,8 +8,8 @@ from fastapi import APIRouter, Depends, Request, Response
 from sqlalchemy.orm import Session, sessionmaker
 from starlette.responses import RedirectResponse
 
+from core.drift.alarms import printed_change
 from core.drift.quantities import quantity
-from core.drift.words import interval
 from service.access.auth import Caller, Role
 from service.alerting import ending, handling
 from service.alerting.states import MEANINGS, NAMES
@@ -183,4 +183,4 @@ def _size(cause: str, part: PartOut) -> str:
     name = quantity_of(cause)
     if name is None or part.drift is None or part.low is None or part.high is None:
         return ""
-    return interval(quantity(name), part.drift, part.low, part.high)
+    return printed_change(quantity(name), part.drift, part.low, part.high)

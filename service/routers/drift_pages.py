@@ -8,8 +8,8 @@ from typing import Annotated
 from fastapi import APIRouter, Depends, Query, Request, Response
 from sqlalchemy.orm import Session
 
+from core.drift.pooled import BOTH_DIRECTIONS
 from core.drift.quantities import QUANTITIES
-from core.drift.together import BOTH
 from service.database import ReferencePeriod
 from service.errors import NotFoundError
 from service.pages.rendering import page
@@ -55,7 +55,7 @@ def drift_page(request: Request, code: Code, sessions: Reading) -> Response:
             is_pending=jobs.is_being_watched(session, building.id),
             curves=CURVES,
             named=drift_charts.named,
-            both=BOTH,
+            both=BOTH_DIRECTIONS,
         )
 
 
@@ -63,7 +63,7 @@ def _unjudged(series: Sequence[SeriesRow], periods: Sequence[ReferencePeriod]) -
     """One sentence of each quantity that cannot raise an alarm yet: how many earthquakes it needs, and why."""
     found = []
     for quantity, rows in _by_quantity(series):
-        own = [one for one in rows if one.subject != BOTH]
+        own = [one for one in rows if one.subject != BOTH_DIRECTIONS]
         if lacking := [one for one in own if one.wanted]:
             most = max(lacking, key=lambda one: one.wanted)
             named = "" if lacking == own else f" ({', '.join(drift_charts.named(one.subject) for one in lacking)})"
@@ -81,7 +81,7 @@ def _need(wanted: int, period: ReferencePeriod | None) -> str:
 
 def _by_quantity(series: Sequence[SeriesRow]) -> list[tuple[str, list[SeriesRow]]]:
     """In the order in which core lists the quantities: the layer's first; what both directions tell after each."""
-    ordered = sorted(series, key=lambda one: one.subject == BOTH)
+    ordered = sorted(series, key=lambda one: one.subject == BOTH_DIRECTIONS)
     return [(name, own) for name in QUANTITIES if (own := [one for one in ordered if one.quantity == name])]
 
 
@@ -128,7 +128,7 @@ def _values(session: Session, building_id: int, quantity: str) -> Mapping[str, S
     rows = drift_results.values(session, building_id, Span(), quantity, None, None, VALUES)
     names = DriftRow.model_fields
     found = [DriftRow(**{name: row._mapping[name] for name in names}) for row in rows]
-    ordered = sorted(found, key=lambda row: (row.subject == BOTH, row.subject, row.event_start))
+    ordered = sorted(found, key=lambda row: (row.subject == BOTH_DIRECTIONS, row.subject, row.event_start))
     return {subject: list(own) for subject, own in groupby(ordered, key=attrgetter("subject"))}
 
 

@@ -11,10 +11,10 @@ from datetime import datetime
 from typing import Any
 from zoneinfo import ZoneInfo
 
-from core.drift.alarm import Alarm
-from core.drift.causes import LAYER
+from core.drift.alarms import Alarm
 from core.drift.explanations import explanations, shifts
 from core.drift.monitor import Monitoring
+from core.drift.quantities import LAYER_QUANTITIES
 from core.drift.rules import RECOVERY
 from service.alerting.found import Found, Kind
 from service.alerting.words import RECOVERED
@@ -22,7 +22,7 @@ from service.watching.words import dated, sentences, summary
 
 KINDS: Mapping[str, Kind] = {"gain": "sensor", "noise": "sensor", "model_error": "model"}
 """By quantity; every other one is of the building itself."""
-EXPLAINED = (*LAYER, "frequency")
+EXPLAINED = (*LAYER_QUANTITIES, "frequency")
 """Quantities of which a wrong mass, or a wrong gain, moves several at once."""
 
 

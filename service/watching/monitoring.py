@@ -8,12 +8,12 @@ from zoneinfo import ZoneInfo
 from sqlalchemy import delete, select
 from sqlalchemy.orm import Session
 
-from core.drift.alarm import Alarm
-from core.drift.causes import LAYER
-from core.drift.event_value import EventNotes, EventValue
+from core.drift.alarms import Alarm
+from core.drift.deviations import EventNotes, EventValue
 from core.drift.monitor import Monitoring, Reference, monitor
+from core.drift.pooled import BOTH_DIRECTIONS, pooled
+from core.drift.quantities import LAYER_QUANTITIES
 from core.drift.series import Series
-from core.drift.together import BOTH, together
 from core.quality import Finding
 from service.alerting.event_messages import tell
 from service.alerting.reconciling import reconcile
@@ -91,7 +91,7 @@ def stages(inputs: WatchInputs) -> Sequence[Stage]:
 def monitored(watched: Sequence[Watched]) -> tuple[tuple[Watched, Monitoring], ...]:
     """Baseline, values and alarms of each series; then of what both directions of the layer tell together."""
     own = [(one, monitor(one.series, one.reference, one.notes)) for one in watched]
-    return (*own, *_together(own))
+    return (*own, *_pooled(own))
 
 
 def store(
@@ -147,13 +147,13 @@ def _watched(
     return Watched(series, reference(period), notes, None if period is None else period.id, channels)
 
 
-def _together(own: Sequence[tuple[Watched, Monitoring]]) -> Iterator[tuple[Watched, Monitoring]]:
+def _pooled(own: Sequence[tuple[Watched, Monitoring]]) -> Iterator[tuple[Watched, Monitoring]]:
     """The mean of both directions, of each quantity of the layer that both have."""
     known = {(found.series.quantity, found.series.subject): (watched, found) for watched, found in own}
-    for quantity in LAYER:
+    for quantity in LAYER_QUANTITIES:
         if (quantity, "x") in known and (quantity, "y") in known:
             (x, of_x), (y, of_y) = known[quantity, "x"], known[quantity, "y"]
-            found = together(of_x, of_y, BOTH)
+            found = pooled(of_x, of_y, BOTH_DIRECTIONS)
             yield Watched(found.series, x.reference, {}, x.reference_id, (*x.channels, *y.channels)), found
 
 
@@ -166,7 +166,7 @@ def _series(watched: Watched, found: Monitoring, building_id: int, job_id: int, 
         quantity=found.series.quantity,
         subject=found.series.subject,
         reference_id=watched.reference_id,
-        wanted=found.wanted,
+        wanted=found.events_needed,
         baseline=None if found.baseline is None else baseline_json.written(found.baseline),
         values=[_value(value) for value in found.values],
         alarms=[_alarm(alarm) for alarm in found.alarms],
@@ -180,7 +180,7 @@ def _value(value: EventValue) -> DriftValue:
         std=value.std,
         count=value.count,
         is_reference=value.is_reference,
-        is_beyond=value.is_beyond,
+        is_beyond=value.is_out_of_range,
         is_excluded=value.is_excluded,
         causes=list(value.causes),
     )

@@ -4,9 +4,10 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from datetime import datetime
 
-from core.drift.alarm import Alarm
+from core.drift.alarms import Alarm
 from core.drift.explanations import Explanation
-from core.drift.rules import RECOVERY, SLOW, WITHIN
+from core.drift.rules import RECOVERY, SLOW
+from core.drift.within_event import WITHIN
 from core.rounding import supported
 from service.alerting.words import SENSOR_QUANTITIES, listed, of_span, of_subject, of_time
 

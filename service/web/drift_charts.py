@@ -7,7 +7,7 @@ from typing import Any
 
 import altair as alt
 
-from core.drift.together import BOTH
+from core.drift.pooled import BOTH_DIRECTIONS
 from core.rounding import supported
 from service.drawing.charts import BLUE, CONFIG, KN, KN_PER_MM, MM, ORANGE
 from service.mode_tracks import DIRECTIONS
@@ -86,7 +86,7 @@ def history(
 
 def named(subject: str) -> str:
     """A direction or a mode in words; a channel stands for itself."""
-    if subject == BOTH:
+    if subject == BOTH_DIRECTIONS:
         return "both directions"
     direction, _, mode = subject.partition("/")
     if direction not in DIRECTIONS:

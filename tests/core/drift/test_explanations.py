@@ -1,4 +1,4 @@
-"""Which causes several series leave."""
+"""Explanations of a change by a wrong mass or gain, and the pooled monitoring of two directions."""
 
 from dataclasses import replace
 
@@ -8,7 +8,7 @@ from drifting import START, Plan, history, other_direction, series, stepped
 
 from core.drift.explanations import Shift, explanations, shifts
 from core.drift.monitor import Monitoring, Reference, monitor
-from core.drift.together import alarms_together, correlation, together
+from core.drift.pooled import pooled, pooled_alarms, scatter_correlation
 from core.errors import ModelError
 
 PLAN = Plan(events=80, giant=False, outliers=0.0, scatter=(0.01, 0.01))
@@ -67,22 +67,27 @@ def test_shifts_are_measured_in_every_series() -> None:
 
 def test_a_loss_in_both_directions_is_told_by_their_mean() -> None:
     one, other = both(0.04)
-    (alarm,) = [alarm for alarm in alarms_together(one, other) if alarm.is_sure]
+    (alarm,) = [alarm for alarm in pooled_alarms(one, other) if alarm.is_sure]
     assert alarm.onset in (ONSET - 1, ONSET)
     assert alarm.low < -0.04 < alarm.high
-    assert 0.0 <= correlation(one, other) < 0.8
-    assert not [alarm for alarm in alarms_together(*both(0.0)) if alarm.is_sure]
+    assert 0.0 <= scatter_correlation(one, other) < 0.8
+    assert not [alarm for alarm in pooled_alarms(*both(0.0)) if alarm.is_sure]
 
 
 def test_the_mean_has_the_values_that_its_rules_judge() -> None:
     """Exactly so, but for the softening and the curve, which the judged covariance has between events only."""
     one, other = both(0.04)
-    mean = together(one, other, "xy")
-    assert (mean.series.quantity, mean.series.subject, mean.baseline, mean.wanted) == ("stiffness", "xy", None, 0)
-    assert [replace(alarm, causes=()) for alarm in mean.alarms] == list(alarms_together(one, other))
+    mean = pooled(one, other, "xy")
+    assert (mean.series.quantity, mean.series.subject, mean.baseline, mean.events_needed) == (
+        "stiffness",
+        "xy",
+        None,
+        0,
+    )
+    assert [replace(alarm, causes=()) for alarm in mean.alarms] == list(pooled_alarms(one, other))
     assert all(any("mass" in cause for cause in alarm.causes) for alarm in mean.alarms)
     sides = [{value.event: value for value in side.values} for side in (one, other)]
-    common = correlation(one, other)
+    common = scatter_correlation(one, other)
     for value in mean.values:
         first, last = (side[value.event] for side in sides)
         assert np.log1p(value.value) == pytest.approx((np.log1p(first.value) + np.log1p(last.value)) / 2, abs=1e-12)
@@ -98,4 +103,4 @@ def test_different_quantities_have_no_mean() -> None:
     one, other = both(0.0)
     damping = replace(other, series=replace(other.series, quantity="damping"))
     with pytest.raises(ModelError, match="damping"):
-        alarms_together(one, damping)
+        pooled_alarms(one, damping)

@@ -10,9 +10,8 @@ import pytest
 from drifting import History, Plan, cut, history, scaled, series, sloping, stepped
 
 from core.arrays import Vector
-from core.drift.alarm import Alarm
-from core.drift.alarms import HINDSIGHT
-from core.drift.event_value import EventNotes
+from core.drift.alarms import HINDSIGHT, Alarm
+from core.drift.deviations import EventNotes
 from core.drift.monitor import Monitoring, Reference, monitor
 from core.drift.series import Series
 from core.errors import ModelError
@@ -181,9 +180,9 @@ def test_few_events_are_no_baseline_and_say_how_many_are_wanted() -> None:
     lived = history(Plan(events=30), 4)
     found = monitor(cut(series(lived), 4), Reference(), {})
     assert found.baseline is None
-    assert found.wanted == 16
+    assert found.events_needed == 16
     assert found.values == found.alarms == ()
-    assert monitor(Series("stiffness", "x", ()), Reference(), {}).wanted == 20
+    assert monitor(Series("stiffness", "x", ()), Reference(), {}).events_needed == 20
 
 
 def test_a_reference_may_be_chosen() -> None:

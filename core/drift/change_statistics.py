@@ -1,0 +1,148 @@
+"""Statistics of a change in a sequence of deviations: signed roots of likelihood ratios, and the size of a change.
+
+The generalised likelihood ratio over onset and size (Lorden, 1971; Willsky and Jones, 1976) for deviations that share
+the error of their baseline. Whitening by the Cholesky factor of their covariance makes them innovations: each deviation
+less its prediction from those before it. The scale of the covariance is known from the reference with a few degrees of
+freedom, which makes the ratio one of Student's t. Innovations are clipped, so that one event alone cannot make a
+change.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import cholesky, solve_triangular
+from scipy.stats import t as student
+
+from core.arrays import Indices, Matrix, Vector
+from core.drift.series import SeriesEvent
+
+CLIP = 4.0
+"""Standard deviations that an innovation counts at most in the decision whether there is a change."""
+LOCATING_CLIP = 8.0
+"""Standard deviations that it counts at most in the decision where a change began."""
+SUPPORT = 1.5
+"""Standard deviations by which an event must deviate to support a change."""
+LEVEL = 0.95
+"""Probability of the interval of a change."""
+ROUNDS = 3
+"""Rounds of reweighting in the size of a change."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Innovations:
+    """n whitened deviations: independent, with unit variance, while the building is healthy."""
+
+    lower: Matrix
+    """(n, n) Cholesky factor of the covariance."""
+    clipped: Vector
+    """(n,) clipped innovations, each less the prediction from the clipped ones before it."""
+    raw: Vector
+    """(n,) innovations without clipping."""
+    freedom: float
+    """Degrees of freedom of the scale of the covariance."""
+
+
+@dataclass(frozen=True, slots=True)
+class ChangeSize:
+    """Estimated size of a change; natural logarithm, or SI units."""
+
+    size: float
+    std: float
+    low: float
+    """Lower end of the 95 % interval."""
+    high: float
+    """Upper end of the 95 % interval."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ReferenceDeviations:
+    """Deviations of the m events of the reference, in order of time."""
+
+    events: tuple[SeriesEvent, ...]
+    deviation: Vector
+    """(m,) natural logarithm, or SI units."""
+    std: Vector
+    """(m,) standard deviation of each, the baseline taken as known."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DeviationSequence:
+    """Deviations of the n events that the rules test: those after the reference that can be compared with it."""
+
+    events: tuple[SeriesEvent, ...]
+    """In order of time."""
+    deviation: Vector
+    """(n,) natural logarithm, or SI units."""
+    covariance: Matrix
+    """(n, n) covariance of the deviations while the building is healthy."""
+    freedom: float
+    """Degrees of freedom of the scale of the covariance."""
+    reference: ReferenceDeviations
+
+    def innovations(self, clip: float = CLIP) -> Innovations:
+        """Each deviation less its prediction from those before it, in standard deviations."""
+        return innovations(self.deviation, self.covariance, self.freedom, clip)
+
+
+def innovations(deviation: Vector, covariance: Matrix, freedom: float, clip: float) -> Innovations:
+    """Whiten a sequence of deviations.
+
+    Args:
+        deviation: (n,) deviations in order of time.
+        covariance: (n, n) their covariance.
+        freedom: degrees of freedom of its scale.
+        clip: standard deviations that an innovation counts at most.
+    """
+    lower = np.asarray(cholesky(covariance, lower=True))
+    clipped = np.zeros(deviation.size)
+    for n in range(deviation.size):  # predicted from clipped values, so that an outlier does not mislead the next
+        ahead = (deviation[n] - lower[n, :n] @ clipped[:n]) / lower[n, n]
+        clipped[n] = np.clip(ahead, -clip, clip)
+    return Innovations(lower, clipped, np.asarray(solve_triangular(lower, deviation, lower=True)), freedom)
+
+
+def first_innovations(white: Innovations, count: int) -> Innovations:
+    """The innovations of the first `count` events."""
+    return Innovations(white.lower[:count, :count], white.clipped[:count], white.raw[:count], white.freedom)
+
+
+def whitened(white: Innovations, patterns: Matrix) -> Matrix:
+    """(n, k) effect of (n, k) patterns of deviations on the innovations."""
+    return np.asarray(solve_triangular(white.lower, patterns, lower=True))
+
+
+def signed_roots(white: Innovations, patterns: Matrix, sign: int) -> tuple[Matrix, Indices]:
+    """Signed roots of twice the log likelihood ratio, by the latest event and the onset.
+
+    Args:
+        white: n innovations.
+        patterns: (n, onsets) deviations that a change of size one brings.
+        sign: -1 for a fall, +1 for a rise; 0 is the root of a change with the other sign.
+
+    Returns:
+        (n, onsets) roots, and (n, onsets) numbers of events that support the change.
+    """
+    white_patterns = whitened(white, patterns)
+    z = white.clipped[:, None]
+    along, length = np.cumsum(white_patterns * z, axis=0), np.cumsum(white_patterns**2, axis=0)
+    explained = np.maximum(sign * along, 0.0) ** 2 / np.maximum(length, np.finfo(float).tiny)
+    total = np.cumsum(z**2, axis=0)
+    count = white.freedom + np.arange(1, z.size + 1)[:, None]
+    root = np.sqrt(count * np.log((white.freedom + total) / (white.freedom + total - explained)))
+    supporting = np.cumsum((sign * np.sign(white_patterns) * z > SUPPORT) & (patterns > 0), axis=0)
+    return root, np.asarray(supporting)
+
+
+def change_size(white: Innovations, pattern: Vector) -> ChangeSize:
+    """Size of an (n,) pattern by robust least squares, with its interval by Student's t."""
+    white_pattern = np.asarray(solve_triangular(white.lower, pattern, lower=True))
+    weight = np.ones(white_pattern.size)
+    for _ in range(ROUNDS):
+        size = float((weight * white_pattern) @ white.raw / ((weight * white_pattern) @ white_pattern))
+        residual = white.raw - size * white_pattern
+        weight = 1 / np.maximum(1.0, np.abs(residual) / CLIP)
+    scale = (white.freedom + weight @ residual**2) / (white.freedom + white_pattern.size)
+    std = float(np.sqrt(scale / ((weight * white_pattern) @ white_pattern)))
+    # Most of the error is that of the level before, whose scatter is known from the reference alone.
+    half = std * float(student.isf((1 - LEVEL) / 2, white.freedom))
+    return ChangeSize(size, std, size - half, size + half)

@@ -1,0 +1,174 @@
+"""Deviations of events from the baseline, their uncertainty, and their covariance.
+
+The deviations of healthy events are correlated: they share the error of the baseline, and the softening that large
+earthquakes leave behind. Rubber that is stretched farther than before softens (scragging, the Mullins effect) and
+recovers with time. How much has recovered is unknown, so softening is a common error of the events that follow. Its
+standard deviation grows with the logarithm of the ratio of the amplitude to all before, and halves every month.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+
+import numpy as np
+
+from core.arrays import Indices, Mask, Matrix, Vector
+from core.drift.baseline import HUBER, Baseline
+from core.drift.series import SeriesArrays, SeriesEvent
+from core.quality import Finding
+
+MARGIN = 0.05
+"""Natural logarithm of amplitude by which a measurement may lie outside the range of the baseline."""
+ROUNDS = 2
+"""Rounds of reweighting of an event's mean."""
+RECOVERY_HALF_LIFE = timedelta(days=30)
+"""Time in which half of the softening recovers."""
+SOFTENING_WITHIN = 0.5
+"""Share of the softening that the earthquake's own cycles show: those after its largest."""
+
+
+@dataclass(frozen=True, slots=True)
+class EventNotes:
+    """Information on an event beside its measurements."""
+
+    sensor_findings: tuple[Finding, ...] = ()
+    """Data quality findings on the sensors of the series. Any but a note excludes the event's value from the rules."""
+
+    @property
+    def excluding(self) -> tuple[Finding, ...]:
+        """The findings that exclude the event's value."""
+        return tuple(finding for finding in self.sensor_findings if finding.severity != "note")
+
+
+@dataclass(frozen=True, slots=True)
+class EventValue:
+    """The measurements of an event against the baseline, as one number."""
+
+    event: int
+    """Identifier, as in the series."""
+    time: datetime
+    """Time of its first measurement, aware."""
+    value: float
+    """Relative change from the expected value, -0.08 for 8 % less; a change in SI units where the logarithm is not
+    monitored."""
+    std: float
+    """Standard deviation in the same unit: of the curve, of healthy events about it, and of the measurements."""
+    count: int
+    """Measurements that it is the mean of."""
+    is_reference: bool
+    """Whether the event belongs to the reference."""
+    is_out_of_range: bool
+    """Whether all its amplitudes lie outside the range of the baseline, which excludes it from the rules."""
+    is_excluded: bool
+    """Whether a sensor finding excludes it from the rules."""
+    causes: tuple[str, ...]
+    """Possible causes of a deviation other than a change of the building, for people."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Deviation:
+    """Robust mean of an event's deviations from the baseline."""
+
+    value: float
+    """Natural logarithm, or SI units."""
+    variance: float
+    """Variance from the measurements alone."""
+    row: Vector
+    """(p,) mean of their rows of the design matrix."""
+    count: int
+    """Number of measurements."""
+    is_out_of_range: bool
+    """Whether all amplitudes lie outside the range of the baseline."""
+
+
+def deviations(arrays: SeriesArrays, count: int, baseline: Baseline) -> list[Deviation]:
+    """Deviations of `count` events, each with one measurement at least.
+
+    Measurements outside the range of the baseline count only for events that have no others.
+    """
+    inside = is_in_range(arrays.amplitude, baseline)
+    is_out = np.bincount(arrays.event[inside], minlength=count) == 0
+    chosen = arrays.subset(inside | is_out[arrays.event])
+    columns = baseline.model.columns(chosen)
+    residual = chosen.value - baseline.model.offset(chosen) - columns @ baseline.coefficients
+    variance = chosen.variance + baseline.scatter.own**2
+    value, weight = _means(residual, variance, chosen.event)
+    edges = np.searchsorted(chosen.event, np.arange(count))
+    whole = np.add.reduceat(weight, edges)
+    rows = np.add.reduceat(weight[:, None] * columns, edges) / whole[:, None]
+    unmeasured = np.add.reduceat(weight * _unmeasured_temperature_variance(chosen, baseline), edges) / whole
+    counts = np.bincount(chosen.event)
+    return [
+        Deviation(float(value[n]), float(1 / whole[n] + unmeasured[n]), rows[n], int(counts[n]), bool(is_out[n]))
+        for n in range(count)
+    ]
+
+
+def deviation_covariance(found: Sequence[Deviation], softening: Matrix, baseline: Baseline) -> Matrix:
+    """(n, n) covariance of the deviations of healthy events.
+
+    Args:
+        found: n deviations.
+        softening: (n, earthquakes) as `softening_std` gives.
+        baseline: baseline of the deviations.
+    """
+    rows = np.array([one.row for one in found])
+    own = np.array([one.variance for one in found]) + baseline.scatter.events**2
+    return np.asarray(rows @ baseline.covariance @ rows.T + softening @ softening.T + np.diag(own))
+
+
+def softening_std(arrays: SeriesArrays, events: Sequence[SeriesEvent], baseline: Baseline) -> Matrix:
+    """(n, earthquakes) standard deviation, at each event, of the loss left by each earthquake beyond all before."""
+    if baseline.model.quantity.softening == 0.0:
+        return np.zeros((len(events), 0))
+    excess = amplitude_excess(arrays, len(events), baseline)
+    half_lives = np.array([one.time.timestamp() for one in events]) / RECOVERY_HALF_LIFE.total_seconds()
+    since = half_lives[:, None] - half_lives[None, excess > 0]
+    after = np.where(since > 0, 0.5 ** np.maximum(since, 0.0), np.where(since == 0, SOFTENING_WITHIN, 0.0))
+    return np.asarray(baseline.model.quantity.softening * after * excess[excess > 0])
+
+
+def amplitude_excess(arrays: SeriesArrays, count: int, baseline: Baseline) -> Vector:
+    """(count,) natural logarithm of an event's largest amplitude over that of the reference and all events before.
+
+    0 where it is not larger.
+    """
+    peaks = np.maximum.reduceat(arrays.amplitude, np.searchsorted(arrays.event, np.arange(count)))
+    before = np.maximum.accumulate(np.concatenate([[baseline.model.high], peaks]))[:-1]
+    return np.asarray(np.maximum(0.0, peaks - before))
+
+
+def is_in_range(amplitude: Vector, baseline: Baseline) -> Mask:
+    """(n,) whether amplitudes, as natural logarithms, lie in the range of the baseline, give or take `MARGIN`."""
+    return (amplitude >= baseline.model.low - MARGIN) & (amplitude <= baseline.model.high + MARGIN)
+
+
+def relative_change(value: float, baseline: Baseline) -> float:
+    """A deviation as a relative change where the logarithm is monitored; else unchanged, in SI units."""
+    return float(np.expm1(value)) if baseline.model.quantity.is_logarithmic else value
+
+
+def _means(residual: Vector, variance: Vector, event: Indices) -> tuple[Vector, Vector]:
+    """Huber's mean of each event, starting from its median, and the weights of the measurements; events ascending."""
+    edges = np.searchsorted(event, np.arange(event[-1] + 1))
+    middle = _medians(residual, event, edges)
+    std = np.sqrt(variance)
+    for _ in range(ROUNDS):
+        weight = 1 / (variance * np.maximum(1.0, np.abs(residual - middle[event]) / (HUBER * std)))
+        middle = np.add.reduceat(weight * residual, edges) / np.add.reduceat(weight, edges)
+    return middle, weight
+
+
+def _medians(values: Vector, event: Indices, edges: Indices) -> Vector:
+    ranked = values[np.lexsort((values, event))]
+    counts = np.diff([*edges, values.size])
+    return np.asarray(ranked[edges + (counts - 1) // 2] + ranked[edges + counts // 2]) / 2
+
+
+def _unmeasured_temperature_variance(arrays: SeriesArrays, baseline: Baseline) -> Vector:
+    """(n,) variance of the value that a temperature without a measurement adds."""
+    if baseline.model.temperature is None:
+        return np.zeros(arrays.value.size)
+    typical, _ = baseline.model.quantity.temperature_coefficient
+    slope = typical + float(baseline.coefficients[-1])
+    return baseline.model.unmeasured_temperature(arrays) * (slope**2 + float(baseline.covariance[-1, -1]))
