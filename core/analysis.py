@@ -1,7 +1,7 @@
 """The whole chain for one event: the one function that the worker calls."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 
 import numpy as np
@@ -11,13 +11,21 @@ from core.description import BuildingDescription
 from core.errors import CoreError, ModelError
 from core.estimators import ESTIMATORS
 from core.isolation_layer.axial_load import AxialLoad, axial_load
-from core.isolation_layer.equivalent import EquivalentSegment, cycles, determined, equivalent_segments, with_slow_errors
+from core.isolation_layer.equivalent import (
+    EquivalentSegment,
+    cycles,
+    determined,
+    equivalent_segments,
+    with_force_errors,
+    with_slow_errors,
+)
 from core.isolation_layer.layer import layer_motion, layer_torsion
 from core.isolation_layer.motion import MeasuredMotion
 from core.quality import Finding
 from core.record import Direction, Record, Segment
 from core.restoring_force.estimator import RestoringForce
 from core.restoring_force.instrumentation import instrumented_superstructure
+from core.restoring_force.mass_error import with_mass_errors
 from core.restoring_force.reliance import reliance_findings
 from core.sensors.preparation import prepared
 from core.sensors.reconciliation import reconciled
@@ -178,17 +186,27 @@ def _direction(
     record: Record, description: BuildingDescription, settings: AnalysisSettings, direction: Direction
 ) -> tuple[DirectionAnalysis, tuple[Finding, ...]]:
     superstructure = instrumented_superstructure(record, description, direction, settings.sensors, settings.band)
-    force = ESTIMATORS[settings.estimator](superstructure)
+    estimate = ESTIMATORS[settings.estimator](superstructure)
+    force = with_mass_errors(estimate, superstructure, description.mass_uncertainty)
     motion, findings = layer_motion(record, description, direction)
     findings += reliance_findings(force.reliance, direction)
     if motion is None:
-        return DirectionAnalysis(force, None, ()), findings
-    equivalent = _equivalent(force.force, motion, record.rate, description, settings)
-    return DirectionAnalysis(force, motion, equivalent), findings
+        return DirectionAnalysis(_slim(force), None, ()), findings
+    equivalent = _equivalent(force, motion, record.rate, description, settings)
+    return DirectionAnalysis(_slim(force), motion, equivalent), findings
+
+
+def _slim(force: RestoringForce) -> RestoringForce:
+    """The force without its systematic errors' histories, which are large and of use for the equivalents alone."""
+    return replace(force, systematic=None)
 
 
 def _equivalent(
-    force: Vector, motion: MeasuredMotion, rate: float, description: BuildingDescription, settings: AnalysisSettings
+    force: RestoringForce,
+    motion: MeasuredMotion,
+    rate: float,
+    description: BuildingDescription,
+    settings: AnalysisSettings,
 ) -> tuple[EquivalentSegment, ...]:
     """Of every cycle that determines them.
 
@@ -196,8 +214,10 @@ def _equivalent(
     """
     within = band_passed(motion.displacement, rate, settings.band)
     spans = cycles(within, max(SMALLEST_CYCLE, ABOVE_NOISE * motion.noise))
-    found = equivalent_segments(force, motion, rate, spans, description.isolation.rubber_height)
-    return with_slow_errors(determined(found), motion, rate)
+    found = determined(equivalent_segments(force.force, motion, rate, spans, description.isolation.rubber_height))
+    if force.systematic is not None:
+        found = with_force_errors(found, force.systematic, motion, rate)
+    return with_slow_errors(found, motion, rate)
 
 
 def _pga(record: Record, description: BuildingDescription) -> float | None:

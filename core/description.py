@@ -23,6 +23,8 @@ class Level:
     """kg; None for the ground only."""
     stiffness: float | None = None
     """N/m, design value of the storey below this floor; None where nobody gave it."""
+    mass_uncertainty: float = 0.0
+    """Standard deviation of the mass over the mass, the total of all masses being right."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,6 +71,10 @@ class BuildingDescription:
         for level in self.levels[1:]:
             if level.mass is None or not level.mass > 0:
                 raise ModelError(f"level {level.name!r} needs a mass above 0 kg, got {level.mass}")
+            if not 0 <= level.mass_uncertainty < 1:
+                raise ModelError(
+                    f"level {level.name!r} needs a mass_uncertainty from 0 to below 1, got {level.mass_uncertainty}"
+                )
 
     @property
     def ground(self) -> Level:
@@ -94,6 +100,11 @@ class BuildingDescription:
     def floor_mass(self) -> Vector:
         """(floors,) kg, from the lowest floor to the roof."""
         return np.array([level.mass for level in self.floors], dtype=float)
+
+    @property
+    def mass_uncertainty(self) -> Vector:
+        """(1 + floors,) standard deviations of the masses over the masses, the base slab's first."""
+        return np.array([level.mass_uncertainty for level in self.levels[1:]])
 
     @property
     def storey_stiffness(self) -> Vector | None:

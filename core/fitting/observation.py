@@ -110,15 +110,15 @@ def _histories(analysis: EventAnalysis) -> Mapping[Direction, LayerHistory]:
         direction: LayerHistory(
             displacement=found.motion.displacement,
             velocity=found.motion.velocity,
-            force=force.force,
-            force_std=force.std if force.noise_std is None else force.noise_std,
-            displacement_std=(found.motion.noise_std or (found.motion.displacement_std,))[0],
-            velocity_std=(found.motion.noise_std or (found.motion.velocity_std,))[-1],
-            force_error=force.error,
+            force=found.restoring_force.force,
+            force_std=found.restoring_force.fitting_std,
+            displacement_std=found.motion.fitting_std[0],
+            velocity_std=found.motion.fitting_std[1],
+            force_error=found.restoring_force.error,
             band=analysis.band,
         )
         for direction, found in analysis.directions.items()
-        if found.motion is not None and (force := found.restoring_force)
+        if found.motion is not None
     }
 
 

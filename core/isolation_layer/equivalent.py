@@ -106,6 +106,42 @@ def with_slow_errors(
     return tuple(_with_slow_error(segment, motion, rate) for segment in segments)
 
 
+def with_force_errors(
+    segments: Sequence[EquivalentSegment], errors: Matrix, motion: Motion, rate: float
+) -> tuple[EquivalentSegment, ...]:
+    """The same, their standard deviations enlarged by errors of the force that are alike from sample to sample.
+
+    A residual shows none of an error that looks like a spring's or a dashpot's force. So each error is regressed as
+    the force is, and the variances added.
+
+    Args:
+        segments: of the motion and of the force.
+        errors: (p, n) N, effect of one standard deviation of each of p independent causes on the force.
+        motion: of the isolation layer.
+        rate: Hz.
+    """
+    return tuple(_with_force_error(segment, errors, motion, rate) for segment in segments)
+
+
+def _with_force_error(segment: EquivalentSegment, errors: Matrix, motion: Motion, rate: float) -> EquivalentSegment:
+    span = slice(round(segment.start * rate), round(segment.end * rate))
+    regressors, scale = _regressors(motion, span)
+    k, c, _ = np.linalg.lstsq(regressors, errors[:, span].T, rcond=None)[0] / scale[:, None]
+    return replace(
+        segment,
+        k_eq_std=float(np.hypot(segment.k_eq_std, np.linalg.norm(k))),
+        c_eq_std=float(np.hypot(segment.c_eq_std, np.linalg.norm(c))),
+    )
+
+
+def _regressors(motion: Motion, span: slice) -> tuple[Matrix, Vector]:
+    """(samples, 3) displacement, velocity and intercept over their (3,) scales, so that metres and metres per second
+    weigh alike in the pseudo-inverse; and the scales."""
+    x, v = motion.displacement[span], motion.velocity[span]
+    scale = np.array([x.std(), v.std(), 1.0])
+    return np.column_stack([x, v, np.ones_like(x)]) / scale, scale
+
+
 def _with_slow_error(segment: EquivalentSegment, motion: MeasuredMotion, rate: float) -> EquivalentSegment:
     span = slice(round(segment.start * rate), round(segment.end * rate))
     length = segment.end - segment.start
@@ -171,12 +207,11 @@ def _long_run(score: Matrix) -> Matrix:
 
 def _segment(force: Vector, motion: Motion, rate: float, span: Span, rubber_height: float | None) -> EquivalentSegment:
     start, end = span
-    x, v, f = motion.displacement[start:end], motion.velocity[start:end], force[start:end]
-    scale = np.array([x.std(), v.std(), 1.0])  # so that metres and metres per second weigh alike in the pseudo-inverse
-    coefficients, covariance = regression(np.column_stack([x, v, np.ones_like(x)]) / scale, f)
+    regressors, scale = _regressors(motion, slice(start, end))
+    coefficients, covariance = regression(regressors, force[start:end])
     k_eq, c_eq, _ = coefficients / scale
     k_eq_std, c_eq_std, _ = np.sqrt(np.diag(covariance)) / scale
-    reached = amplitude(x)
+    reached = amplitude(motion.displacement[start:end])
     return EquivalentSegment(
         start=start / rate,
         end=end / rate,

@@ -20,6 +20,11 @@ from core.signals.noise import noise_std
 
 Findings = tuple[Finding, ...]
 
+HIDING = 1.5
+"""Of the transducer's noise: a beginning that scatters no more may be at rest."""
+ROUNDING = 1e-6
+"""Of the standard deviation of a displacement: its mean is no farther from zero where the mean was taken for rest."""
+
 NO_CHANNEL = "no displacement was measured"
 INTEGRAL_CHANNEL = "the displacement channel holds accelerations integrated twice, so no displacement was measured"
 
@@ -92,18 +97,33 @@ def _measured(
         noise = noise_std(np.array([displacement, relative]), rate)
         own, other = float(noise[0]), float(noise[1])
         fused = fuse(displacement, relative, rate, displacement_noise=own, acceleration_noise=other, corner=corner)
-        return _about_rest(fused, own, rate), ()
+        return _about_rest(fused, displacement, own, rate), ()
     own = float(noise_std(displacement[None, :], rate)[0])
     motion = differentiate(displacement, rate, displacement_noise=own)
     if motion is None:
         return None, (_warning(f"{name}: the displacement nowhere stands above its noise; no motion of the layer"),)
-    return _about_rest(motion, own, rate), ()
+    return _about_rest(motion, displacement, own, rate), ()
 
 
-def _about_rest(motion: MeasuredMotion, noise: float, rate: float) -> MeasuredMotion:
-    """With the uncertainty of the position at rest, which is a mean of few samples."""
-    std = np.hypot(motion.displacement_std, noise / np.sqrt(quiet_samples(motion.displacement.size, rate)))
-    return replace(motion, displacement_std=std)
+def _about_rest(motion: MeasuredMotion, displacement: Vector, noise: float, rate: float) -> MeasuredMotion:
+    """With the uncertainty of the position at rest, which is a mean of few samples.
+
+    A beginning that noise hides to be at rest leaves zero at the mean of the whole record (core.signals.conditioning).
+    The beginning's own mean then says how far off that is. Models are fitted by the noise alone.
+
+    Args:
+        motion: of the layer.
+        displacement: (n,) m, by the transducer.
+        noise: m, its standard deviation.
+        rate: Hz.
+    """
+    quiet = displacement[: quiet_samples(displacement.size, rate)]
+    variance = noise**2 / quiet.size
+    about_its_mean = abs(displacement.mean()) < ROUNDING * displacement.std()
+    is_hidden = about_its_mean and quiet.std() < HIDING * noise
+    offset = max(0.0, float(quiet.mean()) ** 2 - variance) if is_hidden else 0.0
+    few = np.sqrt(motion.displacement_std**2 + variance)
+    return replace(motion, displacement_std=np.sqrt(few**2 + offset), noise_std=(few, motion.velocity_std))
 
 
 def _as_an_integral(
@@ -119,7 +139,6 @@ def _as_an_integral(
         velocity_std=integral.velocity_std,
         band=integral.band,
         residual=None,
-        noise_std=(motion.displacement_std, motion.velocity_std),
     ), findings
 
 

@@ -42,8 +42,13 @@ class MeasuredMotion(Motion):
     residual: ResidualDisplacement | None = None
     """None where no transducer measured it: an integral knows none."""
     noise_std: tuple[Vector, Vector] | None = None
-    """(n,) m and m/s, the deviations without the slow motion that an integral lacks: models are fitted by them. None:
-    `displacement_std` and `velocity_std`."""
+    """(n,) m and m/s, the deviations without the slow motion that an integral lacks and without what noise hides of the
+    position at rest: models are fitted by them. None: `displacement_std` and `velocity_std`."""
+
+    @property
+    def fitting_std(self) -> tuple[Vector, Vector]:
+        """(n,) m and m/s, standard deviations of displacement and velocity by which models are fitted."""
+        return self.noise_std or (self.displacement_std, self.velocity_std)
 
     @property
     def is_integrated(self) -> bool:

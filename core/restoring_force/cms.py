@@ -10,7 +10,7 @@ from core.identification.modes import Mode, real_shape
 from core.identification.refinement import Refinement, refined
 from core.restoring_force.estimator import InstrumentedSuperstructure, RestoringForce, check
 from core.restoring_force.expansion import assumed_stiffness, expanded, modal_acceleration, static_shapes
-from core.restoring_force.interpolation_error import interpolation_variance
+from core.restoring_force.interpolation_error import interpolation_error, variance_about
 from core.restoring_force.substructure import modal_force, rigid_force
 from core.signals.flicker import flicker, record_flicker
 from core.signals.noise import noise_std
@@ -109,9 +109,16 @@ def force_of_shapes(
     modal = modal_force(superstructure.floor_mass, shapes, modal_coordinates)
     weights, noise = channel_weights(superstructure, shapes), _noise(superstructure)
     by_noise = float(np.sum((weights * noise) ** 2))
-    std = np.sqrt(by_noise + interpolation_variance(superstructure, weights, noise))
+    unseen = interpolation_error(superstructure, weights, noise)
     return RestoringForce(
-        NAME, rigid + modal, rigid, modal, std, modes, noise_std=np.full(base.size, np.sqrt(by_noise))
+        estimator=NAME,
+        force=rigid + modal,
+        rigid=rigid,
+        modal=modal,
+        std=np.sqrt(by_noise + variance_about(unseen, superstructure.rate)),
+        modes=modes,
+        noise_std=np.full(base.size, np.sqrt(by_noise)),
+        systematic=unseen[None],
     )
 
 

@@ -61,6 +61,14 @@ class RestoringForce:
     noise_std: Vector | None = None
     """(n,) N, standard deviation by the sensors' noise and by motion and parameters that the record leaves open. Models
     are fitted and compared by it: the rest of `std` is no noise, but wrong alike from sample to sample. None: `std`."""
+    systematic: Matrix | None = None
+    """(p, n) N, effect of one standard deviation of each of p independent errors that are alike from sample to sample.
+    They are part of `std`, and of the deviations of k_eq and c_eq. None of an estimator that does not know them."""
+
+    @property
+    def fitting_std(self) -> Vector:
+        """(n,) N, standard deviation by which models are fitted."""
+        return self.std if self.noise_std is None else self.noise_std
 
     @property
     def peak(self) -> tuple[float, float]:

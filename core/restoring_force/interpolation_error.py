@@ -30,8 +30,8 @@ ENVELOPE = 2.0
 """s, over which the strength of the error is averaged."""
 
 
-def interpolation_variance(superstructure: InstrumentedSuperstructure, weights: Vector, noise: Vector) -> Vector:
-    """(n,) N², of the force that is told by static interpolation: the mean square of its error about each instant.
+def interpolation_error(superstructure: InstrumentedSuperstructure, weights: Vector, noise: Vector) -> Vector:
+    """(n,) N, effect of one standard deviation of the interpolation's error on the force.
 
     Args:
         superstructure: what was measured.
@@ -50,8 +50,12 @@ def interpolation_variance(superstructure: InstrumentedSuperstructure, weights: 
     seen = np.vstack([np.ones(frequency.size), floors[superstructure.measured]]) / noise[:, None]
     amplitude = np.sum(seen.conj() * spectra / noise[:, None], axis=0) / np.sum(np.abs(seen) ** 2, axis=0)
     inertia = superstructure.base_mass + superstructure.floor_mass @ floors
-    error = UNEVEN * np.fft.irfft((inertia + (weights * noise) @ seen) * amplitude, series.shape[1])
-    window = signal.windows.hann(max(3, round(ENVELOPE * superstructure.rate)))
+    return np.asarray(UNEVEN * np.fft.irfft((inertia + (weights * noise) @ seen) * amplitude, series.shape[1]))
+
+
+def variance_about(error: Vector, rate: float) -> Vector:
+    """(n,) N², mean square of an (n,) error about each instant, at a rate in Hz."""
+    window = signal.windows.hann(max(3, round(ENVELOPE * rate)))
     return np.asarray(np.maximum(signal.fftconvolve(error**2, window / window.sum(), mode="same"), 0.0))
 
 

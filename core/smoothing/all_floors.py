@@ -37,6 +37,8 @@ class Smoothed:
     """(n,) N, of that: without errors of shape, and with the noise that the quiet part of the record shows."""
     error: ErrorSpectrum
     """N²/Hz, `noise_std` by frequency; what the parameters' uncertainty does, as patterns."""
+    systematic: Matrix
+    """(p, n) N, effect on the force of one standard deviation of each parameter direction and of the shape."""
 
 
 def smoothed(
@@ -61,7 +63,8 @@ def smoothed(
     )
     base = np.einsum("lc,cl->l", weights.base, spectra)
     total = base_mass + design.floor_mass.sum()
-    shapes = shape_error(model, spectra, shape)
+    shape_history = shape_error(model, spectra, shape)
+    shapes = local_mean_square(shape_history[None], lines.rate)
     motion = _stationary(weights.motion, lines.samples) * _envelope(lines)
     noise = _stationary(weights.noise, lines.samples)
     patterns = np.sqrt(max(1.0, calibration.chi_square)) * _by_parameters(model)
@@ -74,6 +77,7 @@ def smoothed(
         np.sqrt(variance),
         np.sqrt(noise + motion + unknown),
         _error(weights.noise + weights.motion, patterns, lines),
+        np.vstack([patterns, shape_history]),
     )
 
 

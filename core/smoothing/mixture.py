@@ -7,11 +7,10 @@ hypothesis; its variance grows by the mean square of the distance to the others.
 
 import numpy as np
 
-from core.arrays import Vector
+from core.arrays import Matrix
 from core.smoothing.all_floors import Smoothed, force_history
 from core.smoothing.hypotheses import Choice
 from core.smoothing.line_weights import LinearModel
-from core.smoothing.shape_error import local_mean_square
 from core.smoothing.spectral_lines import Lines
 from core.smoothing.superstructure_model import Design
 
@@ -21,8 +20,8 @@ BEYOND = 1.5
 It is above 1 because the building may lie beyond the rival. Chosen on even seeds of tests/support/covered.py."""
 
 
-def mixed_std(lines: Lines, design: Design, choice: Choice, base_mass: float, found: Smoothed) -> Vector:
-    """(n,) N, standard deviation of the force with what the rivals of the chosen hypothesis add to it.
+def rival_errors(lines: Lines, design: Design, choice: Choice, base_mass: float, found: Smoothed) -> Matrix:
+    """(rivals, n) N, one standard deviation of the force towards each rival of the chosen hypothesis.
 
     Args:
         lines: all of the record's spectrum.
@@ -31,10 +30,9 @@ def mixed_std(lines: Lines, design: Design, choice: Choice, base_mass: float, fo
         base_mass: kg.
         found: by the one chosen.
     """
-    variance = found.std**2
-    for rival in choice.rivals:
+    errors = np.zeros((len(choice.rivals), lines.samples))
+    for row, rival in zip(errors, choice.rivals, strict=True):
         calibration = rival.calibration
         model = LinearModel(lines, design, calibration, calibration.parameters, calibration.structure, base_mass)
-        apart = force_history(model) - found.force
-        variance = variance + BEYOND * rival.weight * local_mean_square(apart[None], lines.rate)
-    return np.asarray(np.sqrt(variance))
+        row[:] = np.sqrt(BEYOND * rival.weight) * (force_history(model) - found.force)
+    return errors

@@ -25,7 +25,7 @@ ENVELOPE = 2.0
 
 
 def shape_error(model: LinearModel, spectra: ComplexMatrix, shape: float | None) -> Vector:
-    """(n,) N², variance of the force about each instant; none of a superstructure that explains its record.
+    """(n,) N, effect of one standard deviation on the force; 0 for a superstructure that explains its record.
 
     Args:
         model: of the record, at all of its lines.
@@ -38,8 +38,7 @@ def shape_error(model: LinearModel, spectra: ComplexMatrix, shape: float | None)
         return np.zeros(lines.samples)
     share = SHARE if shape is None else UNSEEN * shape
     deformed = share * _inertia_beside_sensors(model) * roof_deformation(model, spectra)
-    history = np.fft.irfft(deformed, lines.samples)
-    return local_mean_square(history[None], lines.rate)
+    return np.asarray(np.fft.irfft(deformed, lines.samples))
 
 
 def local_mean_square(histories: np.ndarray, rate: float) -> Vector:

@@ -15,7 +15,8 @@ from core.smoothing.all_floors import smoothed
 from core.smoothing.calibrated_storeys import storey_stiffness
 from core.smoothing.hypotheses import Choice, chosen
 from core.smoothing.left_out import left_out
-from core.smoothing.mixture import mixed_std
+from core.smoothing.mixture import rival_errors
+from core.smoothing.shape_error import local_mean_square
 from core.smoothing.spectral_lines import Lines, spectral_lines, within
 from core.smoothing.superstructure_model import Design, Layout
 
@@ -74,15 +75,17 @@ def _force(
     bands = choice.lines.band
     whole = replace(lines, noise=choice.lines.noise, band=np.clip(lines.band, bands.min(), bands.max()))
     found = smoothed(whole, design, choice.calibration, superstructure.base_mass, shape)
+    rivals = rival_errors(whole, design, choice, superstructure.base_mass, found)
     return RestoringForce(
         estimator=NAME,
         force=found.force,
         rigid=found.rigid,
         modal=found.force - found.rigid,
-        std=mixed_std(whole, design, choice, superstructure.base_mass, found),
+        std=np.sqrt(found.std**2 + local_mean_square(rivals, whole.rate)),
         modes=cms.fixed_base_modes(superstructure, Identification()),
         error=found.error,
         noise_std=found.noise_std,
+        systematic=np.vstack([found.systematic, rivals]),
         reliance=reliance,
         superstructure=_modes(choice),
         storeys=_storeys(superstructure, design, choice),

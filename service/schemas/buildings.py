@@ -32,6 +32,7 @@ class LevelOut(Answer):
     role: str = Field(description="`ground`, `base` or `floor`.")
     mass: Number | None = Field(description="kg; null where the file gives none.")
     stiffness: Number | None = Field(description="N/m, design value of the storey below; null where not given.")
+    mass_uncertainty: Number = Field(description="Standard deviation of the mass over the mass; 0 where not given.")
 
 
 class ChannelOut(Answer):

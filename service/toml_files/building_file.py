@@ -12,7 +12,7 @@ from core.record import Channel
 from service.formats.errors import FormatError
 from service.formats.units import Gain, unit_gain
 from service.receiver_rules import SEVERITIES, ReceiverKind, ReceiverRule, wanted_kinds, wrong_address, wrong_secret
-from service.toml_files.building_tables import BuildingTable, ChannelTable, ReceiverTable, SourceTable
+from service.toml_files.building_tables import BuildingTable, ChannelTable, LevelTable, ReceiverTable, SourceTable
 from service.toml_files.toml_problems import Check, Problem, TomlError, checked, wrong_keys
 from service.web_addresses import wrong_web_address
 
@@ -117,6 +117,8 @@ def _wrong_levels(document: Mapping[str, Any]) -> Iterator[Problem]:
             yield ("level", index), "mass is missing (kg)"
         if index < 2 and "stiffness" in level:
             yield ("level", index, "stiffness"), "only a floor has a storey below it; leave it out here"
+        if index == 0 and "mass_uncertainty" in level:
+            yield ("level", index, "mass_uncertainty"), "the ground has no mass; leave it out here"
 
 
 def _wrong_gap(document: Mapping[str, Any]) -> Iterator[Problem]:
@@ -216,7 +218,7 @@ def _building(table: BuildingTable, folder: Path) -> BuildingFile:
     description = BuildingDescription(
         code=table.code,
         name=table.name,
-        levels=tuple(Level(level.name, level.role, level.mass, level.stiffness) for level in table.level),
+        levels=tuple(_level(level) for level in table.level),
         isolation=IsolationLayer(
             rubber_height=table.isolation.rubber_height,
             design=design,
@@ -234,6 +236,10 @@ def _building(table: BuildingTable, folder: Path) -> BuildingFile:
         timezone=table.timezone,
         receivers=tuple(_receiver(receiver) for receiver in table.receiver),
     )
+
+
+def _level(table: LevelTable) -> Level:
+    return Level(table.name, table.role, table.mass, table.stiffness, table.mass_uncertainty)
 
 
 def _channel(table: ChannelTable) -> Channel:

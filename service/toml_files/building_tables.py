@@ -50,6 +50,11 @@ class LevelTable(Table):
     )
     mass: Positive | None = Field(default=None, description="kg; wanted for every level but the ground")
     stiffness: Positive | None = Field(default=None, description="N/m, design value of the storey below this floor")
+    mass_uncertainty: Annotated[float, Field(ge=0, lt=1)] = Field(
+        default=0.0,
+        description="standard deviation of the mass over the mass, the total being right: 0.1 is 10 %; part of the "
+        "bands of the force, k_eq and c_eq",
+    )
 
 
 class DesignTable(Table):

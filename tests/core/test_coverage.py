@@ -5,8 +5,8 @@ Seeds are odd: constants of the estimators were chosen on even ones.
 
 import numpy as np
 import pytest
-from covered import Case, covered
-from described import bncs, bncs_segments
+from covered import Case, covered, recorded
+from described import bncs, bncs_segments, paper, segments
 from shared import needs_shared
 
 from core.analysis import AnalysisSettings, analyse
@@ -53,6 +53,31 @@ def test_the_force_by_static_interpolation_of_an_uneven_building() -> None:
     found = covered(Case("floor masses ±20 %", "AKT013", WEAK, 0.01, 1), "cms", transducer=False)
     assert LOW <= found.force.inside <= HIGH
     assert LOW <= found.strong.inside <= HIGH
+
+
+@pytest.mark.parametrize("noise", [0.02, 0.05, 0.10])
+def test_the_displacement_whatever_the_noise_makes_of_the_position_at_rest(noise: float) -> None:
+    """From 5 % noise on no rest shows before the event, and zero is the mean of a record that ends elsewhere."""
+    found = covered(Case("bending +20 %", "AKT013", WEAK, noise, 1)).displacement
+    assert found is not None
+    assert found.inside >= LOW
+    assert 0.8 * found.error < found.width < 1.2 * found.error
+
+
+def test_models_are_fitted_by_the_displacement_noise_and_not_by_its_position_at_rest() -> None:
+    motion = analyse(segments(recorded(Case("bending +20 %", "AKT013", WEAK, 0.05, 1))), paper(), AnalysisSettings())
+    found = motion.directions["x"].motion
+    assert found is not None
+    assert found.noise_std is not None
+    assert np.median(found.displacement_std) > 1.5 * np.median(found.noise_std[0])
+    assert np.array_equal(found.noise_std[1], found.velocity_std)
+
+
+@pytest.mark.parametrize(("truth", "noise"), [("constant modal damping 2 %", 0.02), ("in class", 0.05)])
+def test_the_stiffness_of_cycles(truth: str, noise: float) -> None:
+    found = covered(Case(truth, "AKT013", WEAK, noise, 1))
+    assert found.cycles > 30
+    assert found.k_inside >= LOW * found.cycles
 
 
 @needs_shared

@@ -16,6 +16,7 @@ role = "ground"
 name = "slab"
 role = "base"
 mass = 8.0e6
+mass_uncertainty = 0.05
 [[level]]
 name = "2F"
 mass = 2.7e6

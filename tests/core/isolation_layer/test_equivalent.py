@@ -14,7 +14,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from core.analysis import AnalysisSettings
-from core.isolation_layer.equivalent import cycles, determined, equivalent_segments, regression, windows
+from core.isolation_layer.equivalent import (
+    cycles,
+    determined,
+    equivalent_segments,
+    regression,
+    windows,
+    with_force_errors,
+)
 from core.isolation_layer.motion import Motion
 from core.model.simulation import simulate
 from core.paper import BUILDING, ISOLATOR
@@ -136,3 +143,18 @@ def test_standard_deviations_hold_when_residuals_are_autocorrelated() -> None:
     assert covered / 1000 >= 0.95
     assert np.mean(width) < 3.5 * np.std(estimate)
     assert plain / 1000 < 0.65
+
+
+def test_an_error_of_the_force_that_looks_like_a_spring_and_one_like_a_dashpot_are_part_of_the_deviations() -> None:
+    """No residual shows either: without noise the deviations would be zero."""
+    time = np.arange(0, 20, 0.01)
+    motion = Motion(displacement=0.01 * np.sin(np.pi * time), velocity=0.01 * np.pi * np.cos(np.pi * time))
+    force = 4e5 * motion.displacement + 2e4 * motion.velocity
+    found = equivalent_segments(force, motion, 100.0, cycles(motion.displacement, 1e-3))
+    errors = np.array([3e3 * motion.displacement, -4e3 * motion.displacement, 7e2 * motion.velocity])
+    assert len(found) > 5
+    for plain, wider in zip(found, with_force_errors(found, errors, motion, 100.0), strict=True):
+        assert plain.k_eq_std < 1.0
+        assert (wider.k_eq, wider.c_eq) == (plain.k_eq, plain.c_eq)
+        assert wider.k_eq_std == pytest.approx(5e3)
+        assert wider.c_eq_std == pytest.approx(7e2)

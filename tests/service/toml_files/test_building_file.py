@@ -43,6 +43,7 @@ def test_reads_every_key() -> None:
     assert [level.role for level in description.levels] == ["ground", "base", "floor", "floor"]
     assert description.floor_mass.tolist() == [2.7e6, 2.3e6]
     assert description.floors[0].stiffness == 3.1e9
+    assert description.mass_uncertainty.tolist() == [0.05, 0.0, 0.0]
     assert description.isolation.rubber_height == 0.2
     assert (description.isolation.design_displacement, description.isolation.moat_clearance) == (0.4, 0.5)
     assert description.isolation.design.F_y == 655.4e3
@@ -243,6 +244,18 @@ WRONG = {
         "stiffness = 1.0",
         "only a floor has a storey below it",
     ),
+    "uncertain mass of the ground": (
+        'role = "ground"',
+        'role = "ground"\nmass_uncertainty = 0.1',
+        "mass_uncertainty = 0.1",
+        "the ground has no mass",
+    ),
+    "uncertainty of a mass in percent": (
+        "mass_uncertainty = 0.05",
+        "mass_uncertainty = 5",
+        "mass_uncertainty = 5",
+        "less than 1",
+    ),
 }
 
 
@@ -286,7 +299,7 @@ def test_all_that_is_wrong_is_told_at_once_in_the_order_of_the_file() -> None:
     found = problems(text)
     assert [problem.split(":")[0] for problem in found] == [
         f"line {line(text, 'timezone')}",
-        f"line {line(text, '[[level]]') + 7}",
+        f"line {line(text, '[[level]]') + 8}",
         f"line {line(text, 'mas ')}",
         f"line {line(text, 'unit')}",
     ]
