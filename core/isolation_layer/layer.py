@@ -118,12 +118,12 @@ def _about_rest(motion: MeasuredMotion, displacement: Vector, noise: float, rate
         rate: Hz.
     """
     quiet = displacement[: quiet_samples(displacement.size, rate)]
-    variance = noise**2 / quiet.size
+    few = noise / np.sqrt(quiet.size)
     about_its_mean = abs(displacement.mean()) < ROUNDING * displacement.std()
     is_hidden = about_its_mean and quiet.std() < HIDING * noise
-    offset = max(0.0, float(quiet.mean()) ** 2 - variance) if is_hidden else 0.0
-    few = np.sqrt(motion.displacement_std**2 + variance)
-    return replace(motion, displacement_std=np.sqrt(few**2 + offset), noise_std=(few, motion.velocity_std))
+    offset = max(0.0, float(quiet.mean()) ** 2 - few**2) if is_hidden else 0.0
+    std = np.hypot(motion.displacement_std, few)
+    return replace(motion, displacement_std=np.hypot(std, np.sqrt(offset)), noise_std=(std, motion.velocity_std))
 
 
 def _as_an_integral(
