@@ -1,4 +1,4 @@
-"""`python -m benchmarks.drift` tells how soon a drift is found and how often one is told that is none.
+"""`python -m benchmarks.drift` measures how soon a drift is found, and how often there is a false alarm.
 
 Random histories of `tests/support/drifting.py`, the odd seeds: `core.drift.rules` was tuned on the even ones.
 """
@@ -20,7 +20,7 @@ from benchmarks.table import Table
 
 TARGET = Path(__file__).resolve().parents[1] / "docs" / "drift.md"
 MARKS = ("<!-- {} -->", "<!-- /{} -->")
-"""Of a measured part on the page, by its name."""
+"""Marks around a measured part of the page, with its name."""
 PLANS: Mapping[str, Plan] = MappingProxyType(
     {
         "scatter 1 to 2 %": Plan(),
@@ -43,12 +43,12 @@ def share(values: Sequence[bool]) -> str:
 
 
 def within(trials: Sequence[Trial] | Sequence[PooledTrial], change: str, events: int) -> str:
-    """Share of histories in which a change is told after so many events at most."""
+    """Share of histories in which a change raises an alarm within this number of events."""
     return share([(n := one.found[change]) is not None and n <= events for one in trials])
 
 
 def row(name: str, trials: Sequence[Trial]) -> tuple[str, ...]:
-    """Of one plan."""
+    """The row of one plan."""
     covered = [one.is_covered for one in trials if one.is_covered is not None]
     return (
         name,
@@ -96,9 +96,9 @@ def table_pooled(every: Mapping[str, Sequence[PooledTrial]]) -> Table:
 def table_of_dates(every: Mapping[str, Sequence[Mapping[str, Dating]]]) -> Table:
     return Table(
         "When a change began",
-        f"Of {len(next(iter(every.values())))} random histories, those in which the change was found: how often the "
-        "interval holds its beginning, in percent, and its length in events, median and 90th percentile.",
-        ("histories", *(f"{name}, {what}" for name in DATED.values() for what in ("holds", "length"))),
+        f"Histories in which the change was found, of {len(next(iter(every.values())))} random ones: how often the "
+        "interval contains its beginning, in percent, and its length in events, median and 90th percentile.",
+        ("histories", *(f"{name}, {what}" for name in DATED.values() for what in ("contains", "length"))),
         tuple(
             (
                 name,
@@ -106,7 +106,7 @@ def table_of_dates(every: Mapping[str, Sequence[Mapping[str, Dating]]]) -> Table
                     cell
                     for change in DATED
                     for found in [[one[change] for one in trials if change in one]]
-                    for cell in (share([one.holds for one in found]), lengths([one.length for one in found]))
+                    for cell in (share([one.contains for one in found]), lengths([one.length for one in found]))
                 ),
             )
             for name, trials in every.items()
@@ -121,7 +121,7 @@ def lengths(values: Sequence[int]) -> str:
 def tables(every: Mapping[str, Sequence[Trial]]) -> Iterator[Table]:
     count = len(next(iter(every.values())))
     yield Table(
-        "What is found, and what is told for nothing",
+        "Changes found, and false alarms",
         f"Share of {count} random histories, in percent, with its standard error. The first event with the change "
         "counts as one.",
         (
@@ -135,7 +135,7 @@ def tables(every: Mapping[str, Sequence[Trial]]) -> Iterator[Table]:
             "2 % in 20",
             "0.5 % an event in 12",
             "repair of 8 % in 3",
-            "interval holds 5 %",
+            "interval contains 5 %",
         ),
         tuple(row(name, trials) for name, trials in every.items()),
     )

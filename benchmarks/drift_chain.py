@@ -1,7 +1,7 @@
-"""`python -m benchmarks.drift_chain` tells how much the whole chain itself scatters from one healthy event to another.
+"""`python -m benchmarks.drift_chain` measures how much the results of the whole chain scatter between healthy events.
 
 The paper's building, whose layer does not change, under recorded ground motions of many sizes, with noise of 1 % in
-every sensor: what remains is the error of the analysis, beside which a real layer has its own.
+every sensor: the scatter is the error of the analysis, to which a real layer adds its own.
 """
 
 import sys
@@ -26,7 +26,7 @@ SMALLEST, LARGEST = 0.035, 1.05
 APART = timedelta(days=20)
 
 
-def observations(event: int, rng: np.random.Generator) -> list[Measurement]:
+def measurements(event: int, rng: np.random.Generator) -> list[Measurement]:
     """The cycles of one event."""
     motion = MOTIONS[event % len(MOTIONS)]
     peak = float(np.exp(rng.uniform(np.log(SMALLEST), np.log(LARGEST))))
@@ -42,7 +42,7 @@ def observations(event: int, rng: np.random.Generator) -> list[Measurement]:
 def main() -> None:
     """Scatter of the events and of their cycles, onto the screen."""
     rng = np.random.default_rng(1)
-    cycles = [one for event in range(EVENTS) for one in observations(event, rng)]
+    cycles = [one for event in range(EVENTS) for one in measurements(event, rng)]
     found = monitor(Series("stiffness", "x", tuple(cycles)), Reference(), {})
     scatter = np.std([value.value for value in found.values])
     print(f"{EVENTS} events, {len(cycles) / EVENTS:.0f} cycles an event; event values scatter by {100 * scatter:.2f} %")

@@ -1,4 +1,4 @@
-"""How soon is a drift of one random history found, and is one told that is none?"""
+"""Detection delays and false alarms of the drift rules on one random history."""
 
 import sys
 from collections.abc import Mapping, Sequence
@@ -20,7 +20,7 @@ from core.drift.quantities import quantity
 from core.drift.rules import SLOW, SUDDEN, rule_statistics, rules
 
 HEALTHY = 100
-"""Events after the reference, in which a healthy building may alarm."""
+"""Events after the reference in which false alarms are counted."""
 EARLIEST, LATEST = 40, 100
 """Event with which a change begins."""
 REPAIRED = 15
@@ -37,25 +37,25 @@ WITHIN: Mapping[str, tuple[str, int]] = MappingProxyType(
         "0.5 % an event within 12 events": ("slow", 12),
     }
 )
-"""Curves of the pictures: the change, and how many events it may take to be found."""
+"""Curves of the pictures: the change, and the number of events within which it has to be found."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Trial:
-    """What became of one history: events until something was told, None if it was not."""
+    """Alarms on one history; delays in events, None without an alarm."""
 
     healthy: frozenset[str]
-    """Rules that alarmed in a hundred healthy events."""
+    """Rules that raised a false alarm in a hundred healthy events."""
     found: Mapping[str, int | None]
-    """Until a loss was told, by change."""
+    """Delay of the alarm on each loss, by change."""
     repair: int | None
-    """Until the repair of an 8 % loss was."""
+    """Delay of the alarm on the repair of an 8 % loss."""
     is_covered: bool | None
-    """Whether the interval of the 5 % loss holds it; None if it was not found as a sudden one."""
+    """Whether the interval of the 5 % loss contains 5 %; None without an alarm on a sudden loss."""
     highest: float
-    """Strongest evidence of a loss in a hundred healthy events."""
+    """Largest statistic of a loss in a hundred healthy events."""
     strongest: Mapping[str, float]
-    """The same in the events within which a change is to be found, by WITHIN."""
+    """Largest statistic in the events within which a change has to be found, by WITHIN."""
 
 
 def trial(plan: Plan, seed: int) -> Trial:
@@ -70,17 +70,15 @@ def trial(plan: Plan, seed: int) -> Trial:
         "slow": with_change(healthy, sloping(lived, onset, 0.005)),
         "8 %": with_change(healthy, lost - mended),
     }
-    told = {name: told_of(healthy, one) for name, one in changed.items()}
+    raised = {name: alarms_on(healthy, one) for name, one in changed.items()}
     last = max(n for n, value in enumerate(healthy.values) if value.is_reference) + HEALTHY
-    strength = {name: evidence_of_loss(one) for name, one in changed.items()}
+    strength = {name: loss_statistics(one) for name, one in changed.items()}
     return Trial(
         healthy=frozenset(one.rule for one in healthy.alarms if one.is_sure and one.raised <= last),
-        found={name: events_until(losses(alarms), onset) for name, alarms in told.items()},
-        repair=events_until(recoveries(told["8 %"]), onset + REPAIRED),
-        is_covered=is_covered(losses(told["5 %"]), onset, -0.05),
-        highest=max(
-            (value for event, value in evidence_of_loss(tested(healthy)).items() if event <= last), default=0.0
-        ),
+        found={name: events_until(losses(alarms), onset) for name, alarms in raised.items()},
+        repair=events_until(recoveries(raised["8 %"]), onset + REPAIRED),
+        is_covered=is_covered(losses(raised["5 %"]), onset, -0.05),
+        highest=max((value for event, value in loss_statistics(tested(healthy)).items() if event <= last), default=0.0),
         strongest={
             label: max((strength[name].get(onset + n, 0.0) for n in range(count)), default=0.0)
             for label, (name, count) in WITHIN.items()
@@ -89,7 +87,7 @@ def trial(plan: Plan, seed: int) -> Trial:
 
 
 def onset_after(seed: int, *healthy: Monitoring) -> int:
-    """At random, but not in a reference."""
+    """A random onset after the references."""
     last = max(value.event for one in healthy for value in one.values if value.is_reference)
     return max(last + 1, int(np.random.default_rng([seed, 1]).integers(EARLIEST, LATEST)))
 
@@ -101,10 +99,10 @@ def tested(found: Monitoring) -> DeviationSequence:
 
 
 def with_change(healthy: Monitoring, change: Vector) -> DeviationSequence:
-    """As if the stiffness had changed: all cycles of an event by the same share, and so their mean.
+    """The tested deviations after a change of the stiffness, the same for all cycles of an event.
 
     Args:
-        healthy: of a history whose reference ends before the change begins.
+        healthy: monitoring of a history whose reference ends before the change begins.
         change: (events,) relative.
     """
     whole = tested(healthy)
@@ -114,8 +112,8 @@ def with_change(healthy: Monitoring, change: Vector) -> DeviationSequence:
     return replace(whole, deviation=whole.deviation + shift)
 
 
-def told_of(healthy: Monitoring, changed: DeviationSequence) -> tuple[Alarm, ...]:
-    """By the rules over several events."""
+def alarms_on(healthy: Monitoring, changed: DeviationSequence) -> tuple[Alarm, ...]:
+    """Alarms of the rules over several events."""
     if healthy.baseline is None:
         raise ValueError("a history of so many events has a baseline")
     return alarms(quantity("stiffness"), healthy.baseline, changed)
@@ -131,7 +129,7 @@ def recoveries(alarms: Sequence[Alarm]) -> list[Alarm]:
 
 @dataclass(frozen=True, slots=True)
 class PooledTrial:
-    """What the mean of both directions told of one history; events until a loss was told, None if it was not."""
+    """Alarms on the mean of both directions; delays in events, None without an alarm."""
 
     is_false: bool
     found: Mapping[str, int | None]
@@ -149,29 +147,29 @@ def trial_pooled(plan: Plan, seed: int) -> PooledTrial:
         "2 %": stepped(lived, onset, 0.02),
         "slow": sloping(lived, onset, 0.005),
     }
-    told = {
+    raised = {
         name: pooled_alarms(*(replace(side, tested=with_change(side, change)) for side in (one, other)))
         for name, change in changes.items()
     }
     last = FIRST_REFERENCE + HEALTHY
     return PooledTrial(
         any(alarm.is_sure and alarm.raised <= last for alarm in pooled_alarms(one, other)),
-        {name: events_until(losses(alarms), onset) for name, alarms in told.items()},
+        {name: events_until(losses(alarms), onset) for name, alarms in raised.items()},
     )
 
 
 @dataclass(frozen=True, slots=True)
 class Dating:
-    """The interval by which a change was dated."""
+    """Onset interval of a change."""
 
-    holds: bool
-    """Whether the change began in it."""
+    contains: bool
+    """Whether it contains the beginning of the change."""
     length: int
-    """DeviationSequence events from the last that did not show the change to the first that did."""
+    """Tested events from the last that did not show the change to the first that did."""
 
 
 def trial_of_dating(plan: Plan, seed: int) -> Mapping[str, Dating]:
-    """How the first alarm after each change dates it, by change; those that were not found are not in it."""
+    """Onset interval of the first alarm after each change, by change; changes without an alarm are left out."""
     lived = history(plan, seed)
     healthy = monitor(series(lived), Reference(), {})
     onset = onset_after(seed, healthy)
@@ -180,7 +178,7 @@ def trial_of_dating(plan: Plan, seed: int) -> Mapping[str, Dating]:
     found = {}
     for name, loss in {"8 %": 0.08, "5 %": 0.05, "2 %": 0.02, "slow": 0.005}.items():
         change = sloping(lived, onset, loss) if name == "slow" else stepped(lived, onset, loss)
-        alarms = losses(told_of(healthy, with_change(healthy, change)))
+        alarms = losses(alarms_on(healthy, with_change(healthy, change)))
         alarm = next((one for one in alarms if one.raised >= onset), None)
         if alarm is not None:
             after, by = (events.index(one) if one in events else -1 for one in (alarm.after, alarm.by))
@@ -189,7 +187,7 @@ def trial_of_dating(plan: Plan, seed: int) -> Mapping[str, Dating]:
 
 
 def events_until(alarms: Sequence[Alarm], onset: int) -> int | None:
-    """From the first event with the change, which counts, to the one that raised an alarm."""
+    """Events from the first with the change, which counts as one, to the one that raised an alarm."""
     return next((alarm.raised - onset + 1 for alarm in alarms if alarm.raised >= onset), None)
 
 
@@ -198,8 +196,8 @@ def is_covered(alarms: Sequence[Alarm], onset: int, truth: float) -> bool | None
     return None if first is None or first.rule != SUDDEN else first.low <= truth <= first.high
 
 
-def evidence_of_loss(sequence: DeviationSequence) -> Mapping[int, float]:
-    """By event, the strongest of the two rules for losses before any alarm is allowed for."""
+def loss_statistics(sequence: DeviationSequence) -> Mapping[int, float]:
+    """Largest statistic of the two rules for losses, by event, without regard to earlier alarms."""
     white = sequence.innovations()
     wanted = [rule for rule in rules(quantity("stiffness")) if rule.name in (SUDDEN, SLOW)]
     best: Vector = np.max([rule_statistics(white, rule, 0).max(axis=1) for rule in wanted], axis=0)

@@ -1,4 +1,4 @@
-"""The benchmark's short cut is the whole way, and its page keeps what it does not renew."""
+"""The benchmark of drift: its short cut gives the full result, and its page keeps the parts that are not renewed."""
 
 from collections.abc import Callable
 
@@ -7,7 +7,7 @@ import pytest
 from drifting import History, Plan, history, series, sloping, stepped
 
 from benchmarks.drift import picture, renewed
-from benchmarks.drift_trial import events_until, losses, told_of, trial, with_change
+from benchmarks.drift_trial import alarms_on, events_until, losses, trial, with_change
 from core.arrays import Vector
 from core.drift.monitor import Reference, monitor
 
@@ -18,7 +18,7 @@ PLAN = Plan(events=80)
 def test_a_change_of_all_cycles_is_one_of_their_mean(change: Callable[[History, int, float], Vector]) -> None:
     lived = history(PLAN, 3)
     lost = change(lived, 50, 0.01)
-    short = told_of(healthy := monitor(series(lived), Reference(), {}), with_change(healthy, lost))
+    short = alarms_on(healthy := monitor(series(lived), Reference(), {}), with_change(healthy, lost))
     whole = [alarm for alarm in monitor(series(lived, lost), Reference(), {}).alarms if alarm.rule != "within"]
     assert whole
     assert [(a.rule, a.onset, a.raised) for a in short] == [(a.rule, a.onset, a.raised) for a in whole]

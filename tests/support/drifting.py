@@ -1,4 +1,4 @@
-"""Histories of a healthy or a damaged isolation layer at random: what `core.drift` has to see through."""
+"""Random histories of a healthy or a damaged isolation layer, as series for `core.drift`."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -15,13 +15,13 @@ START = datetime(2001, 4, 1, tzinfo=UTC)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Plan:
-    """What a history is drawn from."""
+    """Distributions from which a history is drawn."""
 
     events: int = 130
     scatter: tuple[float, float] = (0.01, 0.02)
-    """Standard deviation from event to event, between these."""
+    """Range of the standard deviation between events."""
     own: tuple[float, float] = (0.01, 0.03)
-    """The same from cycle to cycle."""
+    """Range of the standard deviation between the cycles of an event."""
     outliers: float = 0.02
     """Share of the events with three times the scatter."""
     per_year: tuple[float, float] = (10.0, 60.0)
@@ -29,35 +29,35 @@ class Plan:
     giant: bool = True
     """Whether one earthquake, after the first twenty events, is several times the largest."""
     scragging: float = 0.0
-    """Of the stiffness, lost for a while by the giant; half comes back within a month."""
+    """Share of the stiffness lost in the giant; half of it recovers within a month."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class History:
-    """What happened, before anything was lost."""
+    """Events of a healthy building."""
 
     time: Vector
     """(events,) days since START."""
     temperature: Vector
     """(events,) °C."""
     common: Vector
-    """(events,) what the cycles of each event have in common, logarithm: scatter, temperature and scragging."""
+    """(events,) logarithm, common to the cycles of an event: scatter, temperature and scragging."""
     peak: Vector
     """(events,) m, largest amplitude."""
     random: Vector
-    """(events,) the scatter's part of what is common."""
+    """(events,) the part of `common` that is scatter."""
     amplitude: tuple[Vector, ...]
     """m, of each event's cycles in order of time."""
     value: tuple[Vector, ...]
     """Logarithm of N/m, of each cycle."""
     std: float
-    """Of each cycle's value, as it is given."""
+    """Standard deviation of each cycle's value, as the series states it."""
     giant: int | None
     has_thermometer: bool
 
 
 def history(plan: Plan, seed: int) -> History:
-    """One building's, at random."""
+    """A random history of one building."""
     rng = np.random.default_rng(seed)
     curve, thermal = stiffness_curve(rng), rng.uniform(-0.008, -0.001)
     time = np.cumsum(rng.exponential(YEAR / rng.uniform(*plan.per_year), plan.events))
@@ -95,7 +95,7 @@ def other_direction(plan: Plan, lived: History, seed: int, shared: float) -> His
 
 
 def series(lived: History, change: Vector | None = None) -> Series:
-    """Of a history, with (events,) relative changes of the stiffness put on it."""
+    """Stiffness of a history, with (events,) relative changes."""
     changes = np.zeros(lived.time.size) if change is None else change
     found = [
         Measurement(
@@ -110,6 +110,13 @@ def series(lived: History, change: Vector | None = None) -> Series:
         for m, (amplitude, value) in enumerate(zip(lived.amplitude[n], lived.value[n], strict=True))
     ]
     return Series("stiffness", "x", tuple(found))
+
+
+def both_directions(plan: Plan, seed: int, onset: int, loss: float) -> tuple[Series, Series]:
+    """Stiffness in x and y of one building with a sudden loss in both; their scatter has a correlation of 0.3."""
+    x = history(plan, seed)
+    y = other_direction(plan, x, seed, 0.3)
+    return series(x, stepped(x, onset, loss)), replace(series(y, stepped(y, onset, loss)), subject="y")
 
 
 def stiffness_curve(rng: np.random.Generator) -> Callable[[Vector], Vector]:
@@ -127,29 +134,29 @@ def stiffness_curve(rng: np.random.Generator) -> Callable[[Vector], Vector]:
 
 
 def weather(days: Vector, rng: np.random.Generator) -> Vector:
-    """°C of the layer: the season, the hour, and what changes from week to week."""
+    """(events,) °C of the layer: season, hour, and weekly weather."""
     season = rng.uniform(5, 12) * np.sin(2 * np.pi * (days - rng.uniform(0, YEAR)) / YEAR)
     hour = rng.uniform(0, 3) * np.sin(2 * np.pi * days)
     return np.asarray(15.0 + season + hour + 1.5 * rng.standard_normal(days.size))
 
 
 def stepped(lived: History, onset: int, loss: float) -> Vector:
-    """(events,) a loss that begins at an event."""
+    """(events,) relative change by a loss that begins with an event."""
     return np.where(np.arange(lived.time.size) >= onset, -loss, 0.0)
 
 
 def sloping(lived: History, onset: int, loss: float) -> Vector:
-    """(events,) a loss that grows with each event from one on."""
+    """(events,) relative change by a loss that begins with an event and grows with each."""
     return -loss * np.maximum(0.0, np.arange(lived.time.size) - onset + 1.0)
 
 
 def cut(whole: Series, event: int) -> Series:
-    """As it was before an event."""
+    """The series as it was before an event."""
     return replace(whole, measurements=tuple(one for one in whole.measurements if one.event < event))
 
 
 def scaled(whole: Series, of_value: float, of_amplitude: float) -> Series:
-    """In other units."""
+    """The series in other units."""
     return replace(
         whole,
         measurements=tuple(
@@ -165,7 +172,7 @@ def scaled(whole: Series, of_value: float, of_amplitude: float) -> Series:
 
 
 def _amplitudes(peak: float, rng: np.random.Generator) -> Vector:
-    """m, of an event's cycles: they rise fast and fall slowly to some tenths of the largest."""
+    """(cycles,) m: a fast rise, and a slow fall to some tenths of the largest."""
     count = int(rng.integers(6, 35))
     rise = max(2, count // 4)
     envelope = np.concatenate([np.linspace(0.2, 1.0, rise), np.geomspace(1.0, rng.uniform(0.05, 0.3), count - rise)])

@@ -1,4 +1,4 @@
-"""The expected value against curves that are known, and whether its band covers what it says."""
+"""The baseline against known curves, and the coverage of its band."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ def baseline(lived: History) -> Baseline:
     return found
 
 
-def test_a_curve_without_scatter_is_found() -> None:
+def test_a_curve_without_scatter_is_recovered() -> None:
     plan = Plan(events=40, giant=False, outliers=0.0, scatter=(1e-4, 1e-4), own=(1e-3, 1e-3))
     found = baseline(history(plan, 1))
     low, high = found.range or (0.0, 0.0)
@@ -30,7 +30,7 @@ def test_a_curve_without_scatter_is_found() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("scatter", "outliers"), [(0.01, 0.0), (0.02, 0.0), (0.01, 0.02)])
-def test_the_band_covers_what_it_says(scatter: float, outliers: float) -> None:
+def test_the_band_covers_95_percent(scatter: float, outliers: float) -> None:
     """95 % of the events after the reference, to within what 24 histories that each share a baseline leave: 4 %."""
     inside = []
     for seed in range(24):
@@ -42,7 +42,7 @@ def test_the_band_covers_what_it_says(scatter: float, outliers: float) -> None:
     assert np.mean(inside) == pytest.approx(0.95, abs=0.04)
 
 
-def test_beyond_what_was_seen_the_band_widens() -> None:
+def test_the_band_widens_outside_the_range() -> None:
     found = baseline(history(Plan(events=40, giant=False), 3))
     low, high = found.range or (0.0, 0.0)
     _, std = found.expected(np.array([np.sqrt(low * high), high, 2 * high, 5 * high]))
@@ -50,7 +50,7 @@ def test_beyond_what_was_seen_the_band_widens() -> None:
     assert std[-1] > 3 * std[0]
 
 
-def test_a_temperature_that_was_not_seen_widens_the_band() -> None:
+def test_a_temperature_outside_the_reference_widens_the_band() -> None:
     found = baseline(history(Plan(events=40, giant=False), 3))
     low, high = found.range or (0.0, 0.0)
     middle = np.array([np.sqrt(low * high)])
@@ -58,7 +58,7 @@ def test_a_temperature_that_was_not_seen_widens_the_band() -> None:
     assert stds[2] > stds[1] >= 0.9 * stds[0]
 
 
-def test_one_wild_event_hardly_moves_the_curve() -> None:
+def test_one_outlying_event_moves_the_curve_little() -> None:
     lived = history(Plan(events=40, giant=False, outliers=0.0), 5)
     whole = series(lived, np.where(np.arange(40) == 7, 0.5, 0.0))
     wild = monitor(whole, Reference(), {}).baseline
@@ -71,7 +71,7 @@ def test_one_wild_event_hardly_moves_the_curve() -> None:
 
 
 @pytest.mark.slow
-def test_the_scatter_of_events_is_found() -> None:
+def test_the_scatter_between_events_is_estimated() -> None:
     for scatter in (0.005, 0.01, 0.02):
         plan = Plan(events=40, giant=False, outliers=0.0, scatter=(scatter, scatter))
         found = [baseline(history(plan, seed)).scatter.events for seed in range(12)]

@@ -1,4 +1,4 @@
-"""The likelihood ratio against its closed forms."""
+"""Likelihood ratios and sizes of changes against their closed forms."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from core.drift.change_statistics import change_size, innovations, signed_roots
 from core.drift.rules import ramps, steps
 
 KNOWN = 1e9
-"""Degrees of freedom of a scale that is as good as known."""
+"""Degrees of freedom of a scale that is practically known."""
 
 
 def test_patterns() -> None:
@@ -23,10 +23,10 @@ def test_independent_deviations_of_known_scale_give_the_gaussian_ratio() -> None
         expected = max(0.0, -deviation[onset:].sum()) / np.sqrt(5 - onset)
         assert root[4, onset] == pytest.approx(expected, abs=1e-4)
     assert supporting[4].tolist() == [3, 3, 3, 2, 1]
-    assert (root[:2, 2:] == 0).all(), "before its onset nothing speaks for a change"
+    assert (root[:2, 2:] == 0).all(), "events before the onset do not support a change"
 
 
-def test_a_rise_is_no_fall() -> None:
+def test_a_rise_is_not_a_fall() -> None:
     white = innovations(np.full(6, 2.0), np.eye(6), KNOWN, 10.0)
     assert signed_roots(white, steps(6), -1)[0].max() == 0.0
     assert signed_roots(white, steps(6), 1)[0].max() == pytest.approx(2 * np.sqrt(6), abs=1e-4)

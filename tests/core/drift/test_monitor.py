@@ -1,4 +1,4 @@
-"""The front door: what alarms, and what must not."""
+"""Monitoring of a series: changes that must raise an alarm, and histories that must not."""
 
 from dataclasses import replace
 from datetime import timedelta
@@ -18,7 +18,7 @@ from core.errors import ModelError
 from core.quality import Finding
 
 QUIET = Plan(events=80, giant=False, outliers=0.0, scatter=(0.008, 0.01))
-"""Histories in which every change of this file stands out by many standard deviations."""
+"""Histories in which every change of this file is many standard deviations large."""
 CALIBRATION = Finding("neighbour", "warning", "reads 8 % more than its neighbours", "XX.DEMO.01.HNX", 0.08)
 
 
@@ -31,7 +31,7 @@ def sure(found: Monitoring) -> list[Alarm]:
 
 
 @pytest.mark.parametrize("seed", range(10, 16))
-def test_a_sudden_loss_alarms_within_three_events(seed: int) -> None:
+def test_a_sudden_loss_raises_an_alarm_within_three_events(seed: int) -> None:
     lived = history(QUIET, seed)
     (alarm,) = sure(monitored(lived, stepped(lived, 50, 0.08)))
     assert alarm.rule == "sudden"
@@ -43,7 +43,7 @@ def test_a_sudden_loss_alarms_within_three_events(seed: int) -> None:
     assert alarm.low < alarm.drift < alarm.high
 
 
-def test_a_slow_loss_alarms_as_one() -> None:
+def test_a_slow_loss_is_recognised_as_slow() -> None:
     lived = history(QUIET, 20)
     first = sure(monitored(lived, sloping(lived, 45, 0.006)))[0]
     assert first.rule == "slow"
@@ -58,13 +58,13 @@ def test_a_repair_is_noticed() -> None:
     assert repaired.drift > 0.05
 
 
-def test_a_second_loss_is_told_beside_the_first() -> None:
+def test_a_second_loss_raises_its_own_alarm() -> None:
     lived = history(QUIET, 22)
     one, other = sure(monitored(lived, stepped(lived, 40, 0.08) + stepped(lived, 60, 0.08)))
     assert (one.onset, other.onset) == (40, 60)
 
 
-def test_a_single_event_never_alarms_alone() -> None:
+def test_a_single_event_never_raises_an_alarm() -> None:
     lived = history(QUIET, 23)
     change = np.zeros(QUIET.events)
     change[50] = -0.5
@@ -75,7 +75,7 @@ def test_a_single_event_never_alarms_alone() -> None:
     assert pending[0].onset == pending[0].raised == 50
 
 
-def test_damage_that_shows_within_an_event_alarms_at_once() -> None:
+def test_damage_within_an_event_raises_an_alarm_at_once() -> None:
     lived = history(replace(QUIET, own=(0.01, 0.02)), 24)
     event = next(n for n in range(40, 80) if 5 < lived.amplitude[n].argmax() < lived.amplitude[n].size - 10)
     whole = series(lived)
@@ -89,22 +89,22 @@ def test_damage_that_shows_within_an_event_alarms_at_once() -> None:
     assert alarms[0].low < -0.2 < alarms[0].high
 
 
-def test_a_giant_earthquake_does_not_alarm() -> None:
+def test_a_giant_earthquake_raises_no_alarm() -> None:
     lived = history(replace(QUIET, giant=True), 25)
     assert lived.giant is not None
     found = monitored(lived)
     assert not sure(found)
     giant = found.values[lived.giant]
-    assert giant.causes, "that it is larger than all before is told"
+    assert giant.causes, "an earthquake larger than all before is a possible cause"
 
 
-def test_what_rubber_loses_in_a_giant_and_regains_does_not_alarm() -> None:
+def test_softening_that_recovers_raises_no_alarm() -> None:
     lived = history(replace(QUIET, giant=True, scragging=0.05), 25)
     assert not sure(monitored(lived))
 
 
 @pytest.mark.parametrize("seed", range(40, 52))
-def test_many_changes_are_told_one_after_the_other(seed: int) -> None:
+def test_many_changes_raise_alarms_one_after_the_other(seed: int) -> None:
     """Losses and repairs at random: every alarm begins after the one before was raised."""
     lived, rng = history(Plan(events=100), seed), np.random.default_rng(seed)
     level = np.cumsum(rng.choice([-0.06, 0.0, 0.06], size=5, p=[0.4, 0.3, 0.3]))
@@ -119,17 +119,17 @@ def test_many_changes_are_told_one_after_the_other(seed: int) -> None:
 
 
 @pytest.mark.parametrize("has_thermometer", [True, False])
-def test_winters_do_not_alarm(has_thermometer: bool) -> None:
+def test_winters_raise_no_alarm(has_thermometer: bool) -> None:
     plan = replace(QUIET, events=120, per_year=(15.0, 20.0), has_thermometer=has_thermometer)
     lived = history(plan, 26)
     assert np.ptp(lived.temperature) > 15.0
     found = monitored(lived)
     assert not sure(found)
-    told = any("temperature" in cause for value in found.values for cause in value.causes)
-    assert told != has_thermometer
+    is_possible = any("temperature" in cause for value in found.values for cause in value.causes)
+    assert is_possible != has_thermometer
 
 
-def test_sensor_findings_keep_an_event_out_and_are_told() -> None:
+def test_sensor_findings_exclude_an_event_and_are_named() -> None:
     lived = history(QUIET, 27)
     whole = series(lived, stepped(lived, 50, 0.08))
     notes = {event: EventNotes((CALIBRATION,)) for event in range(50, QUIET.events)}
@@ -141,7 +141,7 @@ def test_sensor_findings_keep_an_event_out_and_are_told() -> None:
     assert sure(monitor(whole, Reference(), harmless))
 
 
-def test_what_was_alarmed_does_not_depend_on_what_came_later() -> None:
+def test_later_events_do_not_change_earlier_alarms() -> None:
     lived = history(QUIET, 28)
     whole = series(lived, stepped(lived, 45, 0.05))
     every = [(alarm.rule, alarm.onset, alarm.raised) for alarm in sure(monitor(whole, Reference(), {}))]
@@ -176,7 +176,7 @@ def test_units_change_nothing(of_value: float, of_amplitude: float) -> None:
     assert [(a.rule, a.onset, a.raised) for a in one.alarms] == [(a.rule, a.onset, a.raised) for a in other.alarms]
 
 
-def test_few_events_are_no_baseline_and_say_how_many_are_wanted() -> None:
+def test_without_a_baseline_the_number_of_events_needed_is_known() -> None:
     lived = history(Plan(events=30), 4)
     found = monitor(cut(series(lived), 4), Reference(), {})
     assert found.baseline is None
@@ -192,13 +192,13 @@ def test_a_reference_may_be_chosen() -> None:
     after = monitor(whole, Reference(times[30], times[59]), {})
     assert after.baseline is not None
     assert after.baseline.events == tuple(range(30, 60))
-    assert not after.alarms, "what came before the reference is not judged, and after it nothing changed"
+    assert not after.alarms, "events before the reference are not tested, and nothing changed after it"
     assert np.mean([value.value for value in after.values[:30]]) > 0.06
     before = monitor(whole, Reference(None, times[29] + timedelta(seconds=1)), {})
     assert sure(before)[0].onset == 30
 
 
-def test_what_is_not_watched_is_refused() -> None:
+def test_an_unknown_quantity_is_refused() -> None:
     with pytest.raises(ModelError, match="stiffness"):
         monitor(Series("colour", "x", ()), Reference(), {})
 
@@ -215,22 +215,22 @@ def test_the_false_alarms_are_as_stated() -> None:
     [(0.08, 2), (0.04, 6)],  # events, of the median: from 200 random histories in docs/drift.md, and half as many more
     ids=["8 %", "4 %"],
 )
-def test_a_change_is_dated_by_an_interval_that_holds_its_beginning(size: float, most: int) -> None:
-    """The last event that did not show it, and the first that did."""
-    held, lengths = [], []
+def test_the_onset_interval_contains_the_beginning_of_the_change(size: float, most: int) -> None:
+    """From the last event that did not show the change to the first that did."""
+    contained, lengths = [], []
     for seed in range(300, 320):
         lived = history(Plan(events=80, giant=False), seed)
         alarm = next(one for one in sure(monitored(lived, stepped(lived, 50, size))) if one.drift < 0)
         assert alarm.after < alarm.onset <= alarm.by <= alarm.raised
-        held.append(alarm.after < 50 <= alarm.by)
+        contained.append(alarm.after < 50 <= alarm.by)
         lengths.append(alarm.by - alarm.after)
-    assert sum(held) >= 18  # of 20 with 95 % each: fewer in one of 13 trials
+    assert sum(contained) >= 18  # of 20 with 95 % each: fewer in one of 13 trials
     assert np.median(lengths) <= most
 
 
 @pytest.mark.parametrize("early", [0, 1, 2])
-def test_a_change_about_the_end_of_the_reference_is_dated_by_its_events_too(early: int) -> None:
-    """The reference is not judged, but its last events may show the change already."""
+def test_the_onset_interval_reaches_into_the_reference(early: int) -> None:
+    """The events of the reference are not tested, but the last of them may show the change."""
     lived = history(QUIET, 10)
     last = max(value.event for value in monitored(lived).values if value.is_reference)
     onset = last + 1 - early

@@ -1,4 +1,4 @@
-"""Every quantity by the same rules: healthy it is quiet, changed for the worse it alarms."""
+"""Every quantity: no alarm while it is healthy, an alarm when it changes for the worse."""
 
 from datetime import UTC, datetime, timedelta
 
@@ -13,8 +13,8 @@ START = datetime(2010, 1, 1, tzinfo=UTC)
 EVENTS, ONSET = 60, 40
 
 
-def one_a_event(name: str, change: float, seed: int) -> Series:
-    """One observation an event, with the quantity's typical scatter and a change, in scatters, from the onset on."""
+def one_per_event(name: str, change: float, seed: int) -> Series:
+    """One measurement per event, with the quantity's typical scatter and a change, in scatters, from the onset on."""
     known, rng = quantity(name), np.random.default_rng(seed)
     deviation = known.scatter * (rng.standard_normal(EVENTS) + change * (np.arange(EVENTS) >= ONSET))
     values = 2.0 * np.exp(deviation) if known.is_logarithmic else deviation
@@ -34,15 +34,15 @@ def one_a_event(name: str, change: float, seed: int) -> Series:
 
 
 @pytest.mark.parametrize("name", QUANTITIES)
-def test_healthy_it_is_quiet(name: str) -> None:
-    assert not [a for a in monitor(one_a_event(name, 0.0, 2), Reference(), {}).alarms if a.is_sure]
+def test_a_healthy_series_raises_no_alarm(name: str) -> None:
+    assert not [a for a in monitor(one_per_event(name, 0.0, 2), Reference(), {}).alarms if a.is_sure]
 
 
 @pytest.mark.parametrize("name", QUANTITIES)
-def test_changed_for_the_worse_it_alarms(name: str) -> None:
+def test_a_change_for_the_worse_raises_an_alarm(name: str) -> None:
     known = quantity(name)
     for sense in {"less": (-1,), "more": (1,), "either": (-1, 1)}[known.harm]:
-        (alarm,) = [a for a in monitor(one_a_event(name, 8.0 * sense, 2), Reference(), {}).alarms if a.is_sure]
+        (alarm,) = [a for a in monitor(one_per_event(name, 8.0 * sense, 2), Reference(), {}).alarms if a.is_sure]
         assert (alarm.rule, alarm.onset) == ("sudden", ONSET)
         assert alarm.raised <= ONSET + 3
         size = np.expm1(8 * sense * known.scatter) if known.is_logarithmic else 8 * sense * known.scatter

@@ -10,24 +10,24 @@ from core.errors import ModelError, RecordError
 NOW = datetime(2020, 5, 1, tzinfo=UTC)
 
 
-def observation(value: float = 1e8, std: float = 1e6, amplitude: float | None = 0.01, event: int = 1) -> Measurement:
+def measurement(value: float = 1e8, std: float = 1e6, amplitude: float | None = 0.01, event: int = 1) -> Measurement:
     return Measurement(event, NOW + timedelta(days=event), value, std, amplitude, 12.0)
 
 
 @pytest.mark.parametrize("wrong", [{"value": np.nan}, {"std": -1.0}, {"std": np.inf}, {"amplitude": np.nan}])
-def test_numbers_that_are_none_are_refused(wrong: dict[str, float]) -> None:
+def test_numbers_that_are_not_finite_are_refused(wrong: dict[str, float]) -> None:
     with pytest.raises(RecordError, match="event 1"):
-        observation(**wrong)
+        measurement(**wrong)
 
 
 def test_a_time_needs_its_zone() -> None:
     with pytest.raises(RecordError, match="time zone"):
-        Measurement(1, datetime(2020, 5, 1), 1.0, 0.1)  # noqa: DTZ001  that is what is refused
+        Measurement(1, datetime(2020, 5, 1), 1.0, 0.1)  # noqa: DTZ001  refused without its zone
 
 
-def test_what_has_no_logarithm_or_amplitude_is_left_out() -> None:
-    kept = observation()
-    others = (observation(value=-1e8), observation(std=6e7), observation(amplitude=None), observation(amplitude=0.0))
+def test_measurements_without_logarithm_or_amplitude_are_left_out() -> None:
+    kept = measurement()
+    others = (measurement(value=-1e8), measurement(std=6e7), measurement(amplitude=None), measurement(amplitude=0.0))
     found, dated = series_arrays(Series("stiffness", "x", (kept, *others)))
     assert found.value.tolist() == [pytest.approx(np.log(1e8))]
     assert found.variance.tolist() == [pytest.approx(1e-4)]
@@ -36,18 +36,18 @@ def test_what_has_no_logarithm_or_amplitude_is_left_out() -> None:
 
 def test_events_come_in_order_of_time() -> None:
     found, dated = series_arrays(
-        Series("gain", "HNX", tuple(observation(1.0, 0.01, None, event) for event in (7, 3, 5)))
+        Series("gain", "HNX", tuple(measurement(1.0, 0.01, None, event) for event in (7, 3, 5)))
     )
     assert [one.event for one in dated] == [3, 5, 7]
     assert found.event.tolist() == [0, 1, 2]
 
 
 def test_a_residual_displacement_may_be_negative() -> None:
-    found, _ = series_arrays(Series("residual_displacement", "x", (observation(-0.002, 1e-4, None),)))
+    found, _ = series_arrays(Series("residual_displacement", "x", (measurement(-0.002, 1e-4, None),)))
     assert found.value.tolist() == [-0.002]
 
 
-def test_every_quantity_can_be_asked_for() -> None:
+def test_quantities_by_name() -> None:
     assert {quantity(name).name for name in QUANTITIES} == set(QUANTITIES)
     with pytest.raises(ModelError, match="stiffness"):
         quantity("colour")

@@ -1,9 +1,8 @@
 """What is told of all series of a building."""
 
-from dataclasses import replace
 from zoneinfo import ZoneInfo
 
-from drifting import Plan, history, other_direction, series, stepped
+from drifting import Plan, both_directions, history, series
 
 from core.drift.monitor import Monitoring, Reference
 from service.watching.findings import findings
@@ -15,11 +14,8 @@ ONSET = 45
 
 def both(loss: float) -> tuple[tuple[Monitoring, tuple[str, ...]], ...]:
     """The layer in x and in y, which loses as much in both from an earthquake on; each with its own sensor."""
-    lived = history(PLAN, 31)
-    other = other_direction(PLAN, lived, 31, 0.3)
-    sides = series(lived, stepped(lived, ONSET, loss)), series(other, stepped(other, ONSET, loss))
-    named = (replace(side, subject=subject) for side, subject in zip(sides, "xy", strict=True))
-    watched = [Watched(one, Reference(), {}, None, (f"XX.D.01.HN{one.subject}",)) for one in named]
+    sides = both_directions(PLAN, 31, ONSET, loss)
+    watched = [Watched(one, Reference(), {}, None, (f"XX.D.01.HN{one.subject}",)) for one in sides]
     return tuple((found, of.channels) for of, found in monitored(watched))
 
 
