@@ -207,6 +207,6 @@ def _alarm(crossing: Crossing, white: Innovations, end: int, baseline: Baseline,
 
 def _message(rule: Rule, change: str, known: Quantity, after: datetime, by: datetime) -> str:
     """One sentence with the change, its interval and the events between which it began."""
-    pace = {SLOW: "little by little, beginning", RECOVERY: "back, beginning"}.get(rule.name, "beginning")
+    pace = {SLOW: "gradually, beginning", RECOVERY: "as a recovery, beginning"}.get(rule.name, "beginning")
     began = f"between the events of {after:%Y-%m-%d %H:%M} and {by:%Y-%m-%d %H:%M} UTC"
     return f"the {known.title} has changed by {change}, {pace} {began}"

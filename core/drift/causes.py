@@ -17,11 +17,11 @@ LARGER = 0.2
 RECOVERY_TIME = timedelta(days=90)
 """Time in which most softening recovers: three half-lives of `core.drift.deviations`."""
 MASS = "a change of the building's mass, which scales the force, stiffness and damping of every direction alike"
-GAIN = "a gain error of one sensor: of the displacement, or of the accelerations that the force is from"
+GAIN = "a gain error of one sensor: of the displacement, or of an acceleration that the force is computed from"
 TEMPERATURE = "the temperature, which was not measured"
 SCRAGGING = "the largest event so far: rubber that is stretched farther than before softens, and recovers with time"
-AFTER_SCRAGGING = "the largest event so far was less than 90 days before: what rubber lost by it comes back with time"
-OUT_OF_RANGE = "amplitudes that the baseline has not seen: the value is not judged"
+AFTER_SCRAGGING = "the largest event so far was less than 90 days before: rubber that softened in it recovers with time"
+OUT_OF_RANGE = "all amplitudes lie outside the range of the baseline: the rules do not use the value"
 """Causes in words."""
 
 
