@@ -87,8 +87,8 @@ class Facts:
     """m, largest displacement in plan in earlier earthquakes; None before the first that was measured."""
     stiffness: Mapping[str, Measured | Lacking]
     """Relative change at equal amplitude and temperature, by direction."""
-    data_problems: tuple[str, ...]
-    """Warnings and fatal findings of the data quality checks."""
+    data_problems: tuple[str, ...] | Lacking
+    """Warnings and fatal findings of the data quality checks, or why they have not been made."""
     alerts: tuple[OpenAlert, ...]
 
 
@@ -182,7 +182,9 @@ def _largest(earlier: float | None) -> Limits | Lacking:
     return Limits(watch=earlier, source="largest displacement in earlier earthquakes")
 
 
-def _data(problems: tuple[str, ...]) -> Check:
+def _data(problems: tuple[str, ...] | Lacking) -> Check:
+    if isinstance(problems, Lacking):
+        return undecided(DATA, problems)
     if problems:
         more = "" if len(problems) == 1 else f" ({len(problems) - 1} more)"
         return undecided(

@@ -41,6 +41,7 @@ EXCLUDED = Lacking(
     reason="A data problem keeps this earthquake out of the comparison.", remedy="Mend the sensor and analyse again."
 )
 PENDING = Lacking(reason="The earthquake has not been analysed yet.", remedy="The analysis, which is under way.")
+COMPARING = Lacking(reason=NOT_COMPARED.reason, remedy="The comparison, which is under way.")
 STATES: Mapping[str, str] = {
     "gathering": "its files are still coming in",
     "queued": "its analysis has not finished",
@@ -104,9 +105,8 @@ def _event_facts(session: Session, event: Event, at: datetime | None, silence: s
     analysis = earthquakes.event_with_analysis(session, event.id).Analysis
     if analysis is not None and analysis.refusal is not None:
         analysis = None
-    displacement, residual = motion(session, analysis)
-    if analysis is None and event.state in STATES:
-        displacement = residual = PENDING
+    is_pending = analysis is None and event.state in STATES
+    displacement, residual = (PENDING, PENDING) if is_pending else motion(session, analysis)
     return Facts(
         unusable=_unusable(event),
         silence=silence,
@@ -115,8 +115,10 @@ def _event_facts(session: Session, event: Event, at: datetime | None, silence: s
         displacement=displacement,
         residual=residual,
         largest_earlier=shaken.largest_before(session, event),
-        stiffness=_stiffness(session, event, file.description),
-        data_problems=_problems(analysis) if analysis else (PENDING.reason,),
+        stiffness=dict.fromkeys(file.description.horizontal_directions, PENDING)
+        if is_pending
+        else _stiffness(session, event, file.description),
+        data_problems=_problems(analysis) if analysis else PENDING,
         alerts=tuple(_alert(one, state, event) for one, state in shaken.open_at(session, building.id, at)),
     )
 
@@ -158,6 +160,9 @@ def _residual(results: Sequence[DirectionResult]) -> Measured | Lacking:
 def _stiffness(session: Session, event: Event, description: BuildingDescription) -> dict[str, Measured | Lacking]:
     rows = {subject: (wanted, value) for subject, wanted, value in shaken.stiffness_values(session, event)}
     directions = description.horizontal_directions
+    if jobs.is_being_watched(session, event.building_id):
+        rows = {one: (wanted, value) for one, (wanted, value) in rows.items() if value is not None}
+        return {one: _change(*rows[one]) if one in rows else COMPARING for one in directions}
     return {one: _change(*rows[one]) if one in rows else NOT_COMPARED for one in directions}
 
 

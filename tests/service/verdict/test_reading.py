@@ -242,7 +242,18 @@ def test_an_earthquake_that_waits_for_its_analysis_says_so(session: Session, of:
     assert levels(session, waiting) == {Level.UNDECIDED}
     found = reading.of_event(session, waiting)
     assert not found.of_outcome(Outcome.PASSED)
-    assert found.checks[0].reason == "The earthquake has not been analysed yet."
+    assert {(one.reason, one.remedy) for one in found.checks} == {
+        ("The earthquake has not been analysed yet.", "The analysis, which is under way.")
+    }
+
+
+def test_an_analysed_earthquake_waits_for_its_comparison_not_for_a_better_record(
+    session: Session, of: Building
+) -> None:
+    event = earthquake(session, of, day(1))
+    jobs.enqueue_watch(session, of.id, None, day(1))
+    changes = [one for one in reading.of_event(session, event).checks if one.name == "stiffness"]
+    assert {one.remedy for one in changes} == {"The comparison, which is under way."}
 
 
 def test_a_building_whose_recorder_is_silent_has_no_data(session: Session, of: Building) -> None:
