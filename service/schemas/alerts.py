@@ -48,7 +48,9 @@ class PartOut(Answer):
     """What one direction of a layer, or the mean of both, shows of an alert."""
 
     subject: str = Field(description="`x`, `y`, or `xy`: both directions on average.")
-    state: str = Field(description="`active`, `pending` or `on_hold`, as it was found last.")
+    state: str = Field(
+        description="`active`, `pending` or `on_hold`, as it was found last; after its end that of the alert."
+    )
     held_by: str | None = Field(description="Cause of the alert that may explain it; null where none does.")
     rule: str | None = Field(description="`sudden`, `slow`, `recovery` or `within` (one event).")
     drift: Number | None = Field(description="Relative, -0.08 for 8 % less; of `residual_displacement` m.")

@@ -6,6 +6,7 @@ from sqlalchemy.orm import Session
 
 from service.alerting import alert_messages, reminding
 from service.alerting.silences import silence_of
+from service.alerting.states import CLOSED
 from service.alerting.telling import tellings
 from service.database import Alert, Silence
 from service.queries import alerts
@@ -24,7 +25,8 @@ from service.schemas.alerts import (
 def row(found: Alert) -> AlertLine:
     """An alert as a list has it."""
     same = {name: getattr(found, name) for name in AlertRow.model_fields if name not in ("building", "raised_event")}
-    parts = [PartOut(**part) for part in found.evidence.get("parts", ())]
+    settled = {"state": found.state, "held_by": None} if found.state in CLOSED else {}
+    parts = [PartOut(**{**part, **settled}) for part in found.evidence.get("parts", ())]
     return AlertLine(building=found.building.code, raised_event=found.raised_event_id, parts=parts, **same)
 
 

@@ -132,6 +132,9 @@ def test_ending_an_alert_ends_its_parts_and_says_beforehand_what_follows(
         histories.watched(sessions, histories.start(27))
         ended = [one for one in asking.get("/api/v1/alerts").json()["items"] if "stiffness" in one["cause"]]
         assert [(one["id"], one["state"]) for one in ended] == [(alert["id"], "resolved")]
+        assert {one["state"] for one in ended[0]["parts"]} == {"resolved"}
+        page = asking.get(f"/alerts/{alert['id']}").text
+        assert '<td>direction y<td class="state resolved">resolved<td' in page
         drift = unescape(asking.get("/buildings/PAPER/drift").text)
         assert f"<li>Stiffness of the isolation layer: a new reference period began on {began[1]:%Y-%m-%d}" in drift
         assert "UTC; needs 16 more earthquakes before it can raise an alarm." in drift
