@@ -8,6 +8,7 @@ from typing import Annotated
 from fastapi import APIRouter, Depends, Query, Request, Response
 from sqlalchemy.orm import Session
 
+from core.drift.alarms import printed_change
 from core.drift.pooled import BOTH_DIRECTIONS
 from core.drift.quantities import QUANTITIES
 from service.database import ReferencePeriod
@@ -55,6 +56,7 @@ def drift_page(request: Request, code: Code, sessions: Reading) -> Response:
             is_pending=jobs.is_being_watched(session, building.id),
             curves=CURVES,
             named=drift_charts.named,
+            change=lambda row: printed_change(QUANTITIES[row.quantity], row.drift, row.low, row.high),
             both=BOTH_DIRECTIONS,
         )
 

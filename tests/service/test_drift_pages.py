@@ -19,8 +19,9 @@ def test_the_page_shows_what_was_expected_and_what_came(database_url: str, sessi
         histories.analysed(sessions, building, histories.history(26, onset=21), histories.start(27))
         assert f'href="{PAGE}"' in asking.get("/").text
         page = unescape(asking.get(PAGE).text)
-        row = re.search(r"<tr><td>stiffness, direction x<td>sudden<td.*?>(-\d\.\d %)<td", page)
-        assert row, page
+        change = r"−\d\.\d+ % \(95 %: −\d\.\d+ to −\d\.\d+ %\)"
+        assert re.search(rf"<tr><td>stiffness, direction x<td>sudden<td class=\"number\">{change}<td", page), page
+        assert "Latest event against what was expected (± one standard deviation)" in page
         assert f"{histories.start(21):%Y-%m-%d}" in page
         assert "before it can raise an alarm" in page
         assert BASE in page
@@ -54,7 +55,7 @@ def test_what_both_directions_tell_together_stands_beside_each(
         row = re.search(r"<tr><td>stiffness, both directions<td>sudden<td.*?</tr>|<tr><td>stiffness, both.*?\n", page)
         assert row, page
         cells = re.sub(r"<[^>]+>", " ", row[0])
-        assert re.search(r"-\d\.\d % +-\d\.\d % to -\d\.\d %", cells), cells
+        assert re.search(r"−\d\.\d+ % \(95 %: −\d\.\d+ to −\d\.\d+ %\)", cells), cells
         (alarm,) = [
             one
             for one in asking.get("/api/v1/buildings/PAPER/drift-alarms").json()["items"]
