@@ -20,7 +20,7 @@ from core.diagnosis.suspicion import suspicions
 from core.effects import EFFECTS
 from core.fitting.first_model import first_model
 from core.fitting.observation import Observation, observations
-from core.model.driven import driven
+from core.model.force_response import force_response
 from core.model.isolator import Isolator, carried
 from core.model.modal_response import Axis, respond
 from core.record import Segment
@@ -149,7 +149,7 @@ def _predicted(model: Isolator, seen: Sequence[Observation], analyses: Sequence[
         return nan
     states = None
     for one in seen[: seen.index(new)]:
-        answer = driven(
+        answer = force_response(
             model, one.layer.displacement, one.layer.velocity, one.rate, conditions=one.conditions, states=states
         )
         states = carried(model, answer.states)

@@ -9,7 +9,7 @@ import numpy as np
 from core.arrays import Vector
 from core.effect import CHANNELS, RESULTS, Effect, LogNormal, Parameter
 from core.effects import EFFECTS
-from core.model.driven import force_history
+from core.model.force_response import force_history
 from core.model.isolator import Conditions, Isolator
 from service.workbench.effect_sheets import PLACE, families, law
 

@@ -10,7 +10,7 @@ from core.comparison.compared import ForceComparison
 from core.comparison.excess import BLOCK
 from core.effects import EFFECTS
 from core.isolation_layer.equivalent import amplitude, regression, windows
-from core.model.driven import driven
+from core.model.force_response import force_response
 from core.model.isolator import Isolator, Key
 
 TOLD = 0.25
@@ -109,7 +109,7 @@ def _hysteresis(isolator: Isolator, one: ForceComparison) -> _Hysteresis | None:
     layer, key = one.observation.layer, _yield_force(isolator)
     if key is None:
         return None
-    answer = driven(
+    answer = force_response(
         isolator,
         layer.displacement,
         layer.velocity,

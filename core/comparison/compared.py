@@ -9,7 +9,7 @@ from core.arrays import Vector
 from core.comparison.misfit import Misfit, misfit, together
 from core.errors import ModelError
 from core.fitting.observation import LayerHistory, Observation
-from core.model.driven import driven
+from core.model.force_response import force_response
 from core.model.isolator import Isolator, carried, state_names
 from core.record import Direction
 from core.signals.conditioning import band_passed
@@ -57,7 +57,9 @@ def compare_forces(isolator: Isolator, observations: Sequence[Observation], band
     for one in sorted(observations, key=lambda one: one.start):
         start = kept.get(one.direction, np.zeros(len(state_names(isolator))))
         layer = one.layer
-        answer = driven(isolator, layer.displacement, layer.velocity, one.rate, conditions=one.conditions, states=start)
+        answer = force_response(
+            isolator, layer.displacement, layer.velocity, one.rate, conditions=one.conditions, states=start
+        )
         kept[one.direction] = carried(isolator, answer.states)
         compared.append(_compared(one, start, answer.force, band))
     return tuple(compared)

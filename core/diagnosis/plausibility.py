@@ -15,7 +15,7 @@ from core.fitting.descent import Outcome
 from core.fitting.fit import Fit
 from core.fitting.observation import Observation
 from core.fitting.projected_misfit import parameter
-from core.model.driven import force_history
+from core.model.force_response import force_history
 from core.model.isolator import Isolator
 
 FED = 0.05

@@ -18,9 +18,8 @@ from core.effect import RESULTS, YIELDED
 from core.effects import EFFECTS
 from core.fitting.observation import LayerHistory, Observation
 from core.fitting.record_ends import relied_on
-from core.model.driven import Driven, along
+from core.model.force_response import Excitation, ForceResponse, excitation, response_to
 from core.model.isolator import Isolator, Key, carried
-from core.model.path import Path, path
 from core.record import Direction
 from core.restoring_force.error_spectrum import of_fused_displacement, white
 from core.signals.whitening import BAND, Whitening, shrunk, whitening
@@ -94,8 +93,8 @@ class Evidence:
     """The records that a model is fitted to, in the order of their times, the force whitened."""
 
     observations: tuple[Observation, ...]
-    paths: tuple[Path, ...]
-    """That a model is driven along."""
+    excitations: tuple[Excitation, ...]
+    """Prescribed motion of each observation."""
     whitenings: tuple[Whitening, ...]
     target: Vector
     """(m,) the measured forces, one record's coefficients after the other's."""
@@ -106,8 +105,8 @@ class Evidence:
     def by_noise(cls, observations: Sequence[Observation]) -> "Evidence":
         """Weighed by what is uncertain of the measured force, and of the motion that drives a model."""
         seen = tuple(observations)
-        paths = tuple(path(o.layer.displacement, o.layer.velocity, o.rate, o.conditions) for o in seen)
-        return cls(seen, paths, (), np.zeros(0)).weighed([_whitening(one) for one in seen])
+        excitations = tuple(excitation(o.layer.displacement, o.layer.velocity, o.rate, o.conditions) for o in seen)
+        return cls(seen, excitations, (), np.zeros(0)).weighed([_whitening(one) for one in seen])
 
     def weighed(self, whitenings: Sequence[Whitening]) -> "Evidence":
         """The same records by other noise."""
@@ -164,11 +163,12 @@ def columns(evidence: Evidence, model: Isolator, wanted: Sequence[Key]) -> Matri
 
 def _columns(evidence: Evidence, model: Isolator, wanted: Sequence[Key]) -> Matrix:
     found: list[Matrix] = []
-    last: dict[Direction, Driven] = {}
-    for observation, way, weights in zip(evidence.observations, evidence.paths, evidence.whitenings, strict=True):
+    last: dict[Direction, ForceResponse] = {}
+    each = zip(evidence.observations, evidence.excitations, evidence.whitenings, strict=True)
+    for observation, excited, weights in each:
         before = last.get(observation.direction)
-        now = last[observation.direction] = along(
-            way,
+        now = last[observation.direction] = response_to(
+            excited,
             model,
             wanted=wanted,
             states=None if before is None else carried(model, before.states),

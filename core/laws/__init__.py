@@ -1,1 +1,1 @@
-"""An effect's law as source: compiled, and differentiated."""
+"""Laws of effects: automatic differentiation and compilation."""

@@ -1,1 +1,1 @@
-"""A model of the isolation layer, driven along a motion or simulated under its building."""
+"""Models of the isolation layer, their force under a prescribed motion, and the response of buildings on them."""

@@ -1,4 +1,4 @@
-"""A model of the isolation layer: effects and their values, and what acts on it besides its own motion."""
+"""Model of the isolation layer: its effects with their parameter values, and the conditions that it is exposed to."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
@@ -10,16 +10,16 @@ from core.arrays import Indices, Matrix, Vector
 from core.effects import EFFECTS, Laws, laws
 from core.errors import ModelError
 from core.frozen import FrozenDict
-from core.model.program import in_order, opcodes
+from core.model.program import in_opcode_order, opcodes
 
 Key = tuple[str, str]
-"""Names of an effect and of one of its parameters, or states."""
+"""Names of an effect and of one of its parameters or states."""
 States = TypeVar("States", Vector, Matrix)
 
 
 @dataclass(frozen=True, slots=True)
 class Isolator:
-    """Effects by name, each with the value of every one of its parameters."""
+    """Effects by name, each with the values of all its parameters."""
 
     effects: Mapping[str, Mapping[str, float]]
 
@@ -32,11 +32,11 @@ class Isolator:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Packed:
-    """A model as the force program reads it; see core.model.program.source."""
+class PackedModel:
+    """A model as arrays for the force program; see core.model.program.force_program_source."""
 
     laws: Laws
-    """That the program is compiled for."""
+    """Effects of the program that is compiled for it."""
     opcode: Indices
     at_p: Indices
     at_x: Indices
@@ -46,7 +46,7 @@ class Packed:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Conditions:
-    """What acts on the layer besides its own motion, at every sample."""
+    """Conditions that the layer is exposed to besides its own motion, at every sample."""
 
     u_cross: Vector
     """(n,) m, displacement in the other horizontal direction."""
@@ -66,10 +66,10 @@ class Conditions:
 
     @classmethod
     def usual(cls, count: int, rate: float) -> "Conditions":
-        """Motion in one direction only, under dead load, at 20 °C, from the reference instant on.
+        """Motion in one direction only, dead load, 20 °C, starting at the reference instant.
 
         Args:
-            count: of samples.
+            count: number of samples.
             rate: Hz.
         """
         zero, one = np.zeros(count), np.ones(count)
@@ -81,13 +81,13 @@ class Conditions:
         return np.column_stack([getattr(self, field.name) for field in fields(self)])
 
 
-def packed(isolator: Isolator) -> Packed:
+def packed(isolator: Isolator) -> PackedModel:
     """The model as arrays, the effects that scale others first."""
     known, names = laws(), _packing(isolator)
     effects = [EFFECTS[name] for name in names]
     sizes = [len(effect.parameters) for effect in effects]
     states = [len(effect.states) for effect in effects]
-    return Packed(
+    return PackedModel(
         laws=known,
         opcode=np.array([opcodes(known)[name] for name in names], dtype=np.intp),
         at_p=np.cumsum([0, *sizes])[: len(names)].astype(np.intp),
@@ -98,29 +98,29 @@ def packed(isolator: Isolator) -> Packed:
 
 
 def parameter_names(isolator: Isolator) -> tuple[Key, ...]:
-    """Of every parameter of the model, in the order in which it is packed."""
+    """Names of all parameters of the model, in packed order."""
     return tuple((name, parameter.name) for name in _packing(isolator) for parameter in EFFECTS[name].parameters)
 
 
 def state_names(isolator: Isolator) -> tuple[Key, ...]:
-    """Of every state of the model, in the order in which it is packed."""
+    """Names of all states of the model, in packed order."""
     return tuple((name, state) for name in _packing(isolator) for state in EFFECTS[name].states)
 
 
 def carried(isolator: Isolator, states: States) -> States:
-    """States at the start of an earthquake, from those at the end of the one before: what is not carried is zero.
+    """States at the start of an earthquake from those at the end of the previous one; states not carried over are zero.
 
     Args:
         isolator: the model.
         states: (..., m) in the order of state_names: states, or their derivatives.
     """
-    keeps = np.array([state in EFFECTS[name].carried for name, state in state_names(isolator)], dtype=bool)
-    kept: States = np.where(keeps, states, 0.0)
-    return kept
+    is_carried = np.array([state in EFFECTS[name].carried for name, state in state_names(isolator)], dtype=bool)
+    initial: States = np.where(is_carried, states, 0.0)
+    return initial
 
 
 def _packing(isolator: Isolator) -> tuple[str, ...]:
-    return in_order({name: EFFECTS[name] for name in isolator.effects})
+    return in_opcode_order({name: EFFECTS[name] for name in isolator.effects})
 
 
 def _check(name: str, values: Mapping[str, float]) -> None:

@@ -1,4 +1,4 @@
-"""Response to a ground motion of a building that is known by its superstructure's fixed-base modes."""
+"""Seismic response of an isolated building whose superstructure is given by its fixed-base modes."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,28 +13,28 @@ from core.arrays import Vector
 from core.building import FixedBaseModes
 from core.effects import Laws
 from core.errors import ModelError, RecordError
-from core.laws.compiled import bound, jitted, kept
+from core.laws.compilation import bound, cached, jitted
 from core.model.isolator import Conditions, Isolator, packed
-from core.model.program import KEPT, force_digest, force_program
+from core.model.program import MOST_CACHED, force_digest, force_program
 from core.model.simulation import LARGEST_STEP, SUBSTEPS, Response
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Axis:
-    """One horizontal direction, as the response begins."""
+    """Input of one horizontal direction."""
 
     modes: FixedBaseModes
-    """All of the superstructure's, as many as it has floors."""
+    """All modes of the superstructure, as many as it has floors."""
     ground_acceleration: Vector
     """(n,) m/s², linear between samples."""
     conditions: Conditions
-    """What else acts on the layer; the motion in the other direction as well, unless that is computed too."""
+    """Conditions of the layer, with its motion in the other direction unless that direction is computed too."""
     states: Vector | None = None
-    """(m,) of the layer at the first sample, in the order of core.model.isolator.state_names; None for zero."""
+    """(m,) states of the layer at the first sample, in the order of core.model.isolator.state_names; None for zero."""
 
 
 def respond(axis: Axis, base_mass: float, isolator: Isolator, rate: float) -> Response:
-    """Response from rest in one direction, as of respond_together."""
+    """Response from rest in one direction; see respond_together."""
     (response,) = respond_together([axis], base_mass, isolator, rate)
     return response
 
@@ -42,19 +42,19 @@ def respond(axis: Axis, base_mass: float, isolator: Isolator, rate: float) -> Re
 def respond_together(axes: Sequence[Axis], base_mass: float, isolator: Isolator, rate: float) -> tuple[Response, ...]:
     """Response from rest in the paper's hybrid coordinates (eq 7), by the classical Runge-Kutta method.
 
-    Any superstructure with classical damping is held by its modes, a frame whose joints and base give way as well as a
-    shear building. Of two directions each one's layer sees the motion of the other as it is computed; superstructures
+    Modes describe any superstructure with classical damping: a frame with flexible joints and base as well as a shear
+    building. Two directions are coupled by the isolation layer, which has the computed motion of both; superstructures
     do not couple them.
 
     Args:
         axes: one direction, or both of the same earthquake.
-        base_mass: kg, of the slab above the isolators.
+        base_mass: kg, of the base slab.
         isolator: the isolation layer, the same in each direction.
         rate: Hz.
 
     Raises:
         RecordError: the ground acceleration has gaps.
-        ModelError: the response grew beyond all bounds: the steps are too long for the layer's stiffness.
+        ModelError: the response diverged: the steps are too long for the layer's stiffness.
     """
     if any(one.ground_acceleration.ndim != 1 or not np.isfinite(one.ground_acceleration).all() for one in axes):
         raise RecordError("the ground acceleration must be one series without gaps; fill or cut them first")
@@ -90,12 +90,12 @@ def respond_together(axes: Sequence[Axis], base_mass: float, isolator: Isolator,
 
 
 def _participation(modes: FixedBaseModes) -> Vector:
-    """Φᵀ M r of modes with Φᵀ M Φ = I."""
+    """(modes,) participation factors Φᵀ M r of modes with Φᵀ M Φ = I."""
     return np.asarray(linalg.solve(modes.shape, np.ones(modes.shape.shape[0])))
 
 
 def _substeps(modes: FixedBaseModes, participation: Vector, base_mass: float, rate: float) -> int:
-    # on the layer the base slab moves, and that makes the highest mode faster than any fixed-base one
+    # On the layer the base slab is free to move, which makes the highest mode faster than any fixed-base mode.
     squared, load = modes.angular_frequency**2, participation / np.sqrt(base_mass)
     free = np.diag(squared) + np.outer(modes.angular_frequency * load, modes.angular_frequency * load)
     highest = float(np.sqrt(np.linalg.eigvalsh(free)[-1]))
@@ -103,22 +103,23 @@ def _substeps(modes: FixedBaseModes, participation: Vector, base_mass: float, ra
     return max(SUBSTEPS, ceil(fastest / rate / LARGEST_STEP))
 
 
-@lru_cache(KEPT)
+@lru_cache(MOST_CACHED)
 def _kernel(laws: Laws) -> Any:  # noqa: ANN401  numba's functions have no type
-    """The integration loop over these effects, compiled when first called."""
+    """Integration loop for these effects, compiled at its first call."""
     bound_rates = jitted(bound(_rates, layer_force=force_program(laws)))
-    return kept(bound(_integrate, rates=bound_rates), force_digest(laws))
+    return cached(bound(_integrate, rates=bound_rates), force_digest(laws))
 
 
 layer_force: Any = None
 rates: Any = None
-"""Bound when compiled."""
+"""Placeholders of the functions that are bound before compilation."""
 
 
 def _rates(y, dy, given, n, base_mass, load, squared, damping, opcode, at_p, at_x, p):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Fill dy with the rates of y in one direction: slab's displacement, modal ones, their velocities, layer's states.
+    """Fill dy with the rates of y in one direction.
 
-    Returns the layer's force.
+    y holds the displacements of the slab and of the modes, their velocities, and the states of the layer. Returns the
+    layer's force.
     """
     force, inertance = layer_force(
         y[0], y[n], given[1], given[2], given[3], given[4], given[5], opcode, at_p, at_x, p, y, dy
@@ -150,7 +151,7 @@ def _integrate(base_mass, load, squared, damping, given, dt, substeps, opcode, a
             for k in range(4):
                 t = s * h + ahead[k]
                 now, stage = given[:, i] + t * slope, y + ahead[k] * dy
-                if axes == 2:  # each direction sees the other as it is computed
+                if axes == 2:  # the layer has the computed motion of both directions
                     now[0, 1], now[0, 2], now[1, 1], now[1, 2] = stage[1, 0], stage[1, n], stage[0, 0], stage[0, n]
                 for a in range(axes):
                     f = rates(

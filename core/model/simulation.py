@@ -1,4 +1,4 @@
-"""Response of a building on its isolation layer to a ground motion."""
+"""Seismic response of a shear building on its isolation layer to a ground motion."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -11,19 +11,20 @@ from core.arrays import Matrix, Vector
 from core.building import ShearBuilding, mass_matrix, stiffness_matrix
 from core.effects import Laws
 from core.errors import ModelError, RecordError
-from core.laws.compiled import bound, inlined, kept
+from core.laws.compilation import bound, cached, inlined
 from core.model.isolator import Conditions, Isolator, packed
-from core.model.program import KEPT, force_digest, force_program
+from core.model.program import MOST_CACHED, force_digest, force_program
 
 SUBSTEPS = 3
-"""Per sample at least: the force of the paper's building at 100 Hz is then right to 1e-5 of its norm."""
+"""Smallest number of steps per sample: the force of the paper's building at 100 Hz then has an error of 1e-5 of its
+norm."""
 LARGEST_STEP = 1.0
-"""Of the fastest mode's phase in rad per step, the base slab free to move; the method is stable up to 2.8."""
+"""rad, largest phase of the fastest mode per step, the base slab free to move; the method is stable up to 2.8."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Response:
-    """What sensors without error would have recorded, at the ground motion's samples."""
+    """Computed motion and force at the ground motion's samples, as sensors without error would record them."""
 
     isolator_displacement: Vector
     """(n,) m, x_b, of the base slab relative to the ground."""
@@ -50,20 +51,20 @@ def simulate(
 ) -> Response:
     """Response from rest, by the classical Runge-Kutta method with the ground acceleration linear between samples.
 
-    Solves eq 1 with the isolation layer's law in place of k_b, c_b and f_nl. Order four where the laws are smooth,
-    two where they have kinks, as Bouc-Wen has where the velocity changes sign.
+    Solves eq 1 of the paper with the isolation layer's law in place of k_b, c_b and f_nl. The order is four where the
+    laws are smooth and two at kinks, such as those of Bouc-Wen where the velocity changes sign.
 
     Args:
         building: the building above the isolators.
         isolator: the isolation layer.
         ground_acceleration: (n,) m/s².
         rate: Hz.
-        conditions: what else acts on the layer; None for motion in one direction, under dead load, at 20 °C.
-        substeps: per sample; None for SUBSTEPS, or more where the highest mode needs more.
+        conditions: None for Conditions.usual: motion in one direction, dead load, 20 °C.
+        substeps: per sample; None for SUBSTEPS, or more if the highest mode needs more.
 
     Raises:
         RecordError: the ground acceleration has gaps.
-        ModelError: the response grew beyond all bounds: the steps are too long for the layer's stiffness.
+        ModelError: the response diverged: the steps are too long for the layer's stiffness.
     """
     if ground_acceleration.ndim != 1 or not np.isfinite(ground_acceleration).all():
         raise RecordError("the ground acceleration must be one series without gaps; fill or cut them first")
@@ -98,31 +99,31 @@ def simulate(
 
 
 def _substeps(building: ShearBuilding, rate: float) -> int:
-    # on the layer the base slab moves, and that makes the highest mode faster than any fixed-base one
+    # On the layer the base slab is free to move, which makes the highest mode faster than any fixed-base mode.
     root = np.sqrt(np.diag(mass_matrix(building)))
     free = stiffness_matrix(building, layer_stiffness=0.0) / np.outer(root, root)
     highest = float(np.sqrt(np.linalg.eigvalsh(free)[-1]))
-    # beyond critical damping a mode decays by up to α ω² per second
+    # Above critical damping, a mode decays at a rate of up to α ω².
     fastest = highest * max(1.0, building.damping_coefficient * highest)
     return max(SUBSTEPS, ceil(fastest / rate / LARGEST_STEP))
 
 
-@lru_cache(KEPT)
+@lru_cache(MOST_CACHED)
 def _kernel(laws: Laws) -> Any:  # noqa: ANN401  numba's functions have no type
-    """The integration loop over these effects, compiled when first called."""
+    """Integration loop for these effects, compiled at its first call."""
     bound_rates = inlined(bound(_rates, layer_force=force_program(laws)))
-    return kept(bound(_integrate, rates=bound_rates), force_digest(laws))
+    return cached(bound(_integrate, rates=bound_rates), force_digest(laws))
 
 
 layer_force: Any = None
 rates: Any = None
-"""Bound when compiled."""
+"""Placeholders of the functions that are bound before compilation."""
 
 
 def _rates(y, dy, given, n, mobility, stiffness, damping, opcode, at_p, at_x, p):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Fill dy with the rates of y: displacements and velocities from the base slab up, states of the layer.
+    """Fill dy with the rates of y: displacements and velocities from the base slab up, then states of the layer.
 
-    Everything is relative to the ground; returns the layer's force.
+    Motion is relative to the ground. Returns the layer's force.
     """
     ground, u_cross, v_cross, axial_load = given[0], given[1], given[2], given[3]
     temperature, time = given[4], given[5]
@@ -137,7 +138,7 @@ def _rates(y, dy, given, n, mobility, stiffness, damping, opcode, at_p, at_x, p)
         below = above
     dy[n - 1] = y[2 * n - 1]
     dy[2 * n - 1] = -below * mobility[n - 1] - ground
-    if inertance != 0:  # it resists the slab's motion against the ground
+    if inertance != 0:  # it resists the slab's acceleration relative to the ground
         dy[n] /= 1 + inertance * mobility[0]
         force += inertance * dy[n]
     return force

@@ -12,7 +12,7 @@ import numpy as np
 
 from core.arrays import Vector
 from core.building import damping_matrix, mass_matrix, stiffness_matrix
-from core.laws.compiled import bound, kept
+from core.laws.compilation import bound, cached
 from core.model.simulation import Response
 from core.paper import BUILDING, ISOLATOR
 from service.demo.site import RATE
@@ -70,7 +70,7 @@ def response(ground_acceleration: Vector, hardening: Hardening = RUBBER) -> Resp
 
 @cache
 def _kernel() -> Any:  # noqa: ANN401  numba's functions have no type
-    return kept(bound(_integrate), "alone")
+    return cached(bound(_integrate), "alone")
 
 
 def _integrate(linear, mobility, damper, hardening, ground, dt, substeps):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202

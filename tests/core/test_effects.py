@@ -13,7 +13,7 @@ import core.effects
 from core.effect import Effect, LogNormal, Parameter
 from core.effects import EFFECTS
 from core.errors import ModelError
-from core.model.driven import driven
+from core.model.force_response import force_response
 from core.model.isolator import Conditions, Isolator
 
 every_effect = pytest.mark.parametrize("name", sorted(EFFECTS))
@@ -37,7 +37,9 @@ def test_absent_effect_does_nothing(name: str) -> None:
     given, absent = excitation(RATE, SECONDS), {name: usual(name, **EFFECTS[name].absent)}
     others = {other: values for other, values in LAYER.items() if other != name}
     with_it, without = (
-        driven(Isolator(model), given.displacement, given.velocity, RATE, conditions=given.conditions, substeps=3).force
+        force_response(
+            Isolator(model), given.displacement, given.velocity, RATE, conditions=given.conditions, substeps=3
+        ).force
         for model in ({**others, **absent}, others)
     )
     assert not answer(absent, given).any()

@@ -18,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
-from core.model.driven import driven
+from core.model.force_response import force_response
 from core.effects import EFFECTS
 from core.model.isolator import Isolator
 from service.computing.executors import local_processes
@@ -27,7 +27,7 @@ from service.own_effects import add_own_effects
 
 def answer():
     u, v = np.zeros(20), np.linspace(-1.0, 2.0, 20)
-    found = driven(Isolator({"drag": {"drag": 3.0}}), u, v, 100.0, wanted=[("drag", "drag")])
+    found = force_response(Isolator({"drag": {"drag": 3.0}}), u, v, 100.0, wanted=[("drag", "drag")])
     assert np.allclose(found.force, 3.0 * v * abs(v), rtol=1e-12)
     assert np.allclose(found.by_parameter[0], v * abs(v), rtol=1e-12)
     return float(found.force[-1])

@@ -8,7 +8,7 @@ import numpy as np
 from core.arrays import Vector
 from core.effect import RESULTS
 from core.effects import EFFECTS
-from core.model.driven import force_history
+from core.model.force_response import force_history
 from core.model.isolator import Conditions, Isolator
 
 LAYER: Mapping[str, Mapping[str, float]] = {

@@ -7,7 +7,7 @@ import numpy as np
 
 from core.arrays import Vector
 from core.fitting.observation import LayerHistory, Observation
-from core.model.driven import driven
+from core.model.force_response import force_response
 from core.model.isolator import Conditions, Isolator, carried
 from core.restoring_force.error_spectrum import white
 from core.signals.whitening import BAND, whitening
@@ -70,7 +70,7 @@ def _observation(
         temperature=np.full(u.size, 10.0 + 10.0 * number),
         time=(start - REFERENCE).total_seconds() + np.arange(u.size) / RATE,
     )
-    answer = driven(truth, u, v, RATE, conditions=conditions, states=states)
+    answer = force_response(truth, u, v, RATE, conditions=conditions, states=states)
     force = answer.force
     std = np.full(u.size, noise * float(np.sqrt(np.mean(force**2))))
     band = whitening(rng.standard_normal(u.size), RATE, white(std, BAND).at)

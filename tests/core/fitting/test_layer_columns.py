@@ -5,7 +5,7 @@ import pytest
 from observed import BOUC_WEN, observations
 
 from core.fitting.layer_columns import Evidence, columns, groups
-from core.model.driven import force_history
+from core.model.force_response import force_history
 from core.model.isolator import Isolator
 
 

@@ -3,7 +3,7 @@ import pytest
 
 from core import paper
 from core.errors import ModelError
-from core.model.driven import force_history
+from core.model.force_response import force_history
 from core.model.isolator import Conditions, Isolator
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from core.effect import Effect, LogNormal, Parameter
 from core.effects import EFFECTS
-from core.model.program import compiled, in_order, source
+from core.model.program import compiled_force, force_program_source, in_opcode_order
 
 
 def halving(share: float) -> float:
@@ -27,9 +27,9 @@ HALVING = Effect(
 
 def test_an_effect_that_scales_acts_on_those_that_read_the_scale() -> None:
     effects = {"bouc_wen": EFFECTS["bouc_wen"], "zz_halving": HALVING}
-    order = in_order(effects)
+    order = in_opcode_order(effects)
     assert order[0] == "zz_halving"
-    force = compiled(effects)
+    force = compiled_force(effects)
     hysteresis, scale = order.index("bouc_wen"), order.index("zz_halving")
     values = np.array([2e6, 1e-2, 1.0, 0.5, 0.5, 1.0, 0.25])
     states, rates = np.array([0.5]), np.zeros(1)
@@ -46,7 +46,7 @@ def test_an_effect_that_scales_acts_on_those_that_read_the_scale() -> None:
 
 
 def test_the_source_has_one_branch_for_every_effect() -> None:
-    text = source(EFFECTS)
+    text = force_program_source(EFFECTS)
     assert all(text.count(f"= law_{name}(") == 1 for name in EFFECTS)
 
 
@@ -55,5 +55,6 @@ def test_an_effect_may_bear_the_name_of_what_laws_read(name: str) -> None:
     only = {name: EFFECTS["elastic"]}
     slot = np.zeros(1, dtype=int)
     stiffness = np.array([2e6])
-    force = compiled(only)(0.1, 0.0, 0.0, 0.0, 1.0, 20.0, 0.0, slot, slot, slot, stiffness, np.zeros(0), np.zeros(0))
+    motion = (0.1, 0.0, 0.0, 0.0, 1.0, 20.0, 0.0)
+    force = compiled_force(only)(*motion, slot, slot, slot, stiffness, np.zeros(0), np.zeros(0))
     assert force == (pytest.approx(2e5), 0.0)

@@ -1,8 +1,8 @@
-"""How are laws and kernels compiled, and kept for the next process?
+"""Compilation of laws and kernels by Numba, with a cache for later processes.
 
-Numba keeps what it compiles in files of its own beside the source, or in the user's cache folder, and takes it for
-fresh as long as that one source file is unchanged. What is compiled here is made of many files: so its name bears a
-digest of all that goes into it. Where no folder can be written, everything is compiled anew in every process.
+Numba caches compiled functions beside the source, or in the user's cache folder, and considers an entry valid as long
+as that one source file is unchanged. The functions here depend on many files, so that their names include a digest of
+all sources. If no folder is writable, every process compiles anew.
 """
 
 from collections.abc import Callable, Mapping
@@ -16,37 +16,37 @@ from numba import njit
 from core.effect import Effect
 
 OPTIONS: Mapping[str, Any] = {"error_model": "numpy", "fastmath": {"contract", "reassoc", "arcp", "nsz"}}
-"""Sums may be reordered; NaN and infinity stay, so that a divergence is seen."""
+"""Sums may be reordered; NaN and infinity are preserved, so that divergence shows."""
 
 jitted = njit(**OPTIONS)
 inlined = njit(**OPTIONS, inline="always")
-"""For what a kernel calls in its innermost loop: to hand over ten arrays would take longer than the work."""
+"""For functions called in a kernel's innermost loop: passing ten arrays would take longer than the computation."""
 
 
 def bound(function: Callable[..., Any], **names: Any) -> FunctionType:  # noqa: ANN401  whatever it calls
-    """The function with these global names: numba keeps no closures."""
+    """The function with these global names: Numba does not cache closures."""
     assert isinstance(function, FunctionType)
     made = FunctionType(function.__code__, {**function.__globals__, **names}, function.__name__)
     made.__module__ = function.__module__
     return made
 
 
-def kept(function: FunctionType, digest: str) -> Any:  # noqa: ANN401  numba's functions have no type
-    """The function compiled, now or by an earlier process.
+def cached(function: FunctionType, digest: str) -> Any:  # noqa: ANN401  numba's functions have no type
+    """The compiled function, from the cache of an earlier process if there is one.
 
     Args:
-        function: compiled when first called.
-        digest: of all it is made of besides its own file.
+        function: compiled at its first call.
+        digest: of all its sources other than its own file.
     """
     function.__qualname__ = f"{function.__name__}_{digest}"
     try:
         return njit(**OPTIONS, cache=True)(function)
-    except RuntimeError:  # numba found no folder that can be written
+    except RuntimeError:  # Numba found no writable folder
         return jitted(function)
 
 
 def digest(effects: Mapping[str, Effect], *sources: str) -> str:
-    """Of the effects' laws, the numbers that they read from their files, and other sources."""
+    """Digest of the effects' laws, of the module constants that they use, and of other sources."""
     texts = [repr(sorted(OPTIONS["fastmath"])), *sources]
     for name, effect in sorted(effects.items()):
         law: Any = effect.law

@@ -1,4 +1,4 @@
-"""Force of a driven model, its derivatives and its states, against solvers, differences and itself."""
+"""Force response to a prescribed motion, its derivatives and its states, against solvers, differences and itself."""
 
 from collections.abc import Mapping
 
@@ -11,7 +11,7 @@ from core import paper
 from core.arrays import Vector
 from core.effects import EFFECTS
 from core.errors import ModelError
-from core.model.driven import driven
+from core.model.force_response import force_response
 from core.model.isolator import Conditions, Isolator, carried, state_names
 from core.model.simulation import simulate
 
@@ -41,7 +41,7 @@ def test_agrees_with_an_adaptive_solver() -> None:
 
     z = solve_ivp(rate, (0, t[-1]), [0.0], "LSODA", t, rtol=1e-9, atol=1e-11, max_step=1e-3).y[0]
     truth = 475e6 * u + 6e6 * v + 655.4e3 * z
-    assert relative(driven(paper.ISOLATOR, u, v, RATE).force, truth) <= 1e-4
+    assert relative(force_response(paper.ISOLATOR, u, v, RATE).force, truth) <= 1e-4
 
 
 @pytest.mark.parametrize(("peak", "yield_at"), [(0.15, 1.5e-3), (0.7, 1.5e-3), (1.8, 4e-3), (1.8, 8e-3)])
@@ -58,7 +58,7 @@ def test_one_step_per_sample_at_100_hz_is_right_to_1e_4(peak: float, yield_at: f
     fine = np.interp(np.arange((t.size - 1) * 20 + 1) / (20 * RATE), t, peak * ground / abs(ground).max())
     found = simulate(paper.BUILDING, layer, fine, 20 * RATE)
     u, v, force = (one[::20] for one in (found.isolator_displacement, found.isolator_velocity, found.force))
-    assert relative(driven(layer, u, v, RATE, substeps=1).force, force) <= 1e-4
+    assert relative(force_response(layer, u, v, RATE, substeps=1).force, force) <= 1e-4
 
 
 def test_order_of_convergence() -> None:
@@ -66,9 +66,9 @@ def test_order_of_convergence() -> None:
     smooth: Values = {"maxwell": usual("maxwell")}
     for effects, order, finest in ((smooth, 3.5, 5.0), (paper.ISOLATOR.effects, 1.5, 5.0)):
         layer, coarse = Isolator(effects), 25.0
-        truth = driven(layer, *motion(64 * coarse), 64 * coarse, substeps=4).force[::64]
+        truth = force_response(layer, *motion(64 * coarse), 64 * coarse, substeps=4).force[::64]
         errors = [
-            relative(driven(layer, *motion(n * coarse), n * coarse, substeps=1).force[::n][5:-5], truth[5:-5])
+            relative(force_response(layer, *motion(n * coarse), n * coarse, substeps=1).force[::n][5:-5], truth[5:-5])
             for n in (2, 8)
         ]
         assert order <= np.log(errors[0] / errors[1]) / np.log(4) <= finest
@@ -84,9 +84,9 @@ def test_derivatives_are_those_of_what_is_computed(name: str) -> None:
 
     def run(instead: Mapping[str, float]) -> Vector:
         layer = Isolator({**around, name: {**values, **instead}})
-        return driven(layer, given.displacement, given.velocity, RATE, conditions=given.conditions).force
+        return force_response(layer, given.displacement, given.velocity, RATE, conditions=given.conditions).force
 
-    found = driven(
+    found = force_response(
         Isolator(around), given.displacement, given.velocity, RATE, conditions=given.conditions, wanted=wanted
     )
     assert found.force == pytest.approx(run({}), abs=0)
@@ -107,10 +107,10 @@ def test_no_state_depends_on_what_the_force_is_proportional_to(name: str) -> Non
     values = usual(name)
     wanted = [(name, parameter) for parameter in effect.linear]
     arguments = (given.displacement, given.velocity, RATE)
-    found = driven(Isolator({name: values}), *arguments, conditions=given.conditions, wanted=wanted)
+    found = force_response(Isolator({name: values}), *arguments, conditions=given.conditions, wanted=wanted)
     for parameter, column in zip(effect.linear, found.by_parameter, strict=True):
         alone = Isolator({name: {**values, **dict.fromkeys(effect.linear, 0.0), parameter: 1.0}})
-        force = driven(alone, *arguments, conditions=given.conditions).force
+        force = force_response(alone, *arguments, conditions=given.conditions).force
         assert column == pytest.approx(force, abs=1e-9 * abs(force).max())
 
 
@@ -120,8 +120,8 @@ def test_steps_are_as_short_as_a_law_asks_for(name: str) -> None:
     layer, given = Isolator({**company(name), name: usual(name)}), excitation(RATE, 4.0)
     wanted = [(name, parameter) for parameter in usual(name)]
     arguments = (given.displacement, given.velocity, RATE)
-    found = driven(layer, *arguments, conditions=given.conditions, wanted=wanted)
-    truth = driven(layer, *arguments, conditions=given.conditions, wanted=wanted, substeps=16)
+    found = force_response(layer, *arguments, conditions=given.conditions, wanted=wanted)
+    truth = force_response(layer, *arguments, conditions=given.conditions, wanted=wanted, substeps=16)
     assert relative(found.force, truth.force) <= 2e-3
     for ours, theirs in zip(found.by_parameter, truth.by_parameter, strict=True):
         assert relative(ours, theirs) <= 0.1
@@ -136,7 +136,7 @@ def test_an_earthquake_in_two_parts_is_the_whole(name: str) -> None:
     def part(rows: slice, **start: Vector) -> object:
         conditions = Conditions(*given.conditions.rows[rows].T)
         motion = given.displacement[rows], given.velocity[rows]
-        return driven(layer, *motion, RATE, conditions=conditions, wanted=wanted, substeps=4, **start)
+        return force_response(layer, *motion, RATE, conditions=conditions, wanted=wanted, substeps=4, **start)
 
     whole, first = part(slice(None)), part(slice(half + 1))
     second = part(slice(half, None), states=first.states, states_by_parameter=first.states_by_parameter)
@@ -159,7 +159,7 @@ def test_an_inerter_feels_the_velocitys_slope() -> None:
     """Fourth order inside, second at the ends: (ω / rate)^4 / 30 is 1e-9 here, (ω / rate)² / 3 is 1e-4."""
     t, omega = np.arange(400) / RATE, 1.7
     u, v, a = np.sin(omega * t), omega * np.cos(omega * t), -(omega**2) * np.sin(omega * t)
-    force = driven(Isolator({"inerter": {"apparent_mass": 2e6}}), u, v, RATE).force
+    force = force_response(Isolator({"inerter": {"apparent_mass": 2e6}}), u, v, RATE).force
     assert force[2:-2] == pytest.approx(2e6 * a[2:-2], abs=1e-8 * 2e6 * omega**2)
     assert force == pytest.approx(2e6 * a, abs=1e-3 * 2e6 * omega**2)
 
@@ -174,4 +174,4 @@ def test_an_inerter_feels_the_velocitys_slope() -> None:
 )
 def test_refuses_what_does_not_fit(instead: dict[str, object], message: str) -> None:
     with pytest.raises(ModelError, match=message):
-        driven(paper.ISOLATOR, np.zeros(10), np.zeros(10), RATE, **instead)  # type: ignore[arg-type]
+        force_response(paper.ISOLATOR, np.zeros(10), np.zeros(10), RATE, **instead)  # type: ignore[arg-type]

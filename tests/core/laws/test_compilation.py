@@ -1,4 +1,4 @@
-"""What is compiled once is kept, and never taken for what it no longer is."""
+"""Compiled functions are cached, and never used once their sources have changed."""
 
 import subprocess
 import sys
@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from core.effects import EFFECTS
-from core.laws.compiled import bound, digest, kept
+from core.laws.compilation import bound, cached, digest
 
 MODULE = """
 factor = None
@@ -23,14 +23,14 @@ def scaled(x):
 FACTOR = 2.0
 """
 SCRIPT = """
-from core.laws.compiled import bound, jitted, kept
+from core.laws.compilation import bound, jitted, cached
 import kernels
 
 @jitted
 def factor():
     return {factor}
 
-found = kept(bound(kernels.scaled, factor=factor), "{digest}")
+found = cached(bound(kernels.scaled, factor=factor), "{digest}")
 print(found(1.0), sum(found.stats.cache_hits.values()))
 """
 
@@ -59,7 +59,7 @@ def test_where_no_folder_can_be_written_it_is_compiled_all_the_same() -> None:
     """As of a function whose file is not there: numba then finds no place."""
     namespace: dict[str, object] = {}
     exec(compile("def doubled(x):\n    return 2 * x", "nowhere.py", "exec"), namespace)
-    assert kept(bound(namespace["doubled"]), "any")(np.float64(4.0)) == 8.0  # type: ignore[arg-type]
+    assert cached(bound(namespace["doubled"]), "any")(np.float64(4.0)) == 8.0  # type: ignore[arg-type]
 
 
 def test_the_digest_knows_laws_and_the_numbers_that_they_read() -> None:

@@ -1,7 +1,7 @@
-"""How does a law's answer change when its arguments do? Exactly: its source is differentiated, line by line.
+"""Automatic differentiation of laws: forward mode by source transformation (Griewank and Walther 2008, section 3.1).
 
-Forward mode by source transformation (Griewank and Walther 2008, section 3.1). Beside every local name stands its rate
-of change along one direction; what cannot change has none, so that nothing is computed for it.
+The source of a law is differentiated line by line into its tangent: every local name gets a second one for its rate of
+change along one direction. Names that cannot change get none, so that nothing is computed for them.
 """
 
 import ast
@@ -9,19 +9,48 @@ import builtins
 import inspect
 import math
 import re
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import reduce
 from pathlib import Path
 from textwrap import dedent
+from types import MappingProxyType
 from typing import Any, NoReturn
 
 from core.errors import ModelError
-from core.laws.partial_derivatives import PARTIAL_DERIVATIVES
 
+PARTIAL_DERIVATIVES: Mapping[Callable[..., Any], tuple[str, ...]] = MappingProxyType(
+    {
+        abs: ("math.copysign(1.0, {0})",),
+        math.fabs: ("math.copysign(1.0, {0})",),
+        math.exp: ("{y}",),
+        math.expm1: ("({y} + 1.0)",),
+        math.log: ("1.0 / {0}",),
+        math.log1p: ("1.0 / (1.0 + {0})",),
+        math.sqrt: ("(0.5 / {y} if {y} else 0.0)",),
+        math.sin: ("math.cos({0})",),
+        math.cos: ("-math.sin({0})",),
+        math.tan: ("(1.0 + {y} * {y})",),
+        math.atan: ("1.0 / (1.0 + {0} * {0})",),
+        math.sinh: ("math.cosh({0})",),
+        math.cosh: ("math.sinh({0})",),
+        math.tanh: ("(1.0 - {y} * {y})",),
+        math.copysign: ("math.copysign(1.0, {0}) * math.copysign(1.0, {1})", "0.0"),
+        math.hypot: ("({0} / {y} if {y} else 0.0)", "({1} / {y} if {y} else 0.0)"),
+        math.pow: (
+            "({1} * {y} / {0} if {0} else (1.0 if {1} == 1.0 else 0.0))",
+            "({y} * math.log({0}) if {0} > 0.0 else 0.0)",
+        ),
+        min: ("(1.0 if {0} <= {1} else 0.0)", "(0.0 if {0} <= {1} else 1.0)"),
+        max: ("(1.0 if {0} >= {1} else 0.0)", "(0.0 if {0} >= {1} else 1.0)"),
+    }
+)
+"""Partial derivatives of the functions that a law may call, as source in the arguments {0} and {1} and the value {y}.
+
+Where a function has no derivative (the square root at zero), it is zero: a law at rest there stays at rest."""
 RESERVED = ("change_of_", "part_")
-"""How names begin that are added to a law's."""
+"""Prefixes of the names that are added to those of a law."""
 ATOM = re.compile(r"\w+|\d+\.\d*")
 """A name or a number."""
 ALLOWED = f"+ - * / ** and {', '.join(sorted(function.__name__ for function in PARTIAL_DERIVATIVES))} of module math"
@@ -29,15 +58,16 @@ ALLOWED = f"+ - * / ** and {', '.join(sorted(function.__name__ for function in P
 
 @dataclass(frozen=True, slots=True)
 class Changing:
-    """An expression's source, and that of its rate of change; None if it does not change."""
+    """Source of an expression and of its rate of change."""
 
     value: str
     change: str | None = None
+    """None if the expression does not change."""
 
 
 @dataclass(slots=True)
 class Tangent:
-    """A tangent function in the making."""
+    """A tangent function while it is written."""
 
     law: Callable[..., Any]
     changing: set[str]
@@ -47,11 +77,11 @@ class Tangent:
     parts: int = 0
 
     def write(self, line: str) -> None:
-        """One more line, as deep as the block it stands in."""
+        """Append a line, indented as its block."""
         self.lines.append("    " * self.depth + line)
 
     def part(self, source: str) -> str:
-        """A name for what is used more than once."""
+        """Name of an expression that is used more than once."""
         if ATOM.fullmatch(source):
             return source
         self.parts += 1
@@ -60,31 +90,31 @@ class Tangent:
 
     @contextmanager
     def block(self, head: str) -> Iterator[None]:
-        """Lines below a head are one deeper."""
+        """Indent the lines below a head."""
         self.write(head)
         self.depth += 1
         yield
         self.depth -= 1
 
     def refuse(self, node: ast.AST, why: str) -> NoReturn:
-        """Tell which line cannot be differentiated, and what would do."""
+        """Raise the error that names the line which cannot be differentiated."""
         code = self.law.__code__
         line = code.co_firstlineno + getattr(node, "lineno", 1) - 1
         raise ModelError(f"{Path(code.co_filename).name}, line {line}: `{ast.unparse(node)}`: {why}")
 
 
 def tangent_source(law: Callable[..., Any], name: str, changing: Collection[str]) -> str:
-    """Source of a function that gives a law's results and their rates of change.
+    """Source of a function that returns a law's results and their rates of change.
 
     Args:
         law: a plain `def` of floats: assignments, `if`, and expressions of + - * / **, comparisons, conditions and the
             functions of PARTIAL_DERIVATIVES.
-        name: of the function that is made.
-        changing: the law's arguments that change; theirs rates of change are arguments too, after the law's own and in
-            their order.
+        name: of the generated function.
+        changing: the law's arguments that change. Their rates of change follow the law's own arguments, in the same
+            order.
 
     Raises:
-        ModelError: the law holds what cannot be differentiated; the message names the line.
+        ModelError: a line of the law cannot be differentiated; the message names it.
     """
     definition = _definition(law)
     arguments = [argument.arg for argument in definition.args.args]
@@ -95,7 +125,7 @@ def tangent_source(law: Callable[..., Any], name: str, changing: Collection[str]
 
 
 def change_of(name: str) -> str:
-    """How a name's rate of change is called."""
+    """Name of the rate of change of a name."""
     return f"change_of_{name}"
 
 
@@ -181,7 +211,7 @@ def _changes(tangent: Tangent, node: ast.AST) -> bool:
 
 
 def expression(tangent: Tangent, node: ast.expr) -> Changing:
-    """Its value and its rate of change; what they need is written before."""
+    """Value and rate of change of an expression; the lines that they need are written first."""
     if not _changes(tangent, node) or isinstance(node, ast.Compare | ast.BoolOp):
         return Changing(_enclosed(ast.unparse(node)))
     match node:
@@ -206,7 +236,7 @@ def _enclosed(source: str) -> str:
 
 
 def _total(*terms: tuple[str, str | None]) -> str | None:
-    """Sum of products of a partial derivative and the rate of change it belongs to."""
+    """Sum of the products of partial derivatives and rates of change."""
     products = [f"{partial} * {change}" for partial, change in terms if change is not None]
     return f"({' + '.join(products)})" if products else None
 
@@ -250,7 +280,7 @@ ARITHMETIC: dict[type[ast.operator], Callable[[Tangent, Changing, Changing], Cha
 
 
 def _call(tangent: Tangent, name: ast.expr, arguments: list[ast.expr]) -> Changing:
-    """A function of PARTIAL_DERIVATIVES, looked up as the law itself would."""
+    """Call of a function of PARTIAL_DERIVATIVES, looked up in the law's own namespace."""
     known = {**vars(builtins), **tangent.law.__globals__}
     function = known.get(name.id) if isinstance(name, ast.Name) else None
     if isinstance(name, ast.Attribute) and isinstance(name.value, ast.Name):
@@ -264,7 +294,7 @@ def _call(tangent: Tangent, name: ast.expr, arguments: list[ast.expr]) -> Changi
 
 
 def _partials(tangent: Tangent, function: Callable[..., Any], given: list[Changing], name: str) -> Changing:
-    """The chain rule for one call."""
+    """Chain rule for one call."""
     arguments = [tangent.part(one.value) for one in given]
     value = tangent.part(f"{name}({', '.join(arguments)})")
     partials = [partial.format(*arguments, y=value) for partial in PARTIAL_DERIVATIVES[function]]
@@ -283,7 +313,7 @@ def _choice(tangent: Tangent, node: ast.IfExp) -> Changing:
 
 
 def _test(tangent: Tangent, test: ast.expr) -> str:
-    """An equality that does not last along the direction does not count: what lies beside it says how things change."""
+    """Source of a condition. An equality counts only if it persists along the direction."""
     match test:
         case ast.Compare(left=left, ops=[ast.Eq() | ast.NotEq() as op], comparators=[right]) if _changes(tangent, test):
             apart = _difference(tangent, expression(tangent, left), expression(tangent, right)).change

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from core.effect import SCALES, YIELDED, Effect
 from core.effects import EFFECTS
 from core.errors import ModelError
-from core.laws.tangent import tangent_source
+from core.laws.autodiff import tangent_source
 
 OFFSET = 0.25
 
@@ -140,7 +140,7 @@ def remaining(x: float) -> float:
     [
         (
             looping,
-            r"test_tangent.py, line \d+: `for _ in range\(3\):\s.*: a law may hold assignments, `if` and `return`",
+            r"test_autodiff.py, line \d+: `for _ in range\(3\):\s.*: a law may hold assignments, `if` and `return`",
         ),
         (calling, r"`np.sinc`: cannot be differentiated; \+ - \* / \*\* and abs, atan, .* of module math can"),
         (remaining, "`x % 2.0`: cannot be differentiated"),

@@ -1,4 +1,4 @@
-"""The compiled loops that drive a model along a motion."""
+"""Compiled integration loops of the force response to a prescribed motion."""
 
 from functools import lru_cache
 from typing import Any
@@ -6,39 +6,39 @@ from typing import Any
 import numpy as np
 
 from core.effects import Laws
-from core.laws.compiled import bound, inlined, jitted, kept
-from core.model.program import KEPT, force_digest, force_program
-from core.model.tangent_program import tangent_digest, tangent_program
+from core.laws.compilation import bound, cached, inlined, jitted
+from core.model.program import MOST_CACHED, force_digest, force_program, tangent_digest, tangent_program
 
 
-@lru_cache(KEPT)
+@lru_cache(MOST_CACHED)
 def force_kernel(laws: Laws) -> Any:  # noqa: ANN401  numba's functions have no type
-    """See _integrate; compiled when first called."""
+    """Kernel of _integrate without derivatives; compiled at its first call."""
     at = inlined(bound(_force_at, program=force_program(laws)))
-    return kept(bound(_integrate, at=at), force_digest(laws))
+    return cached(bound(_integrate, at=at), force_digest(laws))
 
 
-@lru_cache(KEPT)
+@lru_cache(MOST_CACHED)
 def tangent_kernel(laws: Laws) -> Any:  # noqa: ANN401  numba's functions have no type
-    """See _integrate; compiled when first called. States are followed by their changes along the direction."""
+    """Kernel of _integrate with derivatives, in which changes follow the states; compiled at its first call."""
     at = inlined(bound(_tangent_at, program=tangent_program(laws)))
-    return kept(bound(_integrate, at=at), tangent_digest(laws))
+    return cached(bound(_integrate, at=at), tangent_digest(laws))
 
 
-@lru_cache(KEPT)
+@lru_cache(MOST_CACHED)
 def column_kernel(laws: Laws) -> Any:  # noqa: ANN401  numba's functions have no type
-    """See _columns; compiled when first called."""
+    """Kernel of _columns; compiled at its first call."""
     at = jitted(bound(_tangent_at, program=tangent_program(laws)))
-    return kept(bound(_columns, at=at), tangent_digest(laws))
+    return cached(bound(_columns, at=at), tangent_digest(laws))
 
 
 program: Any = None
 at: Any = None
-"""Bound when compiled."""
+"""Placeholders of the functions that are bound before compilation."""
 TOLERANCE = 3e-3
-"""Of the largest that a state has been: by which the two slopes in the middle of a step may differ, times the step,"""
-BENT = 0.03
-"""and the sum of those at its ends from the sum of those in its middle."""
+"""Largest difference between the two slopes in the middle of a step, times the step, relative to the largest value
+that the state has had."""
+END_TOLERANCE = 0.03
+"""The same for the difference between the sum of the slopes at the ends and the sum of those in the middle."""
 
 
 def _force_at(m, opcode, at_p, at_x, p, change_of_p, behind, x, dx):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
@@ -51,7 +51,7 @@ def _tangent_at(m, opcode, at_p, at_x, p, change_of_p, behind, x, dx):  # type: 
 
 
 def _columns(samples, acceleration, opcode, at_p, at_x, p, directions, states):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Changes of the force along directions on which no state depends: (directions, n) N, from states (n, m)."""
+    """(directions, n) N, changes of the force along directions that affect no state; states is (n, m)."""
     n, behind = states.shape
     found = np.empty((directions.shape[0], n))
     x, dx = np.zeros(2 * behind), np.zeros(2 * behind)
@@ -65,12 +65,12 @@ def _columns(samples, acceleration, opcode, at_p, at_x, p, directions, states): 
 
 
 def _integrate(samples, acceleration, weights, interval, least, opcode, at_p, at_x, p, change_of_p, behind, start):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Force, its change and the states at every sample, by the classical Runge-Kutta method.
+    """Force, its change and the states at every sample, by the classical Runge-Kutta method with adaptive steps.
 
-    From sample to sample in `least` steps, in twice as many again and again where the slopes in a step's middle differ
-    by more than TOLERANCE allows, and in as many as `weights` has points for where the motion reverses, since there
-    laws have their kinks. `samples` begin one before the first; the row of `weights` for a point between two of them
-    combines four.
+    An interval between samples has at least `least` steps. The number is doubled until the slopes in each step satisfy
+    TOLERANCE and END_TOLERANCE. Where the motion reverses, laws have their kinks, and the interval has the largest
+    number for which `weights` has points. `samples` start one before the first; a row of `weights` combines four
+    neighbouring samples into a point between the middle two.
     """
     n, finest, judged = acceleration.size, weights.shape[0] // 2, start.size - behind
     force, change, states = np.empty(n), np.empty(n), np.empty((n, start.size))
@@ -111,7 +111,7 @@ def _integrate(samples, acceleration, weights, interval, least, opcode, at_p, at
                     # "not at most" rather than "above", for NaN
                     if k == 2 and not step * abs(dx[j] - middle[j]) <= TOLERANCE * largest[j]:
                         is_rough = True
-                    if k == 3 and not step * abs(bend[j]) <= BENT * largest[j]:
+                    if k == 3 and not step * abs(bend[j]) <= END_TOLERANCE * largest[j]:
                         is_rough = True
                 if is_rough and parts < finest:
                     break

@@ -1,0 +1,242 @@
+"""Force of an isolation layer model under a prescribed motion, with its derivatives by the model's parameters."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from math import ceil
+
+import numpy as np
+
+from core.arrays import Matrix, Vector
+from core.effect import RESULTS
+from core.effects import EFFECTS
+from core.errors import ModelError
+from core.model.force_kernels import column_kernel, force_kernel, tangent_kernel
+from core.model.isolator import Conditions, Isolator, Key, PackedModel, packed, parameter_names
+
+LONGEST_STEP = 1e-2
+"""s, longest step of the integration."""
+MOST_HALVINGS = 2
+"""Times that a step may be halved where a law needs shorter steps."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Excitation:
+    """Prescribed motion and conditions, interpolated by the cubic splines of Catmull and Rom (1974)."""
+
+    samples: Matrix
+    """(n + 3, 7) u, v and the conditions' rows, from one before the first sample to two after the last."""
+    acceleration: Vector
+    """(n,) m/s², of the layer."""
+    weights: Matrix
+    """(2 * steps + 1, 4) of four neighbouring samples, at the ends and the middle of each of the shortest steps."""
+    interval: float
+    """s, between samples."""
+    fewest_steps: int
+    """Smallest number of steps between samples."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ForceResponse:
+    """Response of a model to a prescribed motion. Values are not finite if the steps were too long for a law."""
+
+    force: Vector
+    """(n,) N."""
+    by_parameter: Matrix
+    """(wanted, n) derivative of the force, in N per unit of each wanted parameter."""
+    states: Vector
+    """(m,) at the last sample, in the order of core.model.isolator.state_names."""
+    states_by_parameter: Matrix
+    """(wanted, m) derivatives of the states at the last sample."""
+
+
+def force_history(
+    isolator: Isolator, displacement: Vector, velocity: Vector, rate: float, conditions: Conditions | None = None
+) -> Vector:
+    """Force of the model under a measured motion, with zero states at the first sample; see force_response.
+
+    Returns:
+        (n,) N.
+    """
+    return force_response(isolator, displacement, velocity, rate, conditions=conditions).force
+
+
+def force_response(
+    isolator: Isolator,
+    displacement: Vector,
+    velocity: Vector,
+    rate: float,
+    *,
+    conditions: Conditions | None = None,
+    wanted: Sequence[Key] = (),
+    states: Vector | None = None,
+    states_by_parameter: Matrix | None = None,
+    substeps: int | None = None,
+) -> ForceResponse:
+    """Force of the model under a measured motion, and its exact derivatives by parameters.
+
+    The states are integrated by the classical Runge-Kutta method; motion and conditions are cubic between samples, with
+    the slopes of Catmull and Rom (1974). With linear interpolation at 100 Hz, a Bouc-Wen layer's force has an error of
+    up to 4e-4 of its rms however short the steps; with cubic interpolation, 8e-5 with one step per sample and 2e-5 with
+    two. The derivatives are those of the computed values, step by step; see core.laws.autodiff.
+
+    Args:
+        isolator: the model.
+        displacement: (n,) m, n at least 2.
+        velocity: (n,) m/s.
+        rate: Hz.
+        conditions: None for Conditions.usual.
+        wanted: parameters of the derivatives.
+        states: (m,) at the first sample; None for zero. See core.model.isolator.carried.
+        states_by_parameter: (wanted, m) at the first sample; None for zero.
+        substeps: per sample; None for as many as the laws need, see core.model.force_kernels.
+
+    Raises:
+        ModelError: arrays differ in length, or the model lacks a wanted parameter.
+    """
+    excited = excitation(displacement, velocity, rate, conditions, substeps)
+    return response_to(excited, isolator, wanted=wanted, states=states, states_by_parameter=states_by_parameter)
+
+
+def response_to(
+    excited: Excitation,
+    isolator: Isolator,
+    *,
+    wanted: Sequence[Key] = (),
+    states: Vector | None = None,
+    states_by_parameter: Matrix | None = None,
+) -> ForceResponse:
+    """Force response to an excitation that many models share; see force_response.
+
+    Raises:
+        ModelError: arrays differ in length, or the model lacks a wanted parameter.
+    """
+    model = packed(isolator)
+    start = np.zeros(model.states) if states is None else states
+    changes = np.zeros((len(wanted), model.states)) if states_by_parameter is None else states_by_parameter
+    if start.shape != (model.states,) or changes.shape != (len(wanted), model.states):
+        raise ModelError(
+            f"the model has {model.states} states and {len(wanted)} parameters are wanted; the states at the "
+            f"start are {start.shape}, their derivatives {changes.shape}"
+        )
+    return _response(excited, model, [_direction(model, isolator, key) for key in wanted], start, changes)
+
+
+def excitation(
+    displacement: Vector,
+    velocity: Vector,
+    rate: float,
+    conditions: Conditions | None = None,
+    substeps: int | None = None,
+) -> Excitation:
+    """Excitation by a measured motion.
+
+    Args:
+        displacement: (n,) m, n at least 2.
+        velocity: (n,) m/s.
+        rate: Hz.
+        conditions: None for Conditions.usual.
+        substeps: exact number per sample; None for as many as LONGEST_STEP needs, or more after MOST_HALVINGS.
+
+    Raises:
+        ModelError: arrays differ in length.
+    """
+    given = conditions or Conditions.usual(displacement.size, rate)
+    if not displacement.shape == velocity.shape == given.time.shape or displacement.size < 2:
+        raise ModelError(
+            f"displacement {displacement.shape}, velocity {velocity.shape} and conditions {given.time.shape} must be "
+            "alike vectors of two samples or more"
+        )
+    fewest = substeps or ceil(1 / (rate * LONGEST_STEP) - 1e-9)
+    weights = _weights(substeps or fewest * 2**MOST_HALVINGS)
+    samples, acceleration = _extrapolated(displacement, velocity, given), _acceleration(velocity, rate)
+    return Excitation(samples, acceleration, weights, 1 / rate, fewest)
+
+
+def _extrapolated(displacement: Vector, velocity: Vector, given: Conditions) -> Matrix:
+    """(n + 3, 7) motion and conditions, extrapolated linearly by one sample at the start and by two at the end."""
+    samples = np.empty((displacement.size + 3, 7))
+    samples[1:-2, 0], samples[1:-2, 1], samples[1:-2, 2:] = displacement, velocity, given.rows
+    samples[0] = 2 * samples[1] - samples[2]
+    samples[-2:] = 2 * samples[-3] - samples[-4]
+    return samples
+
+
+def _acceleration(velocity: Vector, rate: float) -> Vector:
+    """(n,) m/s², by central differences of fourth order, and of second order at the ends."""
+    if velocity.size < 5:
+        return np.gradient(velocity, 1 / rate)
+    acceleration = np.gradient(velocity, 1 / rate, edge_order=2)
+    wide = (velocity[4:] - velocity[:-4]) / (4 / rate)
+    acceleration[2:-2] = (4 * acceleration[2:-2] - wide) / 3
+    return acceleration
+
+
+@cache
+def _weights(substeps: int) -> Matrix:
+    """(2 * substeps + 1, 4) Catmull-Rom weights between two samples."""
+    t = np.linspace(0, 1, 2 * substeps + 1)
+    return 0.5 * np.column_stack(
+        [t * (t * (2 - t) - 1), t * t * (3 * t - 5) + 2, t * (t * (4 - 3 * t) + 1), t * t * (t - 1)]
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Direction:
+    """A wanted parameter as a direction in the space of all parameters."""
+
+    unit: Vector
+    """Change of the packed parameters: 1 at this one."""
+    stateless: bool
+    """True if no state depends on it."""
+
+
+def _direction(model: PackedModel, isolator: Isolator, key: Key) -> _Direction:
+    keys = parameter_names(isolator)
+    if key not in keys:
+        raise ModelError(f"the model has no parameter {key}; it has {', '.join(map(str, keys))}")
+    effect = EFFECTS[key[0]]
+    unit = np.zeros(len(keys))
+    unit[keys.index(key)] = 1.0
+    own = key[1] in effect.linear or not effect.states
+    return _Direction(unit, stateless=model.states == 0 or (effect.acts_on in RESULTS and own))
+
+
+def _response(
+    excited: Excitation, model: PackedModel, wanted: list[_Direction], start: Vector, changes: Matrix
+) -> ForceResponse:
+    """Force and states in one integration; derivatives that involve no state at once, each other one in its own."""
+    force, _, states = _integrated(excited, model, np.zeros(model.p.size), start, 0)
+    by_parameter, by_end = np.empty((len(wanted), force.size)), np.zeros((len(wanted), model.states))
+    at_once = [n for n, one in enumerate(wanted) if one.stateless and not changes[n].any()]
+    if at_once:
+        directions = np.array([wanted[n].unit for n in at_once])
+        arrays = excited.samples, excited.acceleration, model.opcode, model.at_p, model.at_x, model.p
+        by_parameter[at_once] = column_kernel(model.laws)(*arrays, directions, states)
+    for n in sorted({*range(len(wanted))} - {*at_once}):
+        both = np.concatenate([start, changes[n]])
+        _, by_parameter[n], followed = _integrated(excited, model, wanted[n].unit, both, model.states)
+        by_end[n] = followed[-1, model.states :]
+    return ForceResponse(force=force, by_parameter=by_parameter, states=states[-1], states_by_parameter=by_end)
+
+
+def _integrated(
+    excited: Excitation, model: PackedModel, direction: Vector, start: Vector, behind: int
+) -> tuple[Vector, ...]:
+    """(n,) force, (n,) its derivative along the direction, and (n, m) states or (n, 2 m) with their derivatives."""
+    kernel = (tangent_kernel if behind else force_kernel)(model.laws)
+    results: tuple[Vector, ...] = kernel(
+        excited.samples,
+        excited.acceleration,
+        excited.weights,
+        excited.interval,
+        excited.fewest_steps,
+        model.opcode,
+        model.at_p,
+        model.at_x,
+        model.p,
+        direction,
+        behind,
+        start,
+    )
+    return results
