@@ -28,6 +28,7 @@ from core.drift.within_event import alarms_within
 GROWTH = 1.15
 """Factor by which the reference grows from one attempt to the next until it determines the curve."""
 NO_NOTES = EventNotes()
+"""Notes of an event without any."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,8 +14,7 @@ from core.errors import RecordError
 YEAR = 365.2425 * 86400.0
 """s, mean length of the Gregorian year."""
 LARGEST_RELATIVE_STD = 0.5
-"""Standard deviation over value from which on the logarithm of a measurement is not used: its error is no longer
-nearly normal."""
+"""Standard deviation over value from which on the logarithm of a measurement cannot be trusted and is left out."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -205,7 +205,7 @@ def test_an_unknown_quantity_is_refused() -> None:
 
 @pytest.mark.slow
 def test_the_false_alarms_are_as_stated() -> None:
-    """Of 60 healthy histories of 100 events: binomial with 5 %, of which 8 or more have a probability of 1 %."""
+    """At 5 %, 8 or more of 60 healthy histories of 100 events have a probability of 1 % (binomial)."""
     plan = Plan(events=121)
     assert sum(bool(sure(monitored(history(plan, 10_001 + 2 * n)))) for n in range(60)) < 8
 
