@@ -114,7 +114,7 @@ def create(settings: Settings, visitor: Caller | None = None) -> FastAPI:
     app.state.unready_since = {}  # by the name of a check
     app.state.metrics = metrics.registry(app.state.reading)
     app.add_middleware(Heard)
-    app.add_middleware(Guard, ending=app.state.ending)
+    app.add_middleware(Guard, ending=app.state.ending, refusal=error_pages.of_service)
     app.add_middleware(Measured, registry=app.state.metrics)
     errors.install(app)
     app.add_exception_handler(NulError, errors.of_text)

@@ -8,12 +8,12 @@
 """
 
 import asyncio
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from threading import Event as Signal
 
 from anyio import CancelScope, Semaphore, current_time, move_on_after, sleep
-from fastapi import Request
+from fastapi import Request, Response
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect
@@ -71,13 +71,16 @@ class Share:
 class Guard:
     """The application, behind what every request must pass."""
 
-    def __init__(self, app: ASGIApp, ending: Signal) -> None:
+    def __init__(
+        self, app: ASGIApp, ending: Signal, refusal: Callable[[Request, ServiceError], Response] = errors.of_service
+    ) -> None:
         """
         Args:
             app: behind the guard.
             ending: set when the server ends, so that streams do as well.
+            refusal: the answer to a request that is not let in.
         """
-        self._app, self._ending = app, ending
+        self._app, self._ending, self._refusal = app, ending, refusal
         self._shares: dict[str, Share] = {}
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -95,7 +98,7 @@ class Guard:
             async with self._share(who) as share:
                 await Turn(self, request, share).answer(scope, _counted(request, receive), send)
         except ServiceError as error:
-            await errors.of_service(request, error)(scope, receive, send)
+            await self._refusal(request, error)(scope, receive, send)
         except errors.UNREACHABLE as error:
             await errors.of_database(request, error)(scope, receive, send)
         except ClientDisconnect:

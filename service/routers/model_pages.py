@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping
 from datetime import UTC, datetime
 from typing import Annotated
+from urllib.parse import urlencode
 
 from fastapi import APIRouter, Depends, Query, Request, Response
 from sqlalchemy.orm import Session, sessionmaker
@@ -19,9 +20,10 @@ from service.queries import diagnoses, versions, watched, work
 from service.queue.jobs import UNDER_WAY
 from service.routers.effects import EffectName, answered
 from service.routers.login import reader
+from service.routers.operations import cancelled, may_cancel
 from service.web import model_answers
 from service.web.forms import NOT_REFUSED, Form, Refused, taken
-from service.web.parameters import LARGEST, Code, ModelId, Reading, Writing
+from service.web.parameters import LARGEST, Code, JobId, ModelId, Reading, Writing
 from service.workbench.effect_sheets import families
 
 router = APIRouter(include_in_schema=False)
@@ -71,9 +73,14 @@ def of_model(
     sessions: Reading,
     by: Reader,
     comparison: Annotated[int | None, Query(ge=1, le=LARGEST)] = None,
+    hold_out: Annotated[str | None, Query(pattern=r"^[0-9,]{0,1000}$")] = None,
 ) -> Response:
-    """A model: values, errors, lineage, its loop in one event, and what can be asked of it."""
-    return _shown_model(request, model_id, sessions, by, comparison)
+    """A model: values, errors, lineage, its loop in one event, and what can be asked of it.
+
+    `hold_out` has the events whose boxes are ticked, where it is given.
+    """
+    ticked = None if hold_out is None else {int(one) for one in hold_out.split(",") if one}
+    return _shown_model(request, model_id, sessions, by, comparison, ticked=ticked)
 
 
 def _shown_model(
@@ -83,8 +90,11 @@ def _shown_model(
     by: Caller,
     comparison: int | None = None,
     refused: Refused = NOT_REFUSED,
+    ticked: set[int] | None = None,
 ) -> Response:
     """A model's page; of a form that was refused it says why, and keeps what was ticked."""
+    if refused.of("improve"):
+        ticked = _ticked(refused.given)
     with sessions() as session:
         found = versions.version(session, model_id)
         compared = versions.latest_comparisons(session, [model_id])[model_id]
@@ -104,7 +114,8 @@ def _shown_model(
             shown=_shown([one for one, _ in compared], comparison),
             jobs=jobs,
             followed=next((job.id for job in jobs if job.state in UNDER_WAY), None),
-            ticked=_ticked(refused.given) if refused else model.left_out,
+            ticked=model.left_out if ticked is None else ticked,
+            may_cancel=lambda job: may_cancel(job, by),
             offered=there[: -OFFERED - 1 : -1],
             diagnoses=diagnoses.diagnoses(session, model_id, None, JOBS),
             addable=[name for name in EFFECTS if name not in found.effects],
@@ -152,19 +163,23 @@ def make(request: Request, code: Code, sessions: Writing, by: By, form: Form) ->
 
 
 @router.post("/models/{model_id}/accept")
-def accept(model_id: ModelId, sessions: Writing, by: By) -> Response:
+def accept(request: Request, model_id: ModelId, sessions: Writing, by: By, form: Form) -> Response:
     """Put the model in force, and show it."""
-    with sessions.begin() as session:
-        models.accept(session, versions.version(session, model_id), by.name, datetime.now(UTC))
-    return RedirectResponse(f"/models/{model_id}", 303)
+
+    def ask(session: Session, model: ModelVersion) -> None:
+        models.accept(session, model, by.name, datetime.now(UTC))
+
+    return _asked(request, model_id, sessions, by, form, ask)
 
 
 @router.post("/models/{model_id}/compare")
-def compare(model_id: ModelId, sessions: Writing, by: By) -> Response:
+def compare(request: Request, model_id: ModelId, sessions: Writing, by: By, form: Form) -> Response:
     """Hold the model against every event, and show how far that is."""
-    with sessions.begin() as session:
-        model_requests.compare(session, versions.version(session, model_id), None, by.name, datetime.now(UTC))
-    return RedirectResponse(f"/models/{model_id}", 303)
+
+    def ask(session: Session, model: ModelVersion) -> None:
+        model_requests.compare(session, model, None, by.name, datetime.now(UTC))
+
+    return _asked(request, model_id, sessions, by, form, ask)
 
 
 @router.post("/models/{model_id}/fit")
@@ -198,6 +213,24 @@ def extend(request: Request, model_id: ModelId, sessions: Writing, by: By, form:
     return _asked(request, model_id, sessions, by, form, ask)
 
 
+@router.post("/jobs/{job_id}/cancel")
+def cancel(request: Request, job_id: JobId, sessions: Writing, by: By, form: Form) -> Response:
+    """Cancel a job, and show what it worked on."""
+    with sessions() as session:
+        job = work.job(session, job_id)
+        model_id, event_id = job.model_id, job.event_id
+
+    def act() -> Response:
+        with sessions.begin() as session:
+            cancelled(session, work.job(session, job_id), by)
+        found = (f"/models/{model_id}", model_id), (f"/events/{event_id}", event_id)
+        return RedirectResponse(next((path for path, number in found if number is not None), "/"), 303)
+
+    if model_id is None:
+        return act()
+    return taken("work", form, act, lambda refused: _shown_model(request, model_id, sessions, by, refused=refused))
+
+
 def _asked(
     request: Request,
     model_id: int,
@@ -206,12 +239,13 @@ def _asked(
     form: Mapping[str, str],
     ask: Callable[[Session, ModelVersion], None],
 ) -> Response:
-    """Queue work on a model; where that is refused, the page says why and the form keeps what it had."""
+    """Do something with a model; the form keeps what was ticked, and where that is refused the page says why."""
 
     def act() -> Response:
         with sessions.begin() as session:
             ask(session, versions.version(session, model_id))
-        return RedirectResponse(f"/models/{model_id}", 303)
+        kept = urlencode({"hold_out": ",".join(map(str, sorted(_ticked(form))))}) if "offered" in form else ""
+        return RedirectResponse(f"/models/{model_id}{'?' if kept else ''}{kept}", 303)
 
     return taken("improve", form, act, lambda refused: _shown_model(request, model_id, sessions, by, refused=refused))
 

@@ -11,6 +11,7 @@ from sqlalchemy.orm import Session, sessionmaker
 
 from service.access.auth import Caller, Role, engineer
 from service.buildings import described
+from service.database import Job
 from service.errors import ForbiddenError, documented
 from service.queries import watched, work
 from service.queue import jobs as queue
@@ -86,11 +87,25 @@ def cancel(job_id: JobId, sessions: Writing, by: By) -> JobOut:
     What Menshin queued by itself, such as the first analysis of an earthquake, cannot be cancelled.
     """
     with sessions.begin() as session:
-        found = work.job(session, job_id)
-        if found.asked_by not in (None, by.name) and by.role < Role.admin:
-            raise ForbiddenError(f"Job {job_id} was requested by {found.asked_by!r}; only they or an admin cancel it.")
-        queue.cancel(session, found, datetime.now(UTC))
-        return JobOut.model_validate(found)
+        return JobOut.model_validate(cancelled(session, work.job(session, job_id), by))
+
+
+def cancelled(session: Session, job: Job, by: Caller) -> Job:
+    """The job, which was cancelled for this caller.
+
+    Raises:
+        ForbiddenError: somebody else requested it, and the caller is no admin.
+        ConflictError: it has ended, or Menshin queued it itself.
+    """
+    if job.asked_by is not None and not may_cancel(job, by):
+        raise ForbiddenError(f"Job {job.id} was requested by {job.asked_by!r}; only they or an admin cancel it.")
+    queue.cancel(session, job, datetime.now(UTC))
+    return job
+
+
+def may_cancel(job: Job, by: Caller) -> bool:
+    """Whether the caller may cancel the job, as long as it is under way."""
+    return job.asked_by is not None and by.role >= Role.engineer and (job.asked_by == by.name or by.role >= Role.admin)
 
 
 def existing(job_id: JobId, sessions: Reading) -> int:

@@ -7,6 +7,7 @@ from datetime import UTC, datetime
 from html import unescape
 from pathlib import Path
 from typing import Any
+from urllib.parse import unquote
 
 import httpx
 import pytest
@@ -18,6 +19,7 @@ from sqlalchemy import create_engine, text
 
 from service import buildings, migrate
 from service import sessions as opened
+from service.access.roles import Caller, Role
 from service.app import create
 from service.settings import Settings
 
@@ -247,6 +249,41 @@ def test_a_form_that_is_not_read_leads_to_a_page(
     assert answer.status_code == status
     assert words in answer.text
     assert '<a href="/">To the buildings</a>' in answer.text
+
+
+@pytest.mark.parametrize(
+    ("referer", "onward"),
+    [
+        ("http://127.0.0.1:8000/alerts/1", "/alerts/1"),
+        ("http://127.0.0.1:8000/alerts/1/acknowledge", "/alerts/1"),
+        ("http://127.0.0.1:8000/models/1?hold_out=2", "/models/1?hold_out=2"),
+        ("http://127.0.0.1:8000/buildings/TOWER/silences", "/"),
+        ("https://elsewhere.example/alerts/1", "/"),
+        ("http://127.0.0.1:8000//elsewhere.example", "/"),
+        ("http://127.0.0.1:8000@elsewhere.example/alerts/1", "/"),
+        ("", "/"),
+    ],
+)
+def test_a_form_of_a_session_that_has_ended_leads_to_the_login_and_back(url: str, referer: str, onward: str) -> None:
+    headers = BROWSER | {"Origin": "http://127.0.0.1:8000"} | ({"Referer": referer} if referer else {})
+    with client(url, visitor=None) as asking:
+        answer = asking.post(f"{ALERT}/acknowledge", data={"note": "on my way"}, headers=headers)
+        plain = asking.post(f"{ALERT}/acknowledge", data={"note": "on my way"})
+    assert answer.status_code == 401
+    assert answer.headers["content-type"].startswith("text/html")
+    assert answer.headers["content-security-policy"].startswith("default-src 'none'; img-src 'self'")
+    assert "Nothing was done." in answer.text
+    (next_page,) = re.findall(r'<a href="/login\?next=([^"]*)">Log in and go on</a>', answer.text)
+    assert unquote(next_page) == onward
+    assert (plain.status_code, plain.headers["content-type"]) == (401, "application/problem+json")
+
+
+def test_a_form_that_the_role_does_not_allow_leads_back_to_its_page(url: str) -> None:
+    headers = BROWSER | {"Referer": "http://127.0.0.1:8000/alerts/1"}
+    with client(url, visitor=Caller("guest", Role.viewer)) as asking:
+        answer = asking.post(f"{ALERT}/acknowledge", data={"note": "on my way"}, headers=headers)
+    assert answer.status_code == 403
+    assert '<a href="/alerts/1">Back to the page of the form</a>' in answer.text
 
 
 def test_an_error_of_ours_is_a_page_without_its_details(url: str) -> None:

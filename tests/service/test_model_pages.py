@@ -31,7 +31,7 @@ def asking(database_url: str, sessions: sessionmaker[Session]) -> Iterator[TestC
 def shown(asking: TestClient, path: str) -> str:
     answer = asking.get(path)
     assert answer.status_code == 200, answer.text
-    assert not re.search(r"<script(?! src=./static/progress.js. defer></script>)", answer.text)
+    assert not re.search(r"<script(?! src=./static/(progress|forms).js. defer></script>)", answer.text)
     return unescape(re.sub(r"\s+", " ", re.sub("<[^>]+>", " ", answer.text)))
 
 
@@ -66,7 +66,9 @@ def test_a_form_puts_a_model_in_force(asking: TestClient) -> None:
 
 def test_what_cannot_be_is_refused(asking: TestClient) -> None:
     asking.post(MODELS, data={"direction": "x"})
-    assert "No event can be compared" in asking.post("/models/1/compare").json()["detail"]
+    refused = asking.post("/models/1/compare")
+    assert refused.status_code == 409
+    assert re.search(r'role="alert">\s*<p><b>Not accepted.</b> No event can be compared', refused.text)
     assert asking.get("/models/1", params={"comparison": 5}).status_code == 404
     assert asking.get("/models/2").status_code == 404
 

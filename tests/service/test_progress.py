@@ -16,18 +16,19 @@ from engineer import MODELS, work
 from fastapi.testclient import TestClient
 from playwright.sync_api import sync_playwright
 from serving import served
-from sqlalchemy import select
+from sqlalchemy import delete, select
 from sqlalchemy.orm import Session, sessionmaker
 
 from service import migrate
 from service import serving as running
 from service import sessions as opened
 from service.access import keys
-from service.access.auth import Role
+from service.access.auth import Caller, Role
 from service.database import Job
 from service.door.guard import LOOK
 from service.door.server import GRACE
 from service.pages.rendering import FOLDER
+from service.queue.jobs import MOST_REQUESTED
 from service.settings import Settings
 
 NOW = datetime(2024, 1, 1, tzinfo=UTC)
@@ -119,6 +120,67 @@ def test_a_refused_form_keeps_what_was_ticked(asking: TestClient) -> None:
             assert f'name="hold_out_{number}" checked' in answer.text
         assert "<option selected>friction" in answer.text
     assert 'name="hold_out_1" checked' not in asking.get("/models/1").text
+
+
+@pytest.mark.parametrize("wish", ["accept", "compare"])
+def test_a_button_without_fields_keeps_what_was_ticked(asking: TestClient, wish: str) -> None:
+    done = asking.post(f"/models/1/{wish}", data={"offered": "1", "hold_out_2": "on"})
+    assert (done.status_code, done.headers["location"]) == (303, "/models/1?hold_out=2")
+    page = asking.get(done.headers["location"]).text
+    assert 'name="hold_out_2" checked' in page
+    assert 'name="hold_out_1" checked' not in page
+    assert asking.post(f"/models/1/{wish}", data={"offered": "1"}).headers["location"] == "/models/1?hold_out="
+
+
+def test_a_button_without_fields_that_is_refused_keeps_what_was_ticked(
+    asking: TestClient, sessions: sessionmaker[Session]
+) -> None:
+    with sessions.begin() as session:
+        session.execute(delete(Job).where(Job.state == "waiting"))
+        session.add_all(job("loopback") for _ in range(MOST_REQUESTED))
+    refused = asking.post("/models/1/compare", data={"offered": "1", "hold_out_2": "on"})
+    with sessions.begin() as session:
+        session.execute(delete(Job).where(Job.state == "waiting"))
+    assert refused.status_code == 429
+    assert 'role="alert"' in refused.text
+    assert 'name="hold_out_2" checked' in refused.text
+    assert 'name="hold_out_1" checked' not in refused.text
+
+
+def test_a_job_is_cancelled_on_the_page_by_who_asked_for_it(asking: TestClient, url: str) -> None:
+    sessions = opened.sessions(url)
+    with sessions.begin() as session:
+        mine, of_another, of_menshin = job("loopback"), job("somebody"), job(None)
+        session.add_all([mine, of_another, of_menshin])
+        session.flush()
+        numbers = [mine.id, of_another.id, of_menshin.id]
+    page = asking.get("/models/1").text
+    assert [f'action="/jobs/{one}/cancel"' in page for one in numbers] == [True, True, False]
+    with client(url, visitor=Caller("loopback", Role.engineer)) as engineer:
+        page = engineer.get("/models/1").text
+        assert [f'action="/jobs/{one}/cancel"' in page for one in numbers] == [True, False, False]
+        assert engineer.post(f"/jobs/{of_another.id}/cancel").status_code == 403
+        assert engineer.post(f"/jobs/{numbers[0]}/cancel").headers["location"] == "/models/1"
+    with client(url, visitor=Caller("loopback", Role.viewer)) as viewer:
+        assert "/cancel" not in viewer.get("/models/1").text
+        assert viewer.post(f"/jobs/{numbers[1]}/cancel").status_code == 403
+    foreign = asking.post(f"/jobs/{numbers[1]}/cancel", headers={"Origin": "https://elsewhere.example"})
+    assert foreign.status_code == 403
+    with sessions() as session:
+        assert [session.get_one(Job, one).state for one in numbers] == ["cancelled", "waiting", "waiting"]
+    again = asking.post(f"/jobs/{numbers[0]}/cancel")
+    assert again.status_code == 409
+    assert f"Job {numbers[0]} has ended already: cancelled." in again.text
+    own = asking.post(f"/jobs/{numbers[2]}/cancel")
+    assert "Menshin itself needs" in own.text
+    with sessions.begin() as session:
+        session.execute(delete(Job).where(Job.state == "waiting"))
+    sessions.kw["bind"].dispose()
+
+
+def job(asked_by: str | None) -> Job:
+    """A comparison that waits."""
+    return Job(kind="compare", model_id=1, asked_by=asked_by, arguments={}, state="waiting", created_at=NOW)
 
 
 def waiting(sessions: sessionmaker[Session]) -> str:

@@ -129,6 +129,7 @@ POST /buildings/{code}/drill
 POST /buildings/{code}/models
 POST /buildings/{code}/silences
 POST /deliveries/{delivery_id}/replay
+POST /jobs/{job_id}/cancel
 POST /models/{model_id}/accept
 POST /models/{model_id}/compare
 POST /models/{model_id}/diagnose
