@@ -6,6 +6,7 @@ Chromium: the system's, or that of `playwright install chromium`.
 
 import base64
 import shutil
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated
 
@@ -22,21 +23,35 @@ WIDTH, HEIGHT = 660, 800
 PUBLIC = "https://menshin.example.org"
 
 
+def page(database: str, message: int) -> str:
+    """A message as HTML, as its first recipient gets it; its picture stands in the text.
+
+    Raises:
+        typer.BadParameter: the message went to no recipient.
+    """
+    opened = sessions(database)
+    with ExitStack() as stack:
+        stack.callback(opened.kw["bind"].dispose)
+        session = stack.enter_context(reading(opened)())
+        deliveries = told.message(session, message).deliveries
+        if not deliveries:
+            raise typer.BadParameter(f"message {message} went to no recipient; choose another one")
+        letter = writing.letter(session, deliveries[0], "email", PUBLIC, is_repeat=False)
+    picture = f"data:image/png;base64,{base64.b64encode(letter.picture or b'').decode()}"
+    return mail.page(letter, "picture").replace("cid:picture", picture)
+
+
 def write(
     database: Annotated[str, typer.Argument(help="SQLAlchemy address.")],
     message: Annotated[int, typer.Option(help="Number of the message.")],
 ) -> None:
     """Render it."""
-    with reading(sessions(database))() as session:
-        letter = writing.letter(session, told.message(session, message), "email", PUBLIC, is_repeat=False)
-    assert letter.picture is not None, "this message shows no loop; another one would do"
-    picture = f"data:image/png;base64,{base64.b64encode(letter.picture).decode()}"
-    html = mail.page(letter, "picture").replace("cid:picture", picture)
+    html = page(database, message)
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=shutil.which("chromium"))
-        page = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT})
-        page.set_content(html)
-        page.screenshot(path=TARGET, full_page=True)
+        window = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT})
+        window.set_content(html)
+        window.screenshot(path=TARGET, full_page=True)
         browser.close()
 
 

@@ -1,0 +1,38 @@
+"""Writes docs/first-page.png: `python docs/write_first_page.py http://127.0.0.1:8000`, while `menshin demo` runs.
+
+It needs a Chromium: the system's, or that of `playwright install chromium`.
+"""
+
+import shutil
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from playwright.sync_api import FloatRect, sync_playwright
+
+TARGET = Path(__file__).with_name("first-page.png")
+WIDTH, HEIGHT = 1240, 800
+"""Pixels of the window; the picture ends below the charts of the first direction."""
+MARGIN = 12
+"""Pixels below them."""
+PATIENCE = 300.0
+"""s, for a page of a busy machine."""
+
+
+def write(address: Annotated[str, typer.Argument(help="Address of the demonstration.")]) -> None:
+    """Take the picture."""
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=shutil.which("chromium"))
+        page = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT})
+        page.set_default_timeout(1e3 * PATIENCE)
+        page.goto(address)
+        charts = page.locator(".charts").first.bounding_box()
+        if charts is None:
+            raise typer.BadParameter(f"{address} shows no earthquake with a result; try again when one is analysed")
+        clip = FloatRect(x=0.0, y=0.0, width=WIDTH, height=charts["y"] + charts["height"] + MARGIN)
+        page.screenshot(path=TARGET, full_page=True, clip=clip)
+        browser.close()
+
+
+if __name__ == "__main__":
+    typer.run(write)
