@@ -76,7 +76,7 @@ class Poller:
         try:
             while not stop.is_set():
                 with self.attempts.one():
-                    self._round(scheduler, look, lanes)
+                    self._round(scheduler, look, lanes, stop)
                 stop.wait(min(ROUND, self.settings.poll_interval))
         finally:
             scheduler.shutdown(wait=True)
@@ -85,7 +85,7 @@ class Poller:
             with self.attempts.one(), self.sessions.begin() as session:
                 leases.give_up(session, POLLING, self.holder)
 
-    def _round(self, scheduler: BackgroundScheduler, look: Look, lanes: Lanes) -> None:
+    def _round(self, scheduler: BackgroundScheduler, look: Look, lanes: Lanes, stop: Signal) -> None:
         """Keep the right to poll, and one clock for every building while it is ours."""
         with self.sessions.begin() as session:
             holds = leases.hold(session, POLLING, self.holder, self.clock(), POLLING_LEASE)
@@ -99,19 +99,19 @@ class Poller:
         if new := wanted - running:
             lanes.expect_failure(self._failing())
         for name in sorted(new):
-            self._start(scheduler, lanes, name)
+            self._start(scheduler, lanes, name, stop.is_set)
         self._mind_the_clock(scheduler)
         lanes.go_on()
         if holds:
             look.queue_ready()
 
-    def _start(self, scheduler: BackgroundScheduler, lanes: Lanes, name: str) -> None:
+    def _start(self, scheduler: BackgroundScheduler, lanes: Lanes, name: str, stopped: Callable[[], bool]) -> None:
         """A clock for a building, or for the checks, which take long and have a thread of their own."""
         checks = name == CHECKS
         scheduler.add_job(
             self._check if checks else lanes.due,
             Every(timedelta(seconds=self.settings.check_interval if checks else self.settings.poll_interval)),
-            args=() if checks else (name,),
+            args=(stopped,) if checks else (name,),
             id=name,
             executor="checks" if checks else "default",
         )
@@ -132,10 +132,10 @@ class Poller:
         with self.sessions() as session:
             return list(session.scalars(question.where(SourceState.failing_since.is_not(None))))
 
-    def _check(self) -> None:
+    def _check(self, stopped: Callable[[], bool]) -> None:
         with self.attempts.one():
             try:
-                rounds.go_round(self.sessions, self.settings, self.clock())
+                rounds.go_round(self.sessions, self.settings, self.clock(), stopped)
             except OperationalError:
                 raise
             except Exception:  # like the one below: the next round tries again

@@ -75,8 +75,8 @@ class EventFacts:
     """m, the isolators' largest, by direction."""
     resultant: float | None
     """m, the largest in plan."""
-    residuals: Mapping[str, float]
-    """m, by direction, where a transducer measured it."""
+    residuals: Mapping[str, tuple[float, float | None]]
+    """m, by direction, where a transducer measured it: value and standard deviation, None where that is unknown."""
     forces: Mapping[str, float]
     """N, by direction."""
     assessment: Assessment

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from datetime import UTC
 
-from core.rounding import significant
+from core.rounding import significant, with_std
 from service.alerting.event_facts import AlertFacts, EventFacts
 from service.alerting.words import listed, of_cause, of_length, of_time
 from service.notices.notice import Notice, Sequence
@@ -167,8 +167,9 @@ def _numbers(facts: EventFacts) -> Iterator[tuple[str, str]]:
         yield f"Largest isolator displacement, direction {direction}", f"{significant(value * MM)} mm"
     if facts.resultant is not None:
         yield "Largest isolator displacement in plan", f"{significant(facts.resultant * MM)} mm"
-    for direction, value in facts.residuals.items():
-        yield f"Displacement that remained, direction {direction}", f"{round(value * MM, 1) + 0.0:.1f} mm"
+    for direction, (value, std) in facts.residuals.items():
+        in_mm = with_std(value * MM, None if std is None else std * MM, "mm")
+        yield f"Displacement that remained, direction {direction}", in_mm
     for direction, value in facts.forces.items():
         yield f"Largest restoring force, direction {direction}", f"{significant(value * KN)} kN"
     for check in facts.assessment.checks:
@@ -210,7 +211,7 @@ def _data(facts: EventFacts) -> dict[str, object]:
         "pga": facts.pga,
         "peak_displacement": dict(facts.displacements),
         "peak_resultant": facts.resultant,
-        "residual_displacement": dict(facts.residuals),
+        "residual_displacement": {direction: value for direction, (value, _) in facts.residuals.items()},
         "peak_force": dict(facts.forces),
         "verdict": assessment_json(facts.assessment),
         "alerts": [_alert_data(one) for one in facts.alerts if one.silenced_until is None],

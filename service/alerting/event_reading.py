@@ -60,7 +60,9 @@ def event_facts(
         displacements={one.direction: one.peak_displacement for one in results if one.peak_displacement is not None},
         resultant=layer.peak_resultant if layer else None,
         residuals={
-            one.direction: one.residual_displacement for one in results if one.residual_displacement is not None
+            one.direction: (one.residual_displacement, one.residual_displacement_std)
+            for one in results
+            if one.residual_displacement is not None
         },
         forces={one.direction: one.peak_force for one in results},
         assessment=reading.of_event(session, event, as_of),

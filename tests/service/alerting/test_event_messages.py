@@ -2,13 +2,14 @@
 
 from datetime import timedelta
 
+import pytest
 from alarmed import AGE, SOON, analysed, earthquake, messages, raised
 from findings import DAY, START
 from sqlalchemy.orm import Session
 
 from service.alerting import handling
 from service.alerting.event_messages import tell, tell_of_event
-from service.database import Alert, Building
+from service.database import Alert, Building, DirectionResult
 from service.queue import jobs
 
 
@@ -33,6 +34,27 @@ def test_an_earthquake_is_told_once_in_local_time_with_what_is_undecided(session
     assert told.data["peak_displacement"] == {"x": 0.0237}
     assert told.picture_direction == "x"
     assert told.link == f"/events/{event.id}"
+
+
+@pytest.mark.parametrize(
+    ("value", "std", "expected"),
+    [
+        (-0.0004123e-3, 0.0025e-3, "−0.0004 ± 0.0025 mm"),
+        (12.3456e-3, 3.21e-3, "12.3 ± 3.2 mm"),
+        (12.3456e-3, None, "12.3 mm"),
+        (0.0, None, "0 mm"),
+    ],
+)
+def test_a_residual_displacement_is_written_to_the_digit_that_its_uncertainty_supports(
+    session: Session, of: Building, value: float, std: float | None, expected: str
+) -> None:
+    event = earthquake(session, of, START)
+    (found,) = session.query(DirectionResult).all()
+    found.residual_displacement, found.residual_displacement_std = value, std
+    tell_of_event(session, event.id, AGE, START + SOON)
+    (told,) = messages(session)
+    assert {"name": "Displacement that remained, direction x", "value": expected} in told.facts
+    assert told.data["residual_displacement"] == {"x": value}
 
 
 def test_a_new_analysis_is_told_only_if_it_says_something_else(session: Session, of: Building) -> None:

@@ -102,6 +102,20 @@ def test_a_full_disk_is_told(sessions: sessionmaker[Session], database_url: str)
             assert alert.began_at == NOW
 
 
+def test_a_round_that_is_stopped_ends_between_two_buildings(sessions: sessionmaker[Session]) -> None:
+    with sessions.begin() as session:
+        for number in range(3):
+            event = earthquake(session, building(session), NOW - HOUR + number * HOUR / 60)
+            jobs.enqueue(session, event, {}, NOW - HOUR)
+    answers = iter([False, True])
+    go_round(sessions, SETTINGS, NOW + HOUR, lambda: next(answers))
+    with sessions() as session:
+        assert session.query(Alert).count() == 1
+    go_round(sessions, SETTINGS, NOW + HOUR)
+    with sessions() as session:
+        assert session.query(Alert).count() == 3
+
+
 def test_a_dead_channel_is_told_and_comes_back(sessions: sessionmaker[Session]) -> None:
     with sessions.begin() as session:
         of = building(session)
