@@ -18,6 +18,8 @@ LONG = 1e7
 """From which on a number is written with a power of ten."""
 SHORT = 1e-4
 """Below which a number is written with a power of ten."""
+LEAST = -300
+"""Least power of ten: 10 to a lesser one is not exact, and soon 0."""
 SIGNIFICANT = 3
 """Digits of a value whose uncertainty is unknown."""
 TWO_DIGITS = 354
@@ -73,8 +75,10 @@ def interval(value: float, low: float, high: float, unit: str = "", *, level: st
         level: coverage of the interval.
         signed: whether positive numbers get a sign, as changes do.
     """
+    if not (math.isfinite(value) and math.isfinite(low) and math.isfinite(high)):
+        return with_std(value, math.inf, unit)
     half = (high - low) / 2
-    decimals = _decimals(half) if math.isfinite(half) and half > 0 else _last_place(value)
+    decimals = _decimals(half) if half > 0 else _last_place(value)
     number, first, last = (_to_place(one, decimals, signed=signed) for one in (value, low, high))
     return f"{_behind(number, unit)} ({level}: {first} to {_behind(last, unit)})"
 
@@ -109,7 +113,7 @@ def _behind(number: str, unit: str) -> str:
 
 def _power(value: float) -> int:
     """Exponent to write of a number that is too long without one; else 0."""
-    return math.floor(math.log10(abs(value))) if value and not SHORT <= abs(value) < LONG else 0
+    return max(math.floor(math.log10(abs(value))), LEAST) if value and not SHORT <= abs(value) < LONG else 0
 
 
 def _ten_to(power: int) -> str:

@@ -12,7 +12,8 @@ from service.workbench.diagnosing import Diagnosed
 from service.workbench.effect_sheets import explained
 from service.workbench.stages import Stage
 from service.workbench.telling_apart import would_tell
-from service.workbench.versions import Version, helps
+from service.workbench.values import percent
+from service.workbench.versions import LEFT_OUT, Version, groups, helps
 
 
 def titled(effect: str) -> str:
@@ -62,7 +63,7 @@ def missing(stages: Sequence[Stage], versions: Sequence[Version], found: Diagnos
     was, now = before.error(names), after.error(names)
     delta = stage.step.chosen.delta_bic if _is_own(stages, found) else None
     if not lowers(was, now):
-        yield f"{titled(stage.effect)} was tried next and is not worth its place in the model."
+        yield from _only_elsewhere(stage.effect, before, after, found)
         yield evidence(stage.effect, was, now, delta)
         return
     beside = ", ".join(one.effect for one in stages[:-1])
@@ -75,6 +76,19 @@ def missing(stages: Sequence[Stage], versions: Sequence[Version], found: Diagnos
         yield f"What would distinguish them: {would_tell(alike)}."
     if not helps(before, after, found.records):
         yield f"It helps only the earthquakes it was fitted to: do not add {stage.effect} without another reason."
+
+
+def _only_elsewhere(effect: str, before: Version, after: Version, found: Diagnosed) -> Iterator[str]:
+    """What an effect that does not lower the error where it was fitted is worth on earthquakes left out."""
+    left_out = groups(found.records).get(LEFT_OUT, ())
+    was, now = (version.error(left_out) if left_out else None for version in (before, after))
+    if was is None or now is None or not lowers(was, now):
+        yield f"{titled(effect)} was tried next and is not worth its place in the model."
+        return
+    yield (
+        f"{titled(effect)} lowers the error of the force on earthquakes left out, from {percent(was.nrmse)} to "
+        f"{percent(now.nrmse)}, but not where it was fitted: records of more earthquakes would decide."
+    )
 
 
 def _is_own(stages: Sequence[Stage], found: Diagnosed) -> bool:

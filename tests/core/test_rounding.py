@@ -3,13 +3,14 @@
 from math import inf, nan
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from core.rounding import LONG, SHORT, interval, plain, significant, with_std
 
 REGULAR = st.floats(SHORT, 0.9 * LONG)
 VALUES = st.floats(-0.9 * LONG, 0.9 * LONG)
+FINITE = st.floats(-1e300, 1e300)
 
 
 def number(text: str) -> float:
@@ -96,3 +97,14 @@ def test_a_value_that_was_set_has_no_zeros_at_its_end() -> None:
         "0",
         "100",
     ]
+
+
+@given(FINITE | st.sampled_from([nan, inf, -inf]), FINITE.map(abs) | st.sampled_from([nan, inf, None]))
+@example(-1.1e-311, None)
+@example(1e-320, 1e300)
+@example(1e300, 1e300)
+def test_every_number_can_be_written(value: float, std: float | None) -> None:
+    assert significant(value)
+    assert plain(value)
+    assert with_std(value, std)
+    assert interval(value, value - (std or 0.0), value + (std or 0.0))

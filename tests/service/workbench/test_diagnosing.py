@@ -30,7 +30,7 @@ from service.workbench.diagnosis_summary import summary
 from service.workbench.diagnosis_words import words
 from service.workbench.improving import Improved, improve
 from service.workbench.suspicions import alone_as_json
-from service.workbench.versions import Version
+from service.workbench.versions import Version, lowers
 
 OFFERED = ("friction", "hardening", "power_viscous")
 HARD = Isolator({**BOUC_WEN.effects, "hardening": {"k3": 2e10, "k5": 0.0}})
@@ -117,23 +117,27 @@ def test_the_page_has_the_six_pictures_and_the_text(hard: Diagnosed) -> None:
     assert "<script" not in made
 
 
-def errs(version: Version, factor: float) -> Version:
-    """The version with its error of the force so many times as large."""
+def errs(version: Version, fitted: float, left_out: float) -> Version:
+    """The version with so many times its error of the force, where it was fitted and on the last earthquake."""
     forces = tuple(
-        replace(one, misfit=replace(one.misfit, error=one.misfit.error * factor**2)) for one in version.answers.forces
+        replace(one, misfit=replace(one.misfit, error=one.misfit.error * factor**2))
+        for one in version.answers.forces
+        for factor in (left_out if one.observation.name == "event 3" else fitted,)
     )
     return replace(version, answers=replace(version.answers, forces=forces))
 
 
 @settings(max_examples=200, deadline=None)
-@given(after=st.floats(-3, 3), others=st.floats(-3, 3), bic=st.floats(-1e4, 1e4))
-def test_sentences_agree_with_the_numbers(hard: Diagnosed, after: float, others: float, bic: float) -> None:
+@given(after=st.floats(-3, 3), elsewhere=st.floats(-3, 3), others=st.floats(-3, 3), bic=st.floats(-1e4, 1e4))
+def test_sentences_agree_with_the_numbers(
+    hard: Diagnosed, after: float, elsewhere: float, others: float, bic: float
+) -> None:
     """For an error of any size with the effect; 10 to the power of what is given."""
     first = replace(hard.candidates[0], after=replace(hard.before, error=hard.before.error * 100**others))
     step = replace(hard.stages[0].step, chosen=replace(hard.stages[0].step.chosen, delta_bic=bic))
     found = replace(
         hard,
-        versions=(*hard.versions[:2], errs(hard.versions[1], 10**after)),
+        versions=(*hard.versions[:2], errs(hard.versions[1], 10**after, 10**elsewhere)),
         stages=(replace(hard.stages[0], step=step),),
         candidates=(first, *hard.candidates[1:]),
     )
@@ -145,10 +149,22 @@ def test_sentences_agree_with_the_numbers(hard: Diagnosed, after: float, others:
             assert float(now.replace(",", "")) < float(was.replace(",", ""))
         for was, now in re.findall(r"raises the error of the force from (\S+) kN to (\S+) kN", text):
             assert float(now.replace(",", "")) > float(was.replace(",", ""))
-    is_worth_it = 10**after < LOWERS
-    assert any(" is missing." in sentence for sentence in words(found)) == is_worth_it
-    assert any("is not worth its place" in sentence for sentence in words(found)) == (not is_worth_it)
+    is_worth_it, helps_elsewhere = 10**after < LOWERS, 10**elsewhere < LOWERS
+    said = words(found)
+    assert any(" is missing." in sentence for sentence in said) == is_worth_it
+    assert any("but not where it was fitted" in one for one in said) == (not is_worth_it and helps_elsewhere)
+    assert any("is not worth its place" in one for one in said) == (not is_worth_it and not helps_elsewhere)
     assert ("The nearest known effect is Hardening" in text) == (10**others < LOWERS and not first.implausible)
+
+
+@pytest.mark.parametrize(
+    ("fitted", "left_out", "is_kept"), [(0.9, 1.2, True), (1.04, 0.9, True), (1.04, 0.99, False), (0.99, 0.99, False)]
+)
+def test_an_effect_is_kept_that_lowers_the_error_where_it_was_fitted_or_elsewhere(
+    hard: Diagnosed, fitted: float, left_out: float, *, is_kept: bool
+) -> None:
+    before = hard.versions[1]
+    assert lowers(before, errs(before, fitted, left_out), hard.records) == is_kept
 
 
 def test_an_impossible_effect_is_never_the_nearest_nor_said_to_help(hard: Diagnosed) -> None:
