@@ -179,7 +179,7 @@ def _better(page: Page, pictures: Path) -> Seen:
 
 def _number(page: Page) -> int:
     """Of what the page shows."""
-    return int(page.url.rpartition("/")[2])
+    return int(urlsplit(page.url).path.rpartition("/")[2])
 
 
 def _asked(page: Page, address: str) -> Seen:
