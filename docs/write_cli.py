@@ -12,7 +12,8 @@ TARGET = Path(__file__).with_name("cli.md")
 OPENING = """\
 # The command line
 
-Written by `python docs/write_cli.py` from the commands themselves.
+Written by `python docs/write_cli.py` from the commands themselves. `menshin --version` prints the version, and
+`menshin COMMAND --help` what stands here.
 """
 TYPERS_OWN = ("install_completion", "show_completion")
 """Options that typer adds to every program."""

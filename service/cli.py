@@ -1,5 +1,7 @@
 """The command `menshin`, assembled from its groups of commands."""
 
+from typing import Annotated
+
 import typer
 
 from service.commands import analyse, building, demo, drill, effects, keys, model, reproduce, run, secret
@@ -18,3 +20,20 @@ app.add_typer(building.app, name="building")
 app.add_typer(model.app, name="model")
 app.add_typer(keys.app, name="key")
 app.add_typer(secret.app, name="secret")
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        from service.version import VERSION
+
+        typer.echo(f"menshin {VERSION}")
+        raise typer.Exit
+
+
+@app.callback()
+def menshin(
+    _: Annotated[
+        bool, typer.Option("--version", is_eager=True, callback=_print_version, help="Print the version and end.")
+    ] = False,
+) -> None:
+    """Structural health monitoring for base-isolated buildings."""

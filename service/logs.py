@@ -1,7 +1,13 @@
 """The log of a process of ours."""
 
 import logging
+from collections.abc import Mapping
+from types import MappingProxyType
 
+LEVELS: Mapping[str, int] = MappingProxyType(
+    {"debug": logging.DEBUG, "info": logging.INFO, "warning": logging.WARNING, "error": logging.ERROR}
+)
+"""Levels by their names in the settings."""
 LINE = "%(asctime)s %(levelname)s %(name)s: %(message)s"
 
 

@@ -131,7 +131,18 @@ def store(session: Session, claim: Claim, inputs: Inputs, result: EventAnalysis,
     )
     session.add(analysis)
     _log_unusable(session, event, result)
+    when = f"{event.start:%Y-%m-%d %H:%M:%S} UTC"
+    log.info("event %d of %s, %s: %s", event.id, event.building.code, when, _outcome(result))
     return analysis
+
+
+def _outcome(result: EventAnalysis) -> str:
+    """The outcome of an analysis for a line of the log."""
+    if result.refusal is not None:
+        return f"could not be analysed: {result.refusal}"
+    peaks = {name: one.motion.peak[0] for name, one in result.directions.items() if one.motion is not None}
+    moved = ", ".join(f"{1e3 * peak:.3g} mm in direction {name}" for name, peak in peaks.items())
+    return f"analysed; the isolators moved {moved}" if moved else "analysed; no displacement of the isolators is known"
 
 
 def _log_unusable(session: Session, event: Event, result: EventAnalysis) -> None:

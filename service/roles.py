@@ -76,7 +76,7 @@ def running(
 
     None of them starts if `stop` is set while the database is away.
     """
-    logs.begin(logging.INFO)
+    logs.begin(logs.LEVELS[settings.log_level])
     is_there = _upgraded(settings.database_url, stop)
     with _opened(settings) as opened:
         if not is_there:

@@ -71,6 +71,9 @@ class Settings(BaseSettings):
     )
     host: str = Field(default="127.0.0.1", description="address that the API listens on")
     port: int = Field(default=8000, ge=0, le=65535, description="port that the API listens on; 0 takes a free one")
+    log_level: Literal["debug", "info", "warning", "error"] = Field(
+        default="info", description="least grave lines that are written to the log"
+    )
     max_dataselect_samples: Count = Field(
         default=30_000_000, description="samples of the largest answer of /fdsnws/dataselect"
     )

@@ -1,5 +1,6 @@
 """Which earthquake a record belongs to, and when its event is ready to be analysed."""
 
+import logging
 from collections.abc import Iterable, Sequence
 from datetime import datetime, timedelta
 
@@ -15,6 +16,8 @@ from service.intake.grouping import overlapping
 from service.intake.spans import cut, span
 from service.queue import jobs
 from service.settings import Settings
+
+log = logging.getLogger(__name__)
 
 
 def take_in(
@@ -106,6 +109,7 @@ def at(
         event = Event(building_id=building.id, start=start, end=end, state="gathering", created_at=now, updated_at=now)
         session.add(event)
         session.flush()
+        log.info("event %d of %s: an earthquake begins to arrive", event.id, building.code)
         return event
     into, *others = joined
     for other in others:

@@ -1,3 +1,4 @@
+import importlib.metadata
 import importlib.util
 import subprocess
 import sys
@@ -47,3 +48,8 @@ def test_help_needs_nothing_heavy() -> None:
 def test_without_a_command_the_help_is_shown() -> None:
     shown = CliRunner().invoke(app, [])
     assert "Structural health monitoring" in shown.output
+
+
+def test_the_version_is_that_of_the_installed_program() -> None:
+    done = CliRunner().invoke(app, ["--version"])
+    assert (done.exit_code, done.stdout) == (0, f"menshin {importlib.metadata.version('menshin')}\n")
