@@ -65,8 +65,8 @@ def inspect(
     session.flush()
     quantity = quantity_of(alert.cause)
     if reference_from is not None and quantity is not None:
-        of = sensor_of(alert.cause)
-        reference_periods.begin(session, alert.building, quantity, of, reference_from, None, note, by, now)
+        of, why = sensor_of(alert.cause), f"Inspection of alert {alert.id}: {note}"
+        reference_periods.begin(session, alert.building, quantity, of, reference_from, None, why, by, now)
     return made
 
 

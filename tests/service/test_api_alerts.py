@@ -96,7 +96,8 @@ def test_an_alert_is_acknowledged_and_ended_by_an_inspection(
     assert inspection["reference_from"] == "2024-01-05T00:00:00Z"
     with sessions.begin() as session:
         assert session.query(AuditEntry).count() == 2
-        assert [one.quantity for one in session.query(ReferencePeriod)] == ["stiffness"]
+        [period] = session.query(ReferencePeriod)
+        assert (period.quantity, period.reason) == ("stiffness", "Inspection of alert 1: two bearings were replaced")
         (watching,) = session.query(Job).filter(Job.kind == "watch")
         assert session.query(Message).filter(Message.key.like("event/%")).count() == 1
         watching.state = "done"
