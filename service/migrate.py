@@ -16,13 +16,16 @@ from service.sessions import engine
 from service.version import VERSION
 
 LOCK = 6_334_607  # any number, the same in all our processes
+FIRST = 20
+"""Number of the first revision. Lower ones belong to development versions from before the first release."""
 
 
 def upgrade(url: str, revision: str = "head") -> None:
     """Bring the database up to a revision; two processes that start together do it one after the other.
 
     Raises:
-        DatabaseVersionError: it is of a newer version of menshin, or of another program.
+        DatabaseVersionError: it is of a newer version of menshin, of one from before the first release, or of another
+            program.
     """
     _run(url, lambda config: command.upgrade(config, revision))
 
@@ -65,11 +68,17 @@ def _run(url: str, migrate: Callable[[Config], None]) -> None:
 
 
 def _check(connection: Connection) -> None:
-    """Refuse a database that was made by a newer version, or by another program, or that cannot be written."""
+    """Refuse a database of another version or another program, and one that cannot be written."""
     name = shown(connection.engine.url)
     known = {script.revision for script in ScriptDirectory.from_config(_config()).walk_revisions()}
     current = MigrationContext.configure(connection).get_current_heads()
-    if strange := set(current) - known:
+    strange = set(current) - known
+    if early := sorted(revision for revision in strange if revision[:4].isdigit() and int(revision[:4]) < FIRST):
+        raise DatabaseVersionError(
+            f"{name} is of a development version from before the first release (revision {early[0]}), which menshin "
+            f"{VERSION} cannot upgrade; move it away or name another database, and add the buildings again"
+        )
+    if strange:
         raise DatabaseVersionError(
             f"{name} is of another version of menshin than this one ({VERSION}), which does not know its revision "
             f"{', '.join(sorted(strange))}; run that version, or name another database"
