@@ -1,4 +1,4 @@
-"""How quick and how accurate is it beside its peers? `python -m benchmarks` runs all and writes docs/benchmarks.md."""
+"""Speed and accuracy beside named peers: `python -m benchmarks` measures them into docs/reference/benchmarks.md."""
 
 import os
 

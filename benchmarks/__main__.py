@@ -1,4 +1,4 @@
-"""`python -m benchmarks` runs all and writes docs/benchmarks.md; with names it renews the parts of those benchmarks."""
+"""`python -m benchmarks` writes docs/reference/benchmarks.md; with names it renews the parts of those benchmarks."""
 
 import sys
 from collections.abc import Callable, Iterator, Mapping
@@ -9,7 +9,7 @@ from benchmarks import chain, identification, identification_noise, simulation
 from benchmarks.machine import description
 from benchmarks.table import Table
 
-TARGET = Path(__file__).resolve().parents[1] / "docs" / "benchmarks.md"
+TARGET = Path(__file__).resolve().parents[1] / "docs" / "reference" / "benchmarks.md"
 BENCHMARKS: Mapping[str, tuple[str, Callable[[], Iterator[Table]]]] = MappingProxyType(
     {
         "identification": ("Subspace identification of A and C", identification.tables),

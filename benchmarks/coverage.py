@@ -1,6 +1,6 @@
 """How much of what happened do the 95 % bands of force, displacement and k_eq hold, and how wide are they?
 
-    python -m benchmarks.coverage            weak events of odd seeds and the real building, into docs/accuracy.md
+    python -m benchmarks.coverage            weak events (odd seeds), the real building: docs/reference/accuracy.md
     python -m benchmarks.coverage --full     strong events too, onto the screen
     python -m benchmarks.coverage --seed 0   weak events of another seed, onto the screen
 
@@ -29,14 +29,14 @@ from shared import BNCS  # noqa: E402
 from benchmarks.force_tables import shown  # noqa: E402
 from benchmarks.table import Table  # noqa: E402
 
-PAGE = ROOT / "docs" / "accuracy.md"
+PAGE = ROOT / "docs" / "reference" / "accuracy.md"
 BEGIN, END = (f"<!-- {edge} of what `python -m benchmarks.coverage` writes -->" for edge in ("begin", "end"))
 WANTED = (90.0, 98.0)
 """%, between which a share is to lie."""
 MOTIONS = ("AKT013", "Kobe")
 """The second in full only."""
 REPORTED = 1
-"""The seed of the tables in docs/accuracy.md."""
+"""The seed of the tables in docs/reference/accuracy.md."""
 FURTHER = (3, 5, 7)
 """Seeds of more buildings, of the truths whose building is drawn."""
 PROCESSES = 2

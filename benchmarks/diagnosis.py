@@ -1,6 +1,6 @@
 """Does a diagnosis name what is hidden in a building, and nothing else?
 
-    python -m benchmarks.diagnosis              all trials, into docs/diagnosis.md
+    python -m benchmarks.diagnosis              all trials, into docs/models/diagnosis.md
     python -m benchmarks.diagnosis --quick      a few, onto the screen
 
 Needs `pip install '.[test]'`. Every trial is kept in a file as it is done, so that a run that was stopped goes on where
@@ -22,7 +22,7 @@ from benchmarks.diagnosis_tables import GROUPS, Group, tables
 from benchmarks.diagnosis_trial import Row, row
 
 ROOT = Path(__file__).resolve().parents[1]
-PAGE = ROOT / "docs" / "diagnosis.md"
+PAGE = ROOT / "docs" / "models" / "diagnosis.md"
 ROWS = ROOT / "build" / "diagnosis.jsonl"
 BEGIN, END = (f"<!-- {edge} of what `python -m benchmarks.diagnosis` writes -->" for edge in ("begin", "end"))
 PROCESSES = 2

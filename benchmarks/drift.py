@@ -18,7 +18,7 @@ from drifting import Plan
 
 from benchmarks.table import Table
 
-TARGET = Path(__file__).resolve().parents[1] / "docs" / "drift.md"
+TARGET = Path(__file__).resolve().parents[1] / "docs" / "operate" / "drift.md"
 MARKS = ("<!-- {} -->", "<!-- /{} -->")
 """Marks around a measured part of the page, with its name."""
 PLANS: Mapping[str, Plan] = MappingProxyType(
@@ -189,7 +189,7 @@ def renewed(page: str, name: str, part: str) -> str:
 
 
 def main() -> None:
-    """The tables into docs/drift.md and the pictures beside it, or with `--screen` the tables onto the screen only."""
+    """Write tables and pictures into docs/operate/drift.md, or with `--screen` print the tables only."""
     parser = ArgumentParser(prog="python -m benchmarks.drift", description=__doc__)
     parser.add_argument(
         "parts", nargs="*", default=["one", "both", "dated"], help="one direction, both together, when it began"

@@ -1,6 +1,6 @@
 """How near do the estimators of the restoring force come, on simulated buildings and on a real one?
 
-    python -m benchmarks.restoring_force            all of it, into docs/accuracy.md
+    python -m benchmarks.restoring_force            all of it, into docs/reference/accuracy.md
     python -m benchmarks.restoring_force --quick    two motions, one seed, onto the screen
 
 Needs `pip install '.[test]'`, and the real building's records beside the checkout (../shared/data/bncs).
@@ -30,7 +30,7 @@ from benchmarks import cycle_errors, floors_measured, force_tables  # noqa: E402
 from core.comparison.fitting_rate import fitting_rate  # noqa: E402
 from core.estimators import ESTIMATORS  # noqa: E402
 
-PAGE = ROOT / "docs" / "accuracy.md"
+PAGE = ROOT / "docs" / "reference" / "accuracy.md"
 BEGIN, END = (f"<!-- {edge} of what `python -m benchmarks.restoring_force` writes -->" for edge in ("begin", "end"))
 PROCESSES = 2
 

@@ -136,7 +136,7 @@ def _warn_of_plain_secrets(opened: sessionmaker[Session]) -> None:
         )
         if count := session.scalar(plain):
             log.warning(
-                "%d receivers' addresses and secrets are stored unencrypted; set %s (docs/settings.md)",
+                "%d receivers' addresses and secrets are stored unencrypted; set %s (docs/reference/settings.md)",
                 count,
                 encryption.VARIABLE,
             )

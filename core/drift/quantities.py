@@ -1,7 +1,7 @@
 """Quantities monitored for drift, and their prior: how each behaves in a healthy building.
 
 The typical scatters and temperature coefficients are the centres of priors: each series is scaled by its own data
-(`core.drift.scatter`, `core.drift.baseline`). The rules were tuned on stiffness alone (docs/drift.md).
+(`core.drift.scatter`, `core.drift.baseline`). The rules were tuned on stiffness alone (docs/operate/drift.md).
 """
 
 from collections.abc import Mapping

@@ -24,10 +24,10 @@ SUPPORTING, SUPPORTING_SLOPE = 2, 4
 SUDDEN_THRESHOLD, SLOW_THRESHOLD, RECOVERY_THRESHOLD = 3.85, 3.85, 4.1
 """Chosen on the even seeds of benchmarks/drift.py for false alarms of 5 % by all rules together."""
 SUDDEN_RATE, SLOW_RATE, RECOVERY_RATE = 0.05, 0.005, 0.035
-"""False alarms, measured on the odd seeds of benchmarks/drift.py and rounded (docs/drift.md). Most false recoveries
-follow a false loss."""
+"""False alarms, measured on the odd seeds of benchmarks/drift.py and rounded (docs/operate/drift.md). Most false
+recoveries follow a false loss."""
 ONSET_LEVEL = 0.95
-"""Posterior probability of an onset interval; docs/drift.md says how often the interval contains the truth."""
+"""Posterior probability of an onset interval; docs/operate/drift.md says how often the interval contains the truth."""
 ONSET_SIZE = 0.2
 """Prior standard deviation of the size of a change; relative."""
 

@@ -1,4 +1,4 @@
-"""Records in CSV files with a header that says everything; docs/csv.md describes it.
+"""Records in CSV files with a header that says everything; docs/operate/csv.md describes it.
 
 # start: 2024-01-01T00:00:00Z
 # rate: 100
@@ -62,7 +62,7 @@ def _start_and_rate(name: str, heading: Sequence[str]) -> tuple[datetime, float]
     values = {key.strip().lower(): value.strip() for key, _, value in pairs}
     for key in KEYS:
         if key not in values:
-            raise FormatError(f"{name} has no line '# {key}: ...' at its top; docs/csv.md shows one")
+            raise FormatError(f"{name} has no line '# {key}: ...' at its top; docs/operate/csv.md shows one")
     try:
         start = datetime.fromisoformat(values["start"])
     except ValueError:

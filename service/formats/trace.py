@@ -20,7 +20,7 @@ class Trace:
     """An unbroken piece of one channel, in the file's own numbers, and what they mean."""
 
     channel: str
-    """Network, station, location and channel code: docs/formats.md tells how each format's ids are made."""
+    """Network, station, location and channel code: docs/operate/formats.md tells how each format's ids are made."""
     start: datetime
     """Time of the first sample, UTC."""
     rate: float

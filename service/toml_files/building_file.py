@@ -23,7 +23,7 @@ class BuildingFileError(TomlError):
 
 @dataclass(frozen=True, slots=True)
 class SourceFile:
-    """Where the building's records are fetched; docs/building.md tells what each key means."""
+    """Where the building's records are fetched; docs/operate/building.md tells what each key means."""
 
     kind: Literal["folder", "fdsnws", "archive"]
     location: str

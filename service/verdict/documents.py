@@ -9,7 +9,7 @@ from service.verdict.checks import Check
 
 
 def assessment_json(found: Assessment) -> dict[str, Any]:
-    """The verdict as JSON values; docs/verdict.md explains each."""
+    """The verdict as JSON values; docs/operate/verdict.md explains each."""
     return {
         "level": found.level.value,
         "headline": words.headline(found),

@@ -1,4 +1,4 @@
-"""Every kind of finding that core makes is explained in docs/screening.md, and nothing else is."""
+"""Every kind of finding that core makes is explained in docs/operate/screening.md, and nothing else is."""
 
 import ast
 import re
@@ -19,7 +19,7 @@ def kinds_in_code() -> Iterator[str]:
 
 
 def test_every_kind_of_finding_is_documented() -> None:
-    text = (ROOT / "docs" / "screening.md").read_text(encoding="utf-8")
+    text = (ROOT / "docs" / "operate" / "screening.md").read_text(encoding="utf-8")
     documented = re.findall(r"^\| `(\w+)` \|", text, flags=re.MULTILINE)
     found = set(kinds_in_code())
     assert len(found) > 10

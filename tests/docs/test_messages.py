@@ -1,4 +1,4 @@
-"""The example of a receiver in docs/messages.md does what it says, with what is really sent."""
+"""The example of a receiver in docs/operate/messages.md does what it says, with what is really sent."""
 
 import re
 from collections.abc import Callable, Mapping
@@ -14,7 +14,7 @@ from service.notices.letter import Addressee, Letter
 from service.notices.webhook import send
 from service.settings import Settings
 
-DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "messages.md"
+DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "operate" / "messages.md"
 Receive = Callable[[Mapping[str, str], bytes, str], str | None]
 
 

@@ -12,7 +12,9 @@ from core.building import storey_stiffness_matrix
 from core.paper import BUILDING
 
 ROOT = Path(__file__).resolve().parents[2]
-SCRIPT = importlib.util.spec_from_file_location("write_theory_pictures", ROOT / "docs" / "write_theory_pictures.py")
+SCRIPT = importlib.util.spec_from_file_location(
+    "write_theory_pictures", ROOT / "docs" / "tools" / "write_theory_pictures.py"
+)
 assert SCRIPT is not None
 assert SCRIPT.loader is not None
 pictures = importlib.util.module_from_spec(SCRIPT)
@@ -20,7 +22,7 @@ SCRIPT.loader.exec_module(pictures)
 
 
 def test_all_that_it_names_exists() -> None:
-    text = (ROOT / "docs" / "theory.md").read_text(encoding="utf-8")
+    text = (ROOT / "docs" / "reference" / "theory.md").read_text(encoding="utf-8")
     named = set(re.findall(r"`(core\.[\w.]+)`", text))
     assert len(named) > 15
     for name in named:

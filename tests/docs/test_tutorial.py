@@ -15,7 +15,7 @@ import typer
 from service.cli import app
 
 SCRIPT = importlib.util.spec_from_file_location(
-    "write_tutorial", Path(__file__).resolve().parents[2] / "docs" / "write_tutorial.py"
+    "write_tutorial", Path(__file__).resolve().parents[2] / "docs" / "tools" / "write_tutorial.py"
 )
 assert SCRIPT is not None
 assert SCRIPT.loader is not None
@@ -34,7 +34,7 @@ def commands(line: str) -> Iterator[list[str]]:
 
 
 def test_the_page_says_what_the_walk_saw() -> None:
-    assert writer.PAGE.read_text("utf-8") == writer.document(SEEN), "python docs/write_tutorial.py would mend it"
+    assert writer.PAGE.read_text("utf-8") == writer.document(SEEN), "python docs/tools/write_tutorial.py would mend it"
 
 
 def test_its_pictures_are_there_and_small() -> None:

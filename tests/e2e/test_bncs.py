@@ -38,7 +38,7 @@ BAND = (0.1, 25.0)  # Hz, of estimator.md
 FITS = {
     ("cms", ("base slab", "4", "roof")): (99.0, 98.7, 97.9),  # estimator.md's
     ("cms", ("base slab", "roof")): (95.0, 92.3, 89.2),
-    ("smoother", ("base slab", "4", "roof")): (99.5, 99.3, 99.1),  # docs/accuracy.md's
+    ("smoother", ("base slab", "4", "roof")): (99.5, 99.3, 99.1),  # docs/reference/accuracy.md's
     ("smoother", ("base slab", "roof")): (98.7, 98.0, 97.9),
 }
 MASS = {"01": 231995.0, "02": 68729.0, "03": 71686.0, "04": 105673.0, "05": 109935.0, "06": 60500.0}  # kg

@@ -49,7 +49,7 @@ def error(model: Isolator, of: list[Observation]) -> float:
 
 
 def test_hysteresis_is_found_missing_and_foretells_the_strongest_earthquake(seen: list[Observation]) -> None:
-    """The program's own words are in docs/real-building.md: 29.1 % before and 11.7 % with two effects."""
+    """The program's own words are in docs/models/real-building.md: 29.1 % before and 11.7 % with two effects."""
     found = diagnosed(seen[:2], LINEAR)
     assert found.steps
     assert EFFECTS[found.steps[0].chosen.effect].family in HYSTERETIC

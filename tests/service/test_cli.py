@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 from service.cli import app
 
-WRITER = Path(__file__).resolve().parents[2] / "docs" / "write_cli.py"
+WRITER = Path(__file__).resolve().parents[2] / "docs" / "tools" / "write_cli.py"
 HEAVY = ("obspy", "numba", "scipy", "altair", "sqlalchemy", "fastapi", "numpy")
 
 
@@ -35,7 +35,7 @@ def test_the_reference_is_what_the_commands_say() -> None:
     assert spec.loader is not None
     writer = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(writer)
-    assert writer.TARGET.read_text("utf-8") == writer.document(), "python docs/write_cli.py would mend it"
+    assert writer.TARGET.read_text("utf-8") == writer.document(), "python docs/tools/write_cli.py would mend it"
 
 
 def test_help_needs_nothing_heavy() -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "effects-own.md"
+DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "models" / "effects-own.md"
 EXAMPLE = re.search(r"```python\n(.*?)```", DOCUMENT.read_text(encoding="utf-8"), re.DOTALL)[1]  # type: ignore[index]
 
 SUPPORT = str(Path(__file__).resolve().parents[1] / "support")

@@ -36,7 +36,7 @@ from service.toml_files.building_file import read
 
 pytestmark = pytest.mark.slow  # one run of it all
 
-DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "reproduction.md"
+DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "reference" / "reproduction.md"
 SECTION_7, SECTION_8 = tuple(range(6, 17)), tuple(range(18, 25))
 UNITS = ("(s)", "(gal)", "(kN)", "(mm)", "(gal √t)", "(kN/mm)", "(kN s/mm)")
 
@@ -153,7 +153,7 @@ def test_every_published_number_is_shown(folder: Path, source: str) -> None:
 
 def test_the_document_shows_every_estimator() -> None:
     shown = {cell for row in rows(DOCUMENT.read_text("utf-8")) for cell in row}
-    assert {f"ours, {name}" for name in ESTIMATORS} <= shown, "python docs/write_reproduction.py would mend it"
+    assert {f"ours, {name}" for name in ESTIMATORS} <= shown, "python docs/tools/write_reproduction.py would mend it"
 
 
 def test_the_pages_in_the_documentation_hold_nothing_of_a_real_building() -> None:

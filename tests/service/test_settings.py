@@ -10,7 +10,7 @@ from core.estimators import ESTIMATORS
 from service.commands.in_force import settings_in_force
 from service.settings import Settings
 
-DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "settings.md"
+DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "reference" / "settings.md"
 
 
 @pytest.fixture(autouse=True)

@@ -212,7 +212,10 @@ def test_the_false_alarms_are_as_stated() -> None:
 
 @pytest.mark.parametrize(
     ("size", "most"),
-    [(0.08, 2), (0.04, 6)],  # events, of the median: from 200 random histories in docs/drift.md, and half as many more
+    [
+        (0.08, 2),
+        (0.04, 6),
+    ],  # events, of the median: from 200 random histories in docs/operate/drift.md, and half as many more
     ids=["8 %", "4 %"],
 )
 def test_the_onset_interval_contains_the_beginning_of_the_change(size: float, most: int) -> None:

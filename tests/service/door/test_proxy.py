@@ -1,4 +1,4 @@
-"""The proxy that docs/security.md shows, as a real nginx: nobody is an admin for coming through it."""
+"""The proxy that docs/operate/security.md shows, as a real nginx: nobody is an admin for coming through it."""
 
 import re
 import shutil
@@ -22,7 +22,7 @@ from service.access.roles import Role
 from service.database import AuditEntry
 
 NGINX = shutil.which("nginx") or "/usr/sbin/nginx"
-DOCUMENT = Path(__file__).parents[3] / "docs" / "security.md"
+DOCUMENT = Path(__file__).parents[3] / "docs" / "operate" / "security.md"
 
 pytestmark = pytest.mark.skipif(not Path(NGINX).exists(), reason="no nginx is installed")
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from service.formats import FormatError, Trace, read
 
-DOCUMENTATION = Path(__file__).resolve().parents[3] / "docs" / "csv.md"
+DOCUMENTATION = Path(__file__).resolve().parents[3] / "docs" / "operate" / "csv.md"
 GOOD = """\
 # start: 2024-01-01T21:00:00+09:00
 # rate: 100

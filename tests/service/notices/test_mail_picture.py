@@ -1,4 +1,4 @@
-"""The script of docs/mail.png renders a stored message as its recipient gets it."""
+"""The script of docs/operate/mail.png renders a stored message as its recipient gets it."""
 
 import importlib.util
 from pathlib import Path
@@ -16,7 +16,7 @@ from service.notices import drill
 from service.receiver_rules import SEVERITIES, WANTED_KINDS, ReceiverRule
 
 SCRIPT = importlib.util.spec_from_file_location(
-    "write_mail", Path(__file__).resolve().parents[3] / "docs" / "write_mail.py"
+    "write_mail", Path(__file__).resolve().parents[3] / "docs" / "tools" / "write_mail.py"
 )
 assert SCRIPT is not None
 assert SCRIPT.loader is not None

@@ -21,7 +21,7 @@ from service.toml_files.building_tables import (
     SourceTable,
 )
 
-DOCUMENTATION = Path(__file__).resolve().parents[3] / "docs" / "building.md"
+DOCUMENTATION = Path(__file__).resolve().parents[3] / "docs" / "operate" / "building.md"
 
 
 def problems(text: str) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ from core.paper import ISOLATOR
 from service.toml_files.model_file import ModelFile, ModelFileError, read, written
 from service.toml_files.model_tables import ModelTable
 
-DOCUMENTATION = Path(__file__).resolve().parents[3] / "docs" / "models.md"
+DOCUMENTATION = Path(__file__).resolve().parents[3] / "docs" / "models" / "models.md"
 TEXT = written(ModelFile("PAPER", "x", ISOLATOR))
 
 

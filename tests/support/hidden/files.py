@@ -46,7 +46,7 @@ def answer(trial: Trial) -> dict[str, object]:
 
 
 def building_file(described: BuildingDescription) -> str:
-    """The description in TOML, as docs/building.md says."""
+    """The description in TOML, as docs/operate/building.md says."""
     return "\n".join(_lines(described)) + "\n"
 
 

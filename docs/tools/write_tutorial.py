@@ -1,7 +1,9 @@
-"""Writes docs/tutorial.md and its pictures by walking through the demonstration: `python docs/write_tutorial.py`.
+"""Write docs/models/tutorial.md and its pictures by walking through the demonstration.
 
-It needs a Chromium, and some five minutes. What the walk saw is kept in docs/tutorial/seen.json: no number on the page
-is typed by hand.
+    python docs/tools/write_tutorial.py
+
+It needs a Chromium and about five minutes. What the walk saw is stored in docs/models/tutorial/seen.json;
+no number on the page is typed by hand.
 """
 
 import json
@@ -25,7 +27,7 @@ from playwright.sync_api import FloatRect, Page, sync_playwright
 
 from service.demo.hidden_effect import RUBBER
 
-HERE = Path(__file__).parent
+HERE = Path(__file__).parents[1] / "models"
 PAGE, PICTURES = HERE / "tutorial.md", HERE / "tutorial"
 SEEN = PICTURES / "seen.json"
 PATIENCE = 300.0

@@ -1,4 +1,4 @@
-"""Writes docs/effects.md and .svg, the reference of the isolator effects: `python docs/write_effects.py`."""
+"""Write docs/models/effects.md and its picture from the effects themselves: `python docs/tools/write_effects.py`."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,26 +13,29 @@ from core.model.force_response import force_history
 from core.model.isolator import Conditions, Isolator
 from service.workbench.effect_sheets import PLACE, families, law
 
-PAGE = Path(__file__).with_name("effects.md")
-PICTURE = Path(__file__).with_name("effects.svg")
+PAGE = Path(__file__).parents[1] / "models" / "effects.md"
+PICTURE = PAGE.with_suffix(".svg")
 OPENING = """\
 # The isolator effects
 
-Written by `python docs/write_effects.py` from the effects themselves. A model of the isolation layer is a choice of
-them, each with values for its parameters. SI units throughout; an effect's law is its formula: a function of the
-motion (`u` m, `v` m/s, `u_cross` and `v_cross` in the other horizontal direction), of conditions (`axial_load` as a
-multiple of the dead load, `temperature` °C, `time` s), of its states, of its parameters and of what other effects set.
-It gives what it does to the channel it acts on, and after that the rate of each of its states. Effects of one family
-leave alike traces in records.
+`python docs/tools/write_effects.py` writes this page from the effects themselves. A model of the isolation layer is a
+set of effects, each with values for its parameters. All quantities are in SI units.
+
+An effect's law is a function of the motion (`u` m, `v` m/s, `u_cross` and `v_cross` in the other horizontal direction),
+of conditions (`axial_load` as a multiple of the dead load, `temperature` °C, `time` s), of the effect's states and
+parameters, and of the channels that other effects set. It returns the contribution to the channel that the effect acts
+on, then the rate of each state. Effects of one family leave similar traces in records.
 
 {channels}
 
-A value is *held* if a fit leaves it alone, since the other values can do the same. States begin each earthquake at
-zero, unless they are said to be carried on: those begin at zero with the first record, as if the layer were new then.
+A fit leaves a value marked *fixed* as it is, because other values can have the same influence. States start each
+earthquake at zero. States that are carried on start at zero with the first record, as if the layer were new then, and
+keep their values from one earthquake to the next.
 
-Force in MN against displacement in mm, at the usual values: what an effect adds by itself, or, of one that changes
-what others do, a yielding layer without it (grey) and with it (blue). The motion swells to 150 mm and fades; it goes on
-in the other direction too, the vertical load changes by 20 %, and it is freezing.
+The pictures show force in MN against displacement in mm, at the usual values. An effect that adds a force is shown by
+itself. For an effect that changes other effects, grey is a yielding layer without it and blue is the layer with it. The
+motion grows to 150 mm and decays, the layer also moves in the other direction, the vertical load changes by 20 %, and
+the temperature is 0 °C.
 
 ![A loop for each effect](effects.svg)
 """
@@ -40,7 +43,7 @@ LAYER = {
     "elastic": {"k_b": 2e7},
     "bouc_wen": {"F_y": 4e6, "D_y": 8e-3, "A": 1.0, "beta": 0.5, "gamma": 0.5, "n": 1.0},
 }
-"""Hardly more than its yield, so that what acts on that shows."""
+"""A layer that mostly yields, so that effects on the yield force show."""
 RATE, SECONDS, AMPLITUDE, TURN = 200.0, 7.0, 0.15, 2 * np.pi * 0.5
 COLUMNS, SIDE = 5, 130
 Row = dict[str, float | str]
@@ -69,16 +72,18 @@ def _section(name: str, effect: Effect) -> Iterator[str]:
     yield from (_parameter(parameter, effect) for parameter in effect.parameters)
     absent = " and ".join(f"`{key} = {value:g}`" for key, value in effect.absent.items())
     kept = f" It carries {', '.join(f'`{state}`' for state in effect.carried)} on." if effect.carried else ""
-    yield f"\nIt acts on `{effect.acts_on}`, and does nothing at {absent}.{kept}\n"
+    yield f"\nIt acts on `{effect.acts_on}` and has no influence at {absent}.{kept}\n"
 
 
 def _parameter(parameter: Parameter, effect: Effect) -> str:
     low, high = parameter.bounds
     spread = parameter.prior.spread
     around = f"×÷ {np.exp(spread):.2g}" if isinstance(parameter.prior, LogNormal) else f"± {spread:.3g}"
-    held = ", held" if parameter.name in effect.held else ""
+    fixed = ", fixed" if parameter.name in effect.held else ""
     usual = f"{parameter.prior.median:.3g} {around}"
-    return f"| `{parameter.name}` | {parameter.unit} | {low:.3g} ... {high:.3g} | {usual} | {parameter.meaning}{held} |"
+    return (
+        f"| `{parameter.name}` | {parameter.unit} | {low:.3g} ... {high:.3g} | {usual} | {parameter.meaning}{fixed} |"
+    )
 
 
 def loops() -> Iterator[Row]:

@@ -1,4 +1,6 @@
-"""Writes docs/mail.png, what a mail looks like: `python docs/write_mail.py sqlite:///menshin.sqlite --message 3`.
+"""Write docs/operate/mail.png, the picture of a mail.
+
+    python docs/tools/write_mail.py sqlite:///menshin.sqlite --message 3
 
 It renders a stored message as the notifier would mail it; the database may be that of a demonstration. It needs a
 Chromium: the system's, or that of `playwright install chromium`.
@@ -17,7 +19,7 @@ from service.notices import mail, writing
 from service.queries import told
 from service.sessions import reading, sessions
 
-TARGET = Path(__file__).with_name("mail.png")
+TARGET = Path(__file__).parents[1] / "operate" / "mail.png"
 WIDTH, HEIGHT = 660, 800
 """Pixels of the window; the picture is as high as the mail."""
 PUBLIC = "https://menshin.example.org"

@@ -1,4 +1,6 @@
-"""Writes docs/first-page.png: `python docs/write_first_page.py http://127.0.0.1:8000`, while `menshin demo` runs.
+"""Write docs/operate/first-page.png while `menshin demo` runs.
+
+    python docs/tools/write_first_page.py http://127.0.0.1:8000
 
 It needs a Chromium: the system's, or that of `playwright install chromium`.
 """
@@ -10,7 +12,7 @@ from typing import Annotated
 import typer
 from playwright.sync_api import FloatRect, sync_playwright
 
-TARGET = Path(__file__).with_name("first-page.png")
+TARGET = Path(__file__).parents[1] / "operate" / "first-page.png"
 WIDTH, HEIGHT = 1240, 800
 """Pixels of the window; the picture ends below the charts of the first direction."""
 MARGIN = 12

@@ -1,4 +1,4 @@
-"""Writes docs/cli.md, the reference of the command line, from the commands themselves: `python docs/write_cli.py`."""
+"""Write docs/reference/cli.md from the commands themselves: `python docs/tools/write_cli.py`."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -8,12 +8,12 @@ import typer
 
 from service.cli import app
 
-TARGET = Path(__file__).with_name("cli.md")
+TARGET = Path(__file__).parents[1] / "reference" / "cli.md"
 OPENING = """\
 # The command line
 
-Written by `python docs/write_cli.py` from the commands themselves. `menshin --version` prints the version, and
-`menshin COMMAND --help` what stands here.
+`python docs/tools/write_cli.py` writes this page from the commands themselves. `menshin --version` prints the version;
+`menshin COMMAND --help` prints the section of that command.
 """
 TYPERS_OWN = ("install_completion", "show_completion")
 """Options that typer adds to every program."""

@@ -1,4 +1,4 @@
-"""Writes docs/theory.svg, the pictures of docs/theory.md: `python docs/write_theory_pictures.py`."""
+"""Write the pictures of docs/reference/theory.md: `python docs/tools/write_theory_pictures.py`."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -16,7 +16,7 @@ from core.restoring_force.estimator import InstrumentedSuperstructure
 from core.restoring_force.expansion import assumed_stiffness, static_shapes
 from service.akt013 import recorded
 
-TARGET = Path(__file__).with_name("theory.svg")
+TARGET = Path(__file__).parents[1] / "reference" / "theory.svg"
 FREQUENCY = np.geomspace(0.3, 15.0, 240)
 """Hz."""
 NOISE = 0.1
