@@ -26,14 +26,17 @@ from pydantic import BaseModel
 
 from core.model.simulation import simulate
 from core.paper import BUILDING, ISOLATOR
-from service import buildings, migrate, sessions
 from service.access import keys
 from service.access.auth import Role
+from service.analyses.tables import Analysis, DirectionResult
 from service.app import create
-from service.blobs import encode
-from service.database import Analysis, DirectionResult, Event, Job
+from service.buildings import store as building_store
+from service.db import migrate, sessions
+from service.db.blobs import encode
 from service.demo.motions import recorded
 from service.demo.site import building_file
+from service.jobs.tables import Job
+from service.records.tables import Event
 from service.settings import Settings
 
 POINTS, RATE = 18_000, 100.0
@@ -77,7 +80,7 @@ def stored(url: str, series: dict[str, np.ndarray]) -> str:
     """A database with one analysed event; a key to it."""
     migrate.upgrade(url)
     with sessions.sessions(url).begin() as session:
-        building = buildings.add(session, building_file("http://127.0.0.1/"), Path("/"), NOW)
+        building = building_store.add(session, building_file("http://127.0.0.1/"), Path("/"), NOW)
         end = NOW + timedelta(seconds=POINTS / RATE)
         event = Event(building=building, start=NOW, end=end, state="analysed", created_at=NOW, updated_at=NOW)
         session.add(event)

@@ -3,8 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from accuracy import GOALS as ESTIMATORS_WITH_GOALS
-from accuracy import Agreement, agreement
+from accuracy import GOALS as ESTIMATORS_WITH_GOALS, Agreement, agreement
 from real_building import BAND, GOALS, TESTS, best_instantaneous, inertia, superstructure
 
 from benchmarks.force_tables import shown

@@ -21,9 +21,10 @@ from sqlalchemy.orm import undefer
 
 from core.model.simulation import simulate
 from core.paper import BUILDING, ISOLATOR
-from service import blobs, migrate, sessions
-from service.database import Building, Event, Waveform
+from service.buildings.tables import Building
+from service.db import blobs, migrate, sessions
 from service.demo.motions import prepared, recorded
+from service.records.tables import Event, Waveform
 
 RATE, ROUNDS = 100.0, 5
 NOISE, RESOLUTION = 1e-4, 4 * 9.80665 / 2**24  # m/s², m/s² per count
@@ -50,7 +51,7 @@ def event() -> Counts:
 
 
 class Blobs:
-    """service.blobs in the service's own SQLite database."""
+    """service.db.blobs in the service's own SQLite database."""
 
     name = "our blobs in SQLite"
 

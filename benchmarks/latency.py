@@ -18,8 +18,9 @@ from obspy import Stream
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session, sessionmaker
 
-from service import buildings, roles
-from service.database import Analysis
+from service import roles
+from service.analyses.tables import Analysis
+from service.buildings import store as building_store
 from service.demo.catalogue import Earthquake
 from service.demo.motions import recorded
 from service.demo.recorder import record
@@ -63,7 +64,7 @@ def main() -> None:
         stop, took = Signal(), []
         with roles.migrated(settings) as sessions:
             with sessions.begin() as session:
-                buildings.add(session, text, Path(place), START)
+                building_store.add(session, text, Path(place), START)
             with roles.running(settings, stop, poll=True, work=True):
                 for number in range(ROUNDS + 1):
                     dropped(records, number)

@@ -1,8 +1,8 @@
-"""What Alembic runs its steps in: the connection, and thus the transaction, that service.migrate opened."""
+"""What Alembic runs its steps in: the connection, and thus the transaction, that service.db.migrate opened."""
 
 from alembic import context
 
-from service.database import Base
+from service.db.base import Base
 
 context.configure(
     connection=context.config.attributes["connection"],

@@ -12,53 +12,34 @@ from fastapi.responses import JSONResponse
 from fastapi.staticfiles import StaticFiles
 
 from service import errors
-from service.access import auth
+from service.access import api as access_api, auth, pages as access_pages
 from service.access.attempts import Attempts
 from service.access.callers import Callers
 from service.access.roles import Caller
-from service.database.encryption import SecretKeyError
-from service.door.guard import Guard
+from service.alerts import api as alert_api, pages as alert_pages
+from service.analyses import pages as analysis_pages
+from service.analyses.api import events, layer_motion, pictures, series as analysis_series
+from service.buildings import api as building_api, pages as building_pages
+from service.db.encryption import SecretKeyError
+from service.db.sessions import NulError, reading, sessions
+from service.drift import api as drift_api, pages as drift_pages
+from service.health.api import health, metrics
+from service.health.api.metrics import Measured
+from service.http import pages as http_pages
+from service.http.guard import Guard
+from service.http.rendering import FOLDER
+from service.http.request_capture import Heard
+from service.http.responses import Answers
+from service.jobs import api as job_api
+from service.models.api import comparisons, diagnoses, effects, models, work
+from service.models.pages import diagnoses as diagnosis_pages, models as model_pages, pictures as model_pictures
+from service.notify import pages as notify_pages
+from service.notify.api import messages, recipients
 from service.own_effects import add_own_effects
-from service.pages.rendering import FOLDER
-from service.routers import (
-    alert_pages,
-    alerts,
-    audit,
-    buildings,
-    comparisons,
-    diagnoses,
-    diagnosis_pages,
-    drift,
-    drift_pages,
-    effects,
-    error_pages,
-    event_pages,
-    events,
-    fdsnws,
-    health,
-    layer_motion,
-    login,
-    messages,
-    model_pages,
-    model_pictures,
-    model_work,
-    models,
-    notice_pages,
-    operations,
-    pages,
-    pictures,
-    receivers,
-    recordings,
-    series,
-)
-from service.schemas.answer import Problem
-from service.sessions import NulError, reading, sessions
+from service.records.api import fdsn, recordings
+from service.schema import Problem
 from service.settings import Settings
 from service.version import VERSION
-from service.web import metrics
-from service.web.answers import Answers
-from service.web.heard import Heard
-from service.web.metrics import Measured
 
 DESCRIPTION = """\
 Structural health monitoring for base-isolated buildings. Values are in SI units and times in UTC, unless a name says
@@ -114,31 +95,41 @@ def create(settings: Settings, visitor: Caller | None = None) -> FastAPI:
     app.state.unready_since = {}  # by the name of a check
     app.state.metrics = metrics.registry(app.state.reading)
     app.add_middleware(Heard)
-    app.add_middleware(Guard, ending=app.state.ending, refusal=error_pages.of_service)
+    app.add_middleware(Guard, ending=app.state.ending, refusal=http_pages.of_service)
     app.add_middleware(Measured, registry=app.state.metrics)
     errors.install(app)
     app.add_exception_handler(NulError, errors.of_text)
     app.add_exception_handler(SecretKeyError, errors.of_secret_key)
-    error_pages.install(app)
+    http_pages.install(app)
     api = APIRouter(prefix="/api/v1", dependencies=[Depends(auth.viewer)])
-    of_models = (effects, models, model_work, comparisons, diagnoses)
-    of_notices = (alerts, audit, receivers, messages)
-    for module in (buildings, events, series, layer_motion, drift, *of_models, *of_notices, operations, recordings):
+    of_models = (effects, models, work, comparisons, diagnoses)
+    of_notices = (alert_api, access_api, recipients, messages)
+    for module in (
+        building_api,
+        events,
+        analysis_series,
+        layer_motion,
+        drift_api,
+        *of_models,
+        *of_notices,
+        job_api,
+        recordings,
+    ):
         api.include_router(module.router)
     app.include_router(api)
     app.include_router(recordings.pages)
-    app.include_router(fdsnws.router, dependencies=[Depends(auth.viewer)])
-    of_people = (alert_pages, notice_pages)
+    app.include_router(fdsn.router, dependencies=[Depends(auth.viewer)])
+    of_people = (alert_pages, notify_pages)
     for_browsers = (
-        pages,
-        event_pages,
+        building_pages,
+        analysis_pages,
         drift_pages,
         *of_people,
         model_pages,
         diagnosis_pages,
         pictures,
         model_pictures,
-        login,
+        access_pages,
     )
     for module in (*for_browsers, health):  # who may ask is theirs to say
         app.include_router(module.router)

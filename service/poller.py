@@ -15,13 +15,14 @@ from sqlalchemy import select
 from sqlalchemy.exc import OperationalError
 from sqlalchemy.orm import Session, sessionmaker
 
-from service.alerting import rounds
-from service.database import Building, SourceState
-from service.database_away import Attempts
-from service.intake.looking import Look
-from service.lanes import Lanes
-from service.queue import leases
-from service.queue.leases import POLLING, POLLING_LEASE
+from service.alerts import periodic_checks
+from service.buildings.tables import Building
+from service.db import leases
+from service.db.leases import POLLING, POLLING_LEASE
+from service.db.outage import Attempts
+from service.records.lanes import Lanes
+from service.records.polling import Look
+from service.records.tables import SourceState
 from service.settings import Settings
 
 log = logging.getLogger(__name__)
@@ -135,7 +136,7 @@ class Poller:
     def _check(self, stopped: Callable[[], bool]) -> None:
         with self.attempts.one():
             try:
-                rounds.go_round(self.sessions, self.settings, self.clock(), stopped)
+                periodic_checks.go_round(self.sessions, self.settings, self.clock(), stopped)
             except OperationalError:
                 raise
             except Exception:  # like the one below: the next round tries again

@@ -4,19 +4,20 @@ import logging
 import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from threading import Event as Signal
-from threading import Thread
+from threading import Event as Signal, Thread
 from types import FrameType
 
 from sqlalchemy import Text, func, make_url, not_, select, type_coerce
 from sqlalchemy.exc import OperationalError
 from sqlalchemy.orm import Session, sessionmaker
 
-from service import logs, migrate
-from service.database import Receiver, encryption
-from service.database_problems import is_away
+from service import logs
+from service.db import encryption, migrate
+from service.db.problems import is_away
+from service.db.sessions import sessions
+from service.kinds import KINDS
+from service.notify.tables import Receiver
 from service.own_folders import own_folder
-from service.sessions import sessions
 from service.settings import Settings
 
 log = logging.getLogger(__name__)
@@ -146,13 +147,13 @@ def _warn_of_plain_secrets(opened: sessionmaker[Session]) -> None:
 
 def worked_off(opened: sessionmaker[Session], settings: Settings) -> int:
     """Work until no job waits; the number of jobs that were done."""
-    from service.computing.executors import end, executors
-    from service.computing.worker import Worker
+    from service.jobs.executors import end, executors
+    from service.jobs.worker import Worker
 
     made = executors(settings)
     with own_folder() as notes:
         try:
-            return Worker(opened, made, settings, notes=notes).run_until_idle()
+            return Worker(opened, made, settings, KINDS, notes=notes).run_until_idle()
         finally:
             end(made, settings)
 
@@ -177,18 +178,18 @@ def _poll(opened: sessionmaker[Session], settings: Settings, stop: Signal) -> No
 
 
 def _work(opened: sessionmaker[Session], settings: Settings, stop: Signal) -> None:
-    from service.computing.executors import end, executors
-    from service.computing.worker import Worker
+    from service.jobs.executors import end, executors
+    from service.jobs.worker import Worker
 
     made = executors(settings)
     with own_folder() as notes:
         try:
-            Worker(opened, made, settings, notes=notes).run(stop)
+            Worker(opened, made, settings, KINDS, notes=notes).run(stop)
         finally:
             end(made, settings)
 
 
 def _notify(opened: sessionmaker[Session], settings: Settings, stop: Signal) -> None:
-    from service.notices.notifier import Notifier
+    from service.notify.notifier import Notifier
 
     Notifier(opened, settings).run(stop)

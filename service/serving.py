@@ -8,8 +8,7 @@ from contextlib import contextmanager
 from multiprocessing import get_context, parent_process
 from multiprocessing.context import SpawnProcess
 from multiprocessing.synchronize import Event
-from threading import Event as Signal
-from threading import Thread
+from threading import Event as Signal, Thread
 from time import monotonic
 
 from service import logs
@@ -36,7 +35,7 @@ def address(settings: Settings, door: socket.socket) -> str:
 @contextmanager
 def listening(settings: Settings) -> Iterator[socket.socket]:
     """The socket that the settings name, open before anything is served there."""
-    from service.door.server import BACKLOG
+    from service.http.server import BACKLOG
 
     family = socket.AF_INET6 if ":" in settings.host else socket.AF_INET
     with socket.create_server((settings.host, settings.port), family=family, backlog=BACKLOG) as door:
@@ -62,7 +61,7 @@ def api(
     if stop.is_set():
         return
     from service.app import create
-    from service.door.server import server
+    from service.http.server import server
 
     running = server(create(settings, visitor), answering=answering)
 

@@ -18,12 +18,12 @@ from pydantic_settings import (
 )
 from sqlalchemy.engine import make_url
 
-from service.database_problems import wrong_address
+from service.db.problems import wrong_address
 
 PREFIX = "MENSHIN_"
 FILE_VARIABLE = "MENSHIN_SETTINGS"
 KEY_VARIABLE = "MENSHIN_SECRET_KEY"
-"""Of service.database.encryption; no setting, so that it is never shown."""
+"""Of service.db.encryption; no setting, so that it is never shown."""
 DEFAULT_FILE = "menshin.toml"
 
 Seconds = Annotated[float, Field(gt=0)]

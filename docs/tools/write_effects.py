@@ -11,7 +11,7 @@ from core.effect import CHANNELS, RESULTS, Effect, LogNormal, Parameter
 from core.effects import EFFECTS
 from core.model.force_response import force_history
 from core.model.isolator import Conditions, Isolator
-from service.workbench.effect_sheets import PLACE, families, law
+from service.models.workbench.effect_sheets import PLACE, families, law
 
 PAGE = Path(__file__).parents[1] / "models" / "effects.md"
 PICTURE = PAGE.with_suffix(".svg")

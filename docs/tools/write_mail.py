@@ -15,9 +15,9 @@ from typing import Annotated
 import typer
 from playwright.sync_api import sync_playwright
 
-from service.notices import mail, writing
-from service.queries import told
-from service.sessions import reading, sessions
+from service.db.sessions import reading, sessions
+from service.notify import queries as notify_queries, writing
+from service.notify.channels import mail
 
 TARGET = Path(__file__).parents[1] / "operate" / "mail.png"
 WIDTH, HEIGHT = 660, 800
@@ -35,7 +35,7 @@ def page(database: str, message: int) -> str:
     with ExitStack() as stack:
         stack.callback(opened.kw["bind"].dispose)
         session = stack.enter_context(reading(opened)())
-        deliveries = told.message(session, message).deliveries
+        deliveries = notify_queries.message(session, message).deliveries
         if not deliveries:
             raise typer.BadParameter(f"message {message} went to no recipient; choose another one")
         letter = writing.letter(session, deliveries[0], "email", PUBLIC, is_repeat=False)

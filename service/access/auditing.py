@@ -14,7 +14,7 @@ from urllib.parse import urlsplit
 from sqlalchemy import event
 from sqlalchemy.orm import ORMExecuteState, Session, sessionmaker
 
-from service.database import AuditEntry
+from service.access.tables import AuditEntry
 
 DEED, CLOCK, CHANGED = "deed", "clock", "changed"
 """What a session's `info` holds for us."""

@@ -12,9 +12,7 @@ from urllib.parse import urlsplit
 from fastapi import Request
 
 from service.access.callers import Callers, Known
-from service.access.roles import Caller as Caller
-from service.access.roles import Role as Role
-from service.access.roles import digest
+from service.access.roles import Caller as Caller, Role as Role, digest
 from service.errors import ForbiddenError, UnauthorizedError
 
 COOKIE, SAFE_COOKIE = "menshin", "__Host-menshin"

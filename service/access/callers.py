@@ -11,10 +11,9 @@ from anyio import CapacityLimiter, to_thread
 from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.orm import Session, sessionmaker
 
-from service.access import logins
+from service.access import logins, queries
 from service.access.roles import Caller, Role
-from service.queries import access
-from service.sessions import reading
+from service.db.sessions import reading
 
 log = logging.getLogger(__name__)
 
@@ -89,14 +88,14 @@ class Callers:
     def _found(self) -> Known:
         now = self._now()
         with self._reading() as session:
-            begun = access.logins_in_force(session, now - self._idle, now - self._lifetime)
+            begun = queries.logins_in_force(session, now - self._idle, now - self._lifetime)
             return Known(
-                keys={key.hash: Caller(key.name, Role[key.role]) for key in access.keys_in_force(session)},
+                keys={key.hash: Caller(key.name, Role[key.role]) for key in queries.keys_in_force(session)},
                 logins={
                     one.hash: LINKED if one.key is None else Caller(one.key.name, Role[one.key.role]) for one in begun
                 },
                 used={one.hash: one.used_at for one in begun},
-                has_had_keys=access.has_had_keys(session),
+                has_had_keys=queries.has_had_keys(session),
             )
 
     async def _touch(self, login: str, now: datetime) -> None:

@@ -8,7 +8,7 @@ from sqlalchemy.orm import Session
 
 from service.access import logins
 from service.access.roles import Role, digest, new_secret
-from service.database import ApiKey
+from service.access.tables import ApiKey
 
 
 class KeyNameError(Exception):

@@ -7,7 +7,7 @@ from sqlalchemy import delete, select, update
 from sqlalchemy.orm import Session
 
 from service.access.roles import digest, new_secret
-from service.database import ApiKey, LoginLink, LoginSession
+from service.access.tables import ApiKey, LoginLink, LoginSession
 
 LINKED = "login link"
 """Name of whoever followed the link that was shown to the operator of the service."""

@@ -9,7 +9,7 @@ from obspy import Inventory, Stream, Trace, UTCDateTime
 from obspy.core.event import Catalog, Event
 from obspy.core.inventory import Channel, Network, Station
 
-from service.web.fdsn_query import Selection
+from service.records.fdsn_query import Selection
 
 
 class Archive:

@@ -6,7 +6,7 @@ from obspy import UTCDateTime
 
 from service.demo.memory import RECORDED
 from service.demo.stage import RECORDS, STATION, Stage
-from service.web.fdsn_query import Selection
+from service.records.fdsn_query import Selection
 
 
 def write(stage: Stage) -> Path:

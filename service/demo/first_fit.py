@@ -11,11 +11,12 @@ from typing import Any
 
 from sqlalchemy.orm import Session, sessionmaker
 
-from service.database import ModelVersion
+from service.buildings import queries as building_queries
+from service.db.sessions import reading
 from service.demo.site import CODE
-from service.modelling import model_requests, models
-from service.queries import versions, watched, work
-from service.sessions import reading
+from service.jobs import queries as job_queries
+from service.models import queries as model_queries, requests as model_requests, versions as model_versions
+from service.models.tables import ModelVersion
 
 BY = "the demonstration"
 DIRECTION = "x"
@@ -34,8 +35,8 @@ class InForce:
 
 def in_force(session: Session) -> InForce | None:
     """The version in force, None if there is none."""
-    building, _ = watched.building(session, CODE)
-    found = versions.current_versions(session, building.id)
+    building, _ = building_queries.building(session, CODE)
+    found = model_queries.current_versions(session, building.id)
     return InForce(found[0].id, found[0].number, found[0].accepted_by or "") if found else None
 
 
@@ -55,8 +56,8 @@ def put_in_force(sessions: sessionmaker[Session], stop: Signal) -> None:
     if found is None:
         return
     with sessions.begin() as session:
-        made = versions.version(session, found["made"])
-        models.accept(session, made, BY, datetime.now(UTC))
+        made = model_queries.version(session, found["made"])
+        model_versions.accept(session, made, BY, datetime.now(UTC))
         compared = [model_requests.compare(session, made, [event], BY, datetime.now(UTC)).id for event in later]
     for job in compared:  # one each, so that several are done at a time
         finished(sessions, job, stop)
@@ -70,7 +71,7 @@ def finished(sessions: sessionmaker[Session], job: int, stop: Signal) -> Mapping
     """
     while not stop.wait(LOOK):
         with reading(sessions)() as session:
-            found = work.job(session, job)
+            found = job_queries.job(session, job)
         if found.state == "failed" or found.refusal:
             raise RuntimeError(f"the demonstration's own {found.kind} went wrong: {found.refusal or found.error}")
         if found.state == "done":
@@ -80,6 +81,6 @@ def finished(sessions: sessionmaker[Session], job: int, stop: Signal) -> Mapping
 
 def _halves(session: Session, model: ModelVersion) -> tuple[Sequence[int], Sequence[int]]:
     """Numbers of the earlier events and of the later ones."""
-    there = versions.comparable(session, model.building_id, models.DIRECTIONS[model.direction], None)
+    there = model_queries.comparable(session, model.building_id, model_versions.DIRECTIONS[model.direction], None)
     numbers, half = [event.id for event in there], (len(there) + 1) // 2
     return numbers[:half], numbers[half:]

@@ -7,13 +7,12 @@ from rich.console import Console
 from sqlalchemy.orm import Session, sessionmaker
 
 from core.comparison.misfit import Misfit
+from service.db.sessions import reading
 from service.demo import files, memory
 from service.demo.first_fit import BY, DIRECTION, InForce, finished, in_force, put_in_force
 from service.demo.stage import Stage
 from service.demo.telling import LOOK, tell_of_one_more, tell_of_the_past
-from service.modelling import model_requests
-from service.queries import versions
-from service.sessions import reading
+from service.models import queries as model_queries, requests as model_requests
 
 SOON = timedelta(seconds=2)
 """After which one more earthquake happens, once a model was put in force."""
@@ -85,11 +84,11 @@ def _tell_how_both_predict(
 def _latest_error(model: InForce, sessions: sessionmaker[Session], stop: Signal) -> float | None:
     """NRMSE of a version in the latest event, None when asked to stop."""
     with sessions.begin() as session:
-        version = versions.version(session, model.id)
-        latest = versions.comparable(session, version.building_id, (DIRECTION,), None)[-1].id
+        version = model_queries.version(session, model.id)
+        latest = model_queries.comparable(session, version.building_id, (DIRECTION,), None)[-1].id
         job = model_requests.compare(session, version, [latest], BY, datetime.now(UTC)).id
     if finished(sessions, job, stop) is None:
         return None
     with reading(sessions)() as session:
-        comparison, _ = versions.latest_comparisons(session, [model.id])[model.id][-1]
+        comparison, _ = model_queries.latest_comparisons(session, [model.id])[model.id][-1]
         return Misfit(**comparison.misfit).nrmse

@@ -6,7 +6,7 @@ from datetime import datetime
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
-from service.database import Event
+from service.records.tables import Event
 
 SETTLED = ("analysed", "refused")
 

@@ -6,14 +6,14 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from datetime import UTC, datetime
 from pathlib import Path
-from threading import Event as Signal
-from threading import Thread
+from threading import Event as Signal, Thread
 
 from rich.console import Console
 from sqlalchemy.orm import Session, sessionmaker
 
-from service import buildings, roles, serving
+from service import roles, serving
 from service.access.roles import Caller, Role
+from service.buildings import store as building_store
 from service.demo.listening import LOOPBACK, free_port, listening
 from service.demo.server import application
 from service.demo.site import CODE, building_file
@@ -73,11 +73,11 @@ def put_under_watch(session: Session, folder: Path, text: str) -> None:
     now = datetime.now(UTC)
     (folder / BUILDING).write_text(text)
     try:
-        buildings.find(session, CODE)
-    except buildings.BuildingError:
-        buildings.add(session, text, folder, now)
+        building_store.find(session, CODE)
+    except building_store.BuildingError:
+        building_store.add(session, text, folder, now)
     else:
-        buildings.update_description(session, text, folder, now)
+        building_store.update_description(session, text, folder, now)
 
 
 def _port_before(folder: Path) -> int:

@@ -15,7 +15,7 @@ from starlette.responses import PlainTextResponse, Response
 from starlette.routing import Route
 
 from service.demo.archive import Archive
-from service.web.fdsn_query import (
+from service.records.fdsn_query import (
     EARLIEST,
     LATEST,
     PARAMETERS,

@@ -7,12 +7,12 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from sqlalchemy.orm import Session, sessionmaker
 
+from service.db.sessions import reading
 from service.demo import memory
 from service.demo.outcome import counts, settled_state
 from service.demo.site import CODE
 from service.demo.stage import Stage
 from service.demo.stiffness_loss import LAST_HEALTHY, LOSS
-from service.sessions import reading
 
 LOOK = 0.5  # s between two looks at the database
 LOST = """\

@@ -9,8 +9,8 @@ import numpy as np
 
 from core.arrays import Indices, Vector
 from core.estimators import ESTIMATORS
-from service.drawing.charts import BLUE, GREY, ORANGE, STEP
-from service.drawing.thinning import along_path, extremes
+from service.reports.charts import BLUE, GREY, ORANGE, STEP
+from service.reports.thinning import along_path, extremes
 
 POINTS = 1760
 """Samples of a history: two for each pixel of its width."""

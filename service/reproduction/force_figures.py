@@ -9,16 +9,7 @@ from core.comparison.fitting_rate import fitting_rate
 from core.paper import RATE
 from core.restoring_force import cms
 from service.reproduction import published
-from service.reproduction.drawing import (
-    FORCE,
-    Curve,
-    Figure,
-    estimates,
-    exact,
-    histories,
-    loops,
-    strongest,
-)
+from service.reproduction.drawing import FORCE, Curve, Figure, estimates, exact, histories, loops, strongest
 from service.reproduction.simulated import LOW, Forces, Simulated, scattered_total
 from service.reproduction.simulated_figures import KN, MM, SHOWN, WINDOW
 from service.reproduction.table import with_noise

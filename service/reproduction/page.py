@@ -7,7 +7,7 @@ from altair import LayerChart
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from service.drawing.svg import svg
+from service.reports.svg import svg
 from service.reproduction.drawing import Figure
 from service.reproduction.force_figures import force_figures
 from service.reproduction.real import RealBuilding
@@ -17,7 +17,7 @@ from service.reproduction.simulated import Simulated
 from service.reproduction.simulated_figures import response_figures
 from service.version import VERSION
 
-STYLE = Path(__file__).parents[1] / "pages" / "static" / "menshin.css"
+STYLE = Path(__file__).parents[1] / "http" / "static" / "menshin.css"
 
 
 def page(report: Report, simulated: Simulated, real: RealBuilding | None) -> str:

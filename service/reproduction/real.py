@@ -16,7 +16,7 @@ from core.restoring_force import cms
 from core.restoring_force.estimator import InstrumentedSuperstructure
 from core.restoring_force.instrumentation import instrumented_superstructure
 from core.sensors.preparation import prepared
-from service.intake.event_files import EventFiles
+from service.records.event_files import EventFiles
 from service.reproduction.modal import identified_shapes, modal_accelerations
 
 

@@ -5,7 +5,7 @@ from altair import LayerChart
 
 from core.comparison.fitting_rate import fitting_rate
 from core.restoring_force import cms
-from service.drawing import charts
+from service.reports import charts as report_charts
 from service.reproduction.drawing import (
     FORCE,
     Curve,
@@ -108,8 +108,8 @@ def _equivalents(found: RealBuilding) -> Figure | None:
         analyses = {event.start: event.by_estimator.get(name) for event in found.events}
         cycles = {start: analysis.equivalent for start, analysis in analyses.items() if analysis is not None}
         if any(cycles.values()):
-            panels.append(charts.equivalent_stiffness(cycles, f"equivalent stiffness, {name}"))
-            panels.append(charts.equivalent_damping(cycles, f"equivalent damping, {name}"))
+            panels.append(report_charts.equivalent_stiffness(cycles, f"equivalent stiffness, {name}"))
+            panels.append(report_charts.equivalent_damping(cycles, f"equivalent damping, {name}"))
     caption = (
         f"{found.description.name}, direction {found.direction}, every cycle of every event; bars are ± 1 standard "
         "deviation. The paper finds that both fall with amplitude and that stiffness is the more stable; "

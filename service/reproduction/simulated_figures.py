@@ -7,15 +7,7 @@ from core.arrays import Vector
 from core.comparison.fitting_rate import fitting_rate
 from core.paper import FOURTH_STOREY, PEAK, RATE
 from service.reproduction import published
-from service.reproduction.drawing import (
-    Curve,
-    Figure,
-    exact,
-    histories,
-    loops,
-    profiles,
-    strongest,
-)
+from service.reproduction.drawing import Curve, Figure, exact, histories, loops, profiles, strongest
 from service.reproduction.modal import MODES
 from service.reproduction.simulated import LEVELS, MEASURED, ROOF, NoisyCase, Simulated
 from service.reproduction.table import with_noise

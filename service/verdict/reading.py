@@ -6,11 +6,16 @@ from datetime import datetime
 from sqlalchemy.orm import Session
 
 from core.description import BuildingDescription
-from service import buildings
-from service.database import Alert, Analysis, Building, DirectionResult, DriftValue, Event, LayerResult
-from service.queries import analysis_results, earthquakes, layer_results, shaken
-from service.queries.question import Span
-from service.queue import jobs
+from service.alerts.tables import Alert
+from service.analyses import layer_queries, peak_queries, queries as analysis_queries
+from service.analyses.tables import Analysis, DirectionResult, LayerResult
+from service.buildings import store as building_store
+from service.buildings.tables import Building
+from service.db.select import Span
+from service.drift.tables import DriftValue
+from service.jobs import queue as job_queue
+from service.records import event_queries
+from service.records.tables import Event
 from service.verdict.assessment import ACTIVE, Assessment, Facts, OpenAlert, assess
 from service.verdict.checks import LEVELS, Lacking, Level, Measured
 from service.verdict.measured import (
@@ -61,8 +66,8 @@ def of_event(session: Session, event: Event, at: datetime | None = None) -> Asse
 
 def of_building(session: Session, building: Building) -> Assessment:
     """The assessment of a building now: of its last earthquake, what is open, and whether records arrive."""
-    last = earthquakes.events(session, building.id, Span(), None, None, limit=1)
-    found = shaken.open_at(session, building.id, None)
+    last = event_queries.events(session, building.id, Span(), None, None, limit=1)
+    found = peak_queries.open_at(session, building.id, None)
     silence = next((one.summary for one, state in found if one.cause in SILENT and state in ACTIVE), "")
     if last:
         return assess(_event_facts(session, last[0].Event, None, silence))
@@ -70,7 +75,7 @@ def of_building(session: Session, building: Building) -> Assessment:
         Facts(
             unusable=NONE_YET,
             silence=silence,
-            layer=buildings.described(session, building).description.isolation,
+            layer=building_store.described(session, building).description.isolation,
             displacement=NO_DISPLACEMENT,
             residual=NO_RESIDUAL,
             largest_earlier=None,
@@ -83,7 +88,7 @@ def of_building(session: Session, building: Building) -> Assessment:
 
 def ended_alerts(session: Session, event: Event) -> tuple[OpenAlert, ...]:
     """Alerts that have ended, and whose evidence includes the earthquake, or that were open when it happened."""
-    found = [(one, _alert(one, one.state, event)) for one in shaken.ended(session, event.building_id)]
+    found = [(one, _alert(one, one.state, event)) for one in peak_queries.ended(session, event.building_id)]
     return tuple(
         alert
         for one, alert in found
@@ -94,15 +99,15 @@ def ended_alerts(session: Session, event: Event) -> tuple[OpenAlert, ...]:
 
 def motion(session: Session, analysis: Analysis | None) -> tuple[Measured | Lacking, Measured | Lacking]:
     """m, largest and residual displacement in plan that an analysis found."""
-    results = analysis_results.direction_results(session, analysis.id) if analysis else ()
-    layer = layer_results.layer_result(session, analysis.id) if analysis else None
+    results = analysis_queries.direction_results(session, analysis.id) if analysis else ()
+    layer = layer_queries.layer_result(session, analysis.id) if analysis else None
     return _displacement(results, layer), _residual(results)
 
 
 def _event_facts(session: Session, event: Event, at: datetime | None, silence: str = "") -> Facts:
     building = session.get_one(Building, event.building_id)
-    file = buildings.described(session, building)
-    analysis = earthquakes.event_with_analysis(session, event.id).Analysis
+    file = building_store.described(session, building)
+    analysis = event_queries.event_with_analysis(session, event.id).Analysis
     if analysis is not None and analysis.refusal is not None:
         analysis = None
     is_pending = analysis is None and event.state in STATES
@@ -114,12 +119,12 @@ def _event_facts(session: Session, event: Event, at: datetime | None, silence: s
         layer=file.description.isolation,
         displacement=displacement,
         residual=residual,
-        largest_earlier=shaken.largest_before(session, event),
+        largest_earlier=peak_queries.largest_before(session, event),
         stiffness=dict.fromkeys(file.description.horizontal_directions, PENDING)
         if is_pending
         else _stiffness(session, event, file.description),
         data_problems=_problems(analysis) if analysis else PENDING,
-        alerts=tuple(_alert(one, state, event) for one, state in shaken.open_at(session, building.id, at)),
+        alerts=tuple(_alert(one, state, event) for one, state in peak_queries.open_at(session, building.id, at)),
     )
 
 
@@ -133,7 +138,7 @@ def _unusable(event: Event) -> str:
 def _provisional(session: Session, event: Event) -> str:
     if event.state in STATES:
         return STATES[event.state]
-    if jobs.is_being_watched(session, event.building_id):
+    if job_queue.is_being_watched(session, event.building_id):
         return "the comparison with earlier earthquakes has not finished"
     return ""
 
@@ -158,9 +163,9 @@ def _residual(results: Sequence[DirectionResult]) -> Measured | Lacking:
 
 
 def _stiffness(session: Session, event: Event, description: BuildingDescription) -> dict[str, Measured | Lacking]:
-    rows = {subject: (wanted, value) for subject, wanted, value in shaken.stiffness_values(session, event)}
+    rows = {subject: (wanted, value) for subject, wanted, value in peak_queries.stiffness_values(session, event)}
     directions = description.horizontal_directions
-    if jobs.is_being_watched(session, event.building_id):
+    if job_queue.is_being_watched(session, event.building_id):
         rows = {one: (wanted, value) for one, (wanted, value) in rows.items() if value is not None}
         return {one: _change(*rows[one]) if one in rows else COMPARING for one in directions}
     return {one: _change(*rows[one]) if one in rows else NOT_COMPARED for one in directions}

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from accuracy import COVERED, GOALS, NOISES, Agreement, agreement
 from describing import errors_of_records
-from real_building import FLOORS, TESTS, inertia, superstructure
-from real_building import GOALS as REAL_GOALS
+from real_building import FLOORS, GOALS as REAL_GOALS, TESTS, inertia, superstructure
 from shared import needs_shared
 from truths import KINDS, MOTIONS, instrumented, recorded, truth
 

@@ -3,8 +3,7 @@
 from math import inf, nan
 
 import pytest
-from hypothesis import example, given
-from hypothesis import strategies as st
+from hypothesis import example, given, strategies as st
 
 from core.rounding import LONG, SHORT, interval, plain, significant, with_std
 

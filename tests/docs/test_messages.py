@@ -10,8 +10,8 @@ from letters import KEY, letter
 from receiving import Posted, hook
 from standardwebhooks import WebhookVerificationError
 
-from service.notices.letter import Addressee, Letter
-from service.notices.webhook import send
+from service.notify.channels.webhook import send
+from service.notify.letter import Addressee, Letter
 from service.settings import Settings
 
 DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "operate" / "messages.md"

@@ -12,23 +12,24 @@ import numpy as np
 import obspy
 import pytest
 from obspy import Stream, UTCDateTime, read_inventory
-from obspy.core.event import Event as Earthquake
-from obspy.core.event import Origin
+from obspy.core.event import Event as Earthquake, Origin
 from scipy.signal import butter, resample_poly, sosfiltfilt
 from shared import BNCS, needs_shared
 from sqlalchemy import select
 from sqlalchemy.orm import Session, selectinload, sessionmaker, undefer
 
 from core.estimators import ESTIMATORS
-from service import buildings, roles
-from service.blobs import decode
-from service.database import Analysis, DirectionResult, Event, Waveform
+from service import roles
+from service.analyses.tables import Analysis, DirectionResult
+from service.buildings import store as building_store
+from service.db.blobs import decode
 from service.demo.archive import Archive
 from service.demo.listening import listening
 from service.demo.server import application
-from service.intake import events
-from service.intake.looking import Look
-from service.queue import jobs
+from service.jobs import queue as job_queue
+from service.records import events
+from service.records.polling import Look
+from service.records.tables import Event, Waveform
 from service.settings import Settings
 
 pytestmark = [needs_shared, pytest.mark.slow]
@@ -53,7 +54,7 @@ def stored(folder: Path, source: str) -> Iterator[tuple[sessionmaker[Session], S
     text = (BNCS / "building.toml").read_text().replace('kind = "folder"', "").replace('location = "."', source)
     with roles.migrated(settings) as sessions:
         with sessions.begin() as session:
-            found = buildings.add(session, text, BNCS, datetime.now(UTC))
+            found = building_store.add(session, text, BNCS, datetime.now(UTC))
         Look(sessions, settings).at_all()
         with sessions.begin() as session:
             events.queue_now(session, found, datetime.now(UTC))
@@ -134,7 +135,7 @@ def test_the_force_fits_the_inertia_of_all_levels(
     sessions, settings = by_folder
     with sessions.begin() as session:
         for event in session.scalars(select(Event)):
-            jobs.enqueue(session, event, {"sensors": list(sensors), "estimator": estimator}, datetime.now(UTC))
+            job_queue.enqueue(session, event, {"sensors": list(sensors), "estimator": estimator}, datetime.now(UTC))
     roles.worked_off(sessions, settings)
     with sessions() as session:
         forces = session.scalars(

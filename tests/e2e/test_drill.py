@@ -12,10 +12,10 @@ from processes import interrupt, run, started
 from receiving import hook, mailbox
 from standardwebhooks import Webhook
 
-from service import buildings, migrate, receivers
-from service import sessions as opened
-from service.notices.letter import DRILL
-from service.receiver_rules import SEVERITIES, WANTED_KINDS, ReceiverRule
+from service.buildings import recipients, store as building_store
+from service.buildings.recipient_rules import SEVERITIES, WANTED_KINDS, ReceiverRule
+from service.db import migrate, sessions as opened
+from service.notify.letter import DRILL
 
 pytestmark = pytest.mark.slow
 
@@ -37,9 +37,9 @@ def test_a_drill_arrives_everywhere_with_its_picture_and_cannot_be_taken_for_rea
             ReceiverRule("calm", "email", "calm@example.org", None, ("event",), SEVERITIES),
         )
         with sessions.begin() as session:
-            building = buildings.find(session, "PAPER")
+            building = building_store.find(session, "PAPER")
             for rule in rules:
-                receivers.add(session, building.id, rule, "engineer", watched.NOW)
+                recipients.add(session, building.id, rule, "engineer", watched.NOW)
         alone = run(tmp_path, url, "drill", "--building", "PAPER", "--wait", "0", PYTHONPATH=path)
         assert alone.returncode == 1, "nobody delivers yet"
         assert "menshin notify" in alone.stdout

@@ -12,13 +12,15 @@ from fastapi.testclient import TestClient
 from hidden import files
 from hidden.trial import Trial, trial
 
-from service import buildings, roles
-from service.computing.executors import executors
-from service.computing.worker import Worker
-from service.intake import events
-from service.intake.looking import Look
+from service import roles
+from service.buildings import store as building_store
+from service.jobs.executors import executors
+from service.jobs.worker import Worker
+from service.kinds import KINDS
+from service.records import events
+from service.records.polling import Look
+from service.records.sources.arrival import Arrival
 from service.settings import Settings
-from service.sources.arrival import Arrival
 
 pytestmark = pytest.mark.slow
 
@@ -63,14 +65,14 @@ def engineer(of: Trial, folder: Path) -> Iterator[Engineer]:
     with roles.migrated(settings) as sessions, client(address) as asking:
         now = datetime.now(UTC)
         with sessions.begin() as session:
-            building = buildings.add(session, (folder / files.BUILDING).read_text("utf-8"), folder, now)
+            building = building_store.add(session, (folder / files.BUILDING).read_text("utf-8"), folder, now)
         brought = tuple(Arrival(name=one.name, origin=str(one), data=one.read_bytes()) for one in records)
         assert [one.state for one in Look(sessions, settings).bring(building, brought)] == ["read"] * len(records)
         with sessions.begin() as session:
             events.queue_now(session, building, now)
         processes = executors(settings)
         try:
-            worker = Worker(sessions, processes, settings)
+            worker = Worker(sessions, processes, settings, KINDS)
             worker.run_until_idle()
             yield Engineer(asking, worker)
         finally:

@@ -12,10 +12,10 @@ from receiving import hook, mailbox
 from sqlalchemy import select
 from standardwebhooks import Webhook
 
-from service import migrate, receivers
-from service import sessions as opened
-from service.database import Alert
-from service.receiver_rules import SEVERITIES, WANTED_KINDS, ReceiverRule
+from service.alerts.tables import Alert
+from service.buildings import recipients
+from service.buildings.recipient_rules import SEVERITIES, WANTED_KINDS, ReceiverRule
+from service.db import migrate, sessions as opened
 
 pytestmark = pytest.mark.slow
 NOW = histories.start(30)
@@ -36,7 +36,7 @@ def test_a_loss_of_eight_percent_is_told_once_in_words_for_everybody_and_signed_
                 ("program", "webhook", program.address, KEY),
             ):
                 rule = ReceiverRule(name, kind, address, key, WANTED_KINDS, SEVERITIES)
-                receivers.add(session, building, rule, "engineer", NOW)
+                recipients.add(session, building, rule, "engineer", NOW)
         histories.analysed(sessions, building, histories.history(26, onset=21), NOW)
         settings = {
             "MENSHIN_INSIDE_ALLOWED": '["localhost"]',

@@ -11,8 +11,8 @@ from core.diagnosis.missing_effects import diagnosed
 from core.effects import EFFECTS
 from core.fitting.observation import Observation, observations
 from core.model.isolator import Isolator
-from service.commands.described import described_by
-from service.intake.event_files import events
+from service.cli.building_argument import described_by
+from service.records.event_files import events
 
 pytestmark = [pytest.mark.slow, needs_shared]
 

@@ -23,8 +23,8 @@ from core.building import ShearBuilding
 from core.effects import EFFECTS
 from core.model.isolator import Isolator
 from core.model.simulation import simulate
-from service.intake.event_files import events
-from service.toml_files.building_file import read
+from service.buildings.description import read
+from service.records.event_files import events
 
 STANDS = building(np.random.default_rng(1), peak=0.08)
 LAST = 70 * 86400.0 - 12.0

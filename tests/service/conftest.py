@@ -13,8 +13,7 @@ import pytest
 from sqlalchemy import create_engine, make_url, text
 from sqlalchemy.orm import Session, sessionmaker
 
-from service import migrate
-from service import sessions as opened
+from service.db import migrate, sessions as opened
 
 NUMBERS = itertools.count()
 

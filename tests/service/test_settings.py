@@ -7,7 +7,7 @@ import typer
 from pydantic import ValidationError
 
 from core.estimators import ESTIMATORS
-from service.commands.in_force import settings_in_force
+from service.cli.current_settings import settings_in_force
 from service.settings import Settings
 
 DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "reference" / "settings.md"

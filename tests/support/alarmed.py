@@ -10,12 +10,16 @@ from findings import DAY, START, softer
 from sqlalchemy import select, update
 from sqlalchemy.orm import Session
 
-from service import buildings
-from service.alerting.found import Found
-from service.alerting.reconciling import reconcile
-from service.blobs import encode
-from service.database import Alert, Analysis, Building, DirectionResult, Event, Message
-from service.queue import jobs
+from service.alerts.candidates import Found
+from service.alerts.reconciling import reconcile
+from service.alerts.tables import Alert
+from service.analyses.tables import Analysis, DirectionResult
+from service.buildings import store as building_store
+from service.buildings.tables import Building
+from service.db.blobs import encode
+from service.jobs import queue as job_queue
+from service.notify.tables import Message
+from service.records.tables import Event
 
 NUMBERS = count(1)
 AGE = timedelta(days=2)
@@ -26,7 +30,7 @@ SOON = timedelta(minutes=10)
 def building(session: Session, timezone: str = "Asia/Tokyo") -> Building:
     """A new one like the paper's, with a code of its own."""
     text = simulated.building_file().replace('"PAPER"', f'"B{next(NUMBERS)}"', 1)
-    made = buildings.add(session, f'timezone = "{timezone}"\n{text}', Path("/"), START)
+    made = building_store.add(session, f'timezone = "{timezone}"\n{text}', Path("/"), START)
     session.flush()
     return made
 
@@ -45,14 +49,14 @@ def analysed(
     session: Session, event: Event, now: datetime, displacement: float | None = 0.024, refusal: str | None = None
 ) -> Analysis:
     """The event's latest analysis, with the layer's largest displacement in x (m)."""
-    job = jobs.enqueue(session, event, {"number": next(NUMBERS)}, now)
+    job = job_queue.enqueue(session, event, {"number": next(NUMBERS)}, now)
     job.state = "done"
     session.execute(update(Analysis).where(Analysis.event_id == event.id).values(current=False))
     event.state, event.reason = ("analysed", None) if refusal is None else ("refused", refusal)
     made = Analysis(
         event_id=event.id,
         job_id=job.id,
-        revision_id=buildings.current(session, session.get_one(Building, event.building_id)).id,
+        revision_id=building_store.current(session, session.get_one(Building, event.building_id)).id,
         current=True,
         created_at=now,
         version="test",

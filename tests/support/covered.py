@@ -9,8 +9,7 @@ import numpy as np
 from accuracy import STANDARD_DEVIATIONS, STRONG
 from described import BASE, FOURTH, GROUND, LAYER, ROOF, paper, segments
 from describing import errors
-from hidden import building as hidden_building
-from hidden import ground as hidden_ground
+from hidden import building as hidden_building, ground as hidden_ground
 from independent import LinearSuperstructure, moved
 from motions import RATE
 from real_building import inertia, superstructure

@@ -10,7 +10,8 @@ import watched
 from fastapi.testclient import TestClient
 from sqlalchemy.orm import Session, sessionmaker
 
-from service.computing.worker import Worker
+from service.jobs.worker import Worker
+from service.kinds import KINDS
 
 MODELS = "/api/v1/buildings/PAPER/models"
 
@@ -18,7 +19,9 @@ MODELS = "/api/v1/buildings/PAPER/models"
 def work(sessions: sessionmaker[Session]) -> None:
     """Do all work that waits."""
     with ThreadPoolExecutor(1) as pool, TemporaryDirectory() as notes:
-        Worker(sessions, lambda: pool, watched.SETTINGS, clock=lambda: watched.NOW, notes=Path(notes)).run_until_idle()
+        Worker(
+            sessions, lambda: pool, watched.SETTINGS, KINDS, clock=lambda: watched.NOW, notes=Path(notes)
+        ).run_until_idle()
 
 
 def made(asking: TestClient, effects: dict[str, dict[str, float]]) -> int:

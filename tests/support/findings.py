@@ -2,7 +2,7 @@
 
 from datetime import UTC, datetime, timedelta
 
-from service.alerting.found import Found
+from service.alerts.candidates import Found
 
 START = datetime(2024, 1, 1, tzinfo=UTC)
 DAY = timedelta(days=1)

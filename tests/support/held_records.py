@@ -7,7 +7,7 @@ from described import paper
 
 from core.fitting.observation import Observation
 from core.signals.conditioning import band_passed
-from service.workbench.records import Records
+from service.models.workbench.records import Records
 
 BAND = (0.1, 30.0)
 """Hz."""

@@ -19,12 +19,13 @@ from core.isolation_layer.motion import MeasuredMotion, ResidualDisplacement
 from core.paper import BUILDING
 from core.restoring_force.estimator import RestoringForce
 from core.sensors.sensor_health import SensorHealth
-from service import buildings
-from service.computing.kinds import KINDS
-from service.database import Building, Event
-from service.queue import jobs
-from service.queue.jobs import ANALYSE, Claim
-from service.results import Inputs
+from service.analyses.store import Inputs
+from service.buildings import store as building_store
+from service.buildings.tables import Building
+from service.jobs import queue as job_queue
+from service.jobs.queue import ANALYSE, Claim
+from service.kinds import KINDS
+from service.records.tables import Event
 from service.settings import Settings
 
 START = datetime(2021, 1, 10, tzinfo=UTC)
@@ -127,7 +128,7 @@ def in_both(count: int, onset: int, loss: float) -> tuple[EventAnalysis, ...]:
 def building(session: Session, code: str = "PAPER") -> Building:
     """The paper's."""
     text = simulated.building_file().replace('"PAPER"', f'"{code}"', 1)
-    made = buildings.add(session, text, Path("/"), START)
+    made = building_store.add(session, text, Path("/"), START)
     session.flush()
     return made
 
@@ -147,12 +148,12 @@ def queued(session: Session, building_id: int, moment: datetime, now: datetime) 
         )
         session.add(event)
         session.flush()
-    return jobs.enqueue(session, event, {}, now).id
+    return job_queue.enqueue(session, event, {}, now).id
 
 
 def claimed(session: Session, now: datetime) -> Claim:
     """The next job that waits."""
-    found = jobs.claim(session, now, LEASE)
+    found = job_queue.claim(session, now, LEASE)
     assert found is not None
     return found
 
@@ -160,7 +161,7 @@ def claimed(session: Session, now: datetime) -> Claim:
 def store(session: Session, claim: Claim, found: EventAnalysis, now: datetime) -> None:
     """Write what an analysis found as the worker does."""
     made_from = Inputs((), paper(), AnalysisSettings(), _revision(session, claim), ())
-    if jobs.finish(session, claim, now):
+    if job_queue.finish(session, claim, now):
         KINDS[ANALYSE].store(session, claim, made_from, (found,), now)
 
 
@@ -175,7 +176,7 @@ def analysed(sessions: sessionmaker[Session], building_id: int, found: Sequence[
                 if claim.job_id == job:
                     store(session, claim, one, now)
                     break
-                jobs.release(session, claim)
+                job_queue.release(session, claim)
     watched(sessions, now)
 
 
@@ -183,7 +184,7 @@ def watched(sessions: sessionmaker[Session], now: datetime) -> None:
     """Do whatever other work waits."""
     while True:
         with sessions.begin() as session:
-            claim = jobs.claim(session, now, LEASE)
+            claim = job_queue.claim(session, now, LEASE)
             if claim is None:
                 return
             computed(session, claim, now)
@@ -196,7 +197,7 @@ def computed(session: Session, claim: Claim, now: datetime) -> None:
     results: list[object] = []
     for stage in kind.stages(inputs):
         results.append(stage.function(*stage.arguments(results, lambda *_: None)))
-    if jobs.finish(session, claim, now):
+    if job_queue.finish(session, claim, now):
         kind.store(session, claim, inputs, results, now)
 
 

@@ -9,10 +9,13 @@ from alarmed import direction
 from findings import DAY, START
 from sqlalchemy.orm import Session
 
-from service import buildings
-from service.blobs import encode
-from service.database import Analysis, Building, DriftValue, Event, LayerResult, WatchedSeries
-from service.queue import jobs
+from service.analyses.tables import Analysis, LayerResult
+from service.buildings import store as building_store
+from service.buildings.tables import Building
+from service.db.blobs import encode
+from service.drift.tables import DriftValue, WatchedSeries
+from service.jobs import queue as job_queue
+from service.records.tables import Event
 
 NUMBERS = count(1)
 LIMITS = "design_displacement = 0.4\nmoat_clearance = 0.5\n"
@@ -40,10 +43,10 @@ def building_file(code: str, limits: str = LIMITS) -> str:
 
 def building(session: Session, limits: str = LIMITS) -> Building:
     """A new one, whose reference period is complete."""
-    made = buildings.add(session, building_file(f"J{next(NUMBERS)}", limits), Path("/"), START)
+    made = building_store.add(session, building_file(f"J{next(NUMBERS)}", limits), Path("/"), START)
     session.flush()
     first = earthquake(session, made, START, 0.1)
-    watch = jobs.enqueue_watch(session, made.id, None, START)
+    watch = job_queue.enqueue_watch(session, made.id, None, START)
     watch.state = "done"
     for axis in "xy":
         series = WatchedSeries(
@@ -69,7 +72,7 @@ def earthquake(
     event = Event(building_id=of.id, start=start, end=end, state="gathering", created_at=end, updated_at=end)
     session.add(event)
     session.flush()
-    job = jobs.enqueue(session, event, {"number": next(NUMBERS)}, end)
+    job = job_queue.enqueue(session, event, {"number": next(NUMBERS)}, end)
     job.state, event.state = "done", "analysed"
     results = [direction(event, displacement if axis == "x" else displacement / 10) for axis in "xy"]
     for axis, one in zip("xy", results, strict=True):
@@ -79,7 +82,7 @@ def earthquake(
         Analysis(
             event_id=event.id,
             job_id=job.id,
-            revision_id=buildings.current(session, of).id,
+            revision_id=building_store.current(session, of).id,
             current=True,
             created_at=end,
             version="test",

@@ -4,7 +4,7 @@ import base64
 from dataclasses import replace
 from datetime import UTC, datetime
 
-from service.notices.letter import Letter
+from service.notify.letter import Letter
 
 KEY = "whsec_" + base64.b64encode(bytes(range(32))).decode()
 """A secret of a webhook."""

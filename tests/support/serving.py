@@ -10,8 +10,8 @@ from asking import VISITOR
 
 from service.access.roles import Caller
 from service.app import create
-from service.door.connections import Patience
-from service.door.server import server
+from service.http.connections import Patience
+from service.http.server import server
 from service.settings import Settings
 
 

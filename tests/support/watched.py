@@ -14,9 +14,10 @@ import numpy as np
 import simulated
 from sqlalchemy.orm import Session, sessionmaker
 
-from service import buildings
-from service.computing.worker import Worker
-from service.intake.looking import Look
+from service.buildings import store as building_store
+from service.jobs.worker import Worker
+from service.kinds import KINDS
+from service.records.polling import Look
 from service.settings import Settings
 
 NOW = simulated.START + timedelta(days=200)
@@ -50,12 +51,12 @@ def watch(sessions: sessionmaker[Session], folder: Path, files: Sequence[bytes] 
     for number, data in enumerate(earthquakes() if files is None else files):
         write(folder / f"{number}.mseed", data)
     with sessions.begin() as session:
-        buildings.add(session, building_file(folder), folder, NOW)
+        building_store.add(session, building_file(folder), folder, NOW)
     look = Look(sessions, SETTINGS, lambda: NOW, lambda _: None, lambda: False)
     look.at("PAPER")
     look.queue_ready()
     with ThreadPoolExecutor(1) as pool:
-        Worker(sessions, lambda: pool, SETTINGS, clock=lambda: NOW).run_until_idle()
+        Worker(sessions, lambda: pool, SETTINGS, KINDS, clock=lambda: NOW).run_until_idle()
 
 
 def write(file: Path, data: bytes) -> None:

@@ -4,8 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from planted import BAND, PEAKS, STIFFNESS, hardening, nothing, on_side, planted
 
 from core.comparison.circumstances import PHASES, circumstances, half_cycle_amplitude

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 from exciting import LAYER, Excitation, answer, cycles, excitation, usual
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from core.model.isolator import Conditions
 

@@ -1,7 +1,6 @@
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from scipy import linalg
 
 from core.building import damping_matrix, fixed_base_modes, mass_matrix, stiffness_matrix

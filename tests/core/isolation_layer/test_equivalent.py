@@ -10,8 +10,7 @@ from itertools import product
 import numpy as np
 import pytest
 from describing import MOTIONS, SCALES, describing_function, errors, errors_of_records, robust_spread
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from core.analysis import AnalysisSettings
 from core.isolation_layer.equivalent import (

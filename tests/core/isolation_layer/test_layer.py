@@ -11,7 +11,7 @@ from core.isolation_layer.layer import layer_motion, layer_torsion
 from core.record import Channel
 from core.sensors.reconciliation import reconciled
 from core.sensors.rigid import RigidLevels
-from service.toml_files.building_file import read
+from service.buildings.description import read
 
 DESCRIPTION = read(plan.building_file(), Path("/")).description
 

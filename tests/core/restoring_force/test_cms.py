@@ -3,8 +3,7 @@ from dataclasses import replace
 import motions
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from core.errors import ModelError, RecordError
 from core.estimators import ESTIMATORS

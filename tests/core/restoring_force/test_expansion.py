@@ -1,7 +1,6 @@
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from core.errors import ModelError
 from core.restoring_force.expansion import assumed_stiffness, expanded, modal_acceleration, static_shapes

@@ -4,8 +4,7 @@ import agreeing
 import numpy as np
 import pytest
 from agreeing import RATE
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from core.arrays import Vector
 from core.errors import RecordError

@@ -4,13 +4,11 @@ import agreeing
 import numpy as np
 import pytest
 from agreeing import RATE
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from core.arrays import Vector
 from core.errors import RecordError
-from core.sensors.layer_agreement import agreeing as brought_to_agree
-from core.sensors.layer_agreement import layer_agreement
+from core.sensors.layer_agreement import agreeing as brought_to_agree, layer_agreement
 
 NOTHING = np.zeros(6)
 SMALL = np.array([0.1, 0.02, 5e-4, -0.08, -0.01, -3e-4])

@@ -9,7 +9,7 @@ from described import segments
 
 from core.analysis import AnalysisSettings, analyse
 from core.sensors.reconciliation import reconciled
-from service.toml_files.building_file import read
+from service.buildings.description import read
 
 DESCRIPTION = read(plan.building_file(), Path("/")).description
 

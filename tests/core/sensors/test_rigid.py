@@ -2,8 +2,7 @@ from datetime import UTC, datetime
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from core.record import Channel, Direction, Record
 from core.sensors.rigid import rigid_levels

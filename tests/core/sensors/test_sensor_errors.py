@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from agreed_records import ROWS, described_record
 from described import BASE, FOURTH, GROUND, LAYER, ROOF, paper
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from core.arrays import Vector
 from core.record import Record

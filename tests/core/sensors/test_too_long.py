@@ -9,14 +9,14 @@ import simulated
 
 from core.record import Segment
 from core.sensors.preparation import prepared
-from service.toml_files import building_file
+from service.buildings import description as building_description
 
 START = datetime(2024, 1, 1, tzinfo=UTC)
 
 
 def test_an_event_of_four_months_is_refused_with_its_length() -> None:
     """At 0.0001 Hz: 1000 samples; at the chain's 100 Hz thousands of millions in each channel."""
-    description = building_file.read(simulated.building_file(), Path("/")).description
+    description = building_description.read(simulated.building_file(), Path("/")).description
     channels = [channel.id for channel in description.channels]
     slow = [Segment(channel, START, 1e-4, np.zeros(1000)) for channel in channels]
     apart = [Segment(channels[0], START + timedelta(days=n), 100.0, np.zeros(1000)) for n in (0, 116)]

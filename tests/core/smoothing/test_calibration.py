@@ -4,8 +4,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from exact_lines import DESIGN, PAPER, exact, foreign, noisy, of_parameters, rocked
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from core.arrays import Vector
 from core.building import fixed_base_modes

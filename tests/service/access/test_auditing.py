@@ -14,15 +14,16 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session, sessionmaker
 from typer.testing import CliRunner
 
-from service import buildings
 from service.access import keys
 from service.access.auditing import Deed, audited, without_secrets
 from service.access.auth import Role
+from service.access.tables import AuditEntry
+from service.buildings import store as building_store
+from service.buildings.tables import Building
 from service.cli import app
-from service.database import AuditEntry, Building
 
 NOW = datetime(2024, 1, 1, tzinfo=UTC)
-COMMANDS = Path(__file__).resolve().parents[3] / "service" / "commands"
+COMMANDS = Path(__file__).resolve().parents[3] / "service" / "cli"
 
 
 def entries(sessions: sessionmaker[Session]) -> list[tuple[str, str, str, str, dict[str, Any]]]:
@@ -35,7 +36,7 @@ def entries(sessions: sessionmaker[Session]) -> list[tuple[str, str, str, str, d
 def key(sessions: sessionmaker[Session], tmp_path: Path) -> str:
     """An engineer's, of a service with a building."""
     with sessions.begin() as session:
-        buildings.add(session, watched.building_file(tmp_path), tmp_path, NOW)
+        building_store.add(session, watched.building_file(tmp_path), tmp_path, NOW)
         return keys.create(session, "Jo", Role.engineer, NOW)
 
 
@@ -52,7 +53,7 @@ def test_what_a_person_changes_by_the_api_is_kept(database_url: str, sessions: s
 
 def test_what_a_person_changes_by_a_form_is_kept(database_url: str, sessions: sessionmaker[Session]) -> None:
     with sessions.begin() as session:
-        buildings.add(session, simulated.building_file(), Path("/"), NOW)
+        building_store.add(session, simulated.building_file(), Path("/"), NOW)
     with client(database_url) as asking:
         assert asking.post("/buildings/PAPER/models", data={"direction": "x"}).status_code == 303
         assert asking.post("/models/1/accept").status_code == 303

@@ -8,7 +8,7 @@ from sqlalchemy.orm import Session, sessionmaker
 
 from service.access import keys
 from service.access.roles import Caller, Role, digest
-from service.database import ApiKey
+from service.access.tables import ApiKey
 
 NOW = datetime(2024, 1, 1, tzinfo=UTC)
 BUILDINGS = "/api/v1/buildings"

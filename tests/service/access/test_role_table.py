@@ -11,11 +11,10 @@ from typing import Any
 import pytest
 from asking import TestClient, client
 
-from service import migrate
-from service import sessions as opened
 from service.access import keys
 from service.access.roles import Role
 from service.app import create
+from service.db import migrate, sessions as opened
 from service.settings import Settings
 
 OPEN = """

@@ -9,16 +9,23 @@ from obspy import Trace, UTCDateTime, read, read_inventory
 
 from core.building import ShearBuilding
 from core.paper import BUILDING as PAPER
+from service.buildings import description
 from service.demo import files, memory
-from service.demo.catalogue import APART, STRONG, WEAK, YEARS, history, natural, peak_accelerations, weak_then_strong
+from service.demo.catalogue import (
+    APART,
+    STRONG,
+    WEAK,
+    YEARS,
+    history,
+    natural,
+    peak_accelerations,
+    weak_then_strong,
+)
 from service.demo.motions import GroundMotion, prepared, recorded
 from service.demo.scenario import BY_DESIGN, HIDDEN_EFFECT, Scenario
-from service.demo.site import LATITUDE, sensors
-from service.demo.site import building_file as written
-from service.demo.stage import Stage, forget
-from service.demo.stage import prepared as staged
-from service.toml_files import building_file
-from service.web.fdsn_query import Selection
+from service.demo.site import LATITUDE, building_file as written, sensors
+from service.demo.stage import Stage, forget, prepared as staged
+from service.records.fdsn_query import Selection
 
 NOW = datetime(2026, 1, 1, tzinfo=UTC)
 COUNT = 3
@@ -118,7 +125,7 @@ def test_records_hold_the_peak_that_the_catalogue_promises(tmp_path: Path) -> No
 
 
 def test_the_building_file_describes_the_papers_building(tmp_path: Path) -> None:
-    described = building_file.read(written("http://127.0.0.1:1"), tmp_path)
+    described = description.read(written("http://127.0.0.1:1"), tmp_path)
     floors = described.description
     same = ShearBuilding(floors.base_mass, floors.floor_mass, floors.storey_stiffness, PAPER.damping_coefficient)
     assert same.total_mass == pytest.approx(PAPER.total_mass)

@@ -9,11 +9,11 @@ from obspy import UTCDateTime
 
 from core.model.simulation import simulate
 from core.paper import BUILDING, ISOLATOR
+from service.buildings import description
 from service.demo.catalogue import Earthquake
 from service.demo.motions import GroundMotion
 from service.demo.scenario import STIFFNESS_LOSS
-from service.demo.site import RATE, THERMOMETER
-from service.demo.site import building_file as written
+from service.demo.site import RATE, THERMOMETER, building_file as written
 from service.demo.stage import prepared
 from service.demo.stiffness_loss import (
     LAST_HEALTHY,
@@ -26,8 +26,7 @@ from service.demo.stiffness_loss import (
     response,
     temperature,
 )
-from service.toml_files import building_file
-from service.web.fdsn_query import Selection
+from service.records.fdsn_query import Selection
 
 NOW = datetime(2026, 1, 1, tzinfo=UTC)
 
@@ -66,7 +65,7 @@ def test_the_damage_is_done_by_an_earthquake_that_is_as_strong_as_any() -> None:
 
 def test_the_thermometer_is_described_and_recorded(tmp_path: Path) -> None:
     text = written("http://127.0.0.1/", STIFFNESS_LOSS.sensors)
-    channels = {one.id: one for one in building_file.read(text, tmp_path).description.channels}
+    channels = {one.id: one for one in description.read(text, tmp_path).description.channels}
     assert (channels[THERMOMETER.id].quantity, channels[THERMOMETER.id].direction) == ("temperature", None)
     rng = np.random.default_rng(7)
     motions = tuple(GroundMotion(name, RATE, rng.standard_normal((2, 1000))) for name in ("one", "another"))

@@ -8,7 +8,7 @@ from zipfile import ZIP_DEFLATED, ZipFile
 import pytest
 
 from service.formats import FormatError, cosmos, csmip, csv_table, read, volume
-from service.sources.fdsnws import WRITTEN
+from service.records.sources.fdsnws import WRITTEN
 
 COSMOS = "Corrected acceleration (Format v01.20 with 13 text lines)\n"
 CSMIP = "Corrected accelerogram\n"

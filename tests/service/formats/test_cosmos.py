@@ -11,8 +11,7 @@ from zipfile import ZipFile
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from volumes import KINDS, record, wave
 
 from service.formats import FormatError, Trace, UnknownFormatError, read

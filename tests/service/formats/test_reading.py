@@ -3,8 +3,7 @@ from zipfile import ZIP_DEFLATED, ZipFile
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from written import CHANNEL, KNET, counts, stationxml, written
 
 from service.formats import FormatError, Gain, UnknownFormatError, read, zipped

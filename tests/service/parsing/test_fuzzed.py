@@ -5,16 +5,15 @@ from pathlib import Path
 
 import pytest
 from fuzzed import BUILDING, FILES, GAINS, spoilt
-from hypothesis import HealthCheck, given, seed, settings
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, given, seed, settings, strategies as st
 
 from core.record import Channel
 from service import parsing
+from service.buildings import description
+from service.buildings.description import BuildingFileError
 from service.formats import FormatError, of_building
-from service.intake.spans import span
 from service.parsing import Limits
-from service.toml_files import building_file
-from service.toml_files.building_file import BuildingFileError
+from service.records.spans import span
 
 LIMITS = Limits(5.0, 2**28)
 LONGEST = 5000
@@ -69,4 +68,4 @@ def test_the_times_of_a_spoilt_file_are_known_or_refused(kind: str, data: st.Dat
 @given(data=st.data())
 def test_a_spoilt_building_file_is_a_building_or_a_list_of_problems(data: st.DataObject) -> None:
     text = data.draw(spoilt(BUILDING)).decode("utf-8", "replace")
-    assert refusal(lambda: building_file.read(text, Path("/"))) != "nothing is said"
+    assert refusal(lambda: description.read(text, Path("/"))) != "nothing is said"

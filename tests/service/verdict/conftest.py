@@ -6,7 +6,7 @@ import pytest
 from judged import building
 from sqlalchemy.orm import Session, sessionmaker
 
-from service.database import Building
+from service.buildings.tables import Building
 
 
 @pytest.fixture

@@ -10,15 +10,20 @@ from findings import gain, softer, stopped
 from judged import STRONG, building, compared, day, earthquake
 from sqlalchemy.orm import Session
 
-from service.alerting import handling
-from service.alerting.event_messages import tell, tell_of_event
-from service.alerting.found import Found
-from service.alerting.reconciling import reconcile
-from service.database import Alert, Building, DirectionResult, DriftValue, Event, Message
-from service.queue import jobs
+from service.alerts import operator_actions
+from service.alerts.candidates import Found
+from service.alerts.event_messages import tell, tell_of_event
+from service.alerts.reconciling import reconcile
+from service.alerts.tables import Alert
+from service.analyses.tables import Analysis, DirectionResult
+from service.buildings.tables import Building
+from service.drift.limit_findings import limit_findings
+from service.drift.tables import DriftValue
+from service.jobs import queue as job_queue
+from service.notify.tables import Message
+from service.records.tables import Event
 from service.verdict import reading
 from service.verdict.checks import Level, Outcome
-from service.watching.limit_findings import limit_findings
 
 GOOD = ("normal", "this is not an inspection", "nothing", "all clear")
 
@@ -58,8 +63,12 @@ def _without_y(session: Session, event: Event) -> None:
     session.delete(_result(session, event, "y"))
 
 
+def _analysis(session: Session, event: Event) -> Analysis:
+    return session.query(Analysis).filter_by(event_id=event.id).one()
+
+
 def _result(session: Session, event: Event, direction: str) -> DirectionResult:
-    return next(one for one in event.analyses[0].directions if one.direction == direction)
+    return next(one for one in _analysis(session, event).directions if one.direction == direction)
 
 
 def _values(**changed: object) -> Callable[[Session, Event], None]:
@@ -93,7 +102,7 @@ def gathering() -> Found:
 
 
 def _watching(session: Session, event: Event) -> None:
-    jobs.enqueue_watch(session, event.building_id, None, event.end)
+    job_queue.enqueue_watch(session, event.building_id, None, event.end)
 
 
 WEAKER: dict[str, Callable[[Session, Event], None]] = {
@@ -193,7 +202,7 @@ def test_an_exceeded_limit_stays_open_until_an_inspection_is_recorded(session: S
     found_limits(session, of, day(2) + SOON)
     assert levels(session, after) == {Level.INSPECT}
     assert told(session, after).severity == "alarm"
-    handling.inspect(session, session.query(Alert).one(), "Jo", "confirmed", "no damage found", None, day(3))
+    operator_actions.inspect(session, session.query(Alert).one(), "Jo", "confirmed", "no damage found", None, day(3))
     found_limits(session, of, day(3) + SOON)
     assert session.query(Alert).one().state == "resolved"
     assert levels(session, after) == {Level.NORMAL}
@@ -205,10 +214,11 @@ def test_an_exceeded_limit_stays_open_until_an_inspection_is_recorded(session: S
 def test_a_revised_analysis_withdraws_an_exceeded_limit(session: Session, of: Building) -> None:
     strong = earthquake(session, of, day(1), STRONG)
     found_limits(session, of, day(1) + SOON)
-    strong.analyses[0].layer.peak_resultant = 0.02  # type: ignore[union-attr]
-    for one in strong.analyses[0].directions:
+    analysis = _analysis(session, strong)
+    analysis.layer.peak_resultant = 0.02  # type: ignore[union-attr]
+    for one in analysis.directions:
         one.peak_displacement = 0.02
-    strong.analyses[0].created_at = day(2)
+    analysis.created_at = day(2)
     session.flush()
     found_limits(session, of, day(2) + SOON)
     assert session.query(Alert).one().state == "withdrawn"
@@ -227,7 +237,7 @@ def test_an_alert_that_began_later_sends_no_message_about_an_earlier_earthquake_
     tell_of_event(session, first.id, AGE, second.end + SOON)
     assert [one.key for one in messages(session)] == [f"event/{first.id}"]
     assert reading.of_event(session, first).level is Level.WATCH
-    first.analyses[0].directions[0].peak_force = 2e6
+    _analysis(session, first).directions[0].peak_force = 2e6
     session.flush()
     tell_of_event(session, first.id, AGE, second.end + SOON)
     updated = messages(session)[-1]
@@ -251,7 +261,7 @@ def test_an_analysed_earthquake_waits_for_its_comparison_not_for_a_better_record
     session: Session, of: Building
 ) -> None:
     event = earthquake(session, of, day(1))
-    jobs.enqueue_watch(session, of.id, None, day(1))
+    job_queue.enqueue_watch(session, of.id, None, day(1))
     changes = [one for one in reading.of_event(session, event).checks if one.name == "stiffness"]
     assert {one.remedy for one in changes} == {"The comparison, which is under way."}
 

@@ -1,0 +1,159 @@
+"""How people with a browser come in: an API key or a link, shown once, begins a session that lives on the server."""
+
+import re
+from dataclasses import replace
+from datetime import UTC, datetime
+from math import ceil
+from typing import Annotated, Literal, TypedDict
+from urllib.parse import parse_qs, urlencode
+
+from anyio import to_thread
+from fastapi import APIRouter, Query, Request, Response
+from sqlalchemy.orm import Session
+from starlette.responses import RedirectResponse
+
+from service.access import logins
+from service.access.auditing import Deed, note
+from service.access.auth import COOKIE, SAFE_COOKIE, Caller, is_cross_site, is_secure, login, viewer
+from service.errors import ForbiddenError, LoginWantedError, UnauthorizedError
+from service.http import bodies
+from service.http.forms import NOT_REFUSED, Refused
+from service.http.rendering import page
+
+OURS = re.compile(r"/([a-z]+(/[\w-]+)*)?(\?[\w=&%.-]*)?", re.ASCII)
+MOST = 4096
+"""Bytes of a posted form."""
+UNKNOWN = (
+    "No key in force is like that. A key begins with mk_ and is shown once, when 'menshin key create NAME "
+    "--role viewer' makes it; a revoked one no longer works."
+)
+SPENT = "This link was used before, or is more than an hour old; 'menshin login' makes a new one."
+TOO_OFTEN = "Too many attempts from this address were refused; in a minute it may try again."
+
+router = APIRouter(include_in_schema=False)
+
+
+class Flags(TypedDict):
+    """Who gets to see a cookie."""
+
+    httponly: bool
+    samesite: Literal["strict"]
+    secure: bool
+
+
+async def reader(request: Request) -> Caller:
+    """A dependency of pages: who may read passes, who has not logged in is sent to the form.
+
+    Raises
+    ------
+    LoginWantedError
+        A key is wanted.
+    ForbiddenError
+        A key would not do.
+    """
+    try:
+        return await viewer(request)
+    except UnauthorizedError as error:
+        wanted = request.url.path + (f"?{request.url.query}" if request.url.query else "")
+        raise LoginWantedError(f"/login?{urlencode({'next': onward(wanted)})}") from error
+
+
+def onward(wanted: str) -> str:
+    """The page to go on to: one of ours, or the first one; never another site's."""
+    return wanted if OURS.fullmatch(wanted) else "/"
+
+
+@router.get("/login")
+async def form(
+    request: Request,
+    next: Annotated[str, Query(max_length=MOST)] = "/",
+    token: Annotated[str | None, Query(max_length=MOST)] = None,
+) -> Response:
+    """The form that asks for a key; with the token of a link, in at once."""
+    if token is None:
+        return _asked(request, next)
+    return await begun(request, token, is_link=True, wanted=next)
+
+
+@router.post("/login")
+async def log_in(request: Request) -> Response:
+    """Begin a session for a good key and go on; ask again for another."""
+    refuse_other_sites(request)
+    posted = parse_qs(await bodies.text(request, MOST))
+    key, wanted = ((posted.get(name) or [""])[-1].strip() for name in ("key", "next"))
+    return await begun(request, key, is_link=False, wanted=wanted)
+
+
+@router.post("/logout")
+async def log_out(request: Request) -> Response:
+    """End the session, on the server as in the browser."""
+    refuse_other_sites(request)
+    if (session := login(request)) is not None:
+        await to_thread.run_sync(_end, request, session)
+        request.app.state.callers.forget()
+    answer = RedirectResponse("/login", 303)
+    for name in (COOKIE, SAFE_COOKIE):
+        answer.delete_cookie(name, **flags(secure=name == SAFE_COOKIE))
+    return answer
+
+
+async def begun(request: Request, secret: str, *, is_link: bool, wanted: str) -> Response:
+    """In, with a new session, or the form again; an address that was refused too often waits."""
+    address, attempts = address_of(request), request.app.state.attempts
+    if wait := ceil(attempts.wait(address)):
+        answer = _asked(request, wanted, Refused("login", words=TOO_OFTEN, status=429))
+        answer.headers["Retry-After"] = str(wait)
+        return answer
+    cookie = await to_thread.run_sync(_new_session, request, secret, is_link)
+    if cookie is None:
+        attempts.refuse(address)
+        why = Refused("login", words=SPENT) if is_link else Refused("login", problems={"key": UNKNOWN})
+        return _asked(request, wanted, replace(why, status=401))
+    request.app.state.callers.forget()
+    answer = RedirectResponse(onward(wanted), 303)
+    secure = is_secure(request)
+    lasts = int(request.app.state.settings.login_lifetime)
+    answer.set_cookie(SAFE_COOKIE if secure else COOKIE, cookie, lasts, **flags(secure=secure))
+    return answer
+
+
+def _asked(request: Request, wanted: str, refused: Refused = NOT_REFUSED) -> Response:
+    """The form that asks for a key, and why the last one was refused."""
+    return page(request, "login", refused.status, onward=onward(wanted), refused=refused)
+
+
+def _new_session(request: Request, secret: str, is_link: bool) -> str | None:
+    """What the cookie will hold; the audit trail has the attempt, refused or not."""
+    now = datetime.now(UTC)
+    with request.app.state.sessions.begin() as session:
+        found = logins.follow(session, secret, now) if is_link else logins.begin(session, secret, now)
+        _note(session, request, "unknown" if found is None else found.name, "refused" if found is None else "begun")
+    return None if found is None else found.cookie
+
+
+def _end(request: Request, session_digest: str) -> None:
+    now = datetime.now(UTC)
+    with request.app.state.sessions.begin() as session:
+        if name := logins.end(session, session_digest, now):
+            _note(session, request, name, "ended")
+
+
+def _note(session: Session, request: Request, by: str, what: str) -> None:
+    deed = Deed(by, address_of(request), request.method, request.url.path, {"session": what})
+    note(session, deed, datetime.now(UTC))
+
+
+def address_of(request: Request) -> str:
+    """The client's address."""
+    return request.client.host if request.client else "unknown"
+
+
+def refuse_other_sites(request: Request) -> None:
+    """Another site's page must not log anybody in or out."""
+    if is_cross_site(request):
+        raise ForbiddenError("The form was sent by a page of another site.")
+
+
+def flags(*, secure: bool) -> Flags:
+    """No script reads the cookie, no other site's page sends it, and what came by https goes by https only."""
+    return {"httponly": True, "samesite": "strict", "secure": secure}

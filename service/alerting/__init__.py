@@ -1,1 +1,0 @@
-"""Alerts: what is found of a building becomes what people are told, once, and keeps its history."""

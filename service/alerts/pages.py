@@ -1,0 +1,189 @@
+"""The pages of the alerts and their forms; no JavaScript."""
+
+from datetime import UTC, datetime, timedelta
+from typing import Annotated, Any
+from zoneinfo import ZoneInfo
+
+from fastapi import APIRouter, Depends, Request, Response
+from sqlalchemy.orm import Session, sessionmaker
+from starlette.responses import RedirectResponse
+
+from core.drift.alarms import printed_change
+from core.drift.quantities import quantity
+from service.access.auth import Caller, Role
+from service.access.pages import reader
+from service.alerts import answers, ending, operator_actions, queries, requests
+from service.alerts.api import AlertId, By, SilenceId
+from service.alerts.schema import AcknowledgeRequest, InspectRequest, PartOut, SilenceRequest
+from service.alerts.states import MEANINGS, NAMES
+from service.alerts.tables import Alert
+from service.alerts.words import of_cause, of_span, of_subject, of_time, quantity_of
+from service.analyses import queries as analysis_queries
+from service.analyses.tables import DirectionResult
+from service.buildings import queries as building_queries
+from service.buildings.store import described
+from service.buildings.tables import Building
+from service.http.forms import NOT_REFUSED, Form, Refused, checked, taken
+from service.http.parameters import Code, Reading, Writing
+from service.http.rendering import page
+from service.records import event_queries
+from service.verdict import reading
+
+router = APIRouter(include_in_schema=False)
+
+Reader = Annotated[Caller, Depends(reader)]
+LISTED = 200
+"""Alerts of a building that its page lists, the latest first."""
+REFERENCES = (ending.AS_BEFORE, ending.FROM_NOW, ending.SINCE_IT_BEGAN)
+"""What the form offers as the start of a new reference period."""
+LONGEST = 24 * 365
+"""h that a silence may last."""
+
+
+@router.get("/buildings/{code}/alerts")
+def of_building(request: Request, code: Code, sessions: Reading, by: Reader) -> Response:
+    """The building's alerts, those that have not ended first, and its silences."""
+    return _listed(request, code, sessions, by)
+
+
+def _listed(
+    request: Request, code: str, sessions: sessionmaker[Session], by: Caller, refused: Refused = NOT_REFUSED
+) -> Response:
+    """The building's alerts, with a form of the page that was refused."""
+    now = datetime.now(UTC)
+    with sessions() as session:
+        found, _ = building_queries.building(session, code)
+        rows = queries.every(session, found.id, None, None, None, LISTED)
+        return page(
+            request,
+            "alerts",
+            refused.status,
+            refused=refused,
+            building=found,
+            verdict_on=reading.of_building(session, found),
+            open_alerts=[one for one in rows if one.closed_at is None],
+            ended=[one for one in rows if one.closed_at is not None],
+            silences=[one for one in reversed(queries.silences(session, found.id)) if one.ends_at > now],
+            causes=sorted({one.cause for one in rows}),
+            may_work=by.role >= Role.engineer,
+            **_words(session, found),
+        )
+
+
+@router.get("/alerts/{alert_id}")
+def of_alert(request: Request, alert_id: AlertId, sessions: Reading, by: Reader) -> Response:
+    """An alert: what happened, what it rests on, its history, who was told, and what can be done about it."""
+    return _shown(request, alert_id, sessions, by)
+
+
+def _shown(
+    request: Request, alert_id: int, sessions: sessionmaker[Session], by: Caller, refused: Refused = NOT_REFUSED
+) -> Response:
+    """An alert, with a form of the page that was refused."""
+    now = datetime.now(UTC)
+    with sessions() as session:
+        found = queries.alert(session, alert_id)
+        zone = ZoneInfo(described(session, found.building).timezone)
+        return page(
+            request,
+            "alert",
+            refused.status,
+            refused=refused,
+            consequences=ending.consequences(session, found, zone),
+            building=found.building,
+            alert=answers.whole(session, found, now),
+            results=_results(session, found),
+            may_work=by.role >= Role.engineer,
+            **_words(session, found.building),
+        )
+
+
+@router.post("/alerts/{alert_id}/acknowledge")
+def acknowledge(request: Request, alert_id: AlertId, sessions: Writing, by: By, form: Form) -> Response:
+    """Take the alert on, and show it."""
+
+    def act() -> Response:
+        wanted = checked(AcknowledgeRequest, form)
+        with sessions.begin() as session:
+            found, who = queries.alert(session, alert_id), requests.person(by, wanted.name)
+            operator_actions.acknowledge(session, found, who, wanted.note, datetime.now(UTC))
+        return RedirectResponse(f"/alerts/{alert_id}", 303)
+
+    return taken("acknowledge", form, act, lambda refused: _shown(request, alert_id, sessions, by, refused))
+
+
+@router.post("/alerts/{alert_id}/inspect")
+def inspect(request: Request, alert_id: AlertId, sessions: Writing, by: By, form: Form) -> Response:
+    """End the alert by what was found, and show it."""
+    now, age = datetime.now(UTC), timedelta(seconds=request.app.state.settings.message_age)
+    reference = form.get("reference", ending.AS_BEFORE)
+
+    def act() -> Response:
+        strange = None if reference in REFERENCES else "choose one of these reference periods"
+        wanted = checked(InspectRequest, form, {"reference": strange})
+        with sessions.begin() as session:
+            found, who = queries.alert(session, alert_id), requests.person(by, wanted.name)
+            begins = ending.reference_from(found, reference, now)
+            requests.inspect(session, found, who, wanted.outcome, wanted.note, begins, age, now)
+        return RedirectResponse(f"/alerts/{alert_id}", 303)
+
+    return taken("inspect", form, act, lambda refused: _shown(request, alert_id, sessions, by, refused))
+
+
+@router.post("/buildings/{code}/silences")
+def silence(request: Request, code: Code, sessions: Writing, by: By, form: Form) -> Response:
+    """Tell nobody of some alerts for a while, and show all of them."""
+    now, hours = datetime.now(UTC), form.get("hours", "")
+
+    def act() -> Response:
+        fits = hours.isascii() and hours.isdigit() and 0 < int(hours[:6]) <= LONGEST
+        until = now + timedelta(hours=int(hours) if fits else 1)
+        wrong = None if fits else f"give a whole number of hours from 1 to {LONGEST}"
+        wanted = checked(SilenceRequest, form | {"until": f"{until:%Y-%m-%dT%H:%M:%SZ}"}, {"hours": wrong})
+        with sessions.begin() as session:
+            requests.silence(session, code, wanted.pattern, wanted.until, wanted.reason, by.name, now)
+        return RedirectResponse(f"/buildings/{code}/alerts", 303)
+
+    return taken("silence", form, act, lambda refused: _listed(request, code, sessions, by, refused))
+
+
+@router.post("/silences/{silence_id}/end")
+def end(silence_id: SilenceId, sessions: Writing, by: By) -> Response:
+    """Tell people again, and show the alerts."""
+    with sessions.begin() as session:
+        found = queries.silence(session, silence_id)
+        operator_actions.end_silence(found, by.name, datetime.now(UTC))
+        code = found.building.code
+    return RedirectResponse(f"/buildings/{code}/alerts", 303)
+
+
+def _words(session: Session, building: Building) -> dict[str, Any]:
+    """How a page of the building tells times, causes and states."""
+    zone = ZoneInfo(described(session, building).timezone)
+    return {
+        "span": lambda first, last: of_span(first.astimezone(zone), last.astimezone(zone)),
+        "of": of_subject,
+        "size": _size,
+        "when": lambda moment: of_time(moment.astimezone(zone)),
+        "about": of_cause,
+        "meanings": MEANINGS,
+        "names": NAMES,
+    }
+
+
+def _results(session: Session, alert: Alert) -> list[DirectionResult]:
+    """What the event that raised it showed, in the direction that it is about; all where it is of none."""
+    if alert.raised_event_id is None:
+        return []
+    analyses = [one for one in event_queries.analyses(session, alert.raised_event_id) if one.current]
+    results = [one for analysis in analyses for one in analysis_queries.direction_results(session, analysis.id)]
+    measured = [one for one in results if one.peak_displacement is not None]
+    return [one for one in measured if one.direction in alert.cause.split("/")] or measured
+
+
+def _size(cause: str, part: PartOut) -> str:
+    """Change of a part with its 95 % interval; nothing where none is known."""
+    name = quantity_of(cause)
+    if name is None or part.drift is None or part.low is None or part.high is None:
+        return ""
+    return printed_change(quantity(name), part.drift, part.low, part.high)

@@ -1,0 +1,164 @@
+"""What is asked about the alerts."""
+
+from collections.abc import Collection, Mapping, Sequence
+from datetime import datetime
+
+from sqlalchemy import func, or_, select
+from sqlalchemy.orm import Session, joinedload
+
+from service.alerts.tables import Alert, AlertChange, Inspection, Silence
+from service.analyses.tables import Analysis
+from service.db.select import Line
+from service.errors import NotFoundError
+from service.notify.tables import Delivery, Message, Receiver
+from service.records.tables import Event
+
+
+def open_alerts(session: Session, building_id: int, kinds: Collection[str]) -> Sequence[Alert]:
+    """The building's alerts of these kinds that are neither resolved nor withdrawn, by number."""
+    is_open = (Alert.building_id == building_id, Alert.kind.in_(kinds), Alert.closed_at.is_(None))
+    return session.scalars(select(Alert).where(*is_open).order_by(Alert.id)).all()
+
+
+def acknowledgements(session: Session, building_id: int) -> Sequence[tuple[str, AlertChange]]:
+    """(cause, change) of every alert of the building that somebody acknowledged."""
+    made = (Alert.building_id == building_id, AlertChange.state == "acknowledged", AlertChange.by.is_not(None))
+    question = select(Alert.cause, AlertChange).join(Alert, Alert.id == AlertChange.alert_id).where(*made)
+    return [(cause, change) for cause, change in session.execute(question.order_by(AlertChange.id))]
+
+
+def inspections(session: Session, building_id: int) -> Sequence[tuple[str, Inspection]]:
+    """(cause, inspection) of every alert of the building that was inspected."""
+    question = select(Alert.cause, Inspection).join(Alert, Alert.id == Inspection.alert_id)
+    found = session.execute(question.where(Alert.building_id == building_id).order_by(Inspection.id))
+    return [(cause, inspection) for cause, inspection in found]
+
+
+def has_newer_results(session: Session, alert: Alert) -> bool:
+    """Whether events up to the one that raised an alert have results that were not there when it was found last."""
+    if alert.raised_event is None:
+        return False
+    older = (Event.building_id == alert.building_id, Event.start <= alert.raised_event.start)
+    newer = select(Analysis.id).join(Event, Event.id == Analysis.event_id)
+    question = newer.where(*older, Analysis.created_at > alert.updated_at).limit(1)
+    return session.scalar(question) is not None
+
+
+def alert(session: Session, number: int) -> Alert:
+    """An alert.
+
+    Raises:
+        NotFoundError: there is none by that number.
+    """
+    found = session.get(Alert, number)
+    if found is None:
+        raise NotFoundError("alert", number)
+    return found
+
+
+def every(
+    session: Session, building_id: int | None, state: str | None, kind: str | None, before: int | None, limit: int
+) -> Sequence[Alert]:
+    """Alerts, the latest first; the state `open` is every state of an alert that has not ended.
+
+    Args:
+        session: to read with.
+        building_id: of one building; None: of all.
+        state: one of service.alerts.states, or `open`; None: any.
+        kind: one of service.alerts.candidates.Kind; None: any.
+        before: the number at which the page before ended.
+        limit: rows.
+    """
+    question = select(Alert).options(joinedload(Alert.building))
+    for column, wanted in ((Alert.building_id, building_id), (Alert.kind, kind)):
+        if wanted is not None:
+            question = question.where(column == wanted)
+    if state is not None:
+        question = question.where(Alert.closed_at.is_(None) if state == "open" else Alert.state == state)
+    if before is not None:
+        question = question.where(Alert.id < before)
+    return session.scalars(question.order_by(Alert.id.desc()).limit(limit)).all()
+
+
+def open_counts(session: Session) -> Mapping[int, int]:
+    """Number of alerts that have not ended, by the building's number; buildings without any are not in it."""
+    question = select(Alert.building_id, func.count()).where(Alert.closed_at.is_(None)).group_by(Alert.building_id)
+    return {row[0]: row[1] for row in session.execute(question)}
+
+
+def tellings(session: Session, building_id: int, key: str) -> Sequence[Line]:
+    """(Message, Delivery | None, name of the receiver | None) of what was told under a key, the earliest first."""
+    question = (
+        select(Message, Delivery, Receiver.name)
+        .outerjoin(Delivery, Delivery.message_id == Message.id)
+        .outerjoin(Receiver, Receiver.id == Delivery.receiver_id)
+        .where(Message.building_id == building_id, Message.key == key)
+    )
+    return session.execute(question.order_by(Message.number, Delivery.id)).all()
+
+
+def silence(session: Session, number: int) -> Silence:
+    """A silence.
+
+    Raises:
+        NotFoundError: there is none by that number.
+    """
+    found = session.get(Silence, number)
+    if found is None:
+        raise NotFoundError("silence", number)
+    return found
+
+
+def of_event(session: Session, event_id: int, numbers: Collection[int]) -> Sequence[Alert]:
+    """Alerts that an event raised, and those of these numbers, ended ones too, by number."""
+    wanted = or_(Alert.raised_event_id == event_id, Alert.id.in_(numbers))
+    return session.scalars(select(Alert).where(wanted).order_by(Alert.id)).all()
+
+
+def of_numbers(session: Session, numbers: Collection[int]) -> Sequence[Alert]:
+    """Alerts of these numbers, in their order."""
+    return session.scalars(select(Alert).where(Alert.id.in_(numbers)).order_by(Alert.id)).all()
+
+
+def silences(session: Session, building_id: int) -> Sequence[Silence]:
+    """Every silence of a building, ended ones too, by number."""
+    return session.scalars(select(Silence).where(Silence.building_id == building_id).order_by(Silence.id)).all()
+
+
+def messages(session: Session, building_id: int, key: str) -> Sequence[Message]:
+    """What people were told under a key, the earliest first."""
+    of_key = (Message.building_id == building_id, Message.key == key)
+    return session.scalars(select(Message).where(*of_key).order_by(Message.number)).all()
+
+
+def messages_of_alerts(session: Session, building_id: int) -> Sequence[Message]:
+    """What people were told of events that raised an alert, the earliest first."""
+    of_alerts = (Message.building_id == building_id, Message.kind == "alert", Message.key.like("event/%"))
+    return session.scalars(select(Message).where(*of_alerts).order_by(Message.id)).all()
+
+
+def receivers_told(session: Session, building_id: int, keys: Collection[str]) -> Collection[int]:
+    """Numbers of those to whom messages under these keys went."""
+    of_keys = (Message.building_id == building_id, Message.key.in_(keys))
+    return set(session.scalars(select(Delivery.receiver_id).join(Delivery.message).where(*of_keys)))
+
+
+def events_to_tell(session: Session, building_id: int, since: datetime) -> Sequence[int]:
+    """Numbers of the building's events of which there may be news, the earliest first.
+
+    Those that ended since then, those that raised an alert that is open, and those with which people were told of one.
+    """
+    of_alerts = (Message.building_id == building_id, Message.kind == "alert", Message.key.like("event/%"))
+    told = {
+        int(key.removeprefix("event/")) for key in session.scalars(select(Message.key).where(*of_alerts).distinct())
+    }
+    raised = select(Alert.raised_event_id).where(Alert.building_id == building_id, Alert.closed_at.is_(None))
+    wanted = or_(Event.end >= since, Event.id.in_(raised), Event.id.in_(told))
+    question = select(Event.id).where(Event.building_id == building_id, wanted)
+    return session.scalars(question.order_by(Event.start, Event.id)).all()
+
+
+def alerts_without_event(session: Session, building_id: int) -> Sequence[Alert]:
+    """Alerts that became active and that no event raised: they go by the clock; ended ones too, by number."""
+    question = select(Alert).where(Alert.building_id == building_id, Alert.activated_at.is_not(None))
+    return session.scalars(question.where(Alert.raised_event_id.is_(None)).order_by(Alert.id)).all()

@@ -1,0 +1,1 @@
+"""Results of analyses: stored, queried and shown."""

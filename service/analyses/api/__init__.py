@@ -1,0 +1,1 @@
+"""The API of earthquakes, their series and their pictures."""

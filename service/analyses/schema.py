@@ -1,0 +1,129 @@
+"""What an analysis found, as the API answers it."""
+
+from datetime import datetime
+from typing import Any
+
+from pydantic import Field
+
+from core.quality import Severity
+from service.schema import Answer, Number
+
+
+class FindingOut(Answer):
+    """What screening found."""
+
+    kind: str = Field(description="Of which kind it is.")
+    severity: Severity = Field(description="`fatal`: what it concerns could not be used.")
+    message: str = Field(description="What was found and what would do.")
+    channel: str | None = Field(description="Id of the channel; null where it concerns more than one.")
+    value: Number | None = Field(description="The measure of it, in the unit that the message gives; null where none.")
+
+
+class PeakOut(Answer):
+    """Largest absolute value of a channel, its mean removed."""
+
+    channel: str = Field(description="Id of the channel.")
+    level: str | None = Field(description="Null where the building file no longer has the channel.")
+    quantity: str | None = Field(description="What it measures; null where not known.")
+    direction: str | None = Field(description="x, y or z; null where not known or without one.")
+    peak: Number | None = Field(description="m/s², m/s, m or °C, by quantity; null where the channel held no number.")
+
+
+class SensorOut(Answer):
+    """How a channel did in the event."""
+
+    channel: str = Field(description="Id of the channel.")
+    noise: Number | None = Field(
+        description="m/s², m/s or m, standard deviation in the quietest fifth of the record; null where that is too "
+        "short to know it."
+    )
+    gain: Number | None = Field(
+        description="Over that of the other sensors of its direction, 1 if they agree; null where nothing tells it."
+    )
+    gain_std: Number | None = Field(description="Null where the gain is.")
+
+
+class ModeOut(Answer):
+    """A fixed-base mode of the superstructure."""
+
+    number: int = Field(description="From 1, the lowest frequency.")
+    frequency: Number = Field(description="Hz.")
+    frequency_std: Number | None = Field(description="Hz; null where the estimator gives none.")
+    damping_ratio: Number = Field(description="Part of critical damping.")
+    damping_ratio_std: Number | None = Field(description="Null where the estimator gives none.")
+    shape: dict[str, float] = Field(description="By level, relative to the base slab.")
+    shape_std: dict[str, float] | None = Field(
+        description="By level; null where noise of the base slab's record could not be allowed for."
+    )
+    misfit: Number | None = Field(
+        description="Chi-square per degree of freedom of the fit that allows for noise in every channel: 1 where noise "
+        "explains all it leaves. Null where there was none."
+    )
+
+
+class RelianceOut(Answer):
+    """How far the assumptions of a force's estimate held."""
+
+    assumption: str = Field(description="What the record asked to be assumed of superstructure and sensors.")
+    chi_square: Number | None = Field(
+        description="Per degree of freedom, of noise alone: about 1 where a superstructure explains the record; null "
+        "where none was needed or found."
+    )
+    is_at_rest: bool = Field(description="Whether the record begins and ends at rest.")
+    prior_share: Number = Field(
+        description="Of what is known of the storeys' stiffness: 0 if all is from the record, 1 if all was believed."
+    )
+    fallback: str | None = Field(description="Why the force is another estimator's; null if it is its own.")
+
+
+class DirectionOut(Answer):
+    """What was found in a direction."""
+
+    direction: str = Field(description="x or y, as the building file names it.")
+    peak_force: Number = Field(description="N, largest absolute restoring force.")
+    force_std: Number = Field(description="N, standard deviation of the force at its peak.")
+    reliance: RelianceOut | None = Field(description="Null of an estimator that does not judge itself.")
+    peak_displacement: Number | None = Field(description="m; null where nothing measures the layer's displacement.")
+    peak_displacement_std: Number | None = Field(description="m; null where there is no peak displacement.")
+    lowest_frequency: Number | None = Field(
+        description="Hz, from which on the displacement is good: 0 where a transducer measured it."
+    )
+    highest_frequency: Number | None = Field(description="Hz, up to which the displacement is good.")
+    residual_displacement: Number | None = Field(
+        description="m, mean of the record's end less mean of its start; null where no transducer measured it."
+    )
+    residual_displacement_std: Number | None = Field(description="m; null where there is no residual displacement.")
+    cycles: int = Field(description="Number of cycles with k_eq and c_eq.")
+    modes: list[ModeOut] = Field(description="The lowest first.")
+
+
+class LayerOut(Answer):
+    """What was found of the isolation layer across the directions."""
+
+    peak_resultant: Number | None = Field(
+        description="m, farthest that it went in plan; null unless the displacement is known in x and y."
+    )
+    peak_torsion: Number | None = Field(description="rad; null where the sensors' positions do not tell it.")
+    peak_torsion_std: Number | None = Field(description="rad; null where there is no torsion.")
+    torsion_lowest_frequency: Number | None = Field(
+        description="Hz, from which on the torsion is good: 0 where transducers measured it; null without torsion."
+    )
+    axial_load_level: str | None = Field(
+        description="Level whose vertical acceleration the axial load is from; null where there is none."
+    )
+    lowest_axial_load: Number | None = Field(description="Vertical force on the isolators over the weight.")
+    highest_axial_load: Number | None = Field(description="Vertical force on the isolators over the weight.")
+
+
+class Provenance(Answer):
+    """What an analysis was made from, so that it can be made again."""
+
+    id: int = Field(description="Its number.")
+    current: bool = Field(description="Whether it is the event's latest.")
+    created_at: datetime = Field(description="When it was made.")
+    version: str = Field(description="Of the code.")
+    revision_id: int = Field(description="Of the building's description.")
+    estimator: str | None = Field(description="Name of the estimator; null where it came to none.")
+    settings: dict[str, Any] = Field(description="Estimator, sensors, rate (Hz) and band (Hz).")
+    inputs: list[str] = Field(description="SHA-256 of every recording it was made from.")
+    refusal: str | None = Field(description="Why nothing could be found.")

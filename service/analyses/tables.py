@@ -1,0 +1,157 @@
+"""Tables of what came of analysing events."""
+
+from datetime import datetime
+from typing import Any
+
+from sqlalchemy import ForeignKey, LargeBinary, Text, UniqueConstraint
+from sqlalchemy.orm import Mapped, mapped_column, relationship
+
+from service.db.base import Base
+from service.records.tables import Event
+
+
+class Analysis(Base):
+    """What came of analysing an event once; a later analysis makes a new row and keeps this one."""
+
+    __tablename__ = "analysis"
+    id: Mapped[int] = mapped_column(primary_key=True)
+    event_id: Mapped[int] = mapped_column(ForeignKey("event.id"), index=True)
+    job_id: Mapped[int] = mapped_column(ForeignKey("job.id"), unique=True)
+    revision_id: Mapped[int] = mapped_column(ForeignKey("revision.id"))
+    current: Mapped[bool]
+    """Whether it is the event's latest."""
+    created_at: Mapped[datetime]
+    version: Mapped[str]
+    """Of the code."""
+    settings: Mapped[dict[str, Any]]
+    inputs: Mapped[list[str]]
+    """SHA-256 of every recording it was made from."""
+    estimator: Mapped[str | None]
+    quality: Mapped[list[dict[str, Any]]]
+    refusal: Mapped[str | None] = mapped_column(Text)
+    peaks: Mapped[dict[str, Any]]
+    """Per channel id, SI units."""
+    pga: Mapped[float | None]
+    """m/s², the largest horizontal ground acceleration."""
+    temperature: Mapped[float | None]
+    """°C, mean of what thermometers measured."""
+    event: Mapped[Event] = relationship()
+    directions: Mapped[list["DirectionResult"]] = relationship(back_populates="analysis")
+    layer: Mapped["LayerResult | None"] = relationship(back_populates="analysis")
+    sensors: Mapped[list["SensorResult"]] = relationship(back_populates="analysis", order_by="SensorResult.channel")
+
+
+class DirectionResult(Base):
+    """One direction of an analysis, with its histories as blobs (service.db.blobs)."""
+
+    __tablename__ = "direction_result"
+    __table_args__ = (UniqueConstraint("analysis_id", "direction"),)
+    id: Mapped[int] = mapped_column(primary_key=True)
+    analysis_id: Mapped[int] = mapped_column(ForeignKey("analysis.id"), index=True)
+    direction: Mapped[str]
+    start: Mapped[datetime]
+    rate: Mapped[float]
+    count: Mapped[int]
+    peak_force: Mapped[float]
+    force_std: Mapped[float]
+    reliance: Mapped[dict[str, Any] | None]
+    """core.restoring_force.reliance.Reliance; None of an estimator that does not judge itself."""
+    peak_displacement: Mapped[float | None]
+    peak_displacement_std: Mapped[float | None]
+    lowest_frequency: Mapped[float | None]
+    """Hz, from which on the displacement is good."""
+    highest_frequency: Mapped[float | None]
+    residual_displacement: Mapped[float | None]
+    """None where no transducer measured it."""
+    residual_displacement_std: Mapped[float | None]
+    displacement: Mapped[bytes | None] = mapped_column(LargeBinary, deferred=True)
+    velocity: Mapped[bytes | None] = mapped_column(LargeBinary, deferred=True)
+    displacement_std_history: Mapped[bytes | None] = mapped_column(LargeBinary, deferred=True)
+    velocity_std_history: Mapped[bytes | None] = mapped_column(LargeBinary, deferred=True)
+    force: Mapped[bytes] = mapped_column(LargeBinary, deferred=True)
+    force_rigid: Mapped[bytes] = mapped_column(LargeBinary, deferred=True)
+    force_modal: Mapped[bytes] = mapped_column(LargeBinary, deferred=True)
+    force_std_history: Mapped[bytes] = mapped_column(LargeBinary, deferred=True)
+    analysis: Mapped[Analysis] = relationship(back_populates="directions")
+    modes: Mapped[list["ModeResult"]] = relationship(back_populates="result", order_by="ModeResult.number")
+    cycles: Mapped[list["CycleResult"]] = relationship(back_populates="result", order_by="CycleResult.start")
+
+
+class LayerResult(Base):
+    """What an analysis found of the isolation layer across its directions, histories as blobs (service.db.blobs)."""
+
+    __tablename__ = "layer_result"
+    id: Mapped[int] = mapped_column(primary_key=True)
+    analysis_id: Mapped[int] = mapped_column(ForeignKey("analysis.id"), unique=True)
+    start: Mapped[datetime]
+    rate: Mapped[float]
+    count: Mapped[int]
+    peak_resultant: Mapped[float | None]
+    """m, of the displacement in x and y; None unless both are known."""
+    peak_torsion: Mapped[float | None]
+    """rad; None where positions do not tell it."""
+    peak_torsion_std: Mapped[float | None]
+    torsion_lowest_frequency: Mapped[float | None]
+    """Hz, from which on the torsion is good."""
+    axial_load_level: Mapped[str | None]
+    """Whose vertical acceleration the axial load is from; None where there is none."""
+    lowest_axial_load: Mapped[float | None]
+    """Over the weight."""
+    highest_axial_load: Mapped[float | None]
+    torsion: Mapped[bytes | None] = mapped_column(LargeBinary, deferred=True)
+    torsion_std_history: Mapped[bytes | None] = mapped_column(LargeBinary, deferred=True)
+    axial_load: Mapped[bytes | None] = mapped_column(LargeBinary, deferred=True)
+    analysis: Mapped[Analysis] = relationship(back_populates="layer")
+
+
+class ModeResult(Base):
+    """One fixed-base mode of the superstructure."""
+
+    __tablename__ = "mode_result"
+    id: Mapped[int] = mapped_column(primary_key=True)
+    result_id: Mapped[int] = mapped_column(ForeignKey("direction_result.id"), index=True)
+    number: Mapped[int]
+    frequency: Mapped[float]
+    frequency_std: Mapped[float | None]
+    damping_ratio: Mapped[float]
+    damping_ratio_std: Mapped[float | None]
+    shape: Mapped[dict[str, Any]]
+    """By level name."""
+    shape_std: Mapped[dict[str, Any] | None]
+    misfit: Mapped[float | None]
+    """Chi-square per degree of freedom."""
+    result: Mapped[DirectionResult] = relationship(back_populates="modes")
+
+
+class CycleResult(Base):
+    """Equivalent stiffness and damping over one cycle."""
+
+    __tablename__ = "cycle_result"
+    id: Mapped[int] = mapped_column(primary_key=True)
+    result_id: Mapped[int] = mapped_column(ForeignKey("direction_result.id"), index=True)
+    start: Mapped[float]
+    """s after the record's start."""
+    end: Mapped[float]
+    amplitude: Mapped[float]
+    shear_strain: Mapped[float | None]
+    k_eq: Mapped[float]
+    k_eq_std: Mapped[float]
+    c_eq: Mapped[float]
+    c_eq_std: Mapped[float]
+    result: Mapped[DirectionResult] = relationship(back_populates="cycles")
+
+
+class SensorResult(Base):
+    """How one channel did in an event (core.sensors.sensor_health)."""
+
+    __tablename__ = "sensor_result"
+    __table_args__ = (UniqueConstraint("analysis_id", "channel"),)
+    id: Mapped[int] = mapped_column(primary_key=True)
+    analysis_id: Mapped[int] = mapped_column(ForeignKey("analysis.id"), index=True)
+    channel: Mapped[str]
+    noise: Mapped[float | None]
+    """SI units, standard deviation at rest."""
+    gain: Mapped[float | None]
+    """Over that of the other sensors of its direction."""
+    gain_std: Mapped[float | None]
+    analysis: Mapped[Analysis] = relationship(back_populates="sensors")

@@ -1,0 +1,1 @@
+"""Buildings under watch: their descriptions, recipients and reference periods."""

@@ -1,0 +1,189 @@
+"""Which keys a building file may have, and what each means."""
+
+from datetime import datetime
+from typing import Annotated, Literal
+from zoneinfo import available_timezones
+
+from pydantic import AfterValidator, BeforeValidator, Field
+
+from core.description import Role
+from core.record import Direction, Quantity
+from service.buildings.recipient_rules import ReceiverKind, Severity, WantedKind
+from service.formats.errors import FormatError
+from service.formats.toml_problems import Table
+from service.formats.units import unit_gain
+
+
+def _timezone(name: str) -> str:
+    if name not in available_timezones():
+        raise ValueError(f"{name!r} is no time zone of the IANA database, such as Asia/Tokyo")
+    return name
+
+
+def _unit(name: str) -> str:
+    try:
+        unit_gain(name)
+    except FormatError as error:
+        raise ValueError(str(error)) from None
+    return name
+
+
+def _renamed(severity: object) -> object:
+    """Building files of earlier versions call the lowest severity `all_clear`."""
+    return "normal" if severity == "all_clear" else severity
+
+
+Named = Annotated[Severity, BeforeValidator(_renamed)]
+Text = Annotated[str, Field(min_length=1)]
+Positive = Annotated[float, Field(gt=0)]
+Horizontal = Annotated[float, Field(gt=0, le=5)]
+"""m, of a displacement or a gap: no isolator moves 5 m, and a number in mm is refused."""
+
+
+class LevelTable(Table):
+    """`[[level]]`: one level of the building, from the ground up."""
+
+    name: Text = Field(description="the level's name, by which channels refer to it")
+    role: Role = Field(
+        default="floor",
+        description="ground (below the isolators, first), base (the slab just above them, second) or floor",
+    )
+    mass: Positive | None = Field(default=None, description="kg; wanted for every level but the ground")
+    stiffness: Positive | None = Field(default=None, description="N/m, design value of the storey below this floor")
+    mass_uncertainty: Annotated[float, Field(ge=0, lt=1)] = Field(
+        default=0.0,
+        description="standard deviation of the mass over the mass, the total being right: 0.1 is 10 %; part of the "
+        "bands of the force, k_eq and c_eq",
+    )
+
+
+class DesignTable(Table):
+    """`[isolation.design]`: design values of the isolation layer."""
+
+    k_b: Positive | None = Field(default=None, description="N/m, post-yield stiffness")
+    c_b: Annotated[float, Field(ge=0)] | None = Field(default=None, description="N s/m, viscous damping coefficient")
+    F_y: Positive | None = Field(default=None, description="N, yield force of the hysteretic part")
+    D_y: Positive | None = Field(default=None, description="m, yield displacement of the hysteretic part")
+
+
+class IsolationTable(Table):
+    """`[isolation]`: the isolation layer."""
+
+    rubber_height: Positive | None = Field(
+        default=None, description="m, total thickness of the rubber: the displacement of 100 % shear strain"
+    )
+    design_displacement: Horizontal | None = Field(
+        default=None,
+        description="m, largest horizontal displacement that the layer is designed for; without it the displacement in "
+        "an earthquake cannot be checked against the design",
+    )
+    moat_clearance: Horizontal | None = Field(
+        default=None,
+        description="m, smallest gap between the moving building and the surrounding wall; without it the displacement "
+        "in an earthquake cannot be checked against the gap",
+    )
+    design: DesignTable = Field(default=DesignTable(), description="design values")
+
+
+class SourceTable(Table):
+    """`[source]`: the building's monitoring server."""
+
+    kind: Literal["folder", "fdsnws", "archive"] = Field(
+        description="folder (of files), fdsnws (FDSN web services) or archive (HTTP listing of event files)"
+    )
+    location: Text = Field(description="a path, relative to the building file, or the server's address")
+    data: Literal["events", "continuous"] = Field(
+        default="events",
+        description="events (every file or answer is one earthquake's) or continuous (a trigger cuts the events)",
+    )
+    since: datetime | None = Field(default=None, description="date and time with offset; nothing older is fetched")
+    catalogue: Text | None = Field(
+        default=None,
+        description="fdsnws only: address of an FDSN event service that names the earthquakes; default: location, "
+        "if it offers one",
+    )
+    minimum_magnitude: float | None = Field(default=None, description="smallest earthquake asked of the catalogue")
+    maximum_radius: Annotated[float, Field(gt=0, le=180)] | None = Field(
+        default=None, description="degrees from the building, of earthquakes asked of the catalogue"
+    )
+    before: Annotated[float, Field(ge=0)] = Field(
+        default=30.0, description="s, fetched before an earthquake's origin time in the catalogue"
+    )
+    after: Positive = Field(default=300.0, description="s, fetched after an earthquake's origin time in the catalogue")
+
+
+class ChannelTable(Table):
+    """`[[channel]]`: one sensor component."""
+
+    id: Annotated[str, Field(pattern=r"^[^.\s]*\.[^.\s]+\.[^.\s]*\.[^.\s]+$")] = Field(
+        description="network, station, location and channel code as the records name it: XX.BNCS.01.HNX"
+    )
+    level: Text = Field(description="name of the level that the sensor sits on")
+    direction: Direction | None = Field(
+        default=None, description="x or y (horizontal) or z (up); wanted for all but a temperature"
+    )
+    quantity: Quantity = Field(
+        description="acceleration (absolute), velocity, displacement (relative to the ground) or temperature"
+    )
+    position: tuple[float, float] | None = Field(
+        default=None,
+        strict=False,  # TOML has no tuples
+        description="m, [x, y] of the sensor from its level's centre of mass; gives the torsion where two sensors lie "
+        "apart",
+    )
+    rotation: Annotated[float, Field(ge=-180, le=180)] = Field(
+        default=0.0,
+        description="degrees by which the sensor's x and y are turned against the building's, from x towards y; the "
+        "same for both",
+    )
+    gain: float | None = Field(
+        default=None,
+        description="of `unit` per stored number; goes before StationXML; negative for a sensor mounted reversed",
+    )
+    unit: Annotated[str, AfterValidator(_unit)] | None = Field(
+        default=None, description="unit of gain: m/s**2, cm/s**2, gal, g, m/s, cm/s, m, cm, mm, degC; default SI"
+    )
+
+
+class ReceiverTable(Table):
+    """`[[receiver]]`: somebody, or some program, that is told of the building."""
+
+    name: Annotated[str, Field(min_length=1, max_length=64)] = Field(description="the receiver's name, its own here")
+    kind: ReceiverKind = Field(description="email, webhook, alertmanager or apprise (other chat services)")
+    address: Text = Field(
+        description="mail address, web address, or address of Apprise; `env:NAME` takes it from that variable of the "
+        "environment"
+    )
+    secret: Text | None = Field(
+        default=None,
+        description="webhook only: key of its signature, whsec_ and the base64 of 24 to 64 bytes, or `env:NAME`",
+    )
+    kinds: Annotated[list[WantedKind], Field(min_length=1)] | None = Field(
+        default=None,
+        description="of event, alert, data (that stopped) and drill, those it is told of; default: all, and all but "
+        "event for an alertmanager",
+    )
+    severities: Annotated[list[Named], Field(min_length=1)] | None = Field(
+        default=None, description="of normal, note, warning and alarm, those it is told of; default: all"
+    )
+
+
+class BuildingTable(Table):
+    """The top of the file: the building."""
+
+    code: Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]+$", max_length=32)] = Field(
+        description="short name in addresses and tables: letters, digits, - and _"
+    )
+    name: Text = Field(description="the building's name")
+    latitude: Annotated[float, Field(ge=-90, le=90)] | None = Field(default=None, description="degrees, north positive")
+    longitude: Annotated[float, Field(ge=-180, le=180)] | None = Field(
+        default=None, description="degrees, east positive"
+    )
+    timezone: Annotated[str, AfterValidator(_timezone)] = Field(
+        default="UTC", description="IANA name, for times as people there read them"
+    )
+    level: Annotated[list[LevelTable], Field(min_length=3)] = Field(description="levels from the ground up")
+    isolation: IsolationTable = Field(default=IsolationTable(), description="the isolation layer")
+    source: SourceTable | None = Field(default=None, description="where records are fetched")
+    channel: Annotated[list[ChannelTable], Field(min_length=1)] = Field(description="the sensors")
+    receiver: list[ReceiverTable] = Field(default=[], description="who is told of the building; see messages.md")

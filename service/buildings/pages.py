@@ -1,0 +1,131 @@
+"""The first page: buildings, the last event and what came of it; no JavaScript."""
+
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Annotated
+
+from fastapi import APIRouter, Depends, Query, Request, Response
+from sqlalchemy.orm import Session
+from starlette.responses import RedirectResponse
+
+from service.access.pages import reader
+from service.alerts import queries as alert_queries
+from service.analyses import mode_tracks
+from service.analyses.mode_tracks import TrackedMode
+from service.analyses.pages import MODES, View, viewed
+from service.buildings import queries
+from service.buildings.tables import Building
+from service.db.select import Span
+from service.http.parameters import Reading
+from service.http.rendering import page
+from service.models import answers as model_answers, queries as model_queries
+from service.models.schema import Trend
+from service.models.tables import ModelVersion
+from service.records import event_queries, recording_queries
+from service.verdict import reading
+
+JUDGED = 50
+"""Buildings whose verdict the list shows; of those behind them their own page has it."""
+
+router = APIRouter(include_in_schema=False, dependencies=[Depends(reader)])
+BuildingCode = Annotated[str | None, Query(pattern=r"^[A-Za-z0-9_-]{1,32}$")]
+
+
+@router.get("/")
+def home(request: Request, sessions: Reading, building: BuildingCode = None) -> Response:
+    """Every building, and the last event of the one that is named, or of the one that shook last."""
+    with sessions() as session:
+        found = queries.buildings(session)
+        shaken = [row for row in found if row.last is not None]
+        shown = queries.building(session, building)[0] if building else None
+        if shown is None and shaken:
+            shown = max(shaken, key=lambda row: row.last)[0]
+        views = last_events(session, shown) if shown else []
+        models = failing_models(session, shown) if shown else []
+        open_now = alert_queries.open_counts(session)
+        return page(
+            request,
+            "home",
+            buildings=found,
+            open_alerts=open_now,
+            verdicts={row.Building.id: reading.of_building(session, row.Building) for row in found[:JUDGED]},
+            verdict_on=reading.of_building(session, shown) if shown else None,
+            shown=shown and shown.code,
+            views=views,
+            modes=MODES,
+            models=models,
+            troubles=troubles(session),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Trouble:
+    """Why records of a building do not come, or could not be used."""
+
+    code: str
+    since: datetime | None
+    """Since when its monitoring server fails."""
+    error: str | None
+    rejected: int
+    """Files that could not be used."""
+
+
+def troubles(session: Session) -> list[Trouble]:
+    """Of every building whose monitoring server fails, or that has rejected files."""
+    rejected = recording_queries.rejected_counts(session)
+    every = [
+        Trouble(
+            code=building.code,
+            since=state.failing_since if state else None,
+            error=state.error if state and state.failing_since else None,
+            rejected=rejected.get(building.id, 0),
+        )
+        for building, _, state in queries.sources(session)
+    ]
+    return [one for one in every if one.error or one.rejected]
+
+
+def failing_models(session: Session, building: Building) -> list[tuple[ModelVersion, Trend]]:
+    """The building's models in force that miss its latest events."""
+    in_force = model_queries.current_versions(session, building.id)
+    compared = model_queries.latest_comparisons(session, [model.id for model in in_force])
+    trends = [(model, model_answers.trend(model.id, compared[model.id])) for model in in_force]
+    return [(model, trend) for model, trend in trends if trend.finding is not None]
+
+
+def last_events(session: Session, building: Building) -> list[View]:
+    """The last event, and where it has no result the last one that has."""
+    last = [viewed(session, *pair) for pair in event_queries.events(session, building.id, Span(), None, None, limit=1)]
+    if any(view.results for view in last):
+        return last
+    return last + [viewed(session, *pair) for pair in event_queries.last_analysed(session, building.id)]
+
+
+@router.get("/alerts")
+def all_alerts() -> Response:
+    """The alerts of all buildings stand on the first page."""
+    return RedirectResponse("/", 303)
+
+
+@router.get("/modes")
+def modes(
+    request: Request, sessions: Reading, building: Annotated[str, Query(pattern=r"^[A-Za-z0-9_-]{1,32}$")]
+) -> Response:
+    """The modes of a building over its events."""
+    with sessions() as session:
+        found, _ = queries.building(session, building)
+        directions = [_modes_of_direction(session, found, direction) for direction in mode_tracks.DIRECTIONS]
+        return page(request, "modes", building=found, directions=[one for one in directions if one[2]])
+
+
+def _modes_of_direction(session: Session, building: Building, direction: str) -> tuple[str, list[TrackedMode], int]:
+    """A direction, its established modes, and the number of events that showed any."""
+    found = mode_tracks.tracked_modes(session, building.id, Span(), direction)
+    events = {sighting.event for mode in found for sighting in mode.sightings}
+    return direction, [mode for mode in found if mode.is_established], len(events)
+
+
+@router.get("/docs")
+async def docs(request: Request) -> Response:
+    """The OpenAPI document for people, without a CDN."""
+    return page(request, "docs", document=request.app.openapi())

@@ -1,0 +1,91 @@
+"""Buildings and their sources, as the API answers them."""
+
+from datetime import datetime
+
+from pydantic import Field
+
+from core.record import Direction, Quantity
+from service.schema import Answer, Number
+from service.verdict.schema import VerdictOut
+
+
+class BuildingRow(Answer):
+    """A building under watch."""
+
+    code: str = Field(description="Short name, as addresses have it.")
+    name: str = Field(description="As the building file gives it.")
+    events: int = Field(description="Number of events so far.")
+    last_event: datetime | None = Field(description="Start of the latest event; null before the first.")
+
+
+class Buildings(Answer):
+    """All buildings under watch."""
+
+    items: list[BuildingRow] = Field(description="The rows of this page.")
+    next: str | None = Field(description="Cursor of the next page; null after the last.")
+
+
+class LevelOut(Answer):
+    """A level, as the building file gives it."""
+
+    name: str = Field(description="As the building file gives it.")
+    role: str = Field(description="`ground`, `base` or `floor`.")
+    mass: Number | None = Field(description="kg; null where the file gives none.")
+    stiffness: Number | None = Field(description="N/m, design value of the storey below; null where not given.")
+    mass_uncertainty: Number = Field(description="Standard deviation of the mass over the mass; 0 where not given.")
+
+
+class ChannelOut(Answer):
+    """A sensor component, as the building file gives it."""
+
+    id: str = Field(description="Network, station, location and channel code.")
+    level: str = Field(description="Name of the level it sits on.")
+    quantity: Quantity = Field(description="acceleration (m/s²), velocity (m/s), displacement (m) or temperature (°C).")
+    direction: Direction | None = Field(description="Null for a temperature.")
+    position: tuple[Number, Number] | None = Field(
+        description="m, x and y of the sensor from its level's centre of mass; null where not given."
+    )
+    rotation: Number = Field(description="rad, by which its axes are turned against the building's, from x towards y.")
+
+
+class BuildingOut(Answer):
+    """A building and its description in force."""
+
+    code: str = Field(description="Short name, as addresses have it.")
+    name: str = Field(description="As the building file gives it.")
+    revision: int = Field(description="Number of the description; each update makes a new one.")
+    revised_at: datetime = Field(description="When the description came into force.")
+    rubber_height: Number | None = Field(description="m, displacement of 100 % shear strain; null where not given.")
+    design_displacement: Number | None = Field(
+        description="m, largest horizontal displacement that the isolation layer is designed for; null where not given."
+    )
+    moat_clearance: Number | None = Field(
+        description="m, smallest gap between the moving building and the surrounding wall; null where not given."
+    )
+    latitude: Number | None = Field(description="°; null where not given.")
+    longitude: Number | None = Field(description="°; null where not given.")
+    timezone: str = Field(description="IANA name.")
+    verdict: VerdictOut = Field(
+        description="On the building now: by its last earthquake, what is open, and whether records arrive."
+    )
+    levels: list[LevelOut] = Field(description="From the ground up.")
+    channels: list[ChannelOut] = Field(description="The sensors.")
+
+
+class SourceOut(Answer):
+    """A building's monitoring server and how it is doing."""
+
+    building: str = Field(description="Code of the building.")
+    kind: str = Field(description="Of which kind it is.")
+    location: str = Field(description="A path, or an address without user name, password and query.")
+    attempted_at: datetime | None = Field(description="Null before the first attempt.")
+    succeeded_at: datetime | None = Field(description="Null before the first success.")
+    failing_since: datetime | None = Field(description="Null while it answers.")
+    error: str | None = Field(description="What went wrong last; null where nothing did.")
+
+
+class Sources(Answer):
+    """All sources."""
+
+    items: list[SourceOut] = Field(description="The rows of this page.")
+    next: str | None = Field(description="Cursor of the next page; null after the last.")

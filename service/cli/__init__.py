@@ -1,0 +1,39 @@
+"""The command `menshin`, assembled from its groups of commands."""
+
+from typing import Annotated
+
+import typer
+
+from service.cli import analyse, building, demo, drill, effects, keys, model, reproduce, run, secret
+from service.cli.edge import Edge
+
+app = typer.Typer(
+    name="menshin",
+    cls=Edge,
+    no_args_is_help=True,
+    pretty_exceptions_show_locals=False,
+    help="Structural health monitoring for base-isolated buildings.",
+)
+for group in (demo, run, drill, analyse, reproduce, effects):
+    app.add_typer(group.app)
+app.add_typer(building.app, name="building")
+app.add_typer(model.app, name="model")
+app.add_typer(keys.app, name="key")
+app.add_typer(secret.app, name="secret")
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        from service.version import VERSION
+
+        typer.echo(f"menshin {VERSION}")
+        raise typer.Exit
+
+
+@app.callback()
+def menshin(
+    _: Annotated[
+        bool, typer.Option("--version", is_eager=True, callback=_print_version, help="Print the version and end.")
+    ] = False,
+) -> None:
+    """Structural health monitoring for base-isolated buildings."""

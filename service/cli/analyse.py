@@ -1,0 +1,126 @@
+"""`menshin analyse`: the service's chain on files, without a database."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from service.cli.building_argument import described_by, levels_named
+from service.cli.current_settings import settings_in_force
+
+if TYPE_CHECKING:
+    from core.analysis import AnalysisSettings, EventAnalysis
+    from core.description import BuildingDescription
+    from service.records.event_files import EventFiles
+
+REFUSED = 1
+
+app = typer.Typer()
+
+
+@app.command()
+def analyse(
+    files: Annotated[
+        list[Path],
+        typer.Argument(
+            exists=True,
+            dir_okay=False,
+            metavar="FILE...",
+            help="Records (miniSEED, K-NET, KiK-net, SAC, CSMIP and COSMOS V2, CSV, or a zip of these) and StationXML; "
+            "files that overlap in time are one event.",
+        ),
+    ],
+    building: Annotated[Path, typer.Option(exists=True, dir_okay=False, help="Building file (TOML).")],
+    json: Annotated[
+        Path | None, typer.Option(help="Write the results here; of several events, each with its start in the name.")
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(file_okay=False, help="Write histories (CSV) and figures (SVG, PNG) into this folder."),
+    ] = None,
+    estimator: Annotated[
+        str | None, typer.Option(help="Estimator of the restoring force; default: the setting of this name.")
+    ] = None,
+    sensors: Annotated[
+        str | None,
+        typer.Option(
+            help="Levels to use, by name or role (base, roof = topmost), as in base,4,roof; default: every "
+            "instrumented one."
+        ),
+    ] = None,
+) -> None:
+    """Analyse the events in some files: restoring force, modes, equivalent stiffness and damping.
+
+    Exit code 0: analysed; 1: an event or a file was refused; 2: wrong usage or building file.
+    """
+    from service.formats import FormatError
+    from service.records.event_files import events
+
+    described = described_by(building)
+    settings = _settings(estimator, sensors, described.description)
+    try:
+        found = events(files, described)
+    except FormatError as error:
+        typer.echo(str(error), err=True)
+        raise typer.Exit(REFUSED) from None
+    if not found:
+        raise typer.BadParameter("none of the files holds records", param_hint="FILE...")
+    stamps = [f"{event.start:%Y%m%dT%H%M%SZ}" if len(found) > 1 else "" for event in found]
+    results = [
+        _analysed(event, described.description, settings, _stamped(json, stamp), out and out / stamp)
+        for event, stamp in zip(found, stamps, strict=True)
+    ]
+    if any(result.refusal is not None for result in results):
+        raise typer.Exit(REFUSED)
+
+
+def _analysed(
+    event: "EventFiles",
+    description: "BuildingDescription",
+    settings: "AnalysisSettings",
+    json: Path | None,
+    out: Path | None,
+) -> "EventAnalysis":
+    """Analyse one event, print its summary and write what is asked for."""
+    from rich.console import Console
+
+    from core.analysis import analyse as analyse_event
+    from service.analyses import document as analysis_document, files as analysis_files, summary as analysis_summary
+    from service.verdict import terminal
+    from service.verdict.documents import assessment_json
+    from service.verdict.measured import of_analysis
+
+    result = analyse_event(event.segments, description, settings)
+    assessment = of_analysis(result, description)
+    Console().print(analysis_summary.summary(result, description))
+    Console().print(terminal.checks(assessment))
+    if json is not None:
+        verdict = {"verdict": assessment_json(assessment)}
+        _write_json(analysis_document.as_json(result, description, settings) | verdict, json)
+    if out is not None:
+        analysis_files.write(result, description.code, out)
+    return result
+
+
+def _settings(estimator: str | None, sensors: str | None, description: "BuildingDescription") -> "AnalysisSettings":
+    """The service's own settings, so that both give the same results, with what was asked for in their place."""
+    from core.analysis import AnalysisSettings
+    from core.estimators import ESTIMATORS
+
+    own = settings_in_force()
+    chosen = own.estimator if estimator is None else estimator
+    if chosen not in ESTIMATORS:
+        raise typer.BadParameter(f"no estimator {chosen!r}; there is {', '.join(ESTIMATORS)}", param_hint="--estimator")
+    levels = None if sensors is None else levels_named(sensors, description)
+    return AnalysisSettings(estimator=chosen, sensors=levels, rate=own.rate, band=own.band)
+
+
+def _stamped(path: Path | None, stamp: str) -> Path | None:
+    return path.with_stem(f"{path.stem}-{stamp}") if path is not None and stamp else path
+
+
+def _write_json(document: dict[str, object], path: Path) -> None:
+    import orjson
+
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(orjson.dumps(document, option=orjson.OPT_INDENT_2 | orjson.OPT_APPEND_NEWLINE))

@@ -1,0 +1,120 @@
+"""`menshin building`: the buildings under watch."""
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from service.cli.audit import of_command
+from service.cli.building_argument import text_of
+from service.cli.current_settings import settings_in_force
+
+if TYPE_CHECKING:
+    from sqlalchemy.orm import Session
+
+    from service.buildings.tables import Building
+
+app = typer.Typer(no_args_is_help=True, help="The buildings under watch.")
+
+File = Annotated[Path, typer.Argument(exists=True, dir_okay=False, readable=True, help="Building file (TOML).")]
+Code = Annotated[str, typer.Argument(help="Code of the building.")]
+
+
+@app.command()
+def add(context: typer.Context, file: File) -> None:
+    """Put a building under watch."""
+    from service.buildings import store as building_store
+
+    text = text_of(file)
+    with _session(context) as session:
+        building = building_store.add(session, text, file.parent.resolve(), datetime.now(UTC))
+        Console().print(f"{building.code} is under watch: {building.name}")
+        _warn(session, building)
+
+
+@app.command("list")
+def every(context: typer.Context) -> None:
+    """List the buildings under watch."""
+    from sqlalchemy import select
+
+    from service.buildings import store as building_store
+    from service.buildings.tables import Building
+
+    table = Table("code", "name", "revision", "since (UTC)")
+    with _session(context) as session:
+        for building in session.scalars(select(Building).order_by(Building.code)):
+            number = str(building_store.current(session, building).number)
+            table.add_row(building.code, building.name, number, f"{building.created_at:%Y-%m-%d %H:%M}")
+    Console().print(table)
+
+
+@app.command()
+def show(context: typer.Context, code: Code) -> None:
+    """Print the description of a building, as its latest file gave it but for secrets."""
+    from service.buildings import recipients, store as building_store
+    from service.shown_addresses import without_credentials
+
+    with _session(context) as session:
+        found = building_store.find(session, code)
+        rules = building_store.described(session, found).receivers
+        text = recipients.without_secrets(building_store.current(session, found).toml, rules)
+        typer.echo(without_credentials(text), nl=False)
+
+
+@app.command()
+def update(context: typer.Context, code: Code, file: File) -> None:
+    """Give a building a new description; earlier results keep the one they were made with."""
+    from service.buildings import description, store as building_store
+
+    text, folder = text_of(file), file.parent.resolve()
+    with _session(context) as session:
+        building_store.find(session, code)
+        described = description.read(text, folder).description.code
+        if described != code:
+            raise building_store.BuildingError(f"{file} describes building {described!r}; a file of {code!r} would do")
+        revision = building_store.update_description(session, text, folder, datetime.now(UTC))
+        Console().print(f"{code} is described by revision {revision.number}")
+        _warn(session, revision.building)
+
+
+def _warn(session: "Session", building: "Building") -> None:
+    """Warn of a folder that is not there yet, and of mail that cannot be sent; neither is an error."""
+    from service.buildings import store as building_store
+
+    source = building_store.described(session, building).source
+    if source is not None and source.kind == "folder" and not os.path.isdir(source.location):
+        typer.echo(
+            f"warning: the folder {source.location} does not exist; make it, or correct location in the building file",
+            err=True,
+        )
+    if settings_in_force().smtp_host is None and any(
+        receiver.kind == "email" for receiver in building_store.described(session, building).receivers
+    ):
+        typer.echo("warning: no mail can be sent to the building's mail receivers: set smtp_host", err=True)
+
+
+@contextmanager
+def _session(context: typer.Context) -> Iterator["Session"]:
+    """A transaction on the database of the settings; what is refused ends the command with exit code 1."""
+    from service.buildings.description import BuildingFileError
+    from service.buildings.store import BuildingError
+    from service.db.migrate import upgrade
+    from service.db.sessions import sessions
+
+    url = settings_in_force().database_url
+    upgrade(url)
+    made = sessions(url)
+    try:
+        with of_command(context, made).begin() as session:
+            yield session
+    except (BuildingFileError, BuildingError) as error:
+        typer.echo(str(error), err=True)
+        raise typer.Exit(1) from None
+    finally:
+        made.kw["bind"].dispose()

@@ -1,0 +1,70 @@
+"""`menshin drill`: does the way of the messages work, all of it?"""
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from service.cli.audit import of_command
+from service.cli.current_settings import settings_in_force
+
+if TYPE_CHECKING:
+    from sqlalchemy.orm import Session, sessionmaker
+
+    from service.notify.schema import DeliveryRow
+
+app = typer.Typer(no_args_is_help=True)
+
+LOOK = 0.2
+"""s between two looks at what became of it."""
+UNTAKEN = "no notifier has taken it; menshin notify, or menshin up, starts one"
+
+
+@app.command()
+def drill(
+    context: typer.Context,
+    building: Annotated[str, typer.Option(help="Code of the building.")],
+    wait: Annotated[float, typer.Option(min=0, help="Seconds to wait for it to arrive.")] = 60.0,
+) -> None:
+    """Send a drill to everybody who is told of drills, through the outbox and the notifier that runs.
+
+    It says that it is none in every channel. The command ends with 1 unless it has arrived everywhere in time.
+    """
+    import getpass
+    from datetime import UTC, datetime
+
+    from rich.console import Console
+    from rich.table import Table
+
+    from service.buildings.store import BuildingError, find
+    from service.errors import TooManyRequestsError
+    from service.notify.drill import drill as put_drill
+    from service.roles import migrated
+
+    with migrated(settings_in_force()) as sessions:
+        try:
+            with of_command(context, sessions).begin() as session:
+                number = put_drill(session, find(session, building), getpass.getuser(), datetime.now(UTC)).id
+        except (BuildingError, TooManyRequestsError) as error:
+            raise typer.BadParameter(str(error)) from None
+        rows = _awaited(sessions, number, wait)
+    shown = Table("receiver", "kind", "state", "answer")
+    for row in rows:
+        shown.add_row(row.receiver_name, row.receiver_kind, row.state, row.last_answer or UNTAKEN)
+    Console().print(shown if rows else f"nobody is told of drills of {building}")
+    raise typer.Exit(0 if rows and all(row.state == "delivered" for row in rows) else 1)
+
+
+def _awaited(sessions: "sessionmaker[Session]", number: int, seconds: float) -> "list[DeliveryRow]":
+    """What became of a message once all is decided, or the time is over."""
+    from time import monotonic, sleep
+
+    from service.db.sessions import reading
+    from service.notify import answers as notify_answers, queries as notify_queries
+
+    end = monotonic() + seconds
+    while True:
+        with reading(sessions)() as session:
+            rows = notify_answers.delivery_rows(session, notify_queries.message(session, number).deliveries)
+        if monotonic() > end or not any(row.state in ("waiting", "sending") for row in rows):
+            return rows
+        sleep(LOOK)

@@ -1,0 +1,93 @@
+"""The edge of the command line: whatever ends a command, people read one or two lines of what was found and what helps.
+
+A bug is the exception: its traceback goes into a file, or to where the log of a service goes, and a line says so.
+"""
+
+import errno
+import os
+import sys
+import tempfile
+import traceback
+from collections.abc import Mapping
+from typing import Any
+
+import typer
+from typer.core import TyperGroup
+
+CANNOT, BUG = 1, 70
+"""Exit codes: it cannot be done; a bug (EX_SOFTWARE of sysexits.h)."""
+HELPS: Mapping[int, str] = {
+    errno.EACCES: "give this account the right to it, or name another path",
+    errno.EPERM: "give this account the right to it, or name another path",
+    errno.ENOENT: "make it, or correct the path",
+    errno.ENOTDIR: "a part of the path is a file; correct the path",
+    errno.EISDIR: "name a file",
+    errno.EEXIST: "name another path, or move the file away",
+    errno.ENOSPC: "make room on the disk",
+    errno.EDQUOT: "make room within the quota",
+    errno.EROFS: "the file system is read-only; name a path on another one",
+    errno.EMFILE: "raise the limit of open files (ulimit -n)",
+    errno.EADDRINUSE: "another process listens at this port; end it, or choose another port by MENSHIN_PORT or --port",
+    errno.ECONNREFUSED: "check the address, and that the server runs",
+}
+
+
+class Edge(TyperGroup):
+    """The group of all commands."""
+
+    def main(self, *args: Any, **kwargs: Any) -> Any:  # noqa: ANN401  as typer has it
+        """Run a command; what goes wrong ends it with words and an exit code other than 0."""
+        try:
+            warn_of_unknown_variables()
+            return super().main(*args, **kwargs)
+        except Exception as error:  # the one place that tells what people can mend from a bug
+            said = words(error)
+            typer.echo(said or _kept(error), err=True)
+            sys.exit(CANNOT if said else BUG)
+
+
+def warn_of_unknown_variables() -> None:
+    """Say which variables of the environment look like settings and are none."""
+    if not any(name.startswith("MENSHIN_") for name in os.environ):
+        return  # the settings take long to load
+    from service.settings import unknown_variables
+
+    for line in unknown_variables(os.environ):
+        typer.echo(f"warning: {line}", err=True)
+
+
+def words(error: BaseException) -> str | None:
+    """What was found and what helps; None of a bug."""
+    from sqlalchemy.exc import SQLAlchemyError
+
+    from core.errors import CoreError
+    from service.db.encryption import SecretKeyError
+    from service.db.problems import DatabaseVersionError, problem
+
+    if isinstance(error, SQLAlchemyError):
+        return problem(error)
+    if isinstance(error, DatabaseVersionError | SecretKeyError | CoreError):
+        return str(error)
+    if isinstance(error, UnicodeDecodeError):
+        return f"a file is not text in UTF-8 ({error.reason} at byte {error.start}); save it as UTF-8, or name another"
+    return _of_system(error) if isinstance(error, OSError) else None
+
+
+def _of_system(error: OSError) -> str | None:
+    if error.errno is None:
+        return str(error) or None
+    found = error.strerror or str(error)
+    where = "" if error.filename is None else f"{os.fsdecode(error.filename)}: "
+    helps = HELPS.get(error.errno)
+    return f"{where}{found}" + (f"; {helps}" if helps else "")
+
+
+def _kept(error: Exception) -> str:
+    """A line about a bug; its traceback goes to who can mend it."""
+    text = "".join(traceback.format_exception(error))
+    found = f"menshin stopped over a bug ({type(error).__name__})"
+    if not sys.stderr.isatty():
+        return f"{text}{found}; the lines above show where"
+    with tempfile.NamedTemporaryFile("w", prefix="menshin-bug-", suffix=".txt", delete=False) as file:
+        file.write(text)
+    return f"{found}; {file.name} shows where: please report it"

@@ -1,0 +1,132 @@
+"""`menshin reproduce`: the paper's sections 7 and 8, computed again."""
+
+import shlex
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from service.cli.building_argument import described_by, levels_named
+from service.cli.current_settings import settings_in_force
+
+if TYPE_CHECKING:
+    from service.reproduction.ground import Ground
+    from service.reproduction.real import RealBuilding
+
+REFUSED = 1
+PLACES = ("output", "markdown")
+"""Options that do not change what is printed."""
+
+app = typer.Typer()
+
+
+@app.command()
+def reproduce(
+    context: typer.Context,
+    files: Annotated[
+        list[Path] | None,
+        typer.Argument(
+            exists=True,
+            dir_okay=False,
+            metavar="FILE...",
+            help="Records of a real building for section 8, as `menshin analyse` takes them; without them section 8 "
+            "is left out.",
+        ),
+    ] = None,
+    building: Annotated[
+        Path | None, typer.Option(exists=True, dir_okay=False, help="Building file (TOML) of these records.")
+    ] = None,
+    sensors: Annotated[
+        str | None,
+        typer.Option(
+            help="Levels of that building to use, by name or role, as in base,4,roof; default: the base slab, a floor "
+            "in the middle and the topmost one, as in the paper."
+        ),
+    ] = None,
+    ground: Annotated[
+        Path | None,
+        typer.Option(
+            exists=True,
+            dir_okay=False,
+            help="Ground motion of section 7; its peak is scaled to the paper's 70.13 gal. Default: AKT013, Akita "
+            "1996, which comes with ObsPy.",
+        ),
+    ] = None,
+    channel: Annotated[str | None, typer.Option(help="Which channel of --ground, if it holds several.")] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Of the sensors' noise in section 7.")] = 1,
+    output: Annotated[
+        Path, typer.Option("--output", "-o", dir_okay=False, help="The figures, as one HTML file.")
+    ] = Path("reproduction.html"),
+    markdown: Annotated[
+        Path | None, typer.Option(dir_okay=False, help="Write what is printed into this file too, as Markdown.")
+    ] = None,
+) -> None:
+    """Run the paper's sections 7 and 8: every number it prints beside ours, and its figures 6 to 16 and 18 to 24.
+
+    Section 7 runs on the paper's simulated building and needs nothing else; section 8's steps are shown on the
+    records of a real building, if some are given. It takes about a minute.
+    """
+    from time import monotonic
+
+    from rich.console import Console
+
+    from core.errors import CoreError
+    from service.formats import FormatError
+    from service.reproduction.page import page
+    from service.reproduction.printing import as_markdown, on_terminal
+    from service.reproduction.report import report
+    from service.reproduction.simulated import simulated
+
+    console, began = Console(), monotonic()
+    for place in (output, *([] if markdown is None else [markdown])):
+        place.parent.mkdir(parents=True, exist_ok=True)
+    try:
+        with console.status("reading") as status:
+            motion = _ground(ground, channel)
+            seven = simulated(motion, seed, status.update)
+            eight = None if building is None and not files else _real(files or [], building, sensors, status.update)
+            status.update("drawing")
+            printed = report(seven, eight)
+            output.write_text(page(printed, seven, eight), encoding="utf-8")
+    except (CoreError, FormatError) as error:
+        typer.echo(str(error), err=True)
+        raise typer.Exit(REFUSED) from None
+    console.print(on_terminal(printed))
+    if markdown is not None:
+        markdown.write_text(as_markdown(printed, _command(context)), encoding="utf-8")
+    console.print(f"\nfigures: {output}, after {monotonic() - began:.0f} s", soft_wrap=True)
+
+
+def _ground(path: Path | None, channel: str | None) -> "Ground":
+    from service.reproduction.ground import default, of_file
+
+    if path is None and channel is not None:
+        raise typer.BadParameter("it names a channel of --ground, which is missing", param_hint="--channel")
+    return default() if path is None else of_file(path, channel)
+
+
+def _real(files: list[Path], building: Path | None, sensors: str | None, tell: Callable[[str], None]) -> "RealBuilding":
+    from core.analysis import AnalysisSettings
+    from service.records.event_files import events
+    from service.reproduction.real import real
+
+    if building is None or not files:
+        raise typer.BadParameter("section 8 needs both records and --building", param_hint="FILE...")
+    own = settings_in_force()
+    described = described_by(building)
+    levels = None if sensors is None else levels_named(sensors, described.description)
+    settings = AnalysisSettings(rate=own.rate, band=own.band)
+    return real(events(files, described), described.description, levels, settings, tell)
+
+
+def _command(context: typer.Context) -> str:
+    """The command as it could be typed again, without where its output went."""
+    words = ["menshin", context.info_name or ""]
+    for parameter in context.command.params:
+        value = context.params.get(parameter.name or "")
+        if parameter.name in PLACES or value is None or value == parameter.default:
+            continue
+        names = parameter.opts[:1] if parameter.param_type_name == "option" else []
+        words += [*names, *map(str, value if isinstance(value, list) else [value])]
+    return shlex.join(words)

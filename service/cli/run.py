@@ -1,0 +1,177 @@
+"""Commands that run the service, or a part of it."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from service.cli.audit import of_command
+from service.cli.current_settings import settings_in_force
+from service.cli.port import check_port
+
+if TYPE_CHECKING:
+    from sqlalchemy.orm import Session, sessionmaker
+
+app = typer.Typer(no_args_is_help=True)
+
+
+@app.command()
+def up(
+    workers: Annotated[int | None, typer.Option(help="Analyses that run at the same time.")] = None,
+    port: Annotated[int | None, typer.Option(help="Port of the API.")] = None,
+) -> None:
+    """Run everything in one process tree: API, poller, worker and notifier."""
+    from service.roles import running, signalled
+    from service.serving import address, api_apart, listening
+
+    settings = settings_in_force(workers=workers, port=port)
+    check_port(settings)
+    with (
+        listening(settings) as door,
+        signalled() as stop,
+        running(settings, stop, poll=True, work=True, notify=True) as sessions,
+    ):
+        if not stop.is_set():
+            invite(sessions, settings.public_url or address(settings, door))
+        api_apart(settings, stop, door)
+
+
+@app.command()
+def login(
+    context: typer.Context,
+) -> None:
+    """Print a link that logs a browser in as an admin, once, within an hour; earlier links no longer do."""
+    from datetime import UTC, datetime
+
+    from service.access import logins
+    from service.roles import migrated
+
+    settings = settings_in_force()
+    with migrated(settings) as sessions, of_command(context, sessions).begin() as session:
+        token = logins.new_link(session, datetime.now(UTC))
+    typer.echo(f"{(settings.public_url or f'http://{settings.host}:{settings.port}').rstrip('/')}/login?token={token}")
+
+
+def invite(sessions: "sessionmaker[Session]", address: str) -> None:
+    """Print a login link, as long as no key was ever made: without one nobody else could come in."""
+    from datetime import UTC, datetime
+
+    from service.access import logins
+    from service.access.queries import has_had_keys
+
+    with sessions.begin() as session:
+        if has_had_keys(session):
+            return
+        token = logins.new_link(session, datetime.now(UTC))
+    typer.echo(f"Log in as admin (this link works once, within an hour): {address.rstrip('/')}/login?token={token}")
+
+
+@app.command()
+def api(port: Annotated[int | None, typer.Option(help="Port of the API.")] = None) -> None:
+    """Run the API and its pages alone."""
+    from service.roles import running, signalled
+    from service.serving import address, api, listening
+
+    settings = settings_in_force(port=port)
+    check_port(settings)
+    with listening(settings) as door, signalled() as stop, running(settings, stop) as sessions:
+        if not stop.is_set():
+            invite(sessions, settings.public_url or address(settings, door))
+        api(settings, stop, door)
+
+
+@app.command()
+def poll(
+    once: Annotated[bool, typer.Option("--once", help="Look at every source once, then end.")] = False,
+) -> None:
+    """Fetch what is new at every building's source."""
+    from service.roles import migrated, running, signalled, wait_for
+
+    settings = settings_in_force()
+    if once:
+        from service.records.polling import Look
+
+        with migrated(settings) as sessions:
+            Look(sessions, settings).at_all()
+        return
+    with signalled() as stop, running(settings, stop, poll=True):
+        wait_for(stop)
+
+
+@app.command()
+def work(
+    once: Annotated[bool, typer.Option("--once", "--until-idle", help="End when no job waits.")] = False,
+    workers: Annotated[int | None, typer.Option(help="Analyses that run at the same time.")] = None,
+) -> None:
+    """Analyse the events that wait."""
+    from service.roles import migrated, running, signalled, wait_for, worked_off
+
+    settings = settings_in_force(workers=workers)
+    if once:
+        with migrated(settings) as sessions:
+            typer.echo(f"{worked_off(sessions, settings)} jobs done")
+        return
+    with signalled() as stop, running(settings, stop, work=True):
+        wait_for(stop)
+
+
+@app.command()
+def notify(
+    once: Annotated[bool, typer.Option("--once", "--until-idle", help="End when no message is due.")] = False,
+) -> None:
+    """Deliver the messages that wait."""
+    from service.roles import migrated, running, signalled, wait_for
+
+    settings = settings_in_force()
+    if once:
+        from service.notify.notifier import Notifier
+
+        with migrated(settings) as sessions:
+            typer.echo(f"{Notifier(sessions, settings).run_until_idle()} attempts made")
+        return
+    with signalled() as stop, running(settings, stop, notify=True):
+        wait_for(stop)
+
+
+@app.command("import")
+def import_files(
+    context: typer.Context,
+    files: Annotated[list[Path], typer.Argument(exists=True, dir_okay=False, help="Records or StationXML.")],
+    building: Annotated[str, typer.Option(help="Code of the building.")],
+) -> None:
+    """Put files into the database, by the poller's own path."""
+    from service.buildings.store import BuildingError, find
+    from service.records import events
+    from service.records.polling import Look
+    from service.records.sources.arrival import Arrival
+    from service.roles import migrated
+
+    settings = settings_in_force()
+    refused = False
+    with migrated(settings) as opened:
+        sessions = of_command(context, opened)
+        look = Look(sessions, settings)
+        try:
+            with sessions() as session:
+                found = find(session, building)
+        except BuildingError as error:
+            raise typer.BadParameter(str(error)) from None
+        arrivals = tuple(Arrival(name=f.name, origin=str(f.resolve()), data=f.read_bytes()) for f in files)
+        for recording in look.bring(found, arrivals):
+            typer.echo(f"{recording.name}: {recording.state}{f': {recording.reason}' if recording.reason else ''}")
+            refused = refused or recording.state != "read"
+        with sessions.begin() as session:
+            events.queue_now(session, found, look.clock())
+    raise typer.Exit(1 if refused else 0)
+
+
+@app.command("settings")
+def showsettings_in_force() -> None:
+    """Show every setting that is in force, and why."""
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table("setting", "value", "from", "meaning")
+    for setting in settings_in_force().explained():
+        table.add_row(setting.name, setting.value, setting.origin, setting.description)
+    Console().print(table)

@@ -1,0 +1,56 @@
+"""`menshin secret`: the key that encrypts secrets in the database."""
+
+from typing import TYPE_CHECKING
+
+import typer
+
+from service.cli.audit import of_command
+from service.cli.current_settings import settings_in_force
+
+if TYPE_CHECKING:
+    from sqlalchemy.orm import Session
+
+app = typer.Typer(no_args_is_help=True, help="The key that encrypts secrets in the database.")
+
+
+@app.command("new-key")
+def new_key() -> None:
+    """Print a new random key for the environment variable MENSHIN_SECRET_KEY; nothing is changed."""
+    from service.db import encryption
+
+    typer.echo(encryption.new_key())
+
+
+@app.command()
+def encrypt(context: typer.Context) -> None:
+    """Encrypt every secret in the database with the first key in MENSHIN_SECRET_KEY.
+
+    Run it after the key was set for the first time, and after a new key was put before the old one.
+    """
+    from service.db import encryption
+    from service.roles import migrated
+
+    if not encryption.is_key_set():
+        typer.echo(f"{encryption.VARIABLE} is not set; `menshin secret new-key` prints a key for it.", err=True)
+        raise typer.Exit(2)
+    with migrated(settings_in_force()) as sessions, of_command(context, sessions).begin() as session:
+        count = _rewrite(session)
+    typer.echo(f"{count} secrets are encrypted with the first key in {encryption.VARIABLE}.")
+
+
+def _rewrite(session: "Session") -> int:
+    """Read every secret and write it again; the number of secrets."""
+    from sqlalchemy import select
+    from sqlalchemy.orm.attributes import flag_modified
+
+    from service.buildings.tables import Revision
+    from service.notify.tables import Receiver
+
+    count = 0
+    for table, names in ((Receiver, ("address", "secret")), (Revision, ("toml",))):
+        for row in session.scalars(select(table)):
+            for name in names:
+                if getattr(row, name) is not None:
+                    flag_modified(row, name)
+                    count += 1
+    return count

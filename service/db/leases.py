@@ -1,0 +1,34 @@
+"""Rights that one process holds at a time, such as polling."""
+
+from datetime import datetime, timedelta
+
+from sqlalchemy import delete
+from sqlalchemy.dialects import postgresql, sqlite
+from sqlalchemy.orm import Session
+
+from service.db.deadlines import has_passed
+from service.jobs.tables import Lease
+
+POLLING = "polling"
+"""The poller's."""
+POLLING_LEASE = timedelta(seconds=60)
+WORKING = "working"
+"""Held by one of the workers as long as any of them is alive."""
+
+
+def hold(session: Session, name: str, holder: str, now: datetime, duration: timedelta) -> bool:
+    """Take or extend a right; False while another process holds it."""
+    dialect = postgresql if session.get_bind().dialect.name == "postgresql" else sqlite
+    session.execute(
+        dialect.insert(Lease).values(name=name, holder=holder, until=now + duration).on_conflict_do_nothing()
+    )
+    lease = session.get_one(Lease, name, with_for_update=True)
+    if lease.holder != holder and not has_passed(lease.until, now, duration):
+        return False
+    lease.holder, lease.until = holder, now + duration
+    return True
+
+
+def give_up(session: Session, name: str, holder: str) -> None:
+    """Let another process have it at once."""
+    session.execute(delete(Lease).where(Lease.name == name, Lease.holder == holder))

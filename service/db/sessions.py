@@ -1,0 +1,120 @@
+"""How the database is reached: the same way for SQLite and PostgreSQL."""
+
+import os
+import sqlite3
+import stat
+from pathlib import Path
+from time import monotonic, sleep
+from typing import Any
+
+from sqlalchemy import URL, Connection, Engine, create_engine, event, make_url
+from sqlalchemy.engine import ExceptionContext
+from sqlalchemy.orm import Session, sessionmaker
+
+import service.tables  # noqa: F401  every table is known before a session opens
+from service.db.problems import name
+
+BUSY_TIMEOUT = 30.0  # s that a writer waits for the other one
+LOCKED_TIMEOUT = 1.0  # s that a file which is being made may be locked
+READING = "reading"
+
+
+class NulError(ValueError):
+    """A text that is to be stored or looked for holds a NUL character, which PostgreSQL cannot store."""
+
+    def __init__(self) -> None:
+        super().__init__("A text contains a NUL character (U+0000), which cannot be stored. Remove it.")
+
+
+def engine(url: str) -> Engine:
+    """The engine of a database; the folder of an SQLite file is made if it is missing. Its errors name the database."""
+    address = _address(url)
+    if address.get_backend_name() == "sqlite":
+        made = _sqlite(address)
+    else:
+        made = create_engine(address, pool_pre_ping=True, hide_parameters=True, connect_args={"connect_timeout": 10})
+    event.listen(made, "before_cursor_execute", _refuse_nul)
+    event.listen(made, "handle_error", _name)
+    return made
+
+
+def sessions(url: str) -> sessionmaker[Session]:
+    """Sessions that may write; objects stay readable after the commit."""
+    return sessionmaker(engine(url), expire_on_commit=False)
+
+
+def reading(sessions: sessionmaker[Session]) -> sessionmaker[Session]:
+    """The same sessions for readers: on SQLite these never wait for a writer, and must not write."""
+    bound = sessions.kw["bind"]
+    return sessionmaker(bound.execution_options(**{READING: True}), expire_on_commit=False)
+
+
+def _name(context: ExceptionContext) -> None:
+    if context.sqlalchemy_exception is not None and context.engine is not None:
+        name(context.sqlalchemy_exception, context.engine.url)
+
+
+def _address(url: str) -> URL:
+    address = make_url(url)
+    return address.set(drivername="postgresql+psycopg") if address.drivername == "postgresql" else address
+
+
+def _sqlite(address: URL) -> Engine:
+    if address.database and address.database != ":memory:" and not address.database.startswith("file:"):
+        _keep_to_the_owner(Path(address.database))
+    waits = {} if "timeout" in address.query else {"timeout": BUSY_TIMEOUT}
+    made = create_engine(address, hide_parameters=True, connect_args=waits)
+    event.listen(made, "connect", _prepare)
+    event.listen(made, "begin", _begin)
+    return made
+
+
+def _keep_to_the_owner(file: Path) -> None:
+    """Make a new database file, and its folder, unreadable to other users; from an old file take the world's rights.
+
+    SQLite gives its journals the rights of the file. A group's rights of an old file stay: somebody gave them.
+    """
+    file.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
+    try:
+        os.close(os.open(file, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o600))
+    except FileExistsError:
+        rights = stat.S_IMODE(file.stat().st_mode)
+        if rights & stat.S_IRWXO and os.access(file, os.W_OK) and file.stat().st_uid == os.geteuid():
+            file.chmod(rights & ~stat.S_IRWXO)
+    except OSError:
+        pass  # SQLite says why a file cannot be opened
+
+
+def _prepare(connection: Any, _: object) -> None:  # noqa: ANN401  the driver's own, without a type of SQLAlchemy's
+    connection.isolation_level = None  # the driver would begin too late and let two readers deadlock as writers
+    _write_ahead(connection)
+    for pragma in ("synchronous=NORMAL", "foreign_keys=ON"):
+        connection.execute(f"PRAGMA {pragma}")
+
+
+def _write_ahead(connection: sqlite3.Connection) -> None:
+    """Of two processes that find the file new, one is told that it is locked: SQLite does not wait here by itself."""
+    end = monotonic() + LOCKED_TIMEOUT
+    while True:
+        try:
+            connection.execute("PRAGMA journal_mode=WAL")
+        except sqlite3.OperationalError:
+            if monotonic() > end:
+                raise
+            sleep(0.01)
+        else:
+            return
+
+
+def _refuse_nul(_: Connection, __: object, ___: str, parameters: Any, *____: object) -> None:  # noqa: ANN401
+    """Refuse NUL on both databases alike, before the driver does it with an error of its own."""
+    rows = parameters if isinstance(parameters, list) else [parameters]
+    for row in rows:
+        for value in row.values() if isinstance(row, dict) else row:
+            if isinstance(value, str) and "\0" in value:
+                raise NulError
+
+
+def _begin(connection: Connection) -> None:
+    reads = connection.get_execution_options().get(READING, False)
+    connection.exec_driver_sql("BEGIN" if reads else "BEGIN IMMEDIATE")

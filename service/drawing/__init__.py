@@ -1,1 +1,0 @@
-"""Pictures: how they are defined, thinned and written."""

@@ -1,0 +1,178 @@
+"""Drift: what is watched at a building, what was expected, what came, and since when it counts as healthy."""
+
+from datetime import UTC, datetime
+from typing import Annotated
+
+from fastapi import APIRouter, Body, Query, Request, Response
+
+from service.analyses import history_queries
+from service.buildings import queries as building_queries, reference_periods
+from service.buildings.api import following
+from service.drift import answers, queries
+from service.drift.answers import cells
+from service.drift.schema import (
+    BaselineOut,
+    CurvePoint,
+    Drift,
+    DriftAlarmRow,
+    DriftAlarms,
+    DriftRow,
+    ObservationRow,
+    Observations,
+    QuantityName,
+    ReferencePeriodOut,
+    ReferencePeriodRequest,
+    ReferencePeriods,
+    SeriesRow,
+    SeriesRows,
+)
+from service.http.parameters import LARGEST, Code, Cursor, EventSpan, Reading, RowLimit, Writing, place
+from service.http.responses import Format, document, responses, table, wants_csv
+from service.models.api.models import By, making
+
+router = APIRouter(prefix="/buildings/{code}", tags=["drift"])
+
+TEXT = r"^[!-~]{1,80}$"
+Quantity = Annotated[QuantityName, Query(description="What is watched.")]
+AnyQuantity = Annotated[QuantityName | None, Query(description="Only this quantity.")]
+Subject = Annotated[
+    str, Query(description="Of what: a direction (`x`), a mode of it (`x/1`) or the id of a channel.", pattern=TEXT)
+]
+AnySubject = Annotated[
+    str | None, Query(description="Only of this direction (`xy`: both by their mean), mode or channel.", pattern=TEXT)
+]
+Temperature = Annotated[
+    float | None, Query(description="°C; without it the mean of the reference.", ge=-60, le=80, allow_inf_nan=False)
+]
+Grid = Annotated[int, Query(description="Amplitudes of the curve.", ge=2, le=1000)]
+AnyEvent = Annotated[int | None, Query(description="Only of the event of this number.", ge=1, le=LARGEST)]
+
+
+@router.get("/watched", operation_id="list_watched_series", **responses(SeriesRows, 404, csv=True))
+def every_series(request: Request, code: Code, sessions: Reading, format: Format = None) -> Response:
+    """Everything that is watched for drift at the building, each with its latest value."""
+    with sessions() as session:
+        found, _ = building_queries.building(session, code)
+        rows = answers.series_rows(session, found.id)
+    return table(request, format, tuple(SeriesRow.model_fields), cells(rows), None, building=code)
+
+
+@router.get("/baseline", operation_id="get_baseline", **responses(BaselineOut, 404, csv=True))
+def baseline(
+    request: Request,
+    code: Code,
+    sessions: Reading,
+    quantity: Quantity = "stiffness",
+    subject: Subject = "x",
+    temperature: Temperature = None,
+    points: Grid = 60,
+    format: Format = None,
+) -> Response:
+    """What is expected of a healthy building: a curve over amplitude with its band, at a temperature.
+
+    In the band an event's value lies with 95 %. CSV has the curve alone.
+    """
+    with sessions() as session:
+        found, _ = building_queries.building(session, code)
+        series = queries.one_series(session, found.id, quantity, subject)
+        answer = answers.baseline(code, series, temperature, points)
+    if wants_csv(request, format):
+        return table(request, "csv", tuple(CurvePoint.model_fields), cells(answer.items), None)
+    return document(request, answer)
+
+
+@router.get("/baseline/observations", operation_id="list_observations", **responses(Observations, 404, csv=True))
+def observations(
+    request: Request,
+    code: Code,
+    sessions: Reading,
+    quantity: Quantity = "stiffness",
+    subject: Subject = "x",
+    event: AnyEvent = None,
+    format: Format = None,
+) -> Response:
+    """What a series was observed to be, event after event: the points to the baseline's curve."""
+    with sessions() as session:
+        found, _ = building_queries.building(session, code)
+        rows = answers.observations(session, found.id, quantity, subject, event)
+    return table(request, format, tuple(ObservationRow.model_fields), cells(rows), None, building=code)
+
+
+@router.get("/drift", operation_id="list_drift", **responses(Drift, 404, csv=True))
+def history(
+    request: Request,
+    code: Code,
+    sessions: Reading,
+    span: EventSpan,
+    quantity: AnyQuantity = None,
+    subject: AnySubject = None,
+    cursor: Cursor = None,
+    limit: RowLimit = 5000,
+    format: Format = None,
+) -> Response:
+    """How far each event was from what was expected, a row for each series, the earliest event first."""
+    with sessions() as session:
+        found, _ = building_queries.building(session, code)
+        rows = queries.values(session, found.id, span, quantity, subject, place(cursor), limit)
+    last = following([(row.event_start, row.id) for row in rows], limit)
+    return table(request, format, tuple(DriftRow.model_fields), [row[:-1] for row in rows], last, building=code)
+
+
+@router.get("/drift-alarms", operation_id="list_drift_alarms", **responses(DriftAlarms, 404, csv=True))
+def alarms(request: Request, code: Code, sessions: Reading, format: Format = None) -> Response:
+    """What the rules found in the building's series, with its evidence: from these come its alerts."""
+    with sessions() as session:
+        found, _ = building_queries.building(session, code)
+        rows = answers.alarm_rows(session, found.id)
+    return table(request, format, tuple(DriftAlarmRow.model_fields), cells(rows), None, building=code)
+
+
+@router.get("/reference-periods", operation_id="list_reference_periods", **responses(ReferencePeriods, 404, csv=True))
+def periods(request: Request, code: Code, sessions: Reading, format: Format = None) -> Response:
+    """When the building counted as healthy, as engineers said, the latest first.
+
+    Of those that name a series, its quantity, or all, the one set last holds. Without any it is the first events,
+    until the curve is determined.
+    """
+    with sessions() as session:
+        found, _ = building_queries.building(session, code)
+        rows = [
+            ReferencePeriodOut.model_validate(one) for one in history_queries.reference_periods(session, found.id)[::-1]
+        ]
+    return table(request, format, tuple(ReferencePeriodOut.model_fields), cells(rows), None, building=code)
+
+
+@router.post(
+    "/reference-periods",
+    operation_id="set_reference_period",
+    status_code=201,
+    response_model=ReferencePeriodOut,
+    responses=making(201),
+)
+def begin(
+    code: Code,
+    sessions: Writing,
+    response: Response,
+    by: By,
+    wanted: Annotated[ReferencePeriodRequest, Body(description="Quantity, subject, start, end, and why.")],
+) -> ReferencePeriodOut:
+    """Say when the building was healthy, such as from a repair on; what is watched is then held against that.
+
+    Earlier ones are kept.
+    """
+    with sessions.begin() as session:
+        found, _ = building_queries.building(session, code)
+        made = reference_periods.begin(
+            session,
+            found,
+            wanted.quantity,
+            wanted.subject,
+            wanted.start,
+            wanted.end,
+            wanted.reason,
+            by.name,
+            datetime.now(UTC),
+        )
+        answer = ReferencePeriodOut.model_validate(made)
+    response.headers["Location"] = f"/api/v1/buildings/{code}/reference-periods"
+    return answer

@@ -1,0 +1,168 @@
+"""The pictures of drift: what is expected over amplitude, and how far the events were from it over the years."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
+
+import altair as alt
+
+from core.drift.pooled import BOTH_DIRECTIONS
+from core.rounding import supported
+from service.analyses.mode_tracks import DIRECTIONS
+from service.drift.schema import BaselineOut, CurvePoint, DriftAlarmRow, DriftRow, ObservationRow
+from service.reports.charts import BLUE, CONFIG, KN, KN_PER_MM, MM, ORANGE
+
+PERCENT = 1e2
+WIDEST = 46
+"""Pixels that the numbers of an axis may take, so that panels stand in a column."""
+MARGIN = 0.08
+"""Of a panel's height, above and below what it shows."""
+
+
+@dataclass(frozen=True, slots=True)
+class Axes:
+    """What a curve's axes say, and SI units in theirs."""
+
+    value: str
+    value_scale: float
+    amplitude: str
+    amplitude_scale: float
+
+
+CURVES: Mapping[str, Axes] = MappingProxyType(
+    {
+        "stiffness": Axes("equivalent stiffness (kN/mm)", KN_PER_MM, "amplitude (mm)", MM),
+        "damping": Axes("equivalent damping (kN s/mm)", KN_PER_MM, "amplitude (mm)", MM),
+        "frequency": Axes("frequency (Hz)", 1.0, "peak restoring force (kN)", KN),
+        "model_error": Axes("error of the model's force (%)", PERCENT, "peak displacement (mm)", MM),
+    }
+)
+"""By quantity, of those that follow the amplitude."""
+HISTORIES: Mapping[str, tuple[str, float]] = MappingProxyType({"residual_displacement": ("change (mm)", MM)})
+RELATIVE = ("change (%)", PERCENT)
+OLDER, DARK = "#8a929c", "#8a4a08"
+SHADES = ((OLDER, True), (OLDER, False), (BLUE, True), (BLUE, False))
+"""Of events of the reference and others, judged or not."""
+
+
+def expectation(known: BaselineOut, latest: Sequence[ObservationRow], title: str) -> alt.LayerChart:
+    """The curve with its band, and what the latest event was observed to be; bars are ± 1 standard deviation."""
+    axes = CURVES[known.quantity]
+    curve = alt.InlineData(values=[_curve_row(point, axes) for point in known.items])
+    seen = alt.InlineData(values=[_curve_row(point, axes) for point in known.items if point.is_seen])
+    points = alt.InlineData(values=[_point_row(one, axes) for one in latest if one.amplitude is not None])
+    x = alt.X("amplitude:Q", title=axes.amplitude).scale(type="log", nice=False).axis(tickCount=6, labelOverlap=True)
+    y = alt.Y("expected:Q", title=axes.value).scale(zero=False).axis(minExtent=WIDEST)
+    band = alt.Chart(curve).mark_area(color=BLUE, opacity=0.18).encode(x, alt.Y("low:Q", title=axes.value), y2="high:Q")
+    beyond = alt.Chart(curve).mark_line(color=BLUE, strokeWidth=1, strokeDash=[3, 3]).encode(x, y)
+    line = alt.Chart(seen).mark_line(color=BLUE, strokeWidth=2).encode(x, y)
+    bars = alt.Chart(points).mark_rule(color=ORANGE).encode(x, alt.Y("low:Q"), y2="high:Q")
+    dots = alt.Chart(points).mark_circle(color=ORANGE, size=40, opacity=1).encode(x, alt.Y("value:Q"))
+    when = f" at {known.temperature:.0f} °C" if known.temperature is not None else ""
+    heading = alt.Title(title, subtitle=f"line and band: expected{when}, 95 % of events; orange: the latest event")
+    return alt.LayerChart(layer=[band, beyond, line, bars, dots], title=heading, width=460, height=300, config=CONFIG)
+
+
+def history(
+    quantity: str,
+    values: Mapping[str, Sequence[DriftRow]],
+    alarms: Mapping[str, Sequence[DriftAlarmRow]],
+    title: str,
+) -> alt.VConcatChart:
+    """A panel for each subject, one at least: changes over time, with the alarms and their onsets.
+
+    Args:
+        quantity: one of core.drift.quantities.
+        values: by subject, each with one at least.
+        alarms: by subject.
+        title: what it is of.
+    """
+    axis, scale = HISTORIES.get(quantity, RELATIVE)
+    panels = [_panel(subject, rows, alarms.get(subject, ()), axis, scale) for subject, rows in values.items()]
+    said = "bars: ± 1 standard deviation; grey: reference; hollow: not judged; orange: alarm with its 95 % interval"
+    return alt.vconcat(*panels, title=alt.Title(title, subtitle=said, offset=12), spacing=14, config=CONFIG)
+
+
+def named(subject: str) -> str:
+    """A direction or a mode in words; a channel stands for itself."""
+    if subject == BOTH_DIRECTIONS:
+        return "both directions"
+    direction, _, mode = subject.partition("/")
+    if direction not in DIRECTIONS:
+        return subject
+    return f"direction {direction}, mode {mode}" if mode else f"direction {direction}"
+
+
+def _panel(
+    subject: str, rows: Sequence[DriftRow], alarms: Sequence[DriftAlarmRow], axis: str, scale: float
+) -> alt.LayerChart:
+    drawn = [_value_row(row, scale) for row in rows]
+    unit = axis.rpartition("(")[2].removesuffix(")")
+    marked = [_alarm_row(alarm, drawn[-1]["start"], scale, unit) for alarm in alarms]
+    heights = [0.0, *(row[name] for row in (*drawn, *marked) for name in ("low", "high"))]
+    spare = MARGIN * (max(heights) - min(heights))
+    vertical = alt.Scale(domain=[min(heights) - spare, max(heights) + spare], nice=False, zero=False)
+    x = alt.X("start:T", title="event (UTC)", axis=alt.Axis(format="%Y-%m", tickCount=6)).scale(type="utc", padding=10)
+    y = alt.Y("low:Q", title=axis, scale=vertical, axis=alt.Axis(minExtent=WIDEST, tickCount=5))
+    zero = alt.Chart(alt.InlineData(values=[{"low": 0.0}])).mark_rule(color="#555").encode(y)
+    layers = [*_alarms(marked, x, y), zero, *(_points(drawn, shade, filled, x, y) for shade, filled in SHADES)]
+    return alt.LayerChart(layer=layers, title=alt.Title(named(subject), fontSize=13), width=640, height=130)
+
+
+def _alarms(rows: Sequence[Mapping[str, object]], x: alt.X, y: alt.Y) -> list[alt.Chart]:
+    """From the onset on, the interval of each drift with its size."""
+    found = alt.Chart(alt.InlineData(values=list(rows)))
+    return [
+        found.mark_rect(color=ORANGE, opacity=0.22).encode(x, y, x2="end:T", y2="high:Q"),
+        found.mark_rule(color=ORANGE, strokeDash=[5, 3], strokeWidth=1.5).encode(x),
+        found.mark_text(align="left", dx=4, color=DARK, fontSize=12).encode(x, y=alt.value(9), text="label:N"),
+    ]
+
+
+def _points(rows: Sequence[Mapping[str, object]], shade: str, filled: bool, x: alt.X, y: alt.Y) -> alt.LayerChart:
+    """Those of one kind, with their bars."""
+    own = [row for row in rows if (row["shade"], row["is_judged"]) == (shade, filled)]
+    data = alt.Chart(alt.InlineData(values=own))
+    bars = data.mark_rule(color=shade, opacity=0.6).encode(x, y, y2="high:Q")
+    marks = data.mark_point(stroke=shade, fill=shade if filled else "white", size=34, opacity=1)
+    return alt.LayerChart(layer=[bars, marks.encode(x, alt.Y("value:Q"))])
+
+
+def _value_row(row: DriftRow, scale: float) -> dict[str, Any]:
+    return {
+        "start": row.event_start.timestamp() * 1e3,
+        "value": row.value * scale,
+        "low": (row.value - row.std) * scale,
+        "high": (row.value + row.std) * scale,
+        "shade": OLDER if row.is_reference else BLUE,
+        "is_judged": not (row.is_beyond or row.is_excluded),
+    }
+
+
+def _alarm_row(alarm: DriftAlarmRow, end: float, scale: float, unit: str) -> dict[str, Any]:
+    sure = "" if alarm.is_sure else ", not yet sure"
+    size = supported(alarm.drift * scale, scale * (alarm.high - alarm.low) / 2, unit)
+    return {
+        "start": alarm.onset_start.timestamp() * 1e3,
+        "end": end,
+        "low": alarm.low * scale,
+        "high": alarm.high * scale,
+        "label": f"{alarm.rule} {'+' if alarm.drift > 0 else ''}{size}{sure}",
+    }
+
+
+def _curve_row(point: CurvePoint, axes: Axes) -> dict[str, float]:
+    amplitude = 0.0 if point.amplitude is None else point.amplitude
+    ends = {name: getattr(point, name) * axes.value_scale for name in ("expected", "low", "high")}
+    return {"amplitude": amplitude * axes.amplitude_scale, **ends}
+
+
+def _point_row(one: ObservationRow, axes: Axes) -> dict[str, float]:
+    amplitude = 0.0 if one.amplitude is None else one.amplitude
+    return {
+        "amplitude": amplitude * axes.amplitude_scale,
+        "value": one.value * axes.value_scale,
+        "low": (one.value - one.std) * axes.value_scale,
+        "high": (one.value + one.std) * axes.value_scale,
+    }

@@ -1,0 +1,140 @@
+"""The page of a building's drift, and its pictures."""
+
+from collections.abc import Mapping, Sequence
+from itertools import groupby
+from operator import attrgetter
+from typing import Annotated
+
+from fastapi import APIRouter, Depends, Query, Request, Response
+from sqlalchemy.orm import Session
+
+from core.drift.alarms import printed_change
+from core.drift.pooled import BOTH_DIRECTIONS
+from core.drift.quantities import QUANTITIES
+from service.access.pages import reader
+from service.analyses import history_queries
+from service.analyses.api.pictures import drawn
+from service.buildings import queries as building_queries
+from service.buildings.reference_periods import in_force
+from service.db.select import Span
+from service.drift import answers, charts, queries
+from service.drift.api import TEXT
+from service.drift.charts import CURVES
+from service.drift.schema import DriftAlarmRow, DriftRow, QuantityName, SeriesRow
+from service.drift.tables import ReferencePeriod
+from service.errors import NotFoundError
+from service.http.parameters import Code, Reading
+from service.http.rendering import page
+from service.http.responses import is_known, tag, unchanged
+from service.jobs import queue as job_queue
+from service.version import VERSION
+
+VALUES = 5000
+"""Of a picture: more points are not told apart."""
+
+router = APIRouter(include_in_schema=False, dependencies=[Depends(reader)])
+BuildingCode = Annotated[str, Query(pattern=r"^[A-Za-z0-9_-]{1,32}$")]
+Quantity = Annotated[QuantityName, Query()]
+Subject = Annotated[str, Query(pattern=TEXT)]
+
+
+@router.get("/buildings/{code}/drift")
+def drift_page(request: Request, code: Code, sessions: Reading) -> Response:
+    """Everything that is watched at a building: what was expected, what came, and what the rules found."""
+    with sessions() as session:
+        building, _ = building_queries.building(session, code)
+        series = answers.series_rows(session, building.id)
+        alarms = answers.alarm_rows(session, building.id)
+        periods = history_queries.reference_periods(session, building.id)
+        return page(
+            request,
+            "drift",
+            building=building,
+            quantities=_by_quantity(series),
+            alarms=alarms,
+            periods=periods[::-1],
+            unjudged=_unjudged(series, periods),
+            is_pending=job_queue.is_being_watched(session, building.id),
+            curves=CURVES,
+            named=charts.named,
+            change=lambda row: printed_change(QUANTITIES[row.quantity], row.drift, row.low, row.high),
+            both=BOTH_DIRECTIONS,
+        )
+
+
+def _unjudged(series: Sequence[SeriesRow], periods: Sequence[ReferencePeriod]) -> list[str]:
+    """One sentence of each quantity that cannot raise an alarm yet: how many earthquakes it needs, and why."""
+    found = []
+    for quantity, rows in _by_quantity(series):
+        own = [one for one in rows if one.subject != BOTH_DIRECTIONS]
+        if lacking := [one for one in own if one.wanted]:
+            most = max(lacking, key=lambda one: one.wanted)
+            named = "" if lacking == own else f" ({', '.join(charts.named(one.subject) for one in lacking)})"
+            need = _need(most.wanted, in_force(periods, quantity, most.subject))
+            found.append(f"{most.title.capitalize()}{named}: {need}.")
+    return found
+
+
+def _need(wanted: int, period: ReferencePeriod | None) -> str:
+    needs = f"needs {wanted} more earthquake{'s' * (wanted > 1)} before it can raise an alarm"
+    if period is None or period.start is None:
+        return needs
+    return f"a new reference period began on {period.start:%Y-%m-%d %H:%M} UTC; {needs}"
+
+
+def _by_quantity(series: Sequence[SeriesRow]) -> list[tuple[str, list[SeriesRow]]]:
+    """In the order in which core lists the quantities: the layer's first; what both directions tell after each."""
+    ordered = sorted(series, key=lambda one: one.subject == BOTH_DIRECTIONS)
+    return [(name, own) for name in QUANTITIES if (own := [one for one in ordered if one.quantity == name])]
+
+
+@router.get("/charts/baseline.svg")
+def baseline(
+    request: Request, sessions: Reading, building: BuildingCode, quantity: Quantity, subject: Subject
+) -> Response:
+    """What is expected of a series over amplitude, and the latest event against it, at that event's temperature."""
+    if quantity not in CURVES:
+        raise NotFoundError("curve over amplitude of", quantity)
+    with sessions() as session:
+        found, _ = building_queries.building(session, building)
+        series = queries.one_series(session, found.id, quantity, subject)
+        etag = tag(VERSION, "baseline", series.id, series.job_id)
+        if is_known(request, etag):
+            return unchanged(etag)
+        rows = answers.observations(session, found.id, quantity, subject, None)
+        latest = [one for one in rows if one.event == rows[-1].event]
+        known = answers.baseline(building, series, latest[-1].temperature, 80)
+    if not known.items:
+        raise NotFoundError("baseline yet of", f"{quantity}/{subject}")
+    title = f"{QUANTITIES[quantity].title.capitalize()}, {charts.named(subject)}"
+    return drawn(request, charts.expectation(known, latest, title), etag)
+
+
+@router.get("/charts/drift.svg")
+def history(request: Request, sessions: Reading, building: BuildingCode, quantity: Quantity) -> Response:
+    """How far the events were from what was expected over the years, a panel for each subject of a quantity."""
+    with sessions() as session:
+        found, _ = building_queries.building(session, building)
+        values = _values(session, found.id, quantity)
+        alarms = [one for one in answers.alarm_rows(session, found.id) if one.quantity == quantity]
+    if not values:
+        raise NotFoundError("drift of", quantity)
+    etag = tag(VERSION, "drift", values, alarms)
+    if is_known(request, etag):
+        return unchanged(etag)
+    title = QUANTITIES[quantity].title.capitalize()
+    return drawn(request, charts.history(quantity, values, _by_subject(alarms), title), etag)
+
+
+def _values(session: Session, building_id: int, quantity: str) -> Mapping[str, Sequence[DriftRow]]:
+    """By subject, what both directions tell last; the earliest event first."""
+    rows = queries.values(session, building_id, Span(), quantity, None, None, VALUES)
+    names = DriftRow.model_fields
+    found = [DriftRow(**{name: row._mapping[name] for name in names}) for row in rows]
+    ordered = sorted(found, key=lambda row: (row.subject == BOTH_DIRECTIONS, row.subject, row.event_start))
+    return {subject: list(own) for subject, own in groupby(ordered, key=attrgetter("subject"))}
+
+
+def _by_subject(alarms: Sequence[DriftAlarmRow]) -> Mapping[str, Sequence[DriftAlarmRow]]:
+    """In the order in which they were raised."""
+    return {subject: list(own) for subject, own in groupby(alarms, key=attrgetter("subject"))}

@@ -1,0 +1,211 @@
+"""What is watched for drift, as the API takes and answers it."""
+
+from datetime import datetime
+from typing import Annotated
+
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
+
+from core.drift.quantities import QUANTITIES
+from service.schema import Answer, Number
+from service.times import read_time
+
+QUANTITY = f"One of {', '.join(f'`{name}`' for name in QUANTITIES)}."
+SUBJECT = (
+    "What it is of: a direction (`x`), both by their mean (`xy`), a mode of a direction (`x/1`) or the id of a channel."
+)
+
+
+def watched_quantity(name: str) -> str:
+    """The name of a quantity that is watched."""
+    if name not in QUANTITIES:
+        raise ValueError(f"there is no quantity {name!r}; there is {', '.join(sorted(QUANTITIES))}")
+    return name
+
+
+QuantityName = Annotated[
+    str, AfterValidator(watched_quantity), WithJsonSchema({"type": "string", "enum": sorted(QUANTITIES)})
+]
+
+Given = Annotated[
+    datetime,
+    BeforeValidator(read_time),
+    WithJsonSchema({"type": "string", "format": "date-time", "examples": ["2024-05-01T00:00:00Z"]}),
+]
+
+
+class SeriesRow(Answer):
+    """One series that is watched at a building."""
+
+    quantity: str = Field(description=QUANTITY)
+    subject: str = Field(description=SUBJECT)
+    title: str = Field(description="Of the quantity, for people.")
+    events: int = Field(description="Events that have a value.")
+    wanted: int = Field(description="Events that the baseline still lacks until it is determined.")
+    latest_event: int | None = Field(description="Number of the latest event that has a value; null where none has.")
+    latest_value: Number | None = Field(description="Its value, see the drift history; null where there is none.")
+    latest_std: Number | None = Field(description="Standard deviation of it; null where there is none.")
+    alarms: int = Field(description="Alarms that the rules are sure of.")
+    monitored_at: datetime = Field(description="When that was computed.")
+
+
+class SeriesRows(Answer):
+    """What is watched at a building."""
+
+    building: str = Field(description="Code of the building.")
+    items: list[SeriesRow] = Field(description="By quantity and subject.")
+    next: None = Field(description="Always null: all are on one page.")
+
+
+class CurvePoint(Answer):
+    """What is expected at an amplitude."""
+
+    amplitude: Number | None = Field(
+        description="m, of a cycle of the isolation layer (for `model_error` the largest of the event); for "
+        "`frequency` N, the largest restoring force. Null where the quantity follows no amplitude."
+    )
+    expected: Number = Field(description="SI units of the quantity.")
+    low: Number = Field(description="Lower end of the band in which an event's value lies with 95 %.")
+    high: Number = Field(description="Upper end of it.")
+    is_seen: bool = Field(description="Whether the reference holds such amplitudes; beyond them nothing alarms.")
+
+
+class BaselineOut(Answer):
+    """What a healthy building is expected to do."""
+
+    building: str = Field(description="Code of the building.")
+    quantity: str = Field(description=QUANTITY)
+    subject: str = Field(description=SUBJECT)
+    temperature: Number | None = Field(
+        description="°C, at which the curve holds; null where the temperature has no influence that is known."
+    )
+    lowest_amplitude: Number | None = Field(description="That the reference holds; null where there is none.")
+    highest_amplitude: Number | None = Field(description="The same, the highest.")
+    reference_events: list[int] = Field(description="Numbers of the events of the reference.")
+    wanted: int = Field(description="Events that it still lacks until the curve is determined.")
+    items: list[CurvePoint] = Field(
+        description="The curve, amplitudes rising; empty as long as nothing is expected, and of `xy`, "
+        "where each direction is held against its own."
+    )
+    next: None = Field(description="Always null: the curve is on one page.")
+
+
+class ObservationRow(Answer):
+    """One observation of a series: of a cycle, or of a whole event."""
+
+    event: int = Field(description="Number of the event.")
+    time: datetime = Field(description="Of the cycle's middle, or the event's start.")
+    value: Number = Field(description="SI units of the quantity.")
+    std: Number = Field(description="In the same unit.")
+    amplitude: Number | None = Field(description="As of the baseline; null where the quantity follows none.")
+    temperature: Number | None = Field(description="°C; null where it was not measured.")
+
+
+class Observations(Answer):
+    """What a series was observed to be."""
+
+    building: str = Field(description="Code of the building.")
+    items: list[ObservationRow] = Field(description="In order of time.")
+    next: None = Field(description="Always null: all are on one page.")
+
+
+class DriftRow(Answer):
+    """An event's value in a series."""
+
+    event: int = Field(description="Number of the event.")
+    event_start: datetime = Field(description="Of the event's first sample.")
+    quantity: str = Field(description=QUANTITY)
+    subject: str = Field(description=SUBJECT)
+    value: Number = Field(
+        description="Change from what was expected at the event's amplitudes and temperature: relative, -0.08 for 8 % "
+        "less; of `residual_displacement` m."
+    )
+    std: Number = Field(description="Standard deviation, of curve, scatter of healthy events and observations.")
+    count: int = Field(description="Observations it is from.")
+    is_reference: bool = Field(description="Whether the event belongs to the reference.")
+    is_beyond: bool = Field(description="Whether its amplitudes lie outside the reference's: no rule judges it.")
+    is_excluded: bool = Field(description="Whether a sensor finding keeps it out of every rule.")
+    causes: list[str] = Field(description="What else could explain a deviation.")
+
+
+class Drift(Answer):
+    """A page of values, the earliest event first."""
+
+    building: str = Field(description="Code of the building.")
+    items: list[DriftRow] = Field(description="The rows of this page.")
+    next: str | None = Field(description="Cursor of the next page; null after the last.")
+
+
+class DriftAlarmRow(Answer):
+    """What a rule found in a series."""
+
+    quantity: str = Field(description=QUANTITY)
+    subject: str = Field(description=SUBJECT)
+    rule: str = Field(description="`sudden`, `slow`, `recovery` or `within` (one event).")
+    is_sure: bool = Field(description="Whether the rule is sure; else evidence gathers.")
+    onset_event: int = Field(description="Number of the event with which the change most likely began.")
+    onset_start: datetime = Field(description="Of that event.")
+    after_event: int | None = Field(description="Number of the last event that did not show it; null of old results.")
+    changed_after: datetime | None = Field(description="Of that event.")
+    by_event: int | None = Field(
+        description="Number of the first event that did: with 95 % the change began between the two."
+    )
+    changed_by: datetime | None = Field(description="Of that event.")
+    raised_event: int = Field(description="Number of the event at which the rule was sure; else of the latest.")
+    raised_start: datetime = Field(description="Of that event.")
+    events: list[int] = Field(description="Numbers of the events from the onset until then.")
+    drift: Number = Field(description="Relative, -0.08 for 8 % less; of `residual_displacement` m.")
+    low: Number = Field(description="Lower end of its 95 % interval.")
+    high: Number = Field(description="Upper end of it.")
+    false_alarms: Number = Field(description="Share of histories of 100 healthy events in which the rule alarms.")
+    causes: list[str] = Field(description="What else could explain it.")
+    message: str = Field(description="For an engineer.")
+
+
+class DriftAlarms(Answer):
+    """What the rules found at a building."""
+
+    building: str = Field(description="Code of the building.")
+    items: list[DriftAlarmRow] = Field(description="By quantity and subject, in the order in which they were raised.")
+    next: None = Field(description="Always null: all are on one page.")
+
+
+class ReferencePeriodOut(Answer):
+    """When a building counts as healthy."""
+
+    id: int = Field(description="Its number.")
+    quantity: str | None = Field(description="For which it holds; null: for all.")
+    subject: str | None = Field(description="Direction, mode or channel for which it holds; null: for all of it.")
+    start: datetime | None = Field(description="Null: from the first event on.")
+    end: datetime | None = Field(description="Null: the first events until the curve is determined.")
+    author: str = Field(description="Name of the key that set it.")
+    reason: str = Field(description="Why.")
+    created_at: datetime = Field(description="When it was set; of those that hold for a series the latest counts.")
+
+
+class ReferencePeriods(Answer):
+    """The reference periods of a building."""
+
+    building: str = Field(description="Code of the building.")
+    items: list[ReferencePeriodOut] = Field(description="The latest first.")
+    next: None = Field(description="Always null: all are on one page.")
+
+
+class ReferencePeriodRequest(BaseModel):
+    """A period in which the building was healthy."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    quantity: QuantityName | None = Field(None, description="For which it holds; null: for all.")
+    subject: str | None = Field(
+        None,
+        description="Direction (`x`), mode (`x/1`) or id of a channel for which it holds; null: for all of it.",
+        pattern=r"^[!-~]{1,80}$",
+    )
+    start: Given | None = Field(None, description="Null: from the first event on.")
+    end: Given | None = Field(None, description="Null: the first events until the curve is determined.")
+    reason: str = Field(
+        description="Why, for those who come later.",
+        min_length=1,
+        max_length=2000,
+        examples=["bearings replaced in May 2024"],
+    )

@@ -1,0 +1,106 @@
+"""Tables of what is watched for drift at a building, and of when engineers say that it was healthy."""
+
+from datetime import datetime
+from typing import Any
+
+from sqlalchemy import ForeignKey, Text, UniqueConstraint
+from sqlalchemy.orm import Mapped, mapped_column, relationship
+
+from service.buildings.tables import Building
+from service.db.base import Base
+from service.records.tables import Event
+
+
+class ReferencePeriod(Base):
+    """When a building counted as healthy, as an engineer said; a later one takes its place and keeps it."""
+
+    __tablename__ = "reference_period"
+    id: Mapped[int] = mapped_column(primary_key=True)
+    building_id: Mapped[int] = mapped_column(ForeignKey("building.id"), index=True)
+    quantity: Mapped[str | None]
+    """One of core.drift.quantities; None: all of them."""
+    subject: Mapped[str | None]
+    """Direction, mode or channel; None: all of the quantity."""
+    start: Mapped[datetime | None]
+    """None: from the first event on."""
+    end: Mapped[datetime | None]
+    """None: until the curve is determined."""
+    author: Mapped[str]
+    """Name of the key that set it."""
+    reason: Mapped[str] = mapped_column(Text)
+    created_at: Mapped[datetime]
+    building: Mapped[Building] = relationship()
+
+
+class WatchedSeries(Base):
+    """One series of a building as it was monitored last; monitoring it again puts new rows in place of these."""
+
+    __tablename__ = "watched_series"
+    __table_args__ = (UniqueConstraint("building_id", "quantity", "subject"),)
+    id: Mapped[int] = mapped_column(primary_key=True)
+    building_id: Mapped[int] = mapped_column(ForeignKey("building.id"))
+    job_id: Mapped[int] = mapped_column(ForeignKey("job.id"), index=True)
+    created_at: Mapped[datetime]
+    version: Mapped[str]
+    """Of the code."""
+    quantity: Mapped[str]
+    subject: Mapped[str]
+    """Direction, mode or channel."""
+    reference_id: Mapped[int | None] = mapped_column(ForeignKey("reference_period.id"))
+    """None: the first events."""
+    wanted: Mapped[int]
+    """Events that the reference still lacks."""
+    baseline: Mapped[dict[str, Any] | None]
+    """service.drift.baseline_json; None as long as nothing can be expected."""
+    reference: Mapped[ReferencePeriod | None] = relationship()
+    values: Mapped[list["DriftValue"]] = relationship(back_populates="series", order_by="DriftValue.id")
+    alarms: Mapped[list["DriftAlarm"]] = relationship(back_populates="series", order_by="DriftAlarm.id")
+
+
+class DriftValue(Base):
+    """An event's value in a series, against what was expected."""
+
+    __tablename__ = "drift_value"
+    __table_args__ = (UniqueConstraint("series_id", "event_id"),)
+    id: Mapped[int] = mapped_column(primary_key=True)
+    series_id: Mapped[int] = mapped_column(ForeignKey("watched_series.id"))
+    event_id: Mapped[int] = mapped_column(ForeignKey("event.id"), index=True)
+    value: Mapped[float]
+    """Relative, or in SI units where no logarithm is watched."""
+    std: Mapped[float]
+    count: Mapped[int]
+    """Observations it is from."""
+    is_reference: Mapped[bool]
+    is_beyond: Mapped[bool]
+    is_excluded: Mapped[bool]
+    causes: Mapped[list[str]]
+    series: Mapped[WatchedSeries] = relationship(back_populates="values")
+    event: Mapped[Event] = relationship()
+
+
+class DriftAlarm(Base):
+    """What a rule found in a series."""
+
+    __tablename__ = "drift_alarm"
+    id: Mapped[int] = mapped_column(primary_key=True)
+    series_id: Mapped[int] = mapped_column(ForeignKey("watched_series.id"), index=True)
+    rule: Mapped[str]
+    is_sure: Mapped[bool]
+    onset_event_id: Mapped[int] = mapped_column(ForeignKey("event.id"), index=True)
+    after_event_id: Mapped[int | None] = mapped_column(ForeignKey("event.id"))
+    """Last event that did not show it; None of rows from before it was kept."""
+    by_event_id: Mapped[int | None] = mapped_column(ForeignKey("event.id"))
+    """First event that surely did."""
+    raised_event_id: Mapped[int] = mapped_column(ForeignKey("event.id"), index=True)
+    event_ids: Mapped[list[int]]
+    drift: Mapped[float]
+    low: Mapped[float]
+    high: Mapped[float]
+    false_alarms: Mapped[float]
+    causes: Mapped[list[str]]
+    message: Mapped[str] = mapped_column(Text)
+    series: Mapped[WatchedSeries] = relationship(back_populates="alarms")
+    onset: Mapped[Event] = relationship(foreign_keys=onset_event_id)
+    after: Mapped[Event | None] = relationship(foreign_keys=after_event_id)
+    by: Mapped[Event | None] = relationship(foreign_keys=by_event_id)
+    raised: Mapped[Event] = relationship(foreign_keys=raised_event_id)

@@ -1,1 +1,0 @@
-"""An analysed event, written for people and programs."""

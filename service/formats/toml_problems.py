@@ -1,0 +1,105 @@
+"""What is wrong with a TOML document: every problem at once, each with its line and its key."""
+
+import tomllib
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from difflib import get_close_matches
+from typing import Any, get_args
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic_core import ErrorDetails
+
+from service.formats.toml_lines import Path, line_of
+
+Problem = tuple[Path, str]
+"""Where, as keys and positions from the document down, and what is wrong there."""
+Check = Callable[[Mapping[str, Any]], Iterator[Problem]]
+
+
+class TomlError(Exception):
+    """All that is wrong with a file, one problem a line, each with its line and key."""
+
+    def __init__(self, problems: tuple[str, ...]) -> None:
+        super().__init__("\n".join(problems))
+        self.problems = problems
+
+
+class Table(BaseModel):
+    """A table of a file: its keys are these and no others, and a text is no number."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False, frozen=True)
+
+
+def checked(text: str, checks: Sequence[Check]) -> dict[str, Any]:
+    """The document that a text is.
+
+    Args:
+        text: TOML.
+        checks: each gives the problems it finds.
+
+    Raises:
+        TomlError: with every problem, not only the first, in the order of the text.
+    """
+    try:
+        document = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise TomlError((f"this is not TOML: {error}",)) from None
+    problems = [problem for check in checks for problem in check(document)]
+    if problems:
+        placed = sorted((line_of(text, path), number, path) for number, (path, _) in enumerate(problems))
+        raise TomlError(tuple(f"line {line}: {_spelled(path)}{problems[number][1]}" for line, number, path in placed))
+    return document
+
+
+def wrong_keys(document: Mapping[str, Any], table: type[BaseModel]) -> Iterator[Problem]:
+    """Keys that are unknown, missing or of a wrong kind."""
+    try:
+        table.model_validate(document)
+    except ValidationError as error:
+        for detail in error.errors():
+            yield detail["loc"], _wanted(detail, table)
+
+
+def unknown(key: str, known: Sequence[str]) -> str:
+    """What to say of a key that nobody knows."""
+    near = get_close_matches(key, known, n=1)
+    return f"no such key; did you mean {near[0]!r}?" if near else f"no such key; known here: {', '.join(known)}"
+
+
+def _spelled(path: Path) -> str:
+    """`level[3].mass`, counted from 1 as an engineer does."""
+    parts = (f"[{part + 1}]" if isinstance(part, int) else f".{part}" for part in path)
+    return f"{''.join(parts).removeprefix('.')}: " if path else ""
+
+
+def _wanted(detail: ErrorDetails, document: type[BaseModel]) -> str:
+    """What was found at a key and what is wanted."""
+    path = detail["loc"]
+    while isinstance(path[-1], int) and len(path) > 1 and path[-2] == "position":  # one of a key's numbers
+        path = path[:-1]
+    table, key = _table_of(path, document), path[-1]
+    if detail["type"] == "extra_forbidden":
+        return unknown(str(key), list(table.model_fields))
+    field = table.model_fields.get(str(key))
+    meaning = f" ({field.description})" if field is not None else ""
+    if detail["type"] == "missing":
+        return f"is missing{meaning}"
+    wanted = detail["msg"].removeprefix("Value error, ")
+    found = detail["input"]
+    got = "a table" if isinstance(found, dict) else repr(found)  # a table may hold a secret
+    return f"{wanted[:1].lower()}{wanted[1:]}, got {got}{meaning}"
+
+
+def _table_of(path: Path, document: type[BaseModel]) -> type[BaseModel]:
+    """The table in which the last key of a path stands."""
+    table = document
+    for key in path[:-1]:
+        if isinstance(key, str):
+            table = next(_tables(table.model_fields[key].annotation), table)
+    return table
+
+
+def _tables(annotation: Any) -> Iterator[type[BaseModel]]:  # noqa: ANN401  a type, however it is written
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        yield annotation
+    for argument in get_args(annotation):
+        yield from _tables(argument)

@@ -1,0 +1,87 @@
+"""Whether the service is alive and ready, and what Prometheus may know of it."""
+
+from datetime import UTC, datetime
+from typing import Any
+
+from fastapi import APIRouter, Depends, Request, Response
+from prometheus_client import CONTENT_TYPE_LATEST, generate_latest
+from sqlalchemy.exc import SQLAlchemyError
+from sqlalchemy.orm import Session, sessionmaker
+
+from service.access import auth
+from service.db import migrate
+from service.errors import documented, problem
+from service.health import readiness
+from service.http.parameters import Reading
+from service.jobs.schema import CheckOut, Health, Readiness
+from service.settings import Settings
+
+router = APIRouter(tags=["operations"])
+OPEN: dict[str, Any] = {"security": []}
+"""In the OpenAPI document: whoever looks after the service asks without a key."""
+
+OTHER_TABLES = "the tables of the database are not those of this version"
+NEWEST = "'menshin up', 'menshin api', 'menshin poll' or 'menshin work' of the newest version makes them so"
+STARTS = "start the database server, or check database_url; the service goes on by itself"
+METRICS = "The metrics in Prometheus' text format, each with its meaning."
+
+
+@router.get("/healthz", operation_id="is_alive", response_model=Health, openapi_extra=OPEN)
+async def alive() -> Health:
+    """200 while the process answers; open to all, and it tells nothing else."""
+    return Health(status="alive")
+
+
+@router.get(
+    "/readyz",
+    operation_id="is_ready",
+    response_model=Readiness,
+    responses=documented(503),
+    openapi_extra=OPEN,
+)
+def ready(request: Request, sessions: Reading) -> Readiness | Response:
+    """200 if looks and analyses are really done and can be stored; else 503: `checks` says what is wrong, since when.
+
+    Checked are the database and its tables, its disk, the clock, a poller, every source's looks, and a worker.
+    """
+    state, now = request.app.state, datetime.now(UTC)
+    found = [_check(one, state.unready_since, now) for one in _checks(sessions, state.settings, now)]
+    if all(one.ok for one in found):
+        return Readiness(status="ready", checks=found)
+    detail = "; ".join(one.found for one in found if not one.ok)
+    return problem(503, f"Not ready: {detail}.", checks=[one.model_dump() for one in found])
+
+
+def _checks(sessions: sessionmaker[Session], settings: Settings, now: datetime) -> tuple[readiness.Check, ...]:
+    try:
+        with sessions() as session:
+            if not migrate.is_newest(session):
+                return (readiness.Check("database", False, OTHER_TABLES, NEWEST),)
+            answers = readiness.Check("database", True, "the database answers and has this version's tables")
+            return (answers, *readiness.checks(session, settings, now))
+    except SQLAlchemyError:
+        return (readiness.Check("database", False, "the database does not answer", STARTS),)
+
+
+def _check(found: readiness.Check, noticed: dict[str, datetime], now: datetime) -> CheckOut:
+    """With the time since when it is not as it has to be: as it is stored, else as this process noticed it first."""
+    if found.ok:
+        noticed.pop(found.name, None)
+        return CheckOut(name=found.name, ok=True, since=None, found=found.found, helps=found.helps)
+    since = found.since or noticed.setdefault(found.name, now)
+    return CheckOut(name=found.name, ok=False, since=since, found=found.found, helps=found.helps)
+
+
+@router.get(
+    "/metrics",
+    operation_id="get_metrics",
+    dependencies=[Depends(auth.viewer)],
+    response_class=Response,
+    responses=documented(401, 403) | {200: {"description": METRICS, "content": {CONTENT_TYPE_LATEST: {}}}},
+)
+def measured(request: Request) -> Response:
+    """State of buildings, events and jobs, and the durations of requests, for Prometheus; it takes a viewer's key.
+
+    Times are Unix times: `time() - menshin_oldest_waiting_job_timestamp_seconds` is how long a job has waited.
+    """
+    return Response(generate_latest(request.app.state.metrics), media_type=CONTENT_TYPE_LATEST)

@@ -1,0 +1,84 @@
+"""What is asked to find out whether data stopped."""
+
+from collections.abc import Mapping, Sequence
+from datetime import datetime, timedelta
+
+from sqlalchemy import func, or_, select
+from sqlalchemy.orm import Session
+
+from service.analyses.tables import Analysis
+from service.db.deadlines import is_wrong
+from service.db.select import Line
+from service.jobs.tables import Job
+from service.models.tables import ModelVersion
+from service.records.tables import Event, EventRecording, Recording, Waveform
+
+
+def last_good_recording(session: Session, building_id: int) -> Recording | None:
+    """The building's recording that could be used and ends last."""
+    good = (Recording.building_id == building_id, Recording.state == "read", Recording.end.is_not(None))
+    return session.scalars(select(Recording).where(*good).order_by(Recording.end.desc()).limit(1)).one_or_none()
+
+
+def latest_events(session: Session, building_id: int, count: int) -> Sequence[Line]:
+    """(number, start, findings of screening or None) of the building's latest events, the earliest of them first.
+
+    Those of which more is under way do not count yet.
+    """
+    ended = (Event.building_id == building_id, Event.state.in_(("analysed", "refused")))
+    question = select(Event.id, Event.start, Analysis.quality).outerjoin(
+        Analysis, (Analysis.event_id == Event.id) & Analysis.current
+    )
+    return session.execute(question.where(*ended).order_by(Event.start.desc()).limit(count)).all()[::-1]
+
+
+def channels_of(session: Session, events: Sequence[int]) -> Mapping[int, set[str]]:
+    """Channels that gave anything, by event; an event without any is not in it."""
+    found: dict[int, set[str]] = {}
+    question = select(Waveform.event_id, Waveform.channel).where(Waveform.event_id.in_(events)).distinct()
+    for event, channel in session.execute(question):
+        found.setdefault(event, set()).add(channel)
+    return found
+
+
+def files_of(session: Session, events: Sequence[int]) -> Mapping[int, tuple[str, ...]]:
+    """Names of the files and answers that gave each event, in the order in which they came."""
+    question = select(EventRecording.event_id, Recording.name).join(
+        Recording, Recording.id == EventRecording.recording_id
+    )
+    found: dict[int, tuple[str, ...]] = {}
+    for event, name in session.execute(question.where(EventRecording.event_id.in_(events)).order_by(Recording.id)):
+        found[event] = (*found.get(event, ()), name)
+    return found
+
+
+def channels_ever(session: Session, building_id: int) -> set[str]:
+    """Channels of which the building ever had a record."""
+    question = select(Waveform.channel).join(Event, Event.id == Waveform.event_id)
+    return set(session.scalars(question.where(Event.building_id == building_id).distinct()))
+
+
+def oldest_undone_job(session: Session, building_id: int, now: datetime, lease: timedelta) -> datetime | None:
+    """Since when the building's oldest job waits, or its worker has been silent; None if no job is neglected."""
+    columns = (Job.building_id, Event.building_id, ModelVersion.building_id)
+    of_building = or_(*(column == building_id for column in columns))
+    jobs = (
+        select(func.min(func.coalesce(Job.claimed_until, Job.created_at)))
+        .outerjoin(Event, Event.id == Job.event_id)
+        .outerjoin(ModelVersion, ModelVersion.id == Job.model_id)
+    )
+    silent = or_(Job.claimed_until < now, is_wrong(Job.claimed_until, now, lease))
+    neglected = or_(Job.state == "waiting", (Job.state == "running") & silent)
+    return session.scalar(jobs.where(of_building, neglected))
+
+
+def last_progress(session: Session, now: datetime, lease: timedelta) -> datetime | None:
+    """When a worker of the service finished a job last, or said that it is at one; None if none ever did.
+
+    What is written as later than now was written by a wrong clock, and counts for nothing.
+    """
+    finished = session.scalar(select(func.max(Job.finished_at)).where(Job.finished_at <= now))
+    held = session.scalar(
+        select(func.max(Job.claimed_until)).where(Job.state == "running", Job.claimed_until <= now + lease)
+    )
+    return max((time for time in (finished, held and held - lease) if time is not None), default=None)

@@ -1,0 +1,152 @@
+"""Whether the service does its work: looks at sources and analyses are really done, and their results can be kept.
+
+That its processes live proves nothing: a clock that was set, a full disk or threads that wait for ever stop the work
+while all of them live.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+
+from sqlalchemy import exists, func, select
+from sqlalchemy.orm import Session
+
+from service.alerts.tables import Alert
+from service.buildings import store as building_store
+from service.buildings.tables import Building, Revision
+from service.db.deadlines import has_passed
+from service.db.disk import free_bytes
+from service.db.leases import POLLING, POLLING_LEASE, WORKING
+from service.health import queries
+from service.jobs.tables import Job, Lease
+from service.records import lanes
+from service.records.tables import SourceState
+from service.settings import Settings
+
+MISSED = 3
+"""Intervals without a look after which a source counts as not looked at."""
+FULL = 20
+"""The disk counts as full once less than this part of `disk_reserve` is free: people are told long before."""
+MIB = 2**20
+
+
+@dataclass(frozen=True, slots=True)
+class Check:
+    """One thing that the service needs to do its work."""
+
+    name: str
+    ok: bool
+    found: str
+    """What is so, in words."""
+    helps: str = ""
+    """What a person can do; empty where nothing has to be done."""
+    since: datetime | None = None
+    """When it began to be so, as far as that is stored."""
+
+
+def checks(session: Session, settings: Settings, now: datetime) -> tuple[Check, ...]:
+    """Everything that is checked, in the order in which one thing may cause the next."""
+    return (
+        _disk(session, settings),
+        _clock(session, settings, now),
+        _poller(session, now),
+        _looks(session, settings, now),
+        _worker(session, settings, now),
+    )
+
+
+def lacks(session: Session, settings: Settings, now: datetime) -> Iterator[str]:
+    """Everything for which the service cannot be said to work."""
+    return (one.found for one in checks(session, settings, now) if not one.ok)
+
+
+def _disk(session: Session, settings: Settings) -> Check:
+    free, least = free_bytes(session), settings.disk_reserve / FULL
+    if free is not None and free < least:
+        return Check(
+            "disk",
+            False,
+            f"the disk of the database is full: {free / MIB:.0f} MiB are free, {least / MIB:.0f} MiB are needed",
+            "make room, or give the database a larger disk",
+        )
+    return Check("disk", True, "the database is on a server" if free is None else "the disk of the database has room")
+
+
+def _clock(session: Session, settings: Settings, now: datetime) -> Check:
+    """Whatever was written last was written before now, unless a clock was set."""
+    tolerance = timedelta(seconds=settings.clock_tolerance)
+    written = [
+        session.scalar(select(func.max(SourceState.looked_at))),
+        session.scalar(select(func.max(Job.finished_at))),
+        *(until - length for until, length in _leases(session, settings).values()),
+    ]
+    latest = max((one for one in written if one is not None), default=now)
+    if latest <= now + tolerance:
+        return Check("clock", True, "nothing stored is later than this machine's clock")
+    return Check(
+        "clock",
+        False,
+        f"the clock jumped: results are stored that are {(latest - now).total_seconds():.0f} s later than this clock",
+        "check the clocks of all machines, and that they follow a time server (NTP); times stored meanwhile are wrong",
+    )
+
+
+def _poller(session: Session, now: datetime) -> Check:
+    until = session.scalar(select(Lease.until).where(Lease.name == POLLING))
+    if until is not None and not has_passed(until, now, POLLING_LEASE):
+        return Check("poller", True, "a poller runs")
+    since = None if until is None else until - POLLING_LEASE
+    helps = "'menshin poll' or 'menshin up' starts one; the log of one that runs says what stops it"
+    return Check("poller", False, "no poller was seen lately", helps, since)
+
+
+def _looks(session: Session, settings: Settings, now: datetime) -> Check:
+    late = [looked for code, looked in _late(session, settings, now) if code]
+    if not late:
+        return Check("looks", True, "every source is looked at in time")
+    number = "one source has" if len(late) == 1 else f"{len(late)} sources have"
+    helps = "the log of the poller says what stops it; more than a processor can do takes a longer poll_interval"
+    return Check("looks", False, f"{number} not been looked at for too long", helps, min(late))
+
+
+def _late(session: Session, settings: Settings, now: datetime) -> Iterator[tuple[str, datetime]]:
+    """Buildings whose source was not looked at in time, each with when it was last, or might have been first."""
+    patience = MISSED * settings.poll_interval + (settings.http_retries + 1) * settings.http_timeout
+    described = select(Revision.building_id, func.max(Revision.created_at).label("at")).group_by(Revision.building_id)
+    newest = described.subquery()
+    question = (
+        select(Building, newest.c.at, SourceState)
+        .join(newest, newest.c.building_id == Building.id)
+        .outerjoin(SourceState, SourceState.building_id == Building.id)
+    )
+    for building, since, state in session.execute(question):
+        looked = max(since, state.looked_at) if state is not None and state.looked_at else since
+        rest = lanes.LONGEST_PAUSE if state is not None and state.failing_since else 0.0
+        is_late = now - looked > timedelta(seconds=patience + rest)
+        if is_late and building_store.described(session, building).source is not None:
+            yield building.code, looked
+
+
+def _worker(session: Session, settings: Settings, now: datetime) -> Check:
+    lease = timedelta(seconds=settings.lease)
+    until = session.scalar(select(Lease.until).where(Lease.name == WORKING))
+    helps = "'menshin work' or 'menshin up' starts one; the log of one that runs says what stops it"
+    if until is None or has_passed(until, now, lease):
+        return Check("worker", False, "no worker was seen lately", helps, None if until is None else until - lease)
+    stuck = "records wait for their analysis while nothing gets done"
+    oldest = session.scalar(select(func.min(Job.created_at)).where(Job.state == "waiting"))
+    patience = timedelta(seconds=settings.worker_patience)
+    if oldest is not None and now - oldest > patience:
+        last = queries.last_progress(session, now, lease) or oldest
+        if now - last > patience:
+            return Check("worker", False, stuck, helps, max(last, oldest))
+    if session.scalar(select(exists().where(Alert.cause == "worker", Alert.closed_at.is_(None)))):
+        return Check("worker", False, stuck, helps)
+    return Check("worker", True, "a worker runs, and no work waits for too long")
+
+
+def _leases(session: Session, settings: Settings) -> dict[str, tuple[datetime, timedelta]]:
+    """End and length of the rights of those that look and work, by name."""
+    lengths = {POLLING: POLLING_LEASE, WORKING: timedelta(seconds=settings.lease)}
+    rows = session.execute(select(Lease.name, Lease.until).where(Lease.name.in_(lengths)))
+    return {name: (until, lengths[name]) for name, until in rows}

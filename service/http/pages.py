@@ -1,0 +1,97 @@
+"""Errors as people at a browser see them: a page with words and a way back; programs get a problem document."""
+
+import re
+from collections.abc import Awaitable, Callable
+from http import HTTPStatus
+from typing import Any
+from urllib.parse import urlencode, urlsplit
+
+import orjson
+from fastapi import FastAPI, Request, Response
+from fastapi.exceptions import WebSocketRequestValidationError
+from starlette.exceptions import HTTPException
+from starlette.routing import Match
+
+from service import errors
+from service.access.auth import SAFE
+from service.access.pages import onward
+from service.errors import PROBLEM, ServiceError
+from service.http.rendering import page
+
+OF_PROGRAMS = ("/api/", "/fdsnws/", "/metrics", "/healthz", "/readyz", "/openapi.json", "/static/")
+PATTERN = re.compile(r"String should match pattern '.*?'(?=[;.]|$)")
+"""What pydantic says of a text that an expression does not match; people are shown no expression."""
+WORDS = {
+    404: "There is nothing at this address.",
+    405: "This address cannot be used in that way.",
+    500: "Something went wrong in Menshin; its log has the details.",
+}
+LOGGED_OUT = "You are logged out"
+ENDED = "No login is in force in this browser: it has ended, or its key was revoked. Nothing was done."
+
+
+def wants_page(request: Request) -> bool:
+    """Whether a person asks: a browser says that it takes HTML, and the address is that of a page."""
+    return "text/html" in request.headers.get("accept", "") and not request.url.path.startswith(OF_PROGRAMS)
+
+
+def of_service(request: Request, error: ServiceError) -> Response:
+    """A refusal of ours, in the form that the caller takes."""
+    answer = errors.of_service(request, error)
+    return as_page(request, answer, is_unknown=False) if wants_page(request) else answer
+
+
+def install(app: FastAPI) -> None:
+    """Let every error that has a problem document so far have a page beside it."""
+    of_requests = {k: h for k, h in app.exception_handlers.items() if k is not WebSocketRequestValidationError}
+    for kind, handler in of_requests.items():
+        app.add_exception_handler(kind, _paged(handler))
+
+
+def _paged(handler: Callable[..., Any]) -> Callable[[Request, Exception], Awaitable[Response]]:
+    async def answered(request: Request, error: Exception) -> Response:
+        made = handler(request, error)
+        answer: Response = await made if hasattr(made, "__await__") else made
+        if answer.media_type != PROBLEM or answer.status_code < HTTPStatus.BAD_REQUEST or not wants_page(request):
+            return answer
+        return as_page(request, answer, is_unknown=isinstance(error, HTTPException))
+
+    return answered
+
+
+def as_page(request: Request, answer: Response, *, is_unknown: bool) -> Response:
+    """The page that says what a problem document says; of a form it leads back to the page that the form is on."""
+    status, is_form = answer.status_code, request.method not in SAFE
+    document = orjson.loads(bytes(answer.body))
+    is_malformed = "errors" in document
+    said = WORDS.get(status) if is_unknown or is_malformed or status == 500 else None
+    detail = said or PATTERN.sub("this is not in the form that is needed", document["detail"])
+    title, back, login = HTTPStatus(status).phrase, form_page(request) if is_form else "/", None
+    if is_form and status == HTTPStatus.UNAUTHORIZED:
+        title, detail, login = LOGGED_OUT, ENDED, f"/login?{urlencode({'next': back})}"
+    shown = page(request, "error", status, title=title, detail=detail, back=back, login=login, is_form=is_form)
+    for name, value in answer.headers.items():
+        if name not in ("content-length", "content-type"):
+            shown.headers[name] = value
+    return shown
+
+
+def form_page(request: Request) -> str:
+    """Address on this server of the page that a form was sent from; the first page where the browser does not say.
+
+    A form that was refused is shown at the address that it was sent to, which answers no GET: then the page above it.
+    """
+    came = urlsplit(request.headers.get("referer", ""))
+    if came.netloc != request.headers.get("host"):
+        return "/"
+    if _is_page(request, came.path):
+        return onward(f"{came.path}?{came.query}" if came.query else came.path)
+    path = came.path
+    while path and not _is_page(request, path):
+        path = path.rpartition("/")[0]
+    return onward(path or "/")
+
+
+def _is_page(request: Request, path: str) -> bool:
+    scope = {**request.scope, "method": "GET", "path": path}
+    return any(route.matches(scope)[0] is Match.FULL for route in request.app.routes)

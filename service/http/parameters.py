@@ -1,0 +1,105 @@
+"""What the parameters of requests may be, and what they mean: one definition for all routes."""
+
+from datetime import datetime
+from typing import Annotated, Literal
+
+from fastapi import Depends, Path, Query, Request
+from pydantic import BeforeValidator, WithJsonSchema
+from sqlalchemy.orm import Session, sessionmaker
+
+from service.access import auth
+from service.access.auditing import Deed, audited
+from service.db.select import Place, Span
+from service.http import request_capture
+from service.times import read_time
+
+LARGEST = 2**31 - 1
+
+Time = Annotated[
+    datetime,
+    BeforeValidator(read_time),
+    WithJsonSchema({"type": "string", "format": "date-time", "examples": ["2010-02-27T06:34:11Z"]}),
+]
+Code = Annotated[str, Path(description="Code of the building.", pattern=r"^[A-Za-z0-9_-]{1,32}$", examples=["BNCS"])]
+Id = Annotated[int, Path(description="Number of the event.", ge=1, le=LARGEST, examples=[1])]
+ModelId = Annotated[int, Path(description="Number of the model.", ge=1, le=LARGEST, examples=[1])]
+JobId = Annotated[int, Path(description="Number of the job.", ge=1, le=LARGEST, examples=[1])]
+ReceiverId = Annotated[int, Path(description="Number of the receiver.", ge=1, le=LARGEST, examples=[1])]
+MessageId = Annotated[int, Path(description="Number of the message.", ge=1, le=LARGEST, examples=[1])]
+DeliveryId = Annotated[int, Path(description="Number of the delivery.", ge=1, le=LARGEST, examples=[1])]
+ChannelId = Annotated[
+    str,
+    Path(description="Id of the channel.", pattern=r"^[!-.0-~]{1,64}$", examples=["XX.BNCS.01.HNX"]),
+]
+Cursor = Annotated[
+    str | None,
+    Query(
+        description="`next` of the page before.", pattern=r"^-?[0-9]{1,16}_[0-9]{1,9}$", examples=["1267252451000000_1"]
+    ),
+]
+Before = Annotated[int | None, Query(description="`next` of the page before.", ge=1, le=LARGEST)]
+Limit = Annotated[int, Query(description="Rows of a page.", ge=1, le=500)]
+RowLimit = Annotated[int, Query(description="Rows of a page.", ge=1, le=20_000)]
+MinimumPga = Annotated[
+    float | None,
+    Query(description="m/s², least peak horizontal ground acceleration.", ge=0, allow_inf_nan=False, examples=[0.5]),
+]
+HorizontalDirection = Annotated[
+    Literal["x", "y"], Query(description="Horizontal direction, as the building file names it.")
+]
+AnyModelDirection = Annotated[Literal["x", "y", "xy"] | None, Query(description="Only models of this direction.")]
+AnyModelState = Annotated[
+    Literal["draft", "current", "retired"] | None, Query(description="Only models in this state.")
+]
+AnyDirection = Annotated[Literal["x", "y"] | None, Query(description="Only this horizontal direction.")]
+AnalysisId = Annotated[
+    int | None, Query(description="Number of an earlier analysis; without it the latest one.", ge=1, le=LARGEST)
+]
+Points = Annotated[
+    int | None,
+    Query(
+        description="Thin the series to at most this many samples, keeping the extremes of every pixel of each series; "
+        "without it every sample is answered.",
+        ge=32,
+        le=1_000_000,
+        examples=[2000],
+    ),
+]
+
+
+def of_span(
+    after: Annotated[
+        Time | None, Query(description="Only events that start then or later (UTC unless a zone is given).")
+    ] = None,
+    before: Annotated[Time | None, Query(description="Only events that start before that.")] = None,
+) -> Span:
+    """The span of time that a request names."""
+    return Span(after=after, before=before)
+
+
+def place(cursor: str | None) -> Place | None:
+    """Where the page before ended."""
+    return None if cursor is None else Place.read(cursor)
+
+
+async def of_reading(request: Request) -> sessionmaker[Session]:
+    """Sessions that only read."""
+    found: sessionmaker[Session] = request.app.state.reading
+    return found
+
+
+async def of_writing(request: Request) -> sessionmaker[Session]:
+    """Sessions that may write, and tell the audit trail who did."""
+
+    def deed() -> Deed:
+        address = request.client.host if request.client else "unknown"
+        return Deed(
+            auth.caller(request).name, address, request.method, request.url.path, request_capture.said(request.scope)
+        )
+
+    return audited(request.app.state.sessions, deed)
+
+
+EventSpan = Annotated[Span, Depends(of_span)]
+Reading = Annotated[sessionmaker[Session], Depends(of_reading)]
+Writing = Annotated[sessionmaker[Session], Depends(of_writing)]

@@ -1,0 +1,54 @@
+"""How a page is written: its template, and what the browser may do with it."""
+
+from datetime import datetime
+from pathlib import Path
+
+from fastapi import Request, Response
+from fastapi.templating import Jinja2Templates
+
+from core.rounding import plain, significant, with_std
+from service.access.auth import login
+from service.jobs import failures
+from service.reports.units import quantity, shown, unit
+from service.verdict import words
+
+FOLDER = Path(__file__).parent
+TEMPLATES = Jinja2Templates(FOLDER / "templates")
+POLICY = {
+    "Content-Security-Policy": "default-src 'none'; img-src 'self'; style-src 'self'; script-src 'self'; "
+    "connect-src 'self'; form-action 'self'; "
+    "base-uri 'none'; frame-ancestors 'none'",
+    "Cache-Control": "private, no-cache",
+}
+
+
+def page(request: Request, name: str, status: int = 200, **context: object) -> Response:
+    """The page of a template; whoever came with a cookie gets a button to log out."""
+    context["logged_in"] = login(request) is not None
+    return TEMPLATES.TemplateResponse(request, f"{name}.html", context, status, headers=POLICY)
+
+
+def time(moment: datetime) -> str:
+    """A time to the second."""
+    return f"{moment:%Y-%m-%d %H:%M:%S}"
+
+
+TEMPLATES.env.globals |= {
+    "opening": words.opening,
+    "headline": words.headline,
+    "check_title": words.title,
+    "check_value": words.value,
+    "check_limit": words.limit,
+    "check_source": words.source,
+    "state_names": words.STATE_NAMES,
+}
+TEMPLATES.env.filters |= {
+    "words": failures.words,
+    "time": time,
+    "with_std": with_std,
+    "significant": significant,
+    "plain": plain,
+    "unit": unit,
+    "shown": shown,
+    "quantity": quantity,
+}

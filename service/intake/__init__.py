@@ -1,1 +1,0 @@
-"""From files as they come to earthquakes that wait to be analysed."""

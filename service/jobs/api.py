@@ -1,0 +1,140 @@
+"""How the service is doing: its sources and its jobs."""
+
+from collections.abc import AsyncIterator
+from datetime import UTC, datetime
+from functools import partial
+from typing import Annotated, Literal
+
+from fastapi import APIRouter, Depends, Query, Request, Response
+from fastapi.sse import EventSourceResponse
+from sqlalchemy.orm import Session, sessionmaker
+
+from service.access.auth import Caller, Role, engineer
+from service.buildings import queries as building_queries
+from service.buildings.schema import SourceOut, Sources
+from service.buildings.store import described
+from service.errors import ForbiddenError, documented
+from service.http.parameters import LARGEST, Before, JobId, Limit, Reading, Writing
+from service.http.responses import Format, document, responses, table
+from service.http.server_sent_events import followed
+from service.jobs import queries, queue
+from service.jobs.queue import UNDER_WAY
+from service.jobs.schema import JobOut, Jobs
+from service.jobs.tables import Job
+from service.shown_addresses import without_credentials
+
+router = APIRouter(tags=["operations"])
+
+State = Annotated[
+    Literal["waiting", "running", "done", "failed", "cancelled"] | None, Query(description="Only jobs in this state.")
+]
+By = Annotated[Caller, Depends(engineer)]
+OfModel = Annotated[int | None, Query(description="Only jobs on this model.", ge=1, le=LARGEST)]
+OfEvent = Annotated[int | None, Query(description="Only jobs of this event.", ge=1, le=LARGEST)]
+
+
+@router.get("/sources", operation_id="list_sources", **responses(Sources, csv=True))
+def sources(request: Request, sessions: Reading, format: Format = None) -> Response:
+    """Every building's monitoring server and how it is doing."""
+    with sessions() as session:
+        rows = [
+            (
+                building.code,
+                source.kind,
+                without_credentials(source.location),
+                *(getattr(state, name, None) for name in ("attempted_at", "succeeded_at", "failing_since", "error")),
+            )
+            for building, _, state in building_queries.sources(session)
+            if (source := described(session, building).source) is not None
+        ]
+    return table(request, format, tuple(SourceOut.model_fields), rows, None)
+
+
+@router.get("/jobs", operation_id="list_jobs", **responses(Jobs))
+def jobs(
+    request: Request,
+    sessions: Reading,
+    state: State = None,
+    event: OfEvent = None,
+    model: OfModel = None,
+    cursor: Before = None,
+    limit: Limit = 50,
+) -> Response:
+    """Jobs, the latest first."""
+    with sessions() as session:
+        found = [JobOut.model_validate(job) for job in queries.jobs(session, state, event, model, cursor, limit)]
+    last = str(found[-1].id) if len(found) == limit and found[-1].id > 1 else None
+    return document(request, Jobs(items=found, next=last))
+
+
+@router.get("/jobs/{job_id}", operation_id="get_job", **responses(JobOut, 404))
+def job(request: Request, job_id: JobId, sessions: Reading) -> Response:
+    """A job and how far it is."""
+    with sessions() as session:
+        answer = JobOut.model_validate(queries.job(session, job_id))
+    return document(request, answer)
+
+
+@router.delete(
+    "/jobs/{job_id}",
+    operation_id="cancel_job",
+    response_model=JobOut,
+    responses=documented(401, 403, 404, 409, 422),
+)
+def cancel(job_id: JobId, sessions: Writing, by: By) -> JobOut:
+    """Cancel a job that waits or runs. Engineers cancel their own, admins those of others; else 409 or 403.
+
+    What Menshin queued by itself, such as the first analysis of an earthquake, cannot be cancelled.
+    """
+    with sessions.begin() as session:
+        return JobOut.model_validate(cancelled(session, queries.job(session, job_id), by))
+
+
+def cancelled(session: Session, job: Job, by: Caller) -> Job:
+    """The job, which was cancelled for this caller.
+
+    Raises:
+        ForbiddenError: somebody else requested it, and the caller is no admin.
+        ConflictError: it has ended, or Menshin queued it itself.
+    """
+    if job.asked_by is not None and not may_cancel(job, by):
+        raise ForbiddenError(f"Job {job.id} was requested by {job.asked_by!r}; only they or an admin cancel it.")
+    queue.cancel(session, job, datetime.now(UTC))
+    return job
+
+
+def may_cancel(job: Job, by: Caller) -> bool:
+    """Whether the caller may cancel the job, as long as it is under way."""
+    return job.asked_by is not None and by.role >= Role.engineer and (job.asked_by == by.name or by.role >= Role.admin)
+
+
+def existing(job_id: JobId, sessions: Reading) -> int:
+    """The number of a job that there is; asked before a stream begins, which can only succeed."""
+    with sessions() as session:
+        return queries.job(session, job_id).id
+
+
+@router.get(
+    "/jobs/{job_id}/progress",
+    operation_id="follow_job",
+    response_class=EventSourceResponse,
+    responses=documented(401, 403, 404, 422),
+)
+async def progress(
+    request: Request, identity: Annotated[int, Depends(existing)], sessions: Reading
+) -> AsyncIterator[JobOut]:
+    """The job as server-sent events: as it is, then whenever it changes, until it has ended.
+
+    A stream without news for long ends as well, and so does one whose key was revoked; browsers ask again.
+    """
+    async for found in followed(request, partial(_answered, sessions, identity), _has_ended):
+        yield found
+
+
+def _has_ended(job: JobOut) -> bool:
+    return job.state not in UNDER_WAY
+
+
+def _answered(sessions: sessionmaker[Session], identity: int) -> JobOut:
+    with sessions() as session:
+        return JobOut.model_validate(queries.job(session, identity))

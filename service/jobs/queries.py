@@ -1,0 +1,34 @@
+"""Questions about jobs."""
+
+from collections.abc import Sequence
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from service.errors import NotFoundError
+from service.jobs.tables import Job
+
+
+def jobs(
+    session: Session, state: str | None, event_id: int | None, model_id: int | None, before: int | None, limit: int
+) -> Sequence[Job]:
+    """Jobs, the latest first; `before` is the id at which the page before ended."""
+    question = select(Job)
+    for column, wanted in ((Job.state, state), (Job.event_id, event_id), (Job.model_id, model_id)):
+        if wanted is not None:
+            question = question.where(column == wanted)
+    if before is not None:
+        question = question.where(Job.id < before)
+    return session.scalars(question.order_by(Job.id.desc()).limit(limit)).all()
+
+
+def job(session: Session, identity: int) -> Job:
+    """A job.
+
+    Raises:
+        NotFoundError: there is none by that number.
+    """
+    found = session.get(Job, identity)
+    if found is None:
+        raise NotFoundError("job", identity)
+    return found

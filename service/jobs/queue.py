@@ -1,0 +1,263 @@
+"""Work that waits in the database: claimed under a lease, finished under a fencing token."""
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+from typing import Any
+
+from sqlalchemy import and_, case, func, or_, select, update
+from sqlalchemy.orm import Session
+
+from service.analyses.tables import Analysis
+from service.buildings.tables import Building
+from service.db.deadlines import is_wrong
+from service.errors import ConflictError, TooManyRequestsError
+from service.jobs.tables import Job
+from service.models.tables import ModelVersion
+from service.records.tables import Event
+
+ANALYSE, COMPARE, FIT, EXTEND, DIAGNOSE, WATCH = "analyse", "compare", "fit", "extend", "diagnose", "watch"
+"""Kinds of work: the first on an event, the last on a building, the others on a model."""
+UNDER_WAY = ("waiting", "running")
+"""States of a job whose outcome is still open."""
+MOST_REQUESTED = 100
+"""Jobs of one key that may wait or run at the same time."""
+WORN = 3
+"""Claims after which a job loses its precedence: workers seem to die of it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Claim:
+    """A worker's right to a job, until its lease lapses or another worker takes over."""
+
+    job_id: int
+    kind: str
+    event_id: int | None
+    model_id: int | None
+    building_id: int | None
+    arguments: Mapping[str, Any]
+    token: int
+    """How often the job had been claimed when this claim was made."""
+    failures: int
+    """Attempts that went wrong before."""
+
+
+def enqueue(
+    session: Session, event: Event, arguments: Mapping[str, Any], now: datetime, asked_by: str | None = None
+) -> Job:
+    """Queue the analysis of an event, in the transaction that stores it; a like job that still waits serves as well.
+
+    Args:
+        session: of the transaction.
+        event: a stored event.
+        arguments: analysis settings that differ from the service's own, by name.
+        now: aware time.
+        asked_by: name of the key that requested it; None for an earthquake that has just been recorded.
+
+    Raises:
+        TooManyRequestsError: the key has too many jobs under way.
+    """
+    job = Job(kind=ANALYSE, event_id=event.id, arguments=dict(arguments), asked_by=asked_by, created_at=now)
+    queued = _queued(session, job)
+    event.state, event.reason, event.updated_at = "queued", None, now
+    return queued
+
+
+def enqueue_work(
+    session: Session, model: ModelVersion, kind: str, arguments: Mapping[str, Any], asked_by: str | None, now: datetime
+) -> Job:
+    """Queue work on a model; a like job that still waits will do.
+
+    Args:
+        session: of the transaction.
+        model: a stored version.
+        kind: one of service.kinds.
+        arguments: the kind's own, by name.
+        asked_by: name of the key that asked for it; None where nobody had to.
+        now: aware time.
+    """
+    return _queued(
+        session, Job(kind=kind, model_id=model.id, arguments=dict(arguments), asked_by=asked_by, created_at=now)
+    )
+
+
+def enqueue_watch(session: Session, building_id: int, asked_by: str | None, now: datetime) -> Job:
+    """Queue the monitoring of a building for drift, in the transaction that stores what it is to see.
+
+    Args:
+        session: of the transaction.
+        building_id: of a stored building.
+        asked_by: name of the key that asked for it; None where nobody had to.
+        now: aware time.
+    """
+    return _queued(session, Job(kind=WATCH, building_id=building_id, arguments={}, asked_by=asked_by, created_at=now))
+
+
+def is_being_watched(session: Session, building_id: int) -> bool:
+    """Whether what is to be monitored for drift at a building waits or is under way: its outcome is not known yet."""
+    of_building = (Job.kind == WATCH, Job.building_id == building_id)
+    latest = session.scalar(select(Job.state).where(*of_building).order_by(Job.id.desc()).limit(1))
+    return latest in UNDER_WAY
+
+
+def claim(session: Session, now: datetime, lease: timedelta) -> Claim | None:
+    """Take the most urgent job that no worker has; None if there is none.
+
+    Earthquakes that were just recorded come first, then what follows from them by itself, then what people requested.
+    Among equals the job with the fewest claims comes first, then the oldest. A job with WORN claims comes last.
+    """
+    lapsed = and_(Job.state == "running", or_(Job.claimed_until < now, is_wrong(Job.claimed_until, now, lease)))
+    worn = case((Job.claims >= WORN, 1), else_=0)
+    urgency = case((Job.asked_by.is_not(None), 2), (Job.kind == ANALYSE, 0), else_=1)
+    job = session.scalar(
+        select(Job)
+        .where(or_(Job.state == "waiting", lapsed))
+        .order_by(worn, urgency, Job.claims, Job.id)
+        .limit(1)
+        .with_for_update(skip_locked=True, of=Job)
+    )
+    if job is None:
+        return None
+    job.state, job.claimed_until, job.claims = "running", now + lease, job.claims + 1
+    return Claim(job.id, job.kind, job.event_id, job.model_id, job.building_id, job.arguments, job.claims, job.failures)
+
+
+def extend(session: Session, held: Claim, now: datetime, lease: timedelta) -> bool:
+    """Hold the job for another lease; False if the claim is no longer valid."""
+    return _change(session, held, claimed_until=now + lease)
+
+
+def tell(session: Session, held: Claim, done: int, stages: int, doing: str) -> bool:
+    """Let those who wait know how far the job is; False if the claim is no longer valid."""
+    return _change(session, held, progress={"done": done, "stages": stages, "doing": doing})
+
+
+def finish(session: Session, held: Claim, now: datetime) -> bool:
+    """The job is done; False if the claim is no longer valid: then nothing may be written for it."""
+    return _change(session, held, state="done", claimed_until=None, error=None, finished_at=now)
+
+
+def refuse(session: Session, held: Claim, refusal: str, now: datetime) -> bool:
+    """What was asked cannot be done, and trying again would not help; False if the claim is no longer valid."""
+    if not _change(session, held, state="done", claimed_until=None, error=None, refusal=refusal, finished_at=now):
+        return False
+    _end_event(session, held, "refused", refusal, now)
+    return True
+
+
+def release(session: Session, held: Claim) -> bool:
+    """Put the job back at once for any worker; False if the claim is no longer valid."""
+    return _change(session, held, state="waiting", claimed_until=None)
+
+
+def fail(session: Session, held: Claim, error: str, now: datetime, attempts: int) -> bool:
+    """An attempt went wrong: the job waits for the next one, or is given up after the last and its event says why.
+
+    Returns:
+        False if the claim is no longer valid.
+    """
+    failures = held.failures + 1
+    if failures < attempts:
+        return _change(session, held, state="waiting", claimed_until=None, error=error, failures=failures)
+    if not _change(session, held, state="failed", claimed_until=None, error=error, failures=failures, finished_at=now):
+        return False
+    _end_event(session, held, "failed", _last_line(error), now)
+    return True
+
+
+def cancel(session: Session, job: Job, now: datetime) -> None:
+    """Cancel a job that a person requested; the worker that computes it stops within seconds.
+
+    The event of a cancelled analysis goes back to the outcome of its current one.
+
+    Raises:
+        ConflictError: the job has ended, or Menshin queued it itself.
+    """
+    session.refresh(job, with_for_update=True)
+    if job.asked_by is None or job.kind == WATCH:
+        raise ConflictError(f"Menshin itself needs job {job.id}; only a job that a person requested can be cancelled.")
+    if job.state not in UNDER_WAY:
+        raise ConflictError(f"Job {job.id} has ended already: {job.state}.")
+    job.state, job.claimed_until, job.finished_at = "cancelled", None, now
+    session.flush()
+    if job.event is not None:
+        _restore(session, job.event, now)
+
+
+def still_running(session: Session, claims: Collection[Claim]) -> set[int]:
+    """Numbers of the claimed jobs that nobody cancelled and no other worker took over."""
+    question = select(Job.id, Job.claims).where(Job.id.in_([held.job_id for held in claims]), Job.state == "running")
+    tokens = {held.job_id: held.token for held in claims}
+    return {number for number, token in session.execute(question) if tokens[number] == token}
+
+
+def _restore(session: Session, event: Event, now: datetime) -> None:
+    """Set an event back to its outcome before a job that was cancelled, unless another job is under way."""
+    own = (Job.event_id == event.id, Job.kind == ANALYSE)
+    if session.scalar(select(func.count()).where(*own, Job.state.in_(UNDER_WAY))):
+        return
+    analysis = session.scalar(select(Analysis).where(Analysis.event_id == event.id, Analysis.current))
+    failed = session.scalar(select(Job.error).where(*own, Job.state == "failed").order_by(Job.id.desc()).limit(1))
+    if analysis is not None:
+        event.state, event.reason = ("analysed", None) if analysis.refusal is None else ("refused", analysis.refusal)
+    elif failed is not None:
+        event.state, event.reason = "failed", _last_line(failed)
+    event.updated_at = now
+
+
+def _end_event(session: Session, held: Claim, state: str, reason: str, now: datetime) -> None:
+    if held.event_id is not None:
+        event = session.get_one(Event, held.event_id)
+        event.state, event.reason, event.updated_at = state, reason, now
+
+
+def _queued(session: Session, job: Job) -> Job:
+    """The job, or one that asks for the same, still waits, and comes after all of its kind that do not.
+
+    Two transactions that queue work on the same thing come one after the other. A job that will do is locked: nobody
+    takes it before what this transaction stores can be seen. One before a job that was begun later will not do, for
+    that one's result is the one that counts, and it has seen less.
+    """
+    for about, number in ((Event, job.event_id), (ModelVersion, job.model_id), (Building, job.building_id)):
+        if number is not None:
+            session.execute(select(about.id).where(about.id == number).with_for_update(key_share=True))
+    alike = (
+        Job.kind == job.kind,
+        Job.event_id == job.event_id,
+        Job.model_id == job.model_id,
+        Job.building_id == job.building_id,
+    )
+    question = select(Job).where(*alike, Job.state == "waiting").order_by(Job.id.desc()).with_for_update(of=Job)
+    waiting = session.scalars(question.execution_options(populate_existing=True)).all()
+    begun = session.scalar(select(func.max(Job.id)).where(*alike, Job.state != "waiting")) or 0
+    for one in waiting:
+        if one.id > begun and one.arguments == job.arguments:
+            if job.asked_by is None:
+                one.asked_by = None  # Menshin needs it too, and sooner
+            return one
+    if job.asked_by is not None:
+        _check_quota(session, job.asked_by)
+    job.state, job.claims, job.failures = "waiting", 0, 0
+    session.add(job)
+    session.flush()
+    return job
+
+
+def _check_quota(session: Session, key: str) -> None:
+    """Refuse further jobs of a key that has enough of them under way."""
+    requested = select(func.count()).where(Job.asked_by == key, Job.kind != WATCH, Job.state.in_(UNDER_WAY))
+    if (session.scalar(requested) or 0) >= MOST_REQUESTED:
+        raise TooManyRequestsError(
+            f"The key {key!r} has {MOST_REQUESTED} jobs under way, the most that one key may have. Wait until "
+            "some have ended, or cancel some."
+        )
+
+
+def _last_line(error: str) -> str:
+    """The line of a traceback that names the error."""
+    return error.strip().splitlines()[-1]
+
+
+def _change(session: Session, held: Claim, **values: object) -> bool:
+    valid = (Job.id == held.job_id, Job.state == "running", Job.claims == held.token)
+    return session.connection().execute(update(Job).where(*valid).values(**values)).rowcount == 1

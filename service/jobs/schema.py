@@ -1,0 +1,73 @@
+"""Jobs and the service's health, as the API answers them."""
+
+from datetime import datetime
+from typing import Any
+
+from pydantic import Field, field_validator
+
+from service.jobs import failures
+from service.schema import Answer
+
+
+class Progress(Answer):
+    """How far a job is."""
+
+    done: int = Field(description="Stages that are done.")
+    stages: int = Field(description="Stages there are.")
+    doing: str = Field(description="What is being done, in words.")
+
+
+class JobOut(Answer):
+    """Work that waits, runs, is done, has failed or was cancelled."""
+
+    id: int = Field(description="Its number.")
+    kind: str = Field(description="Of which kind it is.")
+    event_id: int | None = Field(description="Number of the event; null where it works on something else.")
+    model_id: int | None = Field(description="Number of the model; null where it works on something else.")
+    building_id: int | None = Field(description="Number of the building; null where it works on something else.")
+    asked_by: str | None = Field(description="Name of the key that asked for it; null where nobody had to.")
+    state: str = Field(description="`waiting`, `running`, `done`, `failed` or `cancelled`.")
+    arguments: dict[str, Any] = Field(description="What was asked for: of an analysis, what differs from the settings.")
+    claims: int = Field(description="How often a worker took it.")
+    claimed_until: datetime | None = Field(description="End of the worker's lease; null while nobody works on it.")
+    error: str | None = Field(description="What went wrong last; null where nothing did.")
+    refusal: str | None = Field(description="Why what was asked cannot be done; null where it can.")
+    progress: Progress | None = Field(description="How far it is; null before a worker took it.")
+    result: dict[str, Any] | None = Field(description="What came of it; null where other addresses answer that.")
+    created_at: datetime = Field(description="When it was made.")
+    finished_at: datetime | None = Field(description="When it was done or given up; null before.")
+
+    @field_validator("error")
+    @classmethod
+    def _in_words(cls, error: str | None) -> str | None:
+        return None if error is None else failures.words(error)
+
+
+class Jobs(Answer):
+    """A page of jobs, the latest first."""
+
+    items: list[JobOut] = Field(description="The rows of this page.")
+    next: str | None = Field(description="Cursor of the next page; null after the last.")
+
+
+class Health(Answer):
+    """Whether the process answers."""
+
+    status: str = Field(description="`alive`.", examples=["alive"])
+
+
+class CheckOut(Answer):
+    """One thing that the service needs to do its work."""
+
+    name: str = Field(description="`database`, `disk`, `clock`, `poller`, `looks` or `worker`.")
+    ok: bool = Field(description="Whether it is as it has to be.")
+    since: datetime | None = Field(description="Since when it is not, as far as that is known; null while it is.")
+    found: str = Field(description="What is so, in words.")
+    helps: str = Field(description="What a person can do; empty where nothing has to be done.")
+
+
+class Readiness(Answer):
+    """Whether the service does its work."""
+
+    status: str = Field(description="`ready`.", examples=["ready"])
+    checks: list[CheckOut] = Field(description="All that was checked.")

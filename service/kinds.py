@@ -1,0 +1,63 @@
+"""Which kinds of work there are."""
+
+from collections.abc import Mapping, Sequence
+from datetime import datetime
+from types import MappingProxyType
+
+from sqlalchemy.orm import Session
+
+from core.analysis import EventAnalysis, analyse
+from service.analyses import store as analysis_store
+from service.analyses.store import Inputs
+from service.buildings.tables import Building
+from service.drift import monitoring as drift_monitoring
+from service.jobs import queue as job_queue
+from service.jobs.queue import ANALYSE, COMPARE, DIAGNOSE, EXTEND, FIT, WATCH, Claim
+from service.jobs.stages import Kind, Stage
+from service.jobs.tables import Job
+from service.models import diagnoses, fits, results as model_results, work
+from service.models.inputs import WorkInputs, diagnosis_inputs, work_inputs
+from service.models.tables import ModelVersion
+from service.models.work import Comparison
+from service.records.tables import Event
+
+
+def _analysis_stages(inputs: Inputs) -> Sequence[Stage]:
+    given = (inputs.segments, inputs.description, inputs.settings)
+    return (Stage("Analysing the event", analyse, lambda _, tell: given),)
+
+
+def _store_analysis(
+    session: Session, claim: Claim, inputs: Inputs, found: Sequence[EventAnalysis], now: datetime
+) -> None:
+    event = session.get_one(Event, claim.event_id)
+    session.get_one(Building, event.building_id, with_for_update={"key_share": True})  # first, as who reads a record
+    analysis = analysis_store.store(session, claim, inputs, found[-1], now)
+    session.flush()
+    if analysis.current and analysis.refusal is None:
+        model_results.follow(session, event, now)
+    if analysis.current:
+        job_queue.enqueue_watch(session, event.building_id, None, now)
+
+
+def _store_comparison(
+    session: Session, claim: Claim, inputs: WorkInputs, found: Sequence[Comparison], now: datetime
+) -> None:
+    model_results.store_comparisons(session, inputs.model_id, found[-1].each, inputs.roles, now)
+    session.get_one(Job, claim.job_id).result = {"fails": list(found[-1].fails)}
+    model = session.get_one(ModelVersion, inputs.model_id)
+    if model.state == "current":
+        job_queue.enqueue_watch(session, model.building_id, None, now)
+
+
+KINDS: Mapping[str, Kind] = MappingProxyType(
+    {
+        ANALYSE: Kind(analysis_store.inputs, _analysis_stages, _store_analysis),
+        COMPARE: Kind(work_inputs, work.stages, _store_comparison),
+        FIT: Kind(work_inputs, fits.fit_stages, fits.store_fit),
+        EXTEND: Kind(work_inputs, fits.extension_stages, fits.store_extension),
+        DIAGNOSE: Kind(diagnosis_inputs, diagnoses.stages, diagnoses.store),
+        WATCH: Kind(drift_monitoring.inputs, drift_monitoring.stages, drift_monitoring.store),
+    }
+)
+"""By the name that a job has."""

@@ -1,1 +1,0 @@
-"""Models of buildings' isolation layers: their versions, and the work on them."""

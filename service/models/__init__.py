@@ -1,0 +1,1 @@
+"""Models of isolation layers: their versions, fits, comparisons and diagnoses."""

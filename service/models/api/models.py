@@ -1,0 +1,141 @@
+"""Models of the isolation layer: versions, their values, errors and lineage."""
+
+from datetime import UTC, datetime
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Body, Depends, Request, Response
+
+from service.access.auth import Caller, engineer
+from service.buildings import queries as building_queries
+from service.buildings.api import following
+from service.errors import documented
+from service.http.parameters import (
+    AnyModelDirection,
+    AnyModelState,
+    Before,
+    Code,
+    Cursor,
+    Limit,
+    ModelId,
+    Reading,
+    RowLimit,
+    Writing,
+    place,
+)
+from service.http.responses import Format, document, responses, table
+from service.models import answers, queries, requests, versions as model_versions
+from service.models.schema import ComparisonRow, Comparisons, Lineage, ModelOut, ModelRequest, Models, Trend
+
+router = APIRouter(tags=["models"])
+
+By = Annotated[Caller, Depends(engineer)]
+LOCATION = {"description": "Address of what was made.", "schema": {"type": "string"}}
+
+
+def making(*statuses: int) -> dict[int | str, dict[str, Any]]:
+    """What the OpenAPI document says of the answers of an operation that changes something."""
+    return documented(400, 401, 403, 404, 409, 422, 429) | {
+        status: {"headers": {"Location": LOCATION}} for status in statuses
+    }
+
+
+@router.get("/buildings/{code}/models", operation_id="list_models", **responses(Models, 404))
+def models_of_building(
+    request: Request,
+    code: Code,
+    sessions: Reading,
+    direction: AnyModelDirection = None,
+    state: AnyModelState = None,
+    cursor: Before = None,
+    limit: Limit = 50,
+) -> Response:
+    """Versions of the building's models, the latest first."""
+    with sessions() as session:
+        found, _ = building_queries.building(session, code)
+        rows = answers.rows(session, queries.versions(session, found.id, direction, state, cursor, limit))
+    last = str(rows[-1].id) if len(rows) == limit and rows[-1].id > 1 else None
+    return document(request, Models(items=rows, next=last))
+
+
+@router.post(
+    "/buildings/{code}/models",
+    operation_id="make_model",
+    status_code=201,
+    response_model=ModelOut,
+    responses=making(201),
+)
+def make(
+    code: Code,
+    sessions: Writing,
+    response: Response,
+    by: By,
+    wanted: Annotated[ModelRequest, Body(description='Direction, and values; {"direction": "x"} for the design\'s.')],
+) -> ModelOut:
+    """Make a model, a draft as yet: of the values given, or the first one by the building's design values.
+
+    What is asked must fit the building and the effects there are; else 409 says what would.
+    """
+    with sessions.begin() as session:
+        made = requests.make(session, code, wanted.direction, wanted.effects, wanted.change, by.name, datetime.now(UTC))
+        answer = answers.whole(session, made)
+    response.headers["Location"] = f"/api/v1/models/{answer.id}"
+    return answer
+
+
+@router.get("/models/{model_id}", operation_id="get_model", **responses(ModelOut, 404))
+def model(request: Request, model_id: ModelId, sessions: Reading) -> Response:
+    """A model: its values with standard deviations, what it was made from, its errors."""
+    with sessions() as session:
+        answer = answers.whole(session, queries.version(session, model_id))
+    return document(request, answer)
+
+
+@router.get("/models/{model_id}/lineage", operation_id="get_lineage", **responses(Lineage, 404))
+def lineage(request: Request, model_id: ModelId, sessions: Reading) -> Response:
+    """A model and all that it came from, each with its errors: what every change gained."""
+    with sessions() as session:
+        queries.version(session, model_id)
+        rows = answers.rows(session, queries.lineage(session, model_id))
+    return document(request, Lineage(items=rows))
+
+
+@router.get("/models/{model_id}/comparisons", operation_id="list_comparisons", **responses(Comparisons, 404, csv=True))
+def comparisons(
+    request: Request,
+    model_id: ModelId,
+    sessions: Reading,
+    cursor: Cursor = None,
+    limit: RowLimit = 5000,
+    format: Format = None,
+) -> Response:
+    """The events that the model was held against, a row for each and direction, the earliest event first."""
+    with sessions() as session:
+        queries.version(session, model_id)
+        pairs = queries.comparisons(session, model_id, place(cursor), limit)
+        rows = [answers.comparison_row(comparison, event) for comparison, event in pairs]
+    columns = tuple(ComparisonRow.model_fields)
+    last = following([(row.event_start, row.id) for row in rows], limit)
+    return table(request, format, columns, [tuple(row.model_dump().values()) for row in rows], last)
+
+
+@router.get("/models/{model_id}/trend", operation_id="get_model_trend", **responses(Trend, 404))
+def trend(request: Request, model_id: ModelId, sessions: Reading) -> Response:
+    """How the model did in every event that it was held against, and whether it is still good.
+
+    The model in force is held against every new event by itself. An event is missed where more of the force is neither
+    the model's nor noise than 1.5 times the most in the events it was fitted to, 2 % at least, and the error is above
+    1.25 noise floors. Two missed in a row, and the model has stopped being good.
+    """
+    with sessions() as session:
+        queries.version(session, model_id)
+        compared = queries.latest_comparisons(session, [model_id])[model_id]
+    return document(request, answers.trend(model_id, compared))
+
+
+@router.post("/models/{model_id}/accept", operation_id="accept_model", response_model=ModelOut, responses=making())
+def accept(model_id: ModelId, sessions: Writing, by: By) -> ModelOut:
+    """Put the model in force; the one that was for its building and direction retires."""
+    with sessions.begin() as session:
+        found = queries.version(session, model_id)
+        model_versions.accept(session, found, by.name, datetime.now(UTC))
+        return answers.whole(session, found)

@@ -1,0 +1,171 @@
+"""What work on a model is made from, as it is stored now."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from core.description import BuildingDescription
+from core.effects import EFFECTS
+from core.errors import RecordError
+from core.model.isolator import Isolator
+from service.analyses import store as analysis_store
+from service.analyses.store import Inputs
+from service.analyses.tables import Analysis
+from service.buildings import description as building_description
+from service.buildings.tables import Revision
+from service.jobs.queue import Claim
+from service.models import queries
+from service.models.tables import ModelComparison, ModelVersion
+from service.models.versions import DIRECTIONS
+from service.records.tables import Event
+from service.settings import Settings
+
+FITTED, LEFT_OUT, LATER = "fitted", "left_out", "later"
+"""What an event is to a model."""
+
+
+@dataclass(frozen=True, slots=True)
+class HeldEvent:
+    """An event that a model is held against."""
+
+    event_id: int
+    analysis_id: int
+    name: str
+    """Of the earthquake: its start."""
+    start: datetime
+    role: str
+    """To the model as it is: FITTED, LEFT_OUT or LATER."""
+    is_held_out: bool
+    """Of a fit."""
+    is_wanted: bool
+    """Or it is there only for what the layer kept of it."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EventInputs:
+    """An event, and all that its analysis was made from."""
+
+    held: HeldEvent
+    made_from: Inputs
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class WorkInputs:
+    """A model, and the events that it is held against."""
+
+    model_id: int
+    arguments: Mapping[str, Any]
+    """The job's."""
+    direction: str
+    isolator: Isolator
+    reference: datetime
+    """From which effects count time."""
+    description: BuildingDescription
+    """The building's, in force."""
+    revision_id: int
+    band: tuple[float, float]
+    """Hz, within which forces are compared."""
+    events: tuple[EventInputs, ...]
+    """In order of time, one at least."""
+    unusable: tuple[EventInputs, ...] = ()
+    """Events without motion of the layer, in order of time; their records still tell of the sensors."""
+
+    @property
+    def roles(self) -> Mapping[int, str]:
+        """What each event is to the model as it is, by its number."""
+        return {event.held.event_id: event.held.role for event in self.events}
+
+    @property
+    def directions(self) -> tuple[str, ...]:
+        """Horizontal directions that the model holds in."""
+        return DIRECTIONS[self.direction]
+
+
+def work_inputs(session: Session, claim: Claim, settings: Settings) -> WorkInputs:
+    """What the work of a claimed job on a model is made from.
+
+    The job's `events` are the ones to work with, all comparable ones where it names none; its `hold_out` are left out
+    of a fit. For a layer that remembers, every earlier event is there too.
+
+    Raises:
+        RecordError: none of the events can be compared.
+    """
+    model = session.get_one(ModelVersion, claim.model_id)
+    isolator = Isolator(model.effects)
+    asked, hold_out = claim.arguments.get("events"), claim.arguments.get("hold_out") or ()
+    there = queries.comparable(session, model.building_id, DIRECTIONS[model.direction], None)
+    wanted = {event.id for event in there if asked is None or event.id in {*asked, *hold_out}}
+    last = max((event.start for event in there if event.id in wanted), default=None)
+    if last is None:
+        raise RecordError(
+            "none of these events has the isolation layer's motion and force in the model's direction; events that "
+            "were analysed, at a building with a transducer or accelerometers on both sides of the layer, would do"
+        )
+    before = [event for event in there if event.start <= last] if remembers(isolator) else ()
+    events = [event for event in there if event.id in wanted or event in before]
+    revision = session.scalars(
+        select(Revision).where(Revision.building_id == model.building_id).order_by(Revision.number.desc()).limit(1)
+    ).one()
+    found = tuple(
+        _event_inputs(
+            session,
+            event,
+            _role(session, model, event),
+            is_held_out=event.id in hold_out,
+            is_wanted=event.id in wanted,
+        )
+        for event in events
+    )
+    return WorkInputs(
+        model_id=model.id,
+        arguments=claim.arguments,
+        direction=model.direction,
+        isolator=isolator,
+        reference=model.reference or found[0].held.start,
+        description=building_description.read(revision.toml, Path(revision.folder)).description,
+        revision_id=revision.id,
+        band=settings.band,
+        events=found,
+    )
+
+
+def diagnosis_inputs(session: Session, claim: Claim, settings: Settings) -> WorkInputs:
+    """The same for a diagnosis: of all events it asks those too whose analysis was refused; of named ones, only them.
+
+    Raises:
+        RecordError: none of the events can be compared.
+    """
+    inputs = work_inputs(session, claim, settings)
+    if claim.arguments.get("events") is not None:
+        return inputs
+    model = session.get_one(ModelVersion, claim.model_id)
+    refused = queries.not_comparable(session, model.building_id, inputs.directions)
+    unusable = tuple(_event_inputs(session, event, LATER, is_held_out=False, is_wanted=True) for event in refused)
+    return replace(inputs, unusable=unusable)
+
+
+def remembers(isolator: Isolator) -> bool:
+    """Whether the layer keeps anything from one earthquake to the next."""
+    return any(EFFECTS[name].carried for name in isolator.effects)
+
+
+def _event_inputs(session: Session, event: Event, role: str, *, is_held_out: bool, is_wanted: bool) -> EventInputs:
+    analysis = session.scalars(select(Analysis).where(Analysis.event_id == event.id, Analysis.current)).one()
+    revision = session.get_one(Revision, analysis.revision_id)
+    name = f"{event.start:%Y-%m-%dT%H:%M:%SZ}"
+    return EventInputs(
+        HeldEvent(event.id, analysis.id, name, event.start, role, is_held_out, is_wanted),
+        analysis_store.event_inputs(session, event, revision, analysis_store.settings_of(analysis)),
+    )
+
+
+def _role(session: Session, model: ModelVersion, event: Event) -> str:
+    """The fit that made the model has said so, or the event came later."""
+    of_event = (ModelComparison.model_id == model.id, ModelComparison.event_id == event.id)
+    known: str | None = session.scalar(select(ModelComparison.role).where(*of_event).limit(1))
+    return known or LATER

@@ -1,0 +1,125 @@
+"""What is asked about the versions of models and what they were held against."""
+
+from collections.abc import Collection, Mapping, Sequence
+
+from sqlalchemy import ColumnElement, Select, exists, select, tuple_
+from sqlalchemy.orm import Session, joinedload, undefer
+
+from service.analyses.tables import Analysis, DirectionResult
+from service.db.select import Line, Place
+from service.errors import NotFoundError
+from service.models.tables import ModelComparison, ModelVersion
+from service.records.tables import Event
+
+
+def versions(
+    session: Session, building_id: int, direction: str | None, state: str | None, before: int | None, limit: int
+) -> Sequence[ModelVersion]:
+    """Versions of a building's models, the latest first; `before` is the id at which the page before ended."""
+    question = select(ModelVersion).where(ModelVersion.building_id == building_id)
+    for column, wanted in ((ModelVersion.direction, direction), (ModelVersion.state, state)):
+        if wanted is not None:
+            question = question.where(column == wanted)
+    if before is not None:
+        question = question.where(ModelVersion.id < before)
+    return session.scalars(question.order_by(ModelVersion.id.desc()).limit(limit)).all()
+
+
+def version(session: Session, identity: int) -> ModelVersion:
+    """A version with its building.
+
+    Raises:
+        NotFoundError: there is none by that number.
+    """
+    question = select(ModelVersion).options(joinedload(ModelVersion.building))
+    found = session.scalars(question.where(ModelVersion.id == identity)).one_or_none()
+    if found is None:
+        raise NotFoundError("model", identity)
+    return found
+
+
+def lineage(session: Session, identity: int) -> Sequence[ModelVersion]:
+    """A version and all that it came from, the first one first."""
+    ancestors = select(ModelVersion.id, ModelVersion.parent_id).where(ModelVersion.id == identity).cte(recursive=True)
+    parents = select(ModelVersion.id, ModelVersion.parent_id).join(ancestors, ModelVersion.id == ancestors.c.parent_id)
+    line = ancestors.union_all(parents)
+    question = select(ModelVersion).join(line, line.c.id == ModelVersion.id)
+    return session.scalars(question.order_by(ModelVersion.id)).all()
+
+
+def current_versions(session: Session, building_id: int) -> Sequence[ModelVersion]:
+    """The versions in force, one of a direction at most."""
+    question = select(ModelVersion).where(ModelVersion.building_id == building_id, ModelVersion.state == "current")
+    return session.scalars(question.order_by(ModelVersion.direction)).all()
+
+
+def comparisons(
+    session: Session, model_id: int, cursor: Place | None, limit: int
+) -> Sequence[tuple[ModelComparison, Event]]:
+    """A version's comparisons and their events, the earliest first."""
+    question = select(ModelComparison, Event).join(ModelComparison.event).where(ModelComparison.model_id == model_id)
+    if cursor is not None:
+        question = question.where(tuple_(Event.start, ModelComparison.id) > tuple_(cursor.time, cursor.id))
+    found = session.execute(question.order_by(Event.start, ModelComparison.id).limit(limit))
+    return [(comparison, event) for comparison, event in found]
+
+
+def comparison(session: Session, identity: int) -> ModelComparison:
+    """A comparison with its model's force.
+
+    Raises:
+        NotFoundError: there is none by that number.
+    """
+    question = select(ModelComparison).options(joinedload(ModelComparison.event), undefer(ModelComparison.force))
+    found = session.scalars(question.where(ModelComparison.id == identity)).one_or_none()
+    if found is None:
+        raise NotFoundError("comparison", identity)
+    return found
+
+
+def latest_comparisons(
+    session: Session, model_ids: Collection[int]
+) -> Mapping[int, Sequence[tuple[ModelComparison, Event]]]:
+    """By version: its last comparison with each event in each direction, the earliest event first."""
+    question = select(ModelComparison, Event).join(ModelComparison.event)
+    found = session.execute(question.where(ModelComparison.model_id.in_(model_ids)).order_by(ModelComparison.id))
+    last = {(one.model_id, one.event_id, one.direction): (one, event) for one, event in found}
+    ordered = sorted(last.values(), key=lambda pair: (pair[1].start, pair[0].id))
+    return {model: [pair for pair in ordered if pair[0].model_id == model] for model in model_ids}
+
+
+def measured(session: Session, analysis_id: int, direction: str) -> Line:
+    """Start, rate, displacement and force of an analysis in a direction, as stored."""
+    columns = ("start", "rate", "displacement", "force")
+    question = select(*(DirectionResult.__table__.c[name] for name in columns))
+    of_analysis = (DirectionResult.analysis_id == analysis_id, DirectionResult.direction == direction)
+    return session.execute(question.where(*of_analysis)).one()
+
+
+def comparable(
+    session: Session, building_id: int, directions: Collection[str], among: Collection[int] | None
+) -> Sequence[Event]:
+    """Events whose latest analysis has the layer's motion in one of these directions, the earliest first.
+
+    Of those of the numbers in `among`, or of all where that is None.
+    """
+    question = _analysed(building_id).where(_has_motion(directions))
+    if among is not None:
+        question = question.where(Event.id.in_(among))
+    return session.scalars(question.order_by(Event.start, Event.id)).all()
+
+
+def not_comparable(session: Session, building_id: int, directions: Collection[str]) -> Sequence[Event]:
+    """Events that were analysed, but for refused or without the layer's motion in these directions; earliest first."""
+    question = _analysed(building_id).where(~_has_motion(directions))
+    return session.scalars(question.order_by(Event.start, Event.id)).all()
+
+
+def _analysed(building_id: int) -> Select[Event]:
+    latest = (Analysis.event_id == Event.id) & Analysis.current
+    return select(Event).join(Analysis, latest).where(Event.building_id == building_id)
+
+
+def _has_motion(directions: Collection[str]) -> ColumnElement[bool]:
+    of_analysis = (DirectionResult.analysis_id == Analysis.id, DirectionResult.direction.in_(directions))
+    return exists().where(*of_analysis, DirectionResult.displacement.is_not(None))

@@ -1,0 +1,162 @@
+"""What an engineer may ask of a model, and when that is refused."""
+
+from collections.abc import Collection, Mapping, Sequence
+from datetime import datetime
+
+from sqlalchemy.orm import Session
+
+from core.description import BuildingDescription
+from core.effects import EFFECTS
+from core.errors import ModelError
+from core.fitting.first_model import first_model
+from core.model.isolator import Isolator
+from service.buildings import queries as building_queries
+from service.buildings.store import described
+from service.errors import ConflictError
+from service.jobs import queue as job_queue
+from service.jobs.queue import COMPARE, DIAGNOSE, EXTEND, FIT
+from service.jobs.tables import Job
+from service.models import queries, versions as model_versions
+from service.models.tables import ModelVersion
+from service.models.versions import DIRECTIONS, Draft
+
+
+def make(
+    session: Session,
+    code: str,
+    direction: str,
+    effects: Mapping[str, Mapping[str, float]] | None,
+    change: str,
+    by: str,
+    now: datetime,
+) -> ModelVersion:
+    """A model of given values, or without any the first one by the building's design values.
+
+    Raises:
+        NotFoundError: there is no such building.
+        ConflictError: it does not measure that direction, or the values do not fit the effects there are.
+    """
+    building, revision = building_queries.building(session, code)
+    description = described(session, building).description
+    measured = description.horizontal_directions
+    if missing := [one for one in DIRECTIONS[direction] if one not in measured]:
+        raise ConflictError(
+            f"{code} does not measure direction {' and '.join(missing)}; it measures {' and '.join(measured)}."
+        )
+    isolator, assumed = _begun(description, effects)
+    reason = change or ("by the design values" if effects is None else "by values that were given")
+    draft = Draft(direction, isolator, reason, by, revision.id, assumed=assumed)
+    return model_versions.add(session, building.id, draft, now)
+
+
+def _begun(
+    description: BuildingDescription, effects: Mapping[str, Mapping[str, float]] | None
+) -> tuple[Isolator, tuple[str, ...]]:
+    """The model, and which of its parameters nobody gave or measured."""
+    if effects is None:
+        first = first_model(description)
+        return first.isolator, first.assumed
+    try:
+        return Isolator(effects), ()
+    except ModelError as error:
+        raise ConflictError(f"The values make no model: {error}.") from None
+
+
+def compare(session: Session, model: ModelVersion, events: Sequence[int] | None, by: str, now: datetime) -> Job:
+    """Queue a comparison with these events, or with all that can be compared.
+
+    Raises:
+        ConflictError: one of them cannot be compared, or none at all can.
+    """
+    _check(session, model, events)
+    return job_queue.enqueue_work(session, model, COMPARE, {"events": _kept(events)}, by, now)
+
+
+def fit(
+    session: Session,
+    model: ModelVersion,
+    events: Sequence[int] | None,
+    hold_out: Sequence[int] | None,
+    by: str,
+    now: datetime,
+) -> Job:
+    """Queue a fit to these events, or to all that can be compared, but those held out.
+
+    Raises:
+        ConflictError: one of them cannot be compared, or is asked for both ways, or none is left to fit to.
+    """
+    return job_queue.enqueue_work(session, model, FIT, _fitting(session, model, events, hold_out), by, now)
+
+
+def extend(
+    session: Session,
+    model: ModelVersion,
+    effect: str,
+    events: Sequence[int] | None,
+    hold_out: Sequence[int] | None,
+    by: str,
+    now: datetime,
+) -> Job:
+    """Queue a fit with one more effect, as `fit` does without.
+
+    Raises:
+        ConflictError: there is no such effect, the model has it, or the events are not as `fit` wants them.
+    """
+    if effect not in EFFECTS:
+        raise ConflictError(f"There is no effect {effect!r}; there are {', '.join(sorted(EFFECTS))}.")
+    if effect in model.effects:
+        raise ConflictError(f"The model has {effect} already; a fit finds its values.")
+    arguments = _fitting(session, model, events, hold_out) | {"effect": effect}
+    return job_queue.enqueue_work(session, model, EXTEND, arguments, by, now)
+
+
+def diagnose(
+    session: Session,
+    model: ModelVersion,
+    events: Sequence[int] | None,
+    hold_out: Sequence[int] | None,
+    by: str,
+    now: datetime,
+) -> Job:
+    """Queue the question what the model lacks, by these events or by all, but those held out.
+
+    Raises:
+        ConflictError: the events are not as `fit` wants them.
+    """
+    return job_queue.enqueue_work(session, model, DIAGNOSE, _fitting(session, model, events, hold_out), by, now)
+
+
+def _fitting(
+    session: Session, model: ModelVersion, events: Sequence[int] | None, hold_out: Sequence[int] | None
+) -> dict[str, object]:
+    """Arguments of a job that fits."""
+    out = set(hold_out or ())
+    if both := sorted(out & set(events or ())):
+        raise ConflictError(
+            f"Events {', '.join(map(str, both))} are held out, and among those to fit to; one of it would do."
+        )
+    _check(session, model, sorted(out))
+    there = _check(session, model, events)
+    if not there - out:
+        raise ConflictError("Every event is held out; one to fit to would do.")
+    return {"events": _kept(events), "hold_out": sorted(out)}
+
+
+def _kept(events: Collection[int] | None) -> list[int] | None:
+    return None if events is None else sorted(set(events))
+
+
+def _check(session: Session, model: ModelVersion, asked: Collection[int] | None) -> set[int]:
+    """Numbers of the events asked for, of all where that is None."""
+    found = queries.comparable(session, model.building_id, DIRECTIONS[model.direction], asked)
+    if lacking := sorted({*(asked or ())} - {event.id for event in found}):
+        raise ConflictError(
+            f"With events {', '.join(map(str, lacking))} a model of direction {model.direction} cannot be compared: "
+            "they are not this building's, or their analyses have no displacement of the isolation layer in it."
+        )
+    if asked is None and not found:
+        raise ConflictError(
+            f"No event can be compared with a model of direction {model.direction} yet: one that was analysed and "
+            "has the isolation layer's displacement would do."
+        )
+    return {event.id for event in found}

@@ -1,0 +1,216 @@
+"""Models of the isolation layer, as the API takes and answers them."""
+
+from datetime import datetime
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+
+from core import paper
+from core.effects import EFFECTS
+from service.analyses.schema import FindingOut
+from service.schema import Answer, Number, Series
+
+
+def whole(written: object) -> object:
+    """A number without a fraction as an int, however it is written: to JSON, 2.0 is an integer."""
+    return int(written) if isinstance(written, float) and written.is_integer() else written
+
+
+Numbers = Annotated[
+    list[Annotated[int, Field(ge=1, le=2**31 - 1), BeforeValidator(whole)]], Field(min_length=1, max_length=1000)
+]
+Wanted = Annotated[dict[str, dict[str, Number]], Field(max_length=50)]
+
+
+class ErrorOut(Answer):
+    """How far a model's force is from the estimated one, over some events taken together."""
+
+    events: int = Field(description="Number of events.")
+    nrmse: Number | None = Field(description="RMS of the error over RMS of the force; null where there was no force.")
+    noise_floor: Number | None = Field(description="NRMSE that a right model would have: the estimate's own error.")
+    floors: Number | None = Field(description="RMS of the error in multiples of the floor; null where that is 0.")
+    fitting_rate: Number | None = Field(description="%, as the paper has it; null where the force is constant.")
+
+
+class Errors(Answer):
+    """The same by what the events were to the model; null where there was none."""
+
+    fitted: ErrorOut | None = Field(description="Events that its values were fitted to.")
+    left_out: ErrorOut | None = Field(description="Events that were known, but left out of the fit.")
+    later: ErrorOut | None = Field(description="Events that it was only held against.")
+
+
+class ModelRow(Answer):
+    """A version of a model in a list."""
+
+    id: int = Field(description="Its number among all models.")
+    building: str = Field(description="Code of the building.")
+    direction: str = Field(description="`x`, `y`, or `xy`: one set of values that holds in both.")
+    number: int = Field(description="Of the version, from 1 for each building and direction.")
+    parent: int | None = Field(description="Number of the model that it was made from; null of a first one.")
+    state: str = Field(description="`draft`, `current` or `retired`.")
+    change: str = Field(description="What is new against the parent, and why.")
+    author: str = Field(description="Name of the key that asked for it.")
+    created_at: datetime = Field(description="When it was made.")
+    effects: list[str] = Field(description="Names of its effects.")
+    errors: Errors = Field(description="Of its force, driven by the measured motion.")
+
+
+class Models(Answer):
+    """A page of models, the latest first."""
+
+    items: list[ModelRow] = Field(description="The rows of this page.")
+    next: str | None = Field(description="Cursor of the next page; null after the last.")
+
+
+class Lineage(Answer):
+    """A model and all that it came from."""
+
+    items: list[ModelRow] = Field(description="The first one first.")
+
+
+class ValueOut(Answer):
+    """A parameter's value in a model."""
+
+    effect: str = Field(description="Name of the effect.")
+    parameter: str = Field(description="Name of the parameter.")
+    value: Number = Field(description="In its unit.")
+    std: Number | None = Field(description="Standard deviation; null where it was not fitted, or not determined.")
+    unit: str | None = Field(description="SI; null of an effect that there is no longer.")
+    meaning: str | None = Field(description="What it is; null of an effect that there is no longer.")
+
+
+class ModelOut(ModelRow):
+    """A version of a model."""
+
+    accepted_by: str | None = Field(description="Name of the key that put it in force last; null of a draft.")
+    accepted_at: datetime | None = Field(description="When that was.")
+    version: str = Field(description="Of the code that made it.")
+    revision_id: int = Field(description="Of the building's description that it was made with.")
+    reference: datetime | None = Field(description="From which effects count time; null as long as nothing was fitted.")
+    values: list[ValueOut] = Field(description="Of every parameter of its effects.")
+    assumed: list[str] = Field(description="Parameters that nobody gave or measured: they only start a fit.")
+    outcome: str | None = Field(
+        description="How the fit ended, and what it could not determine; null where nothing was fitted."
+    )
+    fitted_to: list[int] = Field(description="Numbers of the events that its values were fitted to.")
+    left_out: list[int] = Field(description="Numbers of the events that were left out of the fit.")
+
+
+class ModelRequest(BaseModel):
+    """What a new model is to be."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+    direction: Literal["x", "y", "xy"] = Field(
+        description="x or y; xy for one set of values that holds in both.", examples=["x"]
+    )
+    effects: Wanted | None = Field(
+        None,
+        description="Value of every parameter, by effect; without it the first model by the building's design values.",
+        examples=[{name: dict(values) for name, values in paper.ISOLATOR.effects.items()}],
+    )
+    change: str = Field("", max_length=2000, description="Why, in words.", examples=["as designed"])
+
+
+class ComparisonRow(Answer):
+    """A model held against one event in one direction."""
+
+    id: int = Field(description="Its number.")
+    event: int = Field(description="Number of the event.")
+    event_start: datetime = Field(description="Of the event's first sample.")
+    direction: str = Field(description="x or y, as the building file names it.")
+    role: str = Field(description="`fitted`, `left_out` or `later`: what the event was to the model.")
+    analysis: int = Field(description="Number of the analysis that it was held against.")
+    nrmse: Number | None = Field(description="Of the force, driven by the measured motion; null without a force.")
+    noise_floor: Number | None = Field(description="NRMSE that a right model would have.")
+    floors: Number | None = Field(description="RMS of the error in multiples of the floor.")
+    fitting_rate: Number | None = Field(description="%, as the paper has it.")
+    displacement_nrmse: Number | None = Field(
+        description="Of the layer's displacement, driven by the ground alone; null where nothing measured the ground."
+    )
+    created_at: datetime = Field(description="When it was made.")
+    version: str = Field(description="Of the code.")
+
+
+class Comparisons(Answer):
+    """A page of comparisons, the earliest event first."""
+
+    items: list[ComparisonRow] = Field(description="The rows of this page.")
+    next: str | None = Field(description="Cursor of the next page; null after the last.")
+
+
+class ComparisonOut(ComparisonRow):
+    """A model held against one event in one direction, in full."""
+
+    model: int = Field(description="Number of the model.")
+    acceleration_nrmse: dict[str, Number | None] | None = Field(
+        description="By level, driven by the ground alone; null where nothing measured the ground."
+    )
+
+
+class ComparisonSeries(Answer):
+    """Force of a model, driven by the measured motion, beside the estimated one."""
+
+    comparison: int = Field(description="Number of the comparison.")
+    model: int = Field(description="Number of the model.")
+    event: int = Field(description="Number of the event.")
+    direction: str = Field(description="x or y, as the building file names it.")
+    start: datetime = Field(description="Of the first sample.")
+    rate: Number = Field(description="Hz.")
+    step: Number = Field(description="s between samples.")
+    count: int = Field(description="Number of samples before thinning.")
+    time: Series | None = Field(description="s after `start`, where thinned; else null: sample i is at i · step.")
+    displacement: Series | None = Field(None, description="m, of the isolation layer.")
+    measured: Series | None = Field(None, description="N, the force as estimated from the records.")
+    modelled: Series | None = Field(None, description="N, the model's.")
+
+
+class TrendRow(Answer):
+    """How a model did in one event."""
+
+    event: int = Field(description="Number of the event.")
+    event_start: datetime = Field(description="Of the event's first sample.")
+    direction: str = Field(description="x or y, as the building file names it.")
+    fitted: bool = Field(description="Whether the model's values were fitted to it.")
+    nrmse: Number | None = Field(description="Of the force, driven by the measured motion; null without a force.")
+    floors: Number | None = Field(description="RMS of the error in multiples of the noise floor.")
+    excess: Number = Field(description="Of the force's RMS, what the noise does not explain of the error.")
+    allowed: Number | None = Field(description="The most excess that is as usual; null as long as nothing was fitted.")
+    missed: bool = Field(description="Whether the model does worse here than in the events it was fitted to.")
+
+
+class Trend(Answer):
+    """How a model did in every event, and whether it is still good."""
+
+    model: int = Field(description="Number of the model.")
+    items: list[TrendRow] = Field(description="The earliest event first.")
+    finding: FindingOut | None = Field(description="What the latest events say; null where the model is good.")
+
+
+class WorkRequest(BaseModel):
+    """Which events to work with."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+    events: Numbers | None = Field(
+        None, description="Numbers of the events; without them all that can be compared.", examples=[[1, 2]]
+    )
+
+
+class FitRequest(WorkRequest):
+    """Which events to fit to, and which to try the result on."""
+
+    hold_out: Numbers | None = Field(
+        None,
+        description="Numbers of events to leave out of the fit, on which the result is tried; without them none.",
+        examples=[[3]],
+    )
+
+
+class EffectRequest(FitRequest):
+    """Which effect to add, and which events to fit to."""
+
+    effect: str = Field(
+        description="Name of an effect that the model has not.", max_length=64, examples=[next(iter(EFFECTS))]
+    )

@@ -1,0 +1,144 @@
+"""A model held against records, as JSON: SI units, null for what is not known or has no bound."""
+
+from collections.abc import Collection
+from dataclasses import asdict
+from math import isfinite
+from typing import Any
+
+from core.comparison.excess import Share
+from core.comparison.misfit import Misfit, together
+from core.comparison.prediction import Prediction, predicted_accelerations, predicted_displacement
+from core.comparison.profile import Profile
+from core.comparison.region import Region
+from service.models.model_file import ModelFile
+from service.models.workbench.answers import Answers
+from service.models.workbench.held import Held
+from service.version import VERSION
+
+
+def as_json(found: Held) -> dict[str, Any]:
+    """Every comparison and where the model fails."""
+    failure = found.failure
+    document = {
+        "version": VERSION,
+        "building": found.model.building,
+        "model": model_as_json(found.model),
+        "events": events_as_json(found.answers),
+        "all": {
+            "force": misfit_as_json(failure.misfit),
+            "prediction": _prediction_of_all(found.answers.predictions),
+        },
+        "failure": {
+            "explanation": " ".join(found.text),
+            "is_noise": failure.is_noise,
+            "floors": asdict(failure.floors),
+            "constant_stiffness_and_damping": asdict(failure.constant),
+            "any_function_of_motion": asdict(failure.over_motion),
+            "regions": [_region(one) for one in failure.regions],
+            "narrowed": None if failure.narrowed is None else _region(failure.narrowed),
+            "profiles": [_profile(one) for one in failure.profiles],
+            "windows": [asdict(one) for one in failure.windows],
+        },
+        "corrections": [asdict(one) for one in found.corrections],
+        "remarks": list(found.answers.remarks),
+        "unused": list(found.records.unused),
+    }
+    return finite(document)
+
+
+def model_as_json(model: ModelFile) -> dict[str, Any]:
+    """The model's direction, effects and values."""
+    return {
+        "direction": model.direction,
+        "parent": model.parent,
+        "fitted_to": list(model.fitted_to),
+        "effects": {name: dict(values) for name, values in model.isolator.effects.items()},
+        "standard_deviations": {name: dict(values) for name, values in model.standard_deviations.items()},
+    }
+
+
+def misfit_as_json(misfit: Misfit) -> dict[str, float]:
+    """Its measures."""
+    return {
+        "rms": misfit.rms,
+        "nrmse": misfit.nrmse,
+        "fitting_rate": misfit.fitting_rate,
+        "noise_floor": misfit.floor,
+        "in_noise_floors": misfit.floors,
+    }
+
+
+def events_as_json(answers: Answers, left_out: Collection[str] = ()) -> list[dict[str, Any]]:
+    """The errors in every earthquake and direction."""
+    predicted = {(one.observation.name, one.observation.direction): one for one in answers.predictions}
+    return [
+        {
+            "name": one.observation.name,
+            "start": one.observation.start.isoformat(),
+            "direction": one.observation.direction,
+            "left_out": one.observation.name in left_out,
+            "force": misfit_as_json(one.misfit),
+            "prediction": _prediction(predicted.get((one.observation.name, one.observation.direction))),
+        }
+        for one in answers.forces
+    ]
+
+
+def _prediction(one: Prediction | None) -> dict[str, Any] | None:
+    if one is None:
+        return None
+    return {
+        "displacement": misfit_as_json(one.displacement.misfit),
+        "accelerations": {level: misfit_as_json(of.misfit) for level, of in one.accelerations.items()},
+    }
+
+
+def _prediction_of_all(predictions: tuple[Prediction, ...]) -> dict[str, Any] | None:
+    if not predictions:
+        return None
+    levels = predicted_accelerations(predictions)
+    return {
+        "displacement": misfit_as_json(predicted_displacement(predictions)),
+        "accelerations": {level: misfit_as_json(one) for level, one in levels.items()},
+        "all_accelerations": misfit_as_json(together(list(levels.values()))) if levels else None,
+    }
+
+
+def _region(one: Region) -> dict[str, Any]:
+    return {
+        "circumstance": one.name,
+        "threshold": None if one.classed else one.threshold,
+        "is_above": one.is_above,
+        "class": one.classed or None,
+        "share": asdict(one.share),
+        "share_of_energy": one.energy,
+        "odds": asdict(one.odds),
+    }
+
+
+def _profile(one: Profile) -> dict[str, Any]:
+    away: Share | None = one.taken_away
+    return {
+        "circumstance": one.name,
+        "taken_away": None if away is None else asdict(away),
+        "bins": [
+            {"class": one.classes[int(bin_.low)], **asdict(bin_)} if one.classes else asdict(bin_) for bin_ in one.bins
+        ],
+    }
+
+
+def finite(document: dict[str, Any]) -> dict[str, Any]:
+    """The same with null for every number that JSON cannot hold."""
+    kept: dict[str, Any] = _finite(document)
+    return kept
+
+
+def _finite(value: Any) -> Any:  # noqa: ANN401  whatever JSON may hold
+    match value:
+        case float():
+            return float(value) if isfinite(value) else None
+        case dict():
+            return {key: _finite(member) for key, member in value.items()}
+        case list() | tuple():
+            return [_finite(member) for member in value]
+    return value

@@ -1,0 +1,91 @@
+"""What an engineer wants to know of an effect: what it does, when to suspect it, its law, its parameters."""
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from inspect import getsource
+from itertools import groupby
+
+from rich.console import Group, RenderableType
+from rich.syntax import Syntax
+from rich.table import Table
+from rich.text import Text
+
+from core.effect import Effect, Parameter
+from core.rounding import plain
+from service.reports.units import shown, unit
+
+PLACE = re.compile(r"\{(\w+)[^}]*\}")
+"""Where an explanation has a parameter's value."""
+DIGITS = 3
+"""Of a value in an explanation."""
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """A parameter's value in an explanation: with the unit that engineers read, or by a format the SI number alone."""
+
+    value: float
+    unit: str
+    """SI."""
+
+    def __format__(self, form: str) -> str:
+        if form:
+            return format(self.value, form)
+        return f"{plain(shown(self.value, self.unit), DIGITS)} {unit(self.unit)}".rstrip()
+
+
+def families(effects: Mapping[str, Effect]) -> dict[str, tuple[str, ...]]:
+    """Names of the effects by family, both in alphabetical order."""
+    named = sorted(effects, key=lambda name: (effects[name].family, name))
+    return {family: tuple(names) for family, names in groupby(named, key=lambda name: effects[name].family)}
+
+
+def explained(effect: Effect, values: Mapping[str, float] | None) -> str:
+    """Its explanation with the values of a model; without one, with the parameters' names."""
+    if values is None:
+        return PLACE.sub(r"\1", effect.explanation)
+    units = {parameter.name: parameter.unit for parameter in effect.parameters}
+    return effect.explanation.format(**{name: Quantity(value, units[name]) for name, value in values.items()})
+
+
+def law(effect: Effect) -> str:
+    """Source of its law, which is its formula."""
+    return getsource(effect.law)
+
+
+def overview(effects: Mapping[str, Effect]) -> RenderableType:
+    """A table of all, by family: effects of one family leave alike traces in records."""
+    table = Table("effect", "suspect it when")
+    for family, names in families(effects).items():
+        table.add_row(Text(family, style="bold"), "")
+        for name in names:
+            called = Text(f"{name}\n").append(effects[name].title, style="dim")
+            table.add_row(called, Text(effects[name].suspect_when), end_section=name == names[-1])
+    return table
+
+
+def sheet(name: str, effect: Effect) -> RenderableType:
+    """All there is to say of one."""
+    return Group(*_parts(name, effect))
+
+
+def _parts(name: str, effect: Effect) -> Iterator[RenderableType]:
+    yield Text(f"{name}: {effect.title} (family {effect.family})", style="bold")
+    yield Text(f"\n{explained(effect, None)}\nSuspect it when: {effect.suspect_when}\nSource: {effect.source}\n")
+    yield _parameters(effect.parameters)
+    absent = " and ".join(f"{key} = {value:g}" for key, value in effect.absent.items())
+    yield Text(f"It does nothing at {absent}. It acts on: {effect.acts_on}.")
+    if effect.carried:
+        yield Text(f"The layer keeps {', '.join(effect.carried)} from one earthquake to the next.")
+    yield Text("\nIts law, of the motion (u in m, v in m/s); after what it adds come the rates of its states:\n")
+    yield Syntax(law(effect), "python", background_color="default", word_wrap=True)
+
+
+def _parameters(parameters: tuple[Parameter, ...]) -> Table:
+    table = Table("parameter", "unit", "bounds", "usual", "meaning")
+    for one in parameters:
+        low, high = one.bounds
+        cells = (one.name, one.unit, f"{low:g} ... {high:g}", f"{one.prior.median:g}", one.meaning)
+        table.add_row(*(Text(cell) for cell in cells))
+    return table

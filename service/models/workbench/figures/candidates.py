@@ -1,0 +1,72 @@
+"""How much of the error would each absent effect take away?"""
+
+from collections.abc import Sequence
+
+import altair as alt
+
+from service.models.workbench.candidates import Candidate
+from service.models.workbench.figure import FAINT, INK, Figure, Rows, table, values
+from service.reports.charts import BLUE, GREY, ORANGE
+
+ROW = 22
+"""Pixels of height for a candidate."""
+KINDS = {"best, or cannot be distinguished from it": ORANGE, "other": BLUE, "implausible": GREY}
+
+
+def candidates(tried: Sequence[Candidate], before: float) -> Figure | None:
+    """What the model with each effect leaves, in multiples of the noise floor.
+
+    Args:
+        tried: the best first.
+        before: the same of the model without any.
+    """
+    if not tried:
+        return None
+    rows: Rows = [
+        {
+            "effect": one.effect,
+            "family": one.family,
+            "left over (noise floors)": one.floors,
+            "ΔBIC": one.delta_bic,
+            "kind": _kind(one),
+            "reason": one.implausible or "",
+        }
+        for one in tried
+    ]
+    plain: Rows = [
+        {
+            "effect": row["effect"],
+            "left": min(row["left over (noise floors)"], before),
+            "kind": row["kind"],
+            "before": before,
+        }
+        for row in rows
+    ]
+    y = alt.Y("effect:N", sort=None, title=None)
+    scale = alt.Scale(domain=list(KINDS), range=list(KINDS.values()))
+    legend = alt.Legend(title=None, orient="top", labelLimit=300)
+    base = alt.Chart(values(plain), width=600, height=ROW * len(plain))
+    layers = [
+        base.mark_rule(color=FAINT, opacity=0.5).encode(y, alt.X("left:Q"), alt.X2("before:Q")),
+        base.mark_circle(size=110, opacity=1.0).encode(
+            y,
+            alt.X("left:Q", title="left over (multiples of the noise floor)").scale(zero=False, nice=True, padding=15),
+            color=alt.Color("kind:N", scale=scale, legend=legend),
+        ),
+        alt.Chart(values([{"x": before, "name": "without any"}]))
+        .mark_rule(color=INK, strokeDash=[5, 4])
+        .encode(x="x:Q"),
+        alt.Chart(values([{"x": 1.0}])).mark_rule(color=GREY, strokeWidth=2).encode(x="x:Q"),
+    ]
+    caption = (
+        "Each effect that the model has not, added by itself and everything fitted anew: what is left. Dashed: the "
+        f"model without any, {before:.3g}; grey line: the noise floor. Orange: the best, and those that the "
+        "records cannot distinguish from it; at the dashed line: those that do not help."
+    )
+    return Figure("candidates", "Which effect would help", caption, alt.LayerChart(layer=layers), table(rows))
+
+
+def _kind(one: Candidate) -> str:
+    if one.in_set:
+        return "best, or cannot be distinguished from it"
+    return "implausible" if one.implausible else "other"

@@ -1,0 +1,82 @@
+"""What would each block of the records have a model change? Over amplitude, and over travel."""
+
+from collections.abc import Sequence
+
+import altair as alt
+
+from core.comparison.block_corrections import BlockCorrection
+from service.models.workbench.figure import FAINT, WIDTH, Figure, Rows, table, values
+from service.models.workbench.labels import label
+from service.reports.charts import KN, KN_PER_MM, MM
+
+HEIGHT = 300
+"""Pixels."""
+
+
+def stiffness_over_amplitude(corrections: Sequence[BlockCorrection]) -> Figure | None:
+    """Stiffness that each block would add to the model's; None where no block determines one."""
+    directions = {one.direction for one in corrections}
+    rows: Rows = [
+        {
+            "earthquake": label(one.earthquake, one.direction, directions),
+            "amplitude (mm)": one.amplitude * MM,
+            "correction (kN/mm)": one.stiffness * KN_PER_MM,
+            "standard deviation (kN/mm)": one.stiffness_std * KN_PER_MM,
+        }
+        for one in corrections
+    ]
+    if not rows:
+        return None
+    caption = (
+        "Each point is a block of 5 s: the stiffness that it alone would add to the model's, with its standard "
+        "deviation. A right model's points lie about zero at every amplitude. A trend with amplitude is a law that is "
+        "missing, or a yield that is off; points of one earthquake above another's are something that changed between "
+        "them: past motion, temperature, a step."
+    )
+    across = alt.X("x:Q", title="amplitude of the block (mm)").scale(type="log", nice=False, padding=12)
+    names = ("amplitude (mm)", "correction (kN/mm)", "standard deviation (kN/mm)")
+    picture = _points(rows, names, across, "stiffness correction (kN/mm)")
+    return Figure("stiffness", "Stiffness correction over amplitude", caption, picture, table(rows))
+
+
+def yield_over_travel(corrections: Sequence[BlockCorrection]) -> Figure | None:
+    """Yield force that each block would add to the model's; None where no block determines one."""
+    directions = {one.direction for one in corrections}
+    rows: Rows = [
+        {
+            "earthquake": label(one.earthquake, one.direction, directions),
+            "travel (m)": one.travel,
+            "correction (kN)": one.yield_force * KN,
+            "standard deviation (kN)": one.yield_std * KN,
+        }
+        for one in corrections
+        if one.yield_force is not None and one.yield_std is not None
+    ]
+    if not rows:
+        return None
+    caption = (
+        "The yield force that each block in which the layer yields would add to the model's, over all the way that the "
+        "layer has gone. Heating takes it down during an earthquake and gives it back before the next; degradation "
+        "does not give it back."
+    )
+    across = alt.X("x:Q", title="travel since the first record (m)").scale(nice=False, padding=12)
+    picture = _points(
+        rows, ("travel (m)", "correction (kN)", "standard deviation (kN)"), across, "yield force correction (kN)"
+    )
+    return Figure("yield", "Yield correction over travel", caption, picture, table(rows))
+
+
+def _points(rows: Rows, names: tuple[str, str, str], across: alt.X, up: str) -> alt.LayerChart:
+    x, y, std = names
+    plain: Rows = [
+        {"earthquake": row["earthquake"], "x": row[x], "y": row[y]}
+        | {"low": row[y] - row[std], "high": row[y] + row[std]}
+        for row in rows
+    ]
+    legend = alt.Legend(symbolOpacity=1.0)
+    colour = alt.Color("earthquake:N", title="earthquake (UTC)", legend=legend).scale(scheme="tableau10")
+    base = alt.Chart(values(plain), width=WIDTH * 0.75, height=HEIGHT)
+    zero = alt.Chart(values([{"y": 0}])).mark_rule(color=FAINT).encode(y="y:Q")
+    bars = base.mark_rule(opacity=0.4).encode(across, alt.Y("low:Q", title=up), alt.Y2("high:Q"), color=colour)
+    points = base.mark_circle(size=45, opacity=0.85).encode(across, alt.Y("y:Q", title=up), color=colour)
+    return alt.LayerChart(layer=[zero, bars, points])

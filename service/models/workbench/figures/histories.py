@@ -1,0 +1,121 @@
+"""How do measured and modelled histories of one earthquake lie beside each other? As a loop, and over time."""
+
+from collections.abc import Sequence, Sized
+
+import altair as alt
+import numpy as np
+
+from core.arrays import Vector
+from core.comparison.compared import ForceComparison
+from core.comparison.prediction import Prediction
+from service.models.workbench.figure import MEASURED, MODEL, WIDTH, Figure, Rows, curves, table, values
+from service.reports.charts import BLUE, GREY, KN, MM, ORANGE, STEP
+from service.reports.thinning import along_path, extremes
+
+LOOP, HEIGHT = (600, 420), 150
+"""Pixels."""
+SPARE = 45
+"""Pixels, for the axis of a loop beside another."""
+POINTS = 1700
+"""Of a history: two for each pixel."""
+ENLARGED = 3
+"""Times the residual in the loop."""
+RESIDUAL = f"residual × {ENLARGED}"
+
+
+def strongest_of(forces: Sequence[ForceComparison]) -> tuple[ForceComparison, ...]:
+    """The earthquake of the largest motion, in every direction."""
+    largest = max(forces, key=lambda one: float(np.abs(one.observation.layer.displacement).max()))
+    return tuple(one for one in forces if one.observation.start == largest.observation.start)
+
+
+def loop(directions: Sequence[ForceComparison]) -> Figure:
+    """The loop of one earthquake in every direction, and three times what the model leaves."""
+    parts = {one.observation.direction: _loop_rows(one) for one in directions}
+    caption = (
+        f"The earthquake of {directions[0].observation.name}, the one of the largest displacement. Residual: measured "
+        "− model. Where its ends turn up: hardening or a moat wall; ends unlike each other: an asymmetry; steps at the "
+        "reversals: friction, or another yield; a loop of its own: damping that is missing."
+    )
+    width = LOOP[0] if len(parts) == 1 else WIDTH // 2 - SPARE
+    panels = [_titled(_loop(rows, width), name, parts) for name, rows in parts.items()]
+    rows = [{"direction": name, **row} for name, rows in parts.items() for row in rows]
+    return Figure("loop", "Loop of the strongest earthquake", caption, alt.hconcat(*panels), table(rows))
+
+
+def _loop_rows(one: ForceComparison) -> Rows:
+    x = one.observation.layer.displacement * MM
+    forces = {MEASURED: one.observation.layer.force, MODEL: one.model, RESIDUAL: ENLARGED * one.residual}
+    return [
+        {"curve": name, "order": int(at), "displacement (mm)": float(x[at]), "force (kN)": float(force[at] * KN)}
+        for name, force in forces.items()
+        for at in along_path(x, force, STEP)
+    ]
+
+
+def _loop(rows: Rows, width: int) -> alt.LayerChart:
+    layers = [
+        alt.Chart(values([row for row in rows if row["curve"] == name]), width=width, height=LOOP[1])
+        .mark_line(strokeWidth=line, strokeJoin="round")
+        .encode(
+            x=alt.X("displacement (mm):Q").scale(nice=False, padding=10),
+            y=alt.Y("force (kN):Q"),
+            order="order:Q",
+            color=curves({MEASURED: GREY, MODEL: BLUE, RESIDUAL: ORANGE}),
+        )
+        for name, line in ((MEASURED, 3.2), (MODEL, 1.1), (RESIDUAL, 1.1))
+    ]
+    return alt.LayerChart(layer=layers)
+
+
+def histories(forces: Sequence[ForceComparison], predictions: Sequence[Prediction]) -> Figure:
+    """Force, and the displacement that is predicted from the ground alone, of one earthquake in every direction."""
+    moved = {one.observation.direction: one for one in predictions}
+    panels: list[alt.LayerChart] = []
+    for one in forces:
+        own = _panels(one, moved.get(one.observation.direction))
+        panels += [_titled(own[0], one.observation.direction, forces), *own[1:]]
+    said = "driven by the measured motion"
+    if moved:
+        said += "; below, the displacement that model and superstructure predict from the ground motion alone"
+    name = forces[0].observation.name
+    caption = f"The earthquake of {name}, the one of the largest displacement: the force, {said}."
+    rows: Rows = [
+        {"direction": one.observation.direction, "time (s)": float(at / one.observation.rate)}
+        | {"force (kN)": float(one.observation.layer.force[at] * KN), "model (kN)": float(one.model[at] * KN)}
+        for one in forces
+        for at in extremes(one.model, POINTS // 4)
+    ]
+    return Figure("histories", "Measured and modelled", caption, alt.vconcat(*panels, spacing=10), table(rows))
+
+
+def _panels(force: ForceComparison, prediction: Prediction | None) -> list[alt.LayerChart]:
+    rate, layer = force.observation.rate, force.observation.layer
+    found = [_history(layer.force * KN, force.model * KN, rate, "restoring force (kN)")]
+    if prediction is not None:
+        moved = prediction.displacement
+        found.append(_history(moved.measured * MM, moved.model * MM, rate, "displacement (mm)"))
+    return found
+
+
+def _titled(panel: alt.LayerChart, direction: str, directions: Sized) -> alt.LayerChart:
+    """With its direction where there are several."""
+    return panel.properties(title=f"direction {direction}") if len(directions) > 1 else panel
+
+
+def _history(measured: Vector, model: Vector, rate: float, label: str) -> alt.LayerChart:
+    layers = [
+        alt.Chart(values(_rows(name, series, rate)), width=WIDTH, height=HEIGHT)
+        .mark_line(strokeWidth=width)
+        .encode(
+            x=alt.X("x:Q", title="time after the start of the record (s)").scale(nice=False),
+            y=alt.Y("y:Q", title=label).axis(minExtent=55),
+            color=curves({MEASURED: GREY, MODEL: BLUE}),
+        )
+        for name, series, width in ((MEASURED, measured, 2.2), (MODEL, model, 1.0))
+    ]
+    return alt.LayerChart(layer=layers)
+
+
+def _rows(name: str, series: Vector, rate: float) -> Rows:
+    return [{"curve": name, "x": float(at / rate), "y": float(f"{series[at]:.5g}")} for at in extremes(series, POINTS)]

@@ -1,1 +1,0 @@
-"""Telling people and programs: the outbox, the senders, and what became of every message."""

@@ -1,0 +1,1 @@
+"""Messages: recipients, the outbox, delivery, and the record of every attempt."""

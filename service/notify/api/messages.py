@@ -1,0 +1,151 @@
+"""Messages: what people were told, who was told, when, and whether it arrived."""
+
+from collections.abc import AsyncIterator
+from datetime import UTC, datetime
+from functools import partial
+from typing import Annotated, Literal
+
+from fastapi import APIRouter, Depends, Query, Request, Response
+from fastapi.sse import EventSourceResponse
+from sqlalchemy.orm import Session, sessionmaker
+
+from service.access.auth import Caller, caller, engineer
+from service.buildings import queries as building_queries
+from service.errors import documented
+from service.http.parameters import LARGEST, Before, Code, DeliveryId, Limit, MessageId, Reading, Writing
+from service.http.responses import Format, document, responses, table
+from service.http.server_sent_events import followed
+from service.models.api.models import making
+from service.notify import answers, claims, drill, queries
+from service.notify.schema import Deliveries, DeliveryOut, DeliveryRow, MessageOut, MessageRow, Messages
+
+router = APIRouter(tags=["messages"])
+
+By = Annotated[Caller, Depends(engineer)]
+OfBuilding = Annotated[
+    str | None, Query(description="Only deliveries of this building.", pattern=r"^[A-Za-z0-9_-]{1,32}$")
+]
+OfReceiver = Annotated[int | None, Query(description="Only deliveries to this receiver.", ge=1, le=LARGEST)]
+State = Annotated[
+    Literal["waiting", "sending", "delivered", "failed", "dropped"] | None,
+    Query(description="Only deliveries in this state."),
+]
+
+
+def following(ids: list[int], limit: int) -> str | None:
+    """Cursor of the page after these rows, the latest first."""
+    return str(ids[-1]) if len(ids) == limit and ids[-1] > 1 else None
+
+
+@router.get("/buildings/{code}/messages", operation_id="list_messages", **responses(Messages, 404, csv=True))
+def messages(
+    request: Request, code: Code, sessions: Reading, cursor: Before = None, limit: Limit = 50, format: Format = None
+) -> Response:
+    """What people were told of the building, the latest first."""
+    with sessions() as session:
+        found, _ = building_queries.building(session, code)
+        rows = [answers.message_row(row) for row in queries.messages(session, found.id, cursor, limit)]
+    lines = [tuple(row.model_dump().values()) for row in rows]
+    return table(request, format, tuple(MessageRow.model_fields), lines, following([row.id for row in rows], limit))
+
+
+@router.get("/messages/{message_id}", operation_id="get_message", **responses(MessageOut, 404))
+def message(request: Request, message_id: MessageId, sessions: Reading) -> Response:
+    """A message, whole, and what became of it."""
+    with sessions() as session:
+        answer = answers.message(session, queries.message(session, message_id))
+    return document(request, answers.seen_by(caller(request).role, answer))
+
+
+def existing(message_id: MessageId, sessions: Reading) -> int:
+    """The number of a message that there is; checked before a stream begins, which can only succeed."""
+    with sessions() as session:
+        return queries.message(session, message_id).id
+
+
+@router.get(
+    "/messages/{message_id}/progress",
+    operation_id="follow_message",
+    response_class=EventSourceResponse,
+    responses=documented(401, 403, 404, 422),
+)
+async def progress(
+    request: Request, identity: Annotated[int, Depends(existing)], sessions: Reading
+) -> AsyncIterator[MessageOut]:
+    """The message as server-sent events: as it is, then whenever a delivery changes, until none is under way.
+
+    A stream without news for long ends as well, and so does one whose key was revoked; browsers ask again.
+    """
+    async for found in followed(request, partial(_answered, sessions, identity), _has_arrived):
+        yield found
+
+
+def _answered(sessions: sessionmaker[Session], identity: int) -> MessageOut:
+    with sessions() as session:
+        return answers.message(session, queries.message(session, identity))
+
+
+def _has_arrived(message: MessageOut) -> bool:
+    return all(delivery.state not in claims.OPEN for delivery in message.deliveries)
+
+
+@router.post(
+    "/buildings/{code}/drill",
+    operation_id="hold_drill",
+    status_code=202,
+    response_model=MessageOut,
+    responses=making(202),
+)
+def hold(code: Code, sessions: Writing, response: Response, by: By) -> MessageOut:
+    """Send a drill to all of the building's receivers that want drills: an alarm that says it is none."""
+    with sessions.begin() as session:
+        found, _ = building_queries.building(session, code)
+        row = drill.drill(session, found, by.name, datetime.now(UTC))
+        answer = answers.message(session, queries.message(session, row.id))
+    response.headers["Location"] = f"/api/v1/messages/{answer.id}"
+    return answer
+
+
+@router.get("/deliveries", operation_id="list_deliveries", **responses(Deliveries, csv=True))
+def deliveries(
+    request: Request,
+    sessions: Reading,
+    building: OfBuilding = None,
+    receiver: OfReceiver = None,
+    state: State = None,
+    cursor: Before = None,
+    limit: Limit = 50,
+    format: Format = None,
+) -> Response:
+    """Who was told what, when, and whether it arrived; the latest first."""
+    with sessions() as session:
+        found = queries.deliveries(session, building, receiver, state, cursor, limit)
+        role = caller(request).role
+        rows = [answers.seen_by(role, row) for row in answers.delivery_rows(session, found)]
+    lines = [tuple(row.model_dump().values()) for row in rows]
+    return table(request, format, tuple(DeliveryRow.model_fields), lines, following([row.id for row in rows], limit))
+
+
+@router.get("/deliveries/{delivery_id}", operation_id="get_delivery", **responses(DeliveryOut, 404))
+def delivery(request: Request, delivery_id: DeliveryId, sessions: Reading) -> Response:
+    """A delivery with every attempt: when, what the receiver said, how long it took."""
+    with sessions() as session:
+        answer = answers.delivery(queries.delivery(session, delivery_id))
+    return document(request, answers.seen_by(caller(request).role, answer))
+
+
+@router.post(
+    "/deliveries/{delivery_id}/replay",
+    operation_id="replay_delivery",
+    status_code=202,
+    response_model=DeliveryOut,
+    responses=making(202),
+)
+def replay(delivery_id: DeliveryId, sessions: Writing, response: Response, _: By) -> DeliveryOut:
+    """Try a delivery that was given up again, as often as a new one; else 409."""
+    with sessions.begin() as session:
+        row = queries.delivery(session, delivery_id)
+        claims.replay(row, datetime.now(UTC))
+        answer = answers.delivery(row)
+    response.headers["Location"] = f"/api/v1/deliveries/{answer.id}"
+    return answer

@@ -1,0 +1,1 @@
+"""Channels of delivery: e-mail, webhooks, Alertmanager and chat services."""

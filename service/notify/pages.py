@@ -1,0 +1,143 @@
+"""The pages of who is told of a building, what they were told, and whether it arrived; no JavaScript."""
+
+from datetime import UTC, datetime
+from typing import Annotated, get_args
+
+from fastapi import APIRouter, Depends, Request, Response
+from sqlalchemy.orm import Session, sessionmaker
+from starlette.responses import RedirectResponse
+
+from service.access.auth import Caller, Role, admin, engineer
+from service.access.pages import reader
+from service.buildings import queries as building_queries, recipients as told_of
+from service.buildings.recipient_rules import SEVERITIES, WANTED_KINDS, ReceiverKind
+from service.http.forms import NOT_REFUSED, Form, Refused, checked, taken
+from service.http.parameters import Code, DeliveryId, MessageId, Reading, ReceiverId, Writing
+from service.http.rendering import page
+from service.notify import answers, claims, drill, queries
+from service.notify.api import requests
+from service.notify.schema import DeliveryRow, ReceiverRequest
+from service.notify.tables import Message
+
+router = APIRouter(include_in_schema=False)
+
+Reader = Annotated[Caller, Depends(reader)]
+ByAdmin = Annotated[Caller, Depends(admin)]
+ByEngineer = Annotated[Caller, Depends(engineer)]
+LATEST = 100
+"""Messages that a building's page lists, sent or not."""
+
+
+@router.get("/buildings/{code}/messages")
+def of_building(request: Request, code: Code, sessions: Reading, by: Reader) -> Response:
+    """Who is told of the building, and what became of the latest messages."""
+    return _listed(request, code, sessions, by)
+
+
+def _listed(
+    request: Request, code: str, sessions: sessionmaker[Session], by: Caller, refused: Refused = NOT_REFUSED
+) -> Response:
+    """Recipients and messages of the building, with the form to add one if it was refused."""
+    with sessions() as session:
+        found, _ = building_queries.building(session, code)
+        return page(
+            request,
+            "messages",
+            refused.status,
+            refused=refused,
+            can_mail=request.app.state.settings.smtp_host is not None,
+            building=found,
+            receivers=[
+                answers.seen_by(by.role, answers.receiver(row)) for row in told_of.of_building(session, found.id)
+            ],
+            messages=[
+                (answers.message_row(row), _deliveries(session, row, by))
+                for row in queries.messages(session, found.id, None, LATEST)
+            ],
+            kinds=WANTED_KINDS,
+            ways=get_args(ReceiverKind),
+            severities=SEVERITIES,
+            may_work=by.role >= Role.engineer,
+            may_add=by.role >= Role.admin,
+        )
+
+
+@router.get("/messages/{message_id}")
+def of_message(request: Request, message_id: MessageId, sessions: Reading, by: Reader) -> Response:
+    """A message, and every attempt to deliver it."""
+    with sessions() as session:
+        row = queries.message(session, message_id)
+        return page(
+            request,
+            "message",
+            building=row.building,
+            message=answers.message(session, row),
+            deliveries=[
+                answers.seen_by(by.role, answers.delivery(queries.delivery(session, one.id))) for one in row.deliveries
+            ],
+            may_work=by.role >= Role.engineer,
+        )
+
+
+@router.post("/buildings/{code}/receivers")
+def add(request: Request, code: Code, sessions: Writing, by: ByAdmin, form: Form) -> Response:
+    """Let somebody be told of the building; a secret that was made is shown this once."""
+    given: dict[str, object] = {name: form.get(name) for name in ("name", "kind", "address", "secret")}
+    for name, values in (("kinds", WANTED_KINDS), ("severities", SEVERITIES)):
+        given[name] = [value for value in values if f"{name}_{value}" in form]
+    can_mail = request.app.state.settings.smtp_host is not None
+
+    def act() -> Response:
+        wanted, now = checked(ReceiverRequest, given), datetime.now(UTC)
+        with sessions.begin() as session:
+            found, _ = building_queries.building(session, code)
+            row, secret = requests.add(session, found.id, wanted, by.name, now, can_mail=can_mail)
+            shown = answers.receiver(row)
+        if secret is not None:
+            return page(request, "receiver_secret", 201, building=found, receiver=shown, secret=secret)
+        return RedirectResponse(f"/buildings/{code}/messages", 303)
+
+    return taken("receiver", form, act, lambda refused: _listed(request, code, sessions, by, refused))
+
+
+@router.post("/receivers/{receiver_id}/remove")
+def remove(receiver_id: ReceiverId, sessions: Writing, _: ByAdmin) -> Response:
+    """Tell a receiver no longer, and show who still is."""
+    with sessions.begin() as session:
+        row = told_of.receiver(session, receiver_id)
+        told_of.remove_added(session, row, datetime.now(UTC))
+        code = row.building.code
+    return RedirectResponse(f"/buildings/{code}/messages", 303)
+
+
+@router.post("/receivers/{receiver_id}/test")
+def test(receiver_id: ReceiverId, sessions: Writing, by: ByEngineer) -> Response:
+    """Send a test to a receiver, and show what becomes of it."""
+    with sessions.begin() as session:
+        message = drill.trial(session, told_of.receiver(session, receiver_id), by.name, datetime.now(UTC))
+        number = message.id
+    return RedirectResponse(f"/messages/{number}", 303)
+
+
+@router.post("/buildings/{code}/drill")
+def hold(code: Code, sessions: Writing, by: ByEngineer) -> Response:
+    """Hold a drill, and show what becomes of it."""
+    with sessions.begin() as session:
+        found, _ = building_queries.building(session, code)
+        number = drill.drill(session, found, by.name, datetime.now(UTC)).id
+    return RedirectResponse(f"/messages/{number}", 303)
+
+
+@router.post("/deliveries/{delivery_id}/replay")
+def replay(delivery_id: DeliveryId, sessions: Writing, _: ByEngineer) -> Response:
+    """Try a delivery again that was given up, and show what becomes of it."""
+    with sessions.begin() as session:
+        row = queries.delivery(session, delivery_id)
+        claims.replay(row, datetime.now(UTC))
+        number = row.message_id
+    return RedirectResponse(f"/messages/{number}", 303)
+
+
+def _deliveries(session: Session, message: Message, by: Caller) -> list[DeliveryRow]:
+    """To whom a message goes, as the reader may see it."""
+    return [answers.seen_by(by.role, one) for one in answers.delivery_rows(session, message.deliveries)]

@@ -1,0 +1,78 @@
+"""What is asked about messages and what became of them."""
+
+from collections.abc import Mapping, Sequence
+
+from sqlalchemy import func, select
+from sqlalchemy.orm import Session, joinedload, selectinload
+
+from service.buildings.tables import Building
+from service.errors import NotFoundError
+from service.notify.tables import Delivery, DeliveryAttempt, Message
+
+
+def messages(session: Session, building_id: int, before: int | None, limit: int) -> Sequence[Message]:
+    """A building's messages with their deliveries, the latest first; `before` is the id where the page before ended."""
+    question = select(Message).options(selectinload(Message.deliveries).joinedload(Delivery.receiver))
+    question = question.where(Message.building_id == building_id)
+    if before is not None:
+        question = question.where(Message.id < before)
+    return session.scalars(question.order_by(Message.id.desc()).limit(limit)).all()
+
+
+def message(session: Session, identity: int) -> Message:
+    """A message with its building and its deliveries.
+
+    Raises:
+        NotFoundError: there is none by that number.
+    """
+    wanted = (joinedload(Message.building), selectinload(Message.deliveries).joinedload(Delivery.receiver))
+    found = session.scalars(select(Message).options(*wanted).where(Message.id == identity)).one_or_none()
+    if found is None:
+        raise NotFoundError("message", identity)
+    return found
+
+
+def deliveries(
+    session: Session,
+    building: str | None,
+    receiver_id: int | None,
+    state: str | None,
+    before: int | None,
+    limit: int,
+) -> Sequence[Delivery]:
+    """Deliveries with their message and receiver, the latest first; `before` is the id where the page before ended."""
+    question = select(Delivery).join(Delivery.message).join(Message.building)
+    question = question.options(
+        joinedload(Delivery.message).joinedload(Message.building), joinedload(Delivery.receiver)
+    )
+    for column, wanted in ((Building.code, building), (Delivery.receiver_id, receiver_id), (Delivery.state, state)):
+        if wanted is not None:
+            question = question.where(column == wanted)
+    if before is not None:
+        question = question.where(Delivery.id < before)
+    return session.scalars(question.order_by(Delivery.id.desc()).limit(limit)).all()
+
+
+def delivery(session: Session, identity: int) -> Delivery:
+    """A delivery with its message, receiver and attempts.
+
+    Raises:
+        NotFoundError: there is none by that number.
+    """
+    wanted = (
+        joinedload(Delivery.message).joinedload(Message.building),
+        joinedload(Delivery.receiver),
+        selectinload(Delivery.attempts),
+    )
+    found = session.scalars(select(Delivery).options(*wanted).where(Delivery.id == identity)).one_or_none()
+    if found is None:
+        raise NotFoundError("delivery", identity)
+    return found
+
+
+def last_attempts(session: Session, deliveries: Sequence[Delivery]) -> Mapping[int, DeliveryAttempt]:
+    """The last attempt at each of these deliveries, by its id; those that were not tried yet are not in it."""
+    numbers = [one.id for one in deliveries]
+    last = select(func.max(DeliveryAttempt.id)).where(DeliveryAttempt.delivery_id.in_(numbers))
+    question = select(DeliveryAttempt).where(DeliveryAttempt.id.in_(last.group_by(DeliveryAttempt.delivery_id)))
+    return {one.delivery_id: one for one in session.scalars(question)}

@@ -1,1 +1,0 @@
-"""Questions to the database, by name: each is one statement."""

@@ -1,1 +1,0 @@
-"""Work that waits in the database, and how far it has come."""

@@ -1,0 +1,1 @@
+"""The API of recordings, and the FDSN web services."""

@@ -1,0 +1,108 @@
+"""Events cut from continuous records, across the borders of files."""
+
+from collections.abc import Sequence
+from datetime import datetime, timedelta
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from service import parsing
+from service.buildings.tables import Building
+from service.formats import Trace
+from service.jobs import queue as job_queue
+from service.records import events
+from service.records.contents import traces_of
+from service.records.spans import cut
+from service.records.tables import Event, Recording
+from service.records.trigger import TriggerSettings, Window, windows
+from service.settings import Settings
+
+
+def trigger_settings(settings: Settings) -> TriggerSettings:
+    """The trigger as it is set."""
+    return TriggerSettings(
+        short=settings.trigger_short,
+        long=settings.trigger_long,
+        on=settings.trigger_on,
+        off=settings.trigger_off,
+        channels=settings.trigger_channels,
+        floor=settings.trigger_floor,
+        before=timedelta(seconds=settings.trigger_before),
+        after=timedelta(seconds=settings.trigger_after),
+    )
+
+
+def take_in(
+    session: Session,
+    building: Building,
+    recording: Recording,
+    traces: Sequence[Trace],
+    now: datetime,
+    *,
+    settings: Settings,
+) -> None:
+    """Cut the earthquakes that a new recording holds, begins or ends.
+
+    The recordings around it are read again from their bytes: what the trigger needs to remember is there.
+
+    Args:
+        session: of the transaction.
+        building: whose recording it is.
+        recording: a recording that was read.
+        traces: of the recording.
+        now: aware time.
+        settings: of the trigger.
+    """
+    trigger = trigger_settings(settings)
+    memory = trigger.before + trigger.after + timedelta(seconds=2 * trigger.long)
+    around, limits = _around(session, recording, memory), parsing.limits(settings)
+    pieces = [(near, traces if near.id == recording.id else traces_of(session, near, limits)) for near in around]
+    shaking = [trace.segment() for _, traces in pieces for trace in traces if trace.quantity == "acceleration"]
+    start, end = _extent(recording)
+    longest = timedelta(seconds=settings.longest_event)
+    for window in windows(shaking, trigger):
+        if window.start <= end and window.end >= start:
+            bounded = Window(window.start, min(window.end, window.start + longest))
+            _cut(session, building, bounded, pieces, now, longest)
+
+
+def _around(session: Session, recording: Recording, memory: timedelta) -> Sequence[Recording]:
+    start, end = _extent(recording)
+    near = select(Recording).where(
+        Recording.building_id == recording.building_id,
+        Recording.kind == "waveforms",
+        Recording.state == "read",
+        Recording.start <= end + memory,
+        Recording.end >= start - memory,
+    )
+    return session.scalars(near.order_by(Recording.start, Recording.id)).all()
+
+
+def _cut(
+    session: Session,
+    building: Building,
+    window: Window,
+    pieces: Sequence[tuple[Recording, Sequence[Trace]]],
+    now: datetime,
+    longest: timedelta,
+) -> None:
+    event: Event | None = None
+    reached = window.start
+    for recording, traces in pieces:
+        cuts = [piece for trace in traces if (piece := cut(trace, window.start, window.end)) is not None]
+        if not cuts:
+            continue
+        event = event or events.at(session, building, window.start, window.end, now, longest)
+        events.add(session, event, recording, cuts, now)
+        reached = max(reached, events.extent(cuts)[1])
+    if event is None or event.state != "gathering":
+        return
+    if reached >= window.end - timedelta(seconds=1) and events.is_complete(session, event):
+        job_queue.enqueue(session, event, {}, now)
+
+
+def _extent(recording: Recording) -> tuple[datetime, datetime]:
+    """Its times, which a recording has once it was read."""
+    if recording.start is None or recording.end is None:
+        raise ValueError(f"recording {recording.id} was not read")
+    return recording.start, recording.end

@@ -1,0 +1,185 @@
+"""Which earthquake a record belongs to, and when its event is ready to be analysed."""
+
+import logging
+from collections.abc import Iterable, Sequence
+from datetime import datetime, timedelta
+
+from sqlalchemy import or_, select, update
+from sqlalchemy.orm import Session, undefer
+
+from service.buildings import store as building_store
+from service.buildings.tables import Building
+from service.db.blobs import decode, encode
+from service.db.deadlines import is_wrong
+from service.formats import Trace
+from service.jobs import queue as job_queue
+from service.jobs.tables import Job
+from service.records.grouping import overlapping
+from service.records.spans import cut, span
+from service.records.tables import Event, EventRecording, Recording, Waveform
+from service.settings import Settings
+
+log = logging.getLogger(__name__)
+
+
+def take_in(
+    session: Session,
+    building: Building,
+    recording: Recording,
+    traces: Sequence[Trace],
+    now: datetime,
+    *,
+    settings: Settings,
+) -> None:
+    """Join the traces of a recording to their events; events that miss nothing any more are queued."""
+    tolerance = timedelta(seconds=settings.event_tolerance)
+    for group in overlapping(traces, span, tolerance):
+        start, end = extent(group)
+        longest = timedelta(seconds=settings.longest_event) + 2 * tolerance
+        event = at(session, building, start - tolerance, end + tolerance, now, longest)
+        add(session, event, recording, group, now)
+        if event.state == "gathering" and is_complete(session, event):
+            job_queue.enqueue(session, event, {}, now)
+
+
+def queue_ready(session: Session, now: datetime, *, settings: Settings) -> int:
+    """Queue the events that have waited long enough for missing channels; the number of them."""
+    patience = timedelta(seconds=settings.event_grace)
+    came = Event.updated_at
+    has_waited = or_(came <= now - patience, is_wrong(came, now - patience, patience))
+    waiting = select(Event).where(Event.state == "gathering", has_waited)
+    ready = list(session.scalars(waiting.order_by(Event.start).with_for_update(skip_locked=True)))
+    for event in ready:
+        job_queue.enqueue(session, event, {}, now)
+    return len(ready)
+
+
+def queue_now(session: Session, building: Building, now: datetime) -> None:
+    """Queue the building's events with what they have: nothing more is coming."""
+    waiting = select(Event).where(Event.building_id == building.id, Event.state == "gathering")
+    for event in session.scalars(waiting.with_for_update(skip_locked=True)):
+        job_queue.enqueue(session, event, {}, now)
+
+
+def add(session: Session, event: Event, recording: Recording, traces: Iterable[Trace], now: datetime) -> None:
+    """Add a recording's traces to an event; what it has already is not added again."""
+    if session.get(EventRecording, (event.id, recording.id)) is None:
+        session.add(EventRecording(event_id=event.id, recording_id=recording.id))
+    added = [_add(session, event, trace) for trace in traces]
+    session.flush()
+    if any(added):
+        waveforms = list(session.scalars(select(Waveform).where(Waveform.event_id == event.id)))
+        event.start = min(waveform.start for waveform in waveforms)
+        event.end = max(_end(waveform) for waveform in waveforms)
+        event.state, event.reason, event.updated_at = "gathering", None, now
+
+
+def is_complete(session: Session, event: Event) -> bool:
+    """Whether the event has something of each of the building's channels."""
+    channels = building_store.described(session, session.get_one(Building, event.building_id)).description.channels
+    there = session.scalars(select(Waveform.channel).where(Waveform.event_id == event.id).distinct())
+    return {channel.id for channel in channels} <= set(there)
+
+
+def extent(traces: Iterable[Trace]) -> tuple[datetime, datetime]:
+    """From the first sample of all to the last."""
+    spans = [span(trace) for trace in traces]
+    return min(start for start, _ in spans), max(end for _, end in spans)
+
+
+def at(
+    session: Session, building: Building, start: datetime, end: datetime, now: datetime, longest: timedelta
+) -> Event:
+    """The building's event between two times; several that have not been queued yet become one, none a new one.
+
+    An event that would become longer than `longest` stays as it is.
+    """
+    found = list(
+        session.scalars(
+            select(Event)
+            .where(Event.building_id == building.id, Event.start <= end, Event.end >= start)
+            .order_by(Event.start, Event.id)
+        )
+    )
+    joined: list[Event] = []
+    for one in found:
+        first, last = min(start, one.start), max(end, one.end)
+        if last - first <= longest and (not joined or not _ever_queued(session, one)):
+            joined.append(one)
+            start, end = first, last
+    if not joined:
+        event = Event(building_id=building.id, start=start, end=end, state="gathering", created_at=now, updated_at=now)
+        session.add(event)
+        session.flush()
+        log.info("event %d of %s: an earthquake begins to arrive", event.id, building.code)
+        return event
+    into, *others = joined
+    for other in others:
+        _merge(session, other, into=into)
+    return into
+
+
+def _ever_queued(session: Session, event: Event) -> bool:
+    return session.scalar(select(Job.id).where(Job.event_id == event.id).limit(1)) is not None
+
+
+def _merge(session: Session, event: Event, *, into: Event) -> None:
+    """A file has closed the time between two events that were thought apart: they are one earthquake."""
+    session.execute(update(Waveform).where(Waveform.event_id == event.id).values(event_id=into.id))
+    for link in session.scalars(select(EventRecording).where(EventRecording.event_id == event.id)):
+        if session.get(EventRecording, (into.id, link.recording_id)) is None:
+            session.add(EventRecording(event_id=into.id, recording_id=link.recording_id))
+        session.delete(link)
+    session.flush()
+    session.delete(event)
+    session.flush()
+
+
+def _add(session: Session, event: Event, trace: Trace) -> bool:
+    """Store what the event does not have of a trace; whether there was any."""
+    new: Trace | None = trace
+    for had in session.scalars(
+        select(Waveform)
+        .where(Waveform.event_id == event.id, Waveform.channel == trace.channel)
+        .options(undefer(Waveform.samples))
+    ):
+        new = None if new is None else _unknown_part(new, had)
+        if new is not None and new.start == had.start:  # the same piece, longer now: its file was still growing
+            session.delete(had)
+            session.flush()
+    if new is None:
+        return False
+    session.add(
+        Waveform(
+            event_id=event.id,
+            channel=new.channel,
+            start=new.start,
+            rate=new.rate,
+            count=new.numbers.size,
+            gain=new.gain,
+            samples=encode(new.numbers),
+        )
+    )
+    return True
+
+
+def _unknown_part(trace: Trace, had: Waveform) -> Trace | None:
+    """What a stored piece does not hold of a trace: all of it unless they agree where they overlap."""
+    end = _end(had)
+    if had.rate != trace.rate or had.gain != trace.gain or end < trace.start or span(trace)[1] < had.start:
+        return trace
+    shared = cut(trace, had.start, end)
+    offset = round((max(trace.start, had.start) - had.start).total_seconds() * had.rate)
+    if shared is None or not _equal(decode(had.samples)[offset : offset + shared.numbers.size], shared):
+        return trace
+    if had.start > trace.start:
+        return trace
+    return cut(trace, end + timedelta(seconds=0.5 / trace.rate), span(trace)[1])
+
+
+def _equal(stored: object, shared: Trace) -> bool:
+    return bool((stored == shared.numbers).all()) if getattr(stored, "size", -1) == shared.numbers.size else False
+
+
+def _end(waveform: Waveform) -> datetime:
+    return waveform.start + timedelta(seconds=(waveform.count - 1) / waveform.rate)

@@ -1,0 +1,205 @@
+"""The one way in for files, from the poller, the import command or a test: bytes first, then what they hold."""
+
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
+
+from sqlalchemy import select, update
+from sqlalchemy.orm import Session
+
+from service import formats, parsing
+from service.buildings import store as building_store
+from service.buildings.description import BuildingFile
+from service.buildings.tables import Building
+from service.formats import Contents, FormatError, Gain, Trace, UnknownUnitError
+from service.parsing import ParserDiedError
+from service.records import continuous, events
+from service.records.contents import data_of, gains
+from service.records.grouping import overlapping
+from service.records.recordings import storable, store
+from service.records.spans import span
+from service.records.tables import Recording
+from service.records.trigger import check_gaps
+from service.settings import Settings
+from service.version import VERSION
+
+CLOCK_SET = datetime(1980, 1, 1, tzinfo=UTC)
+"""No strong-motion logger with a clock is older: earlier times are those of a clock that was never set."""
+CLOCK_SLACK = timedelta(days=1)
+
+
+@dataclass(frozen=True, slots=True)
+class Parsed:
+    """What is in a recording's bytes, as long as its channels have these gains."""
+
+    gains: Mapping[str, Gain]
+    found: Contents | FormatError
+
+
+def ingest(
+    session: Session, building: Building, name: str, origin: str, data: bytes, now: datetime, *, settings: Settings
+) -> Recording:
+    """Keep a file, read it, and join its records to their events, in one transaction.
+
+    Where a crash must not lose the bytes, commit between `recordings.store`, `begin` and `take_in`.
+    """
+    recording = store(session, building, name, origin, data, now)
+    while (waiting := next_stored(session, building)) is not None:
+        take_in(session, waiting, parse(session, waiting, settings=settings), now, settings=settings)
+        session.flush()
+    return recording
+
+
+def next_stored(session: Session, building: Building, passed: Collection[int] = ()) -> Recording | None:
+    """What is to be read next of the building: station files first; none of the ids that are passed over."""
+    waiting = select(Recording).where(
+        Recording.building_id == building.id, Recording.state == "stored", Recording.id.not_in(passed)
+    )
+    return session.scalar(waiting.order_by(Recording.name.ilike("%.xml").desc(), Recording.id).limit(1))
+
+
+def begin(session: Session, recording: Recording, *, settings: Settings) -> bool:
+    """Count an attempt at reading a recording before it is made; False where it was the last one that is not made.
+
+    A file that ends the whole service is thus given up too, after as many attempts as any other.
+    """
+    recording.version = VERSION
+    if recording.failures < settings.job_attempts:
+        recording.failures += 1
+        return True
+    _give_up(recording, "the service ended while it was read")
+    return False
+
+
+def parse(session: Session, recording: Recording, *, settings: Settings) -> Parsed:
+    """Read the bytes of a recording, in another process and within its limits; give a session that holds up no writer.
+
+    Raises:
+        ParserDiedError: they are too much for it.
+    """
+    building, limits = session.get_one(Building, recording.building_id), parsing.limits(settings)
+    data, known = data_of(session, recording), gains(session, building, limits)
+    try:
+        return Parsed(known, parsing.read(recording.name, data, known, limits))
+    except FormatError as error:
+        return Parsed(known, error)
+
+
+def take_in(session: Session, recording: Recording, parsed: Parsed, now: datetime, *, settings: Settings) -> None:
+    """Let the traces of a recording join their events; a refusal is kept with its reason."""
+    building = session.get_one(Building, recording.building_id, with_for_update=True)
+    session.refresh(recording)
+    if recording.state != "stored":  # another process was quicker
+        return
+    recording.failures = 0
+    if parsed.gains != gains(session, building, parsing.limits(settings)):  # a station file came meanwhile
+        return
+    described = building_store.described(session, building)
+    recording.kind, recording.state, recording.reason = "unknown", "read", None
+    recording.version = VERSION
+    try:
+        if isinstance(parsed.found, FormatError):
+            raise parsed.found
+        contents = parsed.found
+        recording.kind = contents.kind
+        traces = formats.of_building(contents.traces, described.description.channels)
+        _check_clock(traces, now)
+        _check_length(traces, described, settings)
+    except FormatError as error:
+        unit_is_missing = isinstance(error, UnknownUnitError)
+        recording.kind = "waveforms" if unit_is_missing else recording.kind
+        recording.state, recording.reason = "refused", storable(_refusal(recording.name, error, described))
+        return
+    left_out = _left_out(contents, described)
+    recording.reason = None if left_out is None else storable(left_out)
+    if contents.kind == "station":
+        session.flush()
+        _read_again_with_gains(session, building)
+    if traces:
+        spans = [span(trace) for trace in traces]
+        recording.start, recording.end = min(start for start, _ in spans), max(end for _, end in spans)
+        session.flush()
+        join = continuous.take_in if _is_continuous(described) else events.take_in
+        join(session, building, recording, traces, now, settings=settings)
+
+
+def went_wrong(recording: Recording, error: Exception, *, settings: Settings) -> None:
+    """An attempt at a recording failed: it is tried again at the next look, and refused after as many as are set."""
+    is_too_much = isinstance(error, ParserDiedError)
+    found = str(error) if is_too_much else f"reading it went wrong ({type(error).__name__}: {error})"
+    if recording.failures < settings.job_attempts:
+        recording.reason = f"{storable(found)}; it is tried again at the next look"
+        return
+    _give_up(recording, storable(found))
+
+
+def _give_up(recording: Recording, found: str) -> None:
+    wanted = "`menshin building update`, or another version of menshin, reads it again"
+    recording.state, recording.reason = "refused", f"{found}, {recording.failures} times; {wanted}"
+
+
+def read_again_with_this_version(session: Session, building: Building) -> None:
+    """What an earlier version of the code failed at may go better now."""
+    failed = (Recording.building_id == building.id, Recording.state == "refused", Recording.failures > 0)
+    session.execute(update(Recording).where(*failed, Recording.version != VERSION).values(state="stored", failures=0))
+
+
+def _read_again_with_gains(session: Session, building: Building) -> None:
+    """What was refused, or left out in part, for want of a unit may be read now."""
+    wanting = select(Recording).where(
+        Recording.building_id == building.id, Recording.kind == "waveforms", Recording.reason.is_not(None)
+    )
+    for recording in session.scalars(wanting):
+        if recording.sha256 is not None:
+            recording.state = "stored"
+
+
+def _is_continuous(described: BuildingFile) -> bool:
+    return described.source is not None and described.source.data == "continuous"
+
+
+def _check_clock(traces: Iterable[Trace], now: datetime) -> None:
+    for trace in traces:
+        start, end = span(trace)
+        if start < CLOCK_SET or end > now + CLOCK_SLACK:
+            raise FormatError(
+                f"{trace.channel} was recorded from {start:%Y-%m-%d %H:%M:%S} to {end:%Y-%m-%d %H:%M:%S} UTC by its "
+                f"clock, but it is {now:%Y-%m-%d %H:%M} now; set the logger's clock and mend the times of this file"
+            )
+
+
+def _check_length(traces: Iterable[Trace], described: BuildingFile, settings: Settings) -> None:
+    """Refuse what is no earthquake for its length, or what would fill the memory with the gaps in it."""
+    if _is_continuous(described):
+        check_gaps([trace for trace in traces if trace.quantity == "acceleration"])
+        return
+    for group in overlapping(traces, span, timedelta(seconds=settings.event_tolerance)):
+        start, end = events.extent(group)
+        if (length := (end - start).total_seconds()) > settings.longest_event:
+            raise FormatError(
+                f"the record lasts {length / 3600:.3g} h, from {start:%Y-%m-%d %H:%M:%S} to {end:%Y-%m-%d %H:%M:%S} "
+                f"UTC; at most {settings.longest_event / 3600:.3g} h are taken for one earthquake. If it is a "
+                f'continuous record, data = "continuous" in [source] of the building file cuts the earthquakes out'
+            )
+
+
+def _refusal(name: str, error: FormatError, described: BuildingFile) -> str:
+    """The file, and why nothing of it could be used; channels that are not the building's go before their unit."""
+    known, found = [channel.id for channel in described.description.channels], str(error)
+    if isinstance(error, UnknownUnitError) and not set(error.channels) & set(known):
+        found = f"no channel of this building: found {', '.join(error.channels)}; the building has {', '.join(known)}"
+    return found if name in found else f"{name}: {found}"
+
+
+def _left_out(contents: Contents, described: BuildingFile) -> str | None:
+    """What of a file that was read could not be used, for the engineer; None if nothing."""
+    known = {channel.id for channel in described.description.channels}
+    there = [*(trace.channel for trace in contents.traces), *contents.without_unit]
+    strangers = [channel for channel in dict.fromkeys(there) if channel not in known]
+    unitless = tuple(channel for channel in contents.without_unit if channel in known)
+    reasons = list(contents.remarks)
+    if unitless:
+        reasons.append(str(UnknownUnitError(unitless)))
+    if strangers:
+        reasons.append(f"channels that the building file does not name were left out: {', '.join(strangers)}")
+    return "; ".join(reasons) or None

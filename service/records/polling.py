@@ -1,0 +1,193 @@
+"""One look at a building's source: what is new there is stored, then read; how it went is remembered."""
+
+import logging
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from time import monotonic, sleep
+from typing import Any
+
+from sqlalchemy.exc import InterfaceError, OperationalError
+from sqlalchemy.orm import Session, sessionmaker
+
+from service.buildings import store as building_store
+from service.buildings.description import BuildingFile, SourceFile
+from service.buildings.tables import Building
+from service.db.sessions import reading
+from service.parsing import ParserDiedError
+from service.records import events
+from service.records.fetched_files import Fetched, remember
+from service.records.ingest import begin, next_stored, parse, read_again_with_this_version, take_in, went_wrong
+from service.records.recordings import refuse_unseen, store
+from service.records.sources.arrival import Arrival, SourceError, Step
+from service.records.sources.http import Manners
+from service.records.sources.opening import opened
+from service.records.sources.server_clock import ServerClock
+from service.records.tables import Recording, SourceState
+from service.settings import Settings
+
+log = logging.getLogger(__name__)
+
+LONGEST_LOOK = 20
+"""Times http_timeout: a look that lasts longer is left between two steps, and the next one goes on there."""
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """How to look at sources."""
+
+    sessions: sessionmaker[Session]
+    settings: Settings
+    clock: Callable[[], datetime] = lambda: datetime.now(UTC)
+    sleep: Callable[[float], object] = sleep
+    """Waits so many seconds between two attempts; True if there is to be no other."""
+    stopped: Callable[[], bool] = lambda: False
+    """Asked between two steps: a look may then be left, and goes on where it was the next time."""
+
+    def at_all(self) -> None:
+        """Look at every building's source once."""
+        with self.sessions() as session:
+            codes = [building.code for building in session.query(Building).order_by(Building.code)]
+        for code in codes:
+            self.at(code)
+        self.queue_ready()
+
+    def at(self, code: str) -> bool:
+        """Look at one building's source; a source that fails is remembered, and logged once.
+
+        Returns:
+            False if the source failed.
+        """
+        with self.sessions() as session:
+            building = building_store.find(session, code)
+            described, state = building_store.described(session, building), session.get(SourceState, building.id)
+            cursor, is_failing = ({}, False) if state is None else (state.cursor, state.failing_since is not None)
+        with self.sessions.begin() as session:
+            read_again_with_this_version(session, building)
+        self._read(building)  # what an interrupted look has stored, or a new description lets be read
+        if described.source is None:
+            return True
+        self._remember(building, attempted_at=self.clock())
+        server = ServerClock(self.clock)
+        try:
+            self._follow(building, described, described.source, cursor, server, self._manners(is_failing))
+        except SourceError as error:
+            self._failed(building, str(error))
+            return False
+        self._succeeded(building, server)
+        return True
+
+    def bring(self, building: Building, arrivals: tuple[Arrival, ...]) -> list[Recording]:
+        """Store files, and only when they are safe read them: the one path for whatever comes in."""
+        with self.sessions.begin() as session:
+            recordings = [self._store(session, building, arrival) for arrival in arrivals]
+        self._read(building)
+        with self.sessions() as session:
+            return [session.get_one(Recording, recording.id) for recording in recordings]
+
+    def queue_ready(self) -> None:
+        """Queue the events that have waited long enough."""
+        with self.sessions.begin() as session:
+            events.queue_ready(session, self.clock(), settings=self.settings)
+
+    def _follow(
+        self,
+        building: Building,
+        described: BuildingFile,
+        source: SourceFile,
+        cursor: dict[str, Any],
+        server: ServerClock,
+        manners: Manners,
+    ) -> None:
+        memory = Fetched(self.sessions, building.id)
+        with opened(described, source, self.settings, memory, manners, server.hear) as found:
+            for step in found.steps(cursor, self.clock()):
+                self._take(building, step)
+                if self.stopped() or manners.is_over:
+                    return
+
+    def _manners(self, is_failing: bool) -> Manners:
+        """A source that fails is tried once: it is tried again at the next look."""
+        given = self.settings
+        retries = 0 if is_failing else given.http_retries
+        return Manners(self.sleep, retries, monotonic() + LONGEST_LOOK * given.http_timeout)
+
+    def _take(self, building: Building, step: Step) -> None:
+        with self.sessions.begin() as session:
+            for arrival in step.arrivals:
+                self._store(session, building, arrival)
+            remember(session, building, step.files)
+            state = _state(session, building)
+            state.cursor, state.looked_at = dict(step.cursor), self.clock()
+        if step.arrivals:
+            self._read(building)
+
+    def _store(self, session: Session, building: Building, arrival: Arrival) -> Recording:
+        name, origin, now = arrival.name, arrival.origin, self.clock()
+        if arrival.data is None:
+            log.warning("%s of %s was rejected: %s", name, building.code, arrival.refusal)
+            return refuse_unseen(session, building, name, origin, arrival.refusal or "not taken", now)
+        return store(session, building, name, origin, arrival.data, now)
+
+    def _read(self, building: Building) -> None:
+        """Read what is stored, each in a transaction of its own: one that the code fails at holds up no other."""
+        failed: list[int] = []
+        while (recording := self._next_stored(building, failed)) is not None:
+            with self.sessions.begin() as session:
+                if not begin(session, session.get_one(Recording, recording.id), settings=self.settings):
+                    continue
+            try:
+                self._read_one(recording)
+            except (OperationalError, InterfaceError):  # the database is away
+                raise
+            except Exception as error:  # the one place that outlives a bug
+                if isinstance(error, ParserDiedError):
+                    log.warning("recording %d of %s: %s", recording.id, building.code, error)
+                else:
+                    log.exception("reading recording %d of %s went wrong", recording.id, building.code)
+                failed.append(recording.id)
+                with self.sessions.begin() as session:
+                    went_wrong(session.get_one(Recording, recording.id), error, settings=self.settings)
+
+    def _read_one(self, recording: Recording) -> None:
+        """Parse the bytes while no writer waits for it, then take in what they hold."""
+        with reading(self.sessions)() as session:
+            parsed = parse(session, session.get_one(Recording, recording.id), settings=self.settings)
+        with self.sessions.begin() as session:
+            waiting = session.get_one(Recording, recording.id)
+            take_in(session, waiting, parsed, self.clock(), settings=self.settings)
+            if waiting.state == "refused":
+                log.warning("%s of %s was rejected: %s", waiting.name, waiting.building.code, waiting.reason)
+
+    def _next_stored(self, building: Building, passed: list[int]) -> Recording | None:
+        with reading(self.sessions)() as session:
+            return next_stored(session, building, passed)
+
+    def _failed(self, building: Building, error: str) -> None:
+        with self.sessions.begin() as session:
+            state = _state(session, building)
+            if state.failing_since is None:
+                log.warning("the source of %s begins to fail: %s", building.code, error)
+                state.failing_since = self.clock()
+            state.error, state.looked_at = error, self.clock()
+
+    def _succeeded(self, building: Building, server: ServerClock) -> None:
+        with self.sessions.begin() as session:
+            state = _state(session, building)
+            if state.failing_since is not None:
+                log.warning("the source of %s has recovered", building.code)
+            state.succeeded_at = state.looked_at = self.clock()
+            state.failing_since, state.error = None, None
+            state.clock_ahead = None if server.ahead is None else server.ahead.total_seconds()
+
+    def _remember(self, building: Building, attempted_at: datetime) -> None:
+        with self.sessions.begin() as session:
+            _state(session, building).attempted_at = attempted_at
+
+
+def _state(session: Session, building: Building) -> SourceState:
+    state = session.get(SourceState, building.id)
+    if state is None:
+        state = SourceState(building_id=building.id, cursor={})
+        session.add(state)
+    return state

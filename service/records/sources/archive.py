@@ -1,0 +1,125 @@
+"""An HTTP server that lists files of events: a directory page, or an index in JSON or text."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+from email.utils import parsedate_to_datetime
+from multiprocessing.pool import ThreadPool
+from urllib.parse import unquote
+
+from service import parsing
+from service.records.sources.arrival import Arrival, Cursor, SourceError, Step, TooLargeError
+from service.records.sources.http import Answer, Client, Partial, UnansweredError
+from service.records.sources.listing import Listed
+from service.records.sources.memory import Known, Memory, in_batches
+from service.records.sources.miniseed import problem
+from service.records.sources.pages import Page, pages, remembered
+from service.records.sources.unreachable import is_page, titled
+from service.shown_addresses import without_credentials
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What came of asking for one file."""
+
+    arrival: Arrival | None = None
+    known: Known | None = None
+    """What is known of the file now; None where nothing was learnt."""
+    grows: bool = False
+    """Whether it is left for the next look."""
+    error: SourceError | None = None
+    """Why it is asked for again."""
+
+
+@dataclass(frozen=True, slots=True)
+class Archive:
+    """Every file that the server lists, fetched once, and again when the listing marks it as changed."""
+
+    address: str
+    client: Client
+    memory: Memory
+
+    def steps(self, cursor: Cursor, now: datetime) -> Iterator[Step]:
+        """New and changed files; one that still grows, or cannot be had, is left for the next look.
+
+        Raises:
+            SourceError: after all others, the first file that could not be had; at once if the server is away.
+        """
+        listings = list(pages(self.client, self.address, cursor.get("listings", {})))
+        seen: dict[str, str] = cursor.get("seen", {})
+        growing: dict[str, str] = {}
+        errors: list[SourceError] = []
+        with ThreadPool(self.client.settings.source_concurrency) as pool:  # whose threads hold up no end of the process
+            for batch in self._wanted(listings):
+                outcomes = pool.map(lambda wanted: self._outcome(wanted[0], wanted[1], seen, now), batch)
+                growing |= {e.address: e.mark for (e, _), out in zip(batch, outcomes, strict=True) if out.grows}
+                errors += [out.error for out in outcomes if out.error is not None]
+                yield Step(
+                    tuple(out.arrival for out in outcomes if out.arrival is not None),
+                    cursor,
+                    tuple(out.known for out in outcomes if out.known is not None),
+                )
+                if all(isinstance(out.error, UnansweredError) for out in outcomes):
+                    break
+        unread = growing.keys() | ({page.address for page in listings} if errors else set())
+        yield Step((), {"seen": growing, "listings": remembered(listings, unread)})
+        if errors:
+            raise errors[0]
+
+    def _wanted(self, listings: Sequence[Page]) -> Iterator[Sequence[tuple[Listed, Known]]]:
+        """Files whose mark is not the one that is known, as many at a time as may be held in memory."""
+        count = self.client.settings.source_concurrency
+        files = [file for page in listings for file in page.files]
+        for batch in in_batches(files):
+            had = self.memory.known([file.address for file in batch])
+            found = [(file, had.get(file.address, Known(file.address))) for file in batch]
+            wanted = [(file, known) for file, known in found if known.mark != file.mark]
+            yield from (wanted[first : first + count] for first in range(0, len(wanted), count))
+
+    def _outcome(self, entry: Listed, known: Known, seen: dict[str, str], now: datetime) -> Outcome:
+        name = unquote(without_credentials(entry.address).rsplit("/", 1)[1])
+        taken = Known(entry.address, entry.mark)
+        try:
+            answer = self.client.get(entry.address, partial=self._partial(known))
+        except TooLargeError as error:
+            return Outcome(Arrival(name=name, origin=entry.address, data=None, refusal=str(error)), taken)
+        except UnansweredError as error:
+            return Outcome(known=_begun(known, error.partial), error=error)
+        except SourceError as error:
+            return Outcome(error=error)
+        if answer.is_empty or seen.get(entry.address, entry.mark) != entry.mark or self._is_young(answer, now):
+            return Outcome(grows=True)
+        arrival = Arrival(name=name, origin=entry.address, data=answer.body)
+        if is_page(answer.body):
+            told = f"{entry.address} answered with {titled(answer.body)} in place of a file; it is asked for again"
+            return Outcome(arrival, Known(entry.address, known.mark), error=SourceError(told))
+        if known.attempts + 1 < self.client.settings.job_attempts and (found := self._half(name, answer)) is not None:
+            told = f"{entry.address} may have broken off ({found}); it is asked for again"
+            return Outcome(arrival, Known(entry.address, known.mark, known.attempts + 1), error=SourceError(told))
+        return Outcome(arrival, taken)
+
+    def _partial(self, known: Known) -> Partial | None:
+        if known.version is None:
+            return None
+        return Partial(bytearray(self.memory.beginning(known.address)), known.version)
+
+    def _half(self, name: str, answer: Answer) -> str | None:
+        """Why a body whose end the server did not tell seems not to be whole."""
+        return None if answer.is_delimited else problem(name, answer.body, parsing.limits(self.client.settings))
+
+    def _is_young(self, answer: Answer, now: datetime) -> bool:
+        if answer.modified is None:
+            return False
+        try:
+            changed = parsedate_to_datetime(answer.modified)
+        except ValueError:
+            return False
+        settle_time = timedelta(seconds=self.client.settings.settle_time)
+        return changed.tzinfo is not None and timedelta(0) <= now - changed < settle_time
+
+
+def _begun(known: Known, partial: Partial) -> Known | None:
+    """A body that broke off and can be gone on with."""
+    if not partial.body or partial.version is None:
+        return None
+    return Known(known.address, known.mark, known.attempts, partial.version, bytes(partial.body))

@@ -1,0 +1,257 @@
+"""How a server is asked: bounded, patient, and going on where an answer broke off."""
+
+import logging
+import random
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from datetime import timedelta
+from email.utils import parsedate_to_datetime
+from http import HTTPStatus
+from itertools import count
+from time import monotonic
+
+import httpx
+
+from service.records.sources.arrival import SourceError, TooLargeError
+from service.records.sources.unreachable import LOCATION, refusal, unreachable
+from service.settings import Settings
+from service.version import VERSION
+
+log = logging.getLogger(__name__)
+
+WORTH_REPEATING = {408, 425, 429, 500, 502, 503, 504}
+LONGEST_DELAY = 60.0  # s
+MOST_REDIRECTS = 5
+LONGEST_ANSWER = 20  # times the timeout: an answer that comes by drops is given up
+AGAIN = "it is tried again at the next look"
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """What a server answered, with its body whole."""
+
+    status: int
+    """200, 204 and 404 (there is nothing), 304 (nothing has changed)."""
+    body: bytes
+    etag: str | None
+    """A mark of this version."""
+    modified: str | None
+    """When it was changed last, as the server says it."""
+    is_delimited: bool = True
+    """Whether the server said where the body ends: without that, half a body looks like a whole one."""
+    age: timedelta | None = None
+    """How long ago it was changed, by the server's own clock."""
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether there is nothing, or nothing new."""
+        return self.status != HTTPStatus.OK
+
+
+@dataclass(slots=True)
+class Partial:
+    """The beginning of an answer that broke off."""
+
+    body: bytearray = field(default_factory=bytearray)
+    version: str | None = None
+    """What the server must still have for the rest to fit."""
+
+
+class UnansweredError(SourceError):
+    """No answer after all attempts."""
+
+    def __init__(self, message: str, partial: Partial) -> None:
+        super().__init__(message)
+        self.partial = partial
+        """What came of it; the next look may go on with it."""
+
+
+class BrokenError(SourceError):
+    """An attempt that may go better the next time."""
+
+    def __init__(self, message: str, after: float | None = None, helps: str = AGAIN) -> None:
+        super().__init__(message)
+        self.after = after
+        self.helps = helps
+
+
+@dataclass(frozen=True, slots=True)
+class Manners:
+    """How patiently a source is asked at one look."""
+
+    sleep: Callable[[float], object]
+    """Waits so many seconds; True if there is to be no other attempt."""
+    retries: int
+    """Times that a failed request is repeated."""
+    until: float
+    """s of the monotonic clock, after which nothing is repeated and no step is begun."""
+
+    @property
+    def is_over(self) -> bool:
+        """Whether the look has lasted as long as it may."""
+        return monotonic() > self.until
+
+
+@dataclass(frozen=True, slots=True)
+class Client:
+    """Asks servers, as the settings say."""
+
+    http: httpx.Client
+    settings: Settings
+    manners: Manners
+    logins: Mapping[httpx.URL, httpx.BasicAuth] = field(default_factory=dict, repr=False)
+    """By origin: addresses themselves carry no password, for they are stored and shown."""
+
+    def get(
+        self,
+        address: str,
+        parameters: Mapping[str, str] | None = None,
+        *,
+        unless: Mapping[str, str] | None = None,
+        partial: Partial | None = None,
+    ) -> Answer:
+        """The answer to a question, asked again while that may help.
+
+        Args:
+            address: absolute.
+            parameters: of the query.
+            unless: headers (If-None-Match, If-Modified-Since) that name the version that is had already.
+            partial: the beginning of an earlier answer.
+
+        Raises:
+            TooLargeError: it has more bytes than are accepted; its body is not read.
+            UnansweredError: no answer after all attempts.
+            SourceError: a refusal.
+        """
+        try:
+            url = httpx.URL(address, params=parameters) if parameters else httpx.URL(address)
+        except httpx.InvalidURL as error:
+            raise SourceError(
+                f"{address} is no valid address ({error}); correct location in the building file"
+            ) from None
+        partial = partial or Partial()
+        for attempt in count():
+            try:
+                return self._attempt(url, unless or {}, partial)
+            except BrokenError as error:
+                is_last = attempt == self.manners.retries or self.manners.is_over
+                if is_last or self.manners.sleep(self._delay(attempt, error.after)):
+                    times = f", {attempt + 1} times" if attempt else ""
+                    raise UnansweredError(f"{error}{times}; {error.helps}", partial) from error
+        raise AssertionError("unreachable")
+
+    def _delay(self, attempt: int, wanted: float | None) -> float:
+        """s; ever longer, and scattered, so that many clients do not come back together."""
+        delay: float = self.settings.retry_delay * 2.0**attempt * random.uniform(0.5, 1.5)
+        return min(max(delay, wanted or 0.0), LONGEST_DELAY)
+
+    def _attempt(self, url: httpx.URL, unless: Mapping[str, str], partial: Partial, redirects: int = 0) -> Answer:
+        headers = dict(unless)
+        if partial.body and partial.version:
+            headers = {"Range": f"bytes={len(partial.body)}-", "If-Range": partial.version}
+        try:
+            with self.http.stream("GET", url, headers=headers, auth=self.logins.get(origin(url))) as response:
+                if response.next_request is None:
+                    return self._answer(response, partial)
+                target = response.next_request.url
+        except httpx.TimeoutException as error:
+            found = f"{url} did not answer within {self.settings.http_timeout:g} s"
+            raise BrokenError(found) from error
+        except httpx.TransportError as error:
+            found, helps = unreachable(error)
+            raise BrokenError(f"{url} {found}", helps=helps) from error
+        except httpx.HTTPError as error:
+            raise SourceError(f"{url} cannot be asked: {error}; correct {LOCATION}") from error
+        _check_redirect(url, target, redirects)
+        return self._attempt(target, unless, partial, redirects + 1)
+
+    def _answer(self, response: httpx.Response, partial: Partial) -> Answer:
+        status, url = response.status_code, str(response.url)
+        etag, modified = response.headers.get("etag"), response.headers.get("last-modified")
+        if status in (HTTPStatus.NO_CONTENT, HTTPStatus.NOT_FOUND, HTTPStatus.NOT_MODIFIED):
+            return Answer(status, b"", etag, modified)
+        if status == HTTPStatus.REQUEST_ENTITY_TOO_LARGE:
+            raise TooLargeError(url, None, self.settings.max_answer_bytes)
+        if status == HTTPStatus.REQUESTED_RANGE_NOT_SATISFIABLE and partial.body:
+            partial.body.clear()
+            raise BrokenError(f"{url} has nothing beyond the bytes that had come")
+        if status in WORTH_REPEATING:
+            raise BrokenError(
+                f"{url} answered {status} {response.reason_phrase}",
+                _seconds(response.headers.get("retry-after", "")),
+            )
+        if status not in (HTTPStatus.OK, HTTPStatus.PARTIAL_CONTENT):
+            raise SourceError(f"{url} {refusal(status, response.reason_phrase)}")
+        if status == HTTPStatus.OK or not response.headers.get("content-range", "").startswith(
+            f"bytes {len(partial.body)}-"
+        ):
+            partial.body.clear()
+        partial.version = modified if etag is None or etag.startswith("W/") else etag
+        self._read(response, partial.body)
+        is_delimited = not {"content-length", "transfer-encoding"}.isdisjoint(response.headers)
+        age = _between(modified, response.headers.get("date"))
+        return Answer(HTTPStatus.OK, bytes(partial.body), etag, modified, is_delimited, age)
+
+    def _read(self, response: httpx.Response, body: bytearray) -> None:
+        limit, began, url = self.settings.max_answer_bytes, monotonic(), str(response.url)
+        promised = int(response.headers.get("content-length") or 0) + len(body)
+        if promised > limit:
+            raise TooLargeError(url, promised, limit)
+        for piece in response.iter_raw():
+            body.extend(piece)
+            if len(body) > limit:
+                raise TooLargeError(url, None, limit)
+            if monotonic() - began > LONGEST_ANSWER * self.settings.http_timeout:
+                raise BrokenError(f"{url} sent only {len(body)} bytes in {monotonic() - began:.0f} s")
+
+
+def origin(url: httpx.URL) -> httpx.URL:
+    """Scheme, host and port of an address (RFC 6454)."""
+    return httpx.URL(scheme=url.scheme, host=url.host, port=url.port)
+
+
+def _check_redirect(url: httpx.URL, target: httpx.URL, redirects: int) -> None:
+    """Refuse a way to another server, which the building file does not name and which may be an inside one."""
+    if origin(target) != origin(url):
+        raise SourceError(
+            f"{url} redirects to another server, {target}, which is not asked; if that is the right one, give its "
+            f"address in the building file"
+        )
+    if redirects >= MOST_REDIRECTS:
+        raise SourceError(f"{url} redirects more than {MOST_REDIRECTS} times; correct the source in the building file")
+
+
+def _seconds(written: str) -> float | None:
+    """Of a header Retry-After; None if it is a date, or nothing."""
+    return float(written) if re.fullmatch(r"[0-9]{1,9}", written) else None
+
+
+def _between(earlier: str | None, later: str | None) -> timedelta | None:
+    """Between two times of HTTP; None if one of them is missing or is none."""
+    try:
+        return (
+            None if earlier is None or later is None else parsedate_to_datetime(later) - parsedate_to_datetime(earlier)
+        )
+    except (ValueError, TypeError):  # no date, or one with a zone and one without
+        return None
+
+
+def client(
+    settings: Settings,
+    manners: Manners,
+    hear: Callable[[httpx.Response], None] | None = None,
+    logins: Mapping[httpx.URL, httpx.BasicAuth] | None = None,
+) -> Client:
+    """A client for one source, which passes every answer to `hear`; close its `http` afterwards.
+
+    Redirects are followed within one origin only (RFC 6454).
+    """
+    http = httpx.Client(
+        timeout=httpx.Timeout(settings.http_timeout),
+        limits=httpx.Limits(max_connections=settings.source_concurrency),
+        headers={"User-Agent": f"menshin/{VERSION}", "Accept-Encoding": "identity"},
+        follow_redirects=False,
+        event_hooks={"response": [] if hear is None else [hear]},
+    )
+    return Client(http, settings, manners, logins or {})

@@ -1,0 +1,99 @@
+"""The source that a building file names."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from datetime import timedelta
+from pathlib import Path
+
+import httpx
+
+from service.buildings.description import BuildingFile, SourceFile
+from service.records.sources.archive import Archive
+from service.records.sources.arrival import Source, SourceError
+from service.records.sources.catalogue import Catalogue
+from service.records.sources.fdsnws import EARLIEST, FdsnWebServices
+from service.records.sources.folder import Folder
+from service.records.sources.http import Client, Manners, client, origin
+from service.records.sources.memory import Memory
+from service.settings import Settings
+from service.web_addresses import wrong_web_address
+
+
+@contextmanager
+def opened(
+    building: BuildingFile,
+    source: SourceFile,
+    settings: Settings,
+    memory: Memory,
+    manners: Manners,
+    hear: Callable[[httpx.Response], None] | None = None,
+) -> Iterator[Source]:
+    """The source, with its connections closed afterwards; somebody may hear of every answer.
+
+    Raises:
+        SourceError: its address is none, as an earlier version let a building file say.
+    """
+    if source.kind == "folder":
+        yield Folder(Path(source.location), settings.max_answer_bytes, settings.settle_time, memory)
+        return
+    for key, address in (("location", source.location), ("catalogue", source.catalogue)):
+        if address is not None and (problem := wrong_web_address(address)):
+            raise SourceError(f"{key} in the building file: {problem}")
+    logins = dict(filter(None, (_login(address) for address in (source.location, source.catalogue) if address)))
+    asking = client(settings, manners, hear, logins)
+    try:
+        if source.kind == "archive":
+            yield Archive(_without_login(source.location), asking, memory)
+        else:
+            yield _fdsnws(building, source, asking)
+    finally:
+        asking.http.close()
+
+
+def _fdsnws(building: BuildingFile, source: SourceFile, asking: Client) -> FdsnWebServices:
+    return FdsnWebServices(
+        address=_server(source.location),
+        channels=tuple(channel.id for channel in building.description.channels),
+        since=source.since or EARLIEST,
+        catalogue=_catalogue(building, source, asking) if source.data == "events" else None,
+        client=asking,
+    )
+
+
+def _catalogue(building: BuildingFile, source: SourceFile, asking: Client) -> Catalogue:
+    within = None
+    if source.maximum_radius is not None and building.latitude is not None and building.longitude is not None:
+        within = (building.latitude, building.longitude, source.maximum_radius)
+    return Catalogue(
+        address=_server(source.catalogue or source.location),
+        before=timedelta(seconds=source.before),
+        after=timedelta(seconds=source.after),
+        minimum_magnitude=source.minimum_magnitude,
+        within=within,
+        client=asking,
+        is_named=source.catalogue is not None,
+    )
+
+
+def _server(location: str) -> str:
+    return _without_login(location).split("/fdsnws")[0].rstrip("/")
+
+
+def _login(address: str) -> tuple[httpx.URL, httpx.BasicAuth] | None:
+    """The name and password that an address carries, with the origin that they are for."""
+    url = _parsed(address)
+    return (origin(url), httpx.BasicAuth(url.username, url.password)) if url.userinfo else None
+
+
+def _without_login(address: str) -> str:
+    url = _parsed(address)
+    return str(url.copy_with(username=None, password=None)) if url.userinfo else address
+
+
+def _parsed(address: str) -> httpx.URL:
+    try:
+        return httpx.URL(address)
+    except httpx.InvalidURL as error:
+        raise SourceError(
+            f"the address of the source is not valid ({error}); correct it in the building file"
+        ) from None

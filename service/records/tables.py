@@ -1,0 +1,125 @@
+"""Tables of what was received, and how far the sources were read."""
+
+from datetime import datetime
+from typing import Any
+
+from sqlalchemy import ForeignKey, Index, LargeBinary, Text, UniqueConstraint
+from sqlalchemy.orm import Mapped, mapped_column, relationship
+
+from service.buildings.tables import Building
+from service.db.base import Base
+
+
+class SourceState(Base):
+    """How far a building's source was read, and how it is doing."""
+
+    __tablename__ = "source_state"
+    building_id: Mapped[int] = mapped_column(ForeignKey("building.id"), primary_key=True)
+    cursor: Mapped[dict[str, Any]]
+    """The source's own: where to go on. What is kept of each file is in `fetched_file`."""
+    attempted_at: Mapped[datetime | None]
+    looked_at: Mapped[datetime | None]
+    """When a look last brought something, or ended, whether it succeeded or failed."""
+    succeeded_at: Mapped[datetime | None]
+    failing_since: Mapped[datetime | None]
+    error: Mapped[str | None] = mapped_column(Text)
+    clock_ahead: Mapped[float | None]
+    """s, of the server's clock against ours at the last good look; None where it does not say."""
+
+
+class FetchedFile(Base):
+    """A file of a building's source, as far as it was taken."""
+
+    __tablename__ = "fetched_file"
+    building_id: Mapped[int] = mapped_column(ForeignKey("building.id"), primary_key=True)
+    address: Mapped[str] = mapped_column(primary_key=True)
+    mark: Mapped[str | None]
+    """Tells the version that was taken; None until one was."""
+    attempts: Mapped[int]
+    """Looks at which it came, but not whole as it seems."""
+    version: Mapped[str | None]
+    """What the server must still have for the beginning to be of use."""
+    beginning: Mapped[bytes | None] = mapped_column(LargeBinary, deferred=True)
+    """Of a body that broke off."""
+
+
+class Content(Base):
+    """Original bytes, stored once, before anything is read from them."""
+
+    __tablename__ = "content"
+    sha256: Mapped[str] = mapped_column(primary_key=True)
+    size: Mapped[int]
+    data: Mapped[bytes] = mapped_column(LargeBinary, deferred=True)
+
+
+class Recording(Base):
+    """A file or an answer of a server, as it came to a building."""
+
+    __tablename__ = "recording"
+    __table_args__ = (UniqueConstraint("building_id", "sha256"),)
+    id: Mapped[int] = mapped_column(primary_key=True)
+    building_id: Mapped[int] = mapped_column(ForeignKey("building.id"), index=True)
+    sha256: Mapped[str | None] = mapped_column(ForeignKey("content.sha256"))
+    """None where the bytes were refused before they came: too many."""
+    name: Mapped[str]
+    origin: Mapped[str]
+    """Where it came from: a path or an address."""
+    received_at: Mapped[datetime]
+    kind: Mapped[str]
+    """`waveforms`, `station` or `unknown`."""
+    state: Mapped[str]
+    """`stored`, `read` or `refused`."""
+    reason: Mapped[str | None] = mapped_column(Text)
+    failures: Mapped[int] = mapped_column(default=0)
+    """Attempts at reading it over which the code failed."""
+    version: Mapped[str | None]
+    """Of the code that read it, or failed at it."""
+    start: Mapped[datetime | None]
+    end: Mapped[datetime | None]
+    content: Mapped[Content | None] = relationship()
+    building: Mapped[Building] = relationship()
+
+
+class Event(Base):
+    """One earthquake at one building."""
+
+    __tablename__ = "event"
+    __table_args__ = (Index(None, "building_id", "start"),)
+    id: Mapped[int] = mapped_column(primary_key=True)
+    building_id: Mapped[int] = mapped_column(ForeignKey("building.id"))
+    start: Mapped[datetime]
+    end: Mapped[datetime]
+    state: Mapped[str]
+    """`gathering` (files may be missing), `queued`, `analysed`, `refused` or `failed`."""
+    reason: Mapped[str | None] = mapped_column(Text)
+    """Why it was refused, or what failed."""
+    created_at: Mapped[datetime]
+    updated_at: Mapped[datetime]
+    building: Mapped[Building] = relationship()
+    waveforms: Mapped[list["Waveform"]] = relationship(back_populates="event", order_by="Waveform.channel")
+
+
+class EventRecording(Base):
+    """Which recordings an event was cut from."""
+
+    __tablename__ = "event_recording"
+    event_id: Mapped[int] = mapped_column(ForeignKey("event.id"), primary_key=True)
+    recording_id: Mapped[int] = mapped_column(ForeignKey("recording.id"), primary_key=True, index=True)
+
+
+class Waveform(Base):
+    """One channel of one event, as recorded: one compressed blob, not a row per sample."""
+
+    __tablename__ = "waveform"
+    __table_args__ = (UniqueConstraint("event_id", "channel", "start"),)
+    id: Mapped[int] = mapped_column(primary_key=True)
+    event_id: Mapped[int] = mapped_column(ForeignKey("event.id"), index=True)
+    channel: Mapped[str]
+    start: Mapped[datetime]
+    rate: Mapped[float]
+    count: Mapped[int]
+    gain: Mapped[float]
+    """SI units per stored number."""
+    samples: Mapped[bytes] = mapped_column(LargeBinary, deferred=True)
+    """Written and read by service.db.blobs."""
+    event: Mapped[Event] = relationship(back_populates="waveforms")

@@ -1,0 +1,229 @@
+"""The pictures: one definition each, for pages (interactive) and for files (SVG, PNG).
+
+Units are those that engineers of isolated buildings read: mm, kN, kN/mm.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from datetime import UTC, datetime, timedelta
+
+import altair as alt
+
+from core.arrays import Indices, Vector
+from core.isolation_layer.equivalent import EquivalentSegment
+from service.reports.thinning import along_path, extremes
+
+POINTS = 2000
+"""Samples of a history in a picture: two for each pixel of a wide one."""
+STEP = 1 / 60
+"""Of a loop's width and height, between two points of its line: the chord of a round loop is then 1e-4 off."""
+MM, MRAD, KN, KN_PER_MM = 1e3, 1e3, 1e-3, 1e-6
+TICKS = 8
+"""Of a displacement, about: with more, every second label would be left out, the round ones among them."""
+LABELS_APART = 6
+"""Pixels at least, between the labels of an axis that has many."""
+FEW = 10
+"""Events that a legend can name."""
+TWO_YEARS = timedelta(days=730)
+BLUE, GREY, ORANGE = "#1f5fa8", "#b8bec6", "#d9720f"
+Picture = alt.LayerChart | alt.VConcatChart
+CONFIG = {
+    "font": "sans-serif",
+    "padding": {"left": 5, "top": 5, "right": 20, "bottom": 5},  # a browser's letters may be wider than those laid out
+    "axis": {"labelFontSize": 12, "titleFontSize": 13, "titleFontWeight": "normal", "gridColor": "#e6e8eb"},
+    "title": {"fontSize": 15, "anchor": "start", "subtitleFontSize": 12, "subtitleColor": "#555"},
+    "legend": {"labelFontSize": 12, "titleFontSize": 12},
+    "view": {"stroke": None},
+}
+
+
+def restoring_force(
+    *, time: Vector, displacement: Vector, force: Vector, std: Vector, title: str, subtitle: str = ""
+) -> alt.VConcatChart:
+    """The loop, and below it the histories; a window brushed in the force history lights up in the loop.
+
+    Args:
+        time: (n,) s.
+        displacement: (n,) m, of the isolation layer.
+        force: (n,) N.
+        std: (n,) N, standard deviation of the force.
+        title: what it is of.
+        subtitle: a second line.
+    """
+    brush = alt.selection_interval(encodings=["x"], name="window")
+    kept = along_path(displacement, force, STEP)
+    motion = _rows(kept, time=time, displacement=displacement * MM, force=force * KN)
+    histories = alt.vconcat(
+        _line(_rows(extremes(displacement, POINTS), time=time, displacement=displacement * MM), "displacement", "mm"),
+        force_history(time=time, force=force, std=std).add_params(brush),
+        spacing=12,
+    )
+    heading = alt.Title(title, subtitle=subtitle)
+    return alt.vconcat(_loop(motion, brush), histories, title=heading, spacing=24, config=CONFIG)
+
+
+def loop(*, time: Vector, displacement: Vector, force: Vector, title: str, subtitle: str = "") -> alt.LayerChart:
+    """Restoring force (N) over displacement (m) of the isolation layer, all of one record."""
+    kept = along_path(displacement, force, STEP)
+    rows = _rows(kept, time=time, displacement=displacement * MM, force=force * KN)
+    heading = alt.Title(title, subtitle=subtitle)
+    return alt.LayerChart(layer=[_path(rows, BLUE)], title=heading, width=460, height=380, config=CONFIG)
+
+
+def force_history(*, time: Vector, force: Vector, std: Vector) -> alt.LayerChart:
+    """Restoring force (N) over time (s), with a band of ± 2 standard deviations (N)."""
+    kept = extremes(force, POINTS)
+    columns = {"time": time, "force": force * KN, "low": (force - 2 * std) * KN, "high": (force + 2 * std) * KN}
+    rows = _rows(kept, **columns)
+    across = alt.X("time:Q", title="time after the start of the record (s)").scale(nice=False)
+    band = alt.Chart(rows).mark_area(opacity=0.3, color=ORANGE).encode(x=across, y="low:Q", y2="high:Q")
+    return alt.LayerChart(layer=[band, _line(rows, "force", "kN")], width=640, height=150)
+
+
+def orbit(time: Vector, x: Vector, y: Vector) -> alt.LayerChart:
+    """Path of the isolation layer in plan (m over m), to one scale along both axes."""
+    kept = along_path(x, y, STEP)
+    rows = _rows(kept, time=time, x=x * MM, y=y * MM)
+    largest = 1.05 * MM * max(float(abs(x).max()), float(abs(y).max())) or 1.0
+    scale = alt.Scale(domain=[-largest, largest], nice=False)
+    axis = alt.Axis(tickCount=TICKS, labelSeparation=LABELS_APART)
+    path = (
+        alt.Chart(rows)
+        .mark_line(color=BLUE, strokeWidth=1, strokeJoin="round")
+        .encode(
+            x=alt.X("x:Q", title="displacement of the isolation layer in x (mm)", scale=scale, axis=axis),
+            y=alt.Y("y:Q", title="displacement of the isolation layer in y (mm)", scale=scale, axis=axis),
+            order="time:Q",
+            tooltip=_tooltips({"time": "time (s)", "x": "x (mm)", "y": "y (mm)"}),
+        )
+    )
+    return alt.LayerChart(layer=[path], title="Path in plan", width=380, height=380, config=CONFIG)
+
+
+def torsion_history(time: Vector, torsion: Vector, std: Vector) -> alt.LayerChart:
+    """Torsion of the isolation layer (rad) over time (s), with a band of ± 2 standard deviations (rad)."""
+    kept = extremes(torsion, POINTS)
+    columns = {"torsion": torsion * MRAD, "low": (torsion - 2 * std) * MRAD, "high": (torsion + 2 * std) * MRAD}
+    rows = _rows(kept, time=time, **columns)
+    across = alt.X("time:Q", title="time after the start of the record (s)").scale(nice=False)
+    band = alt.Chart(rows).mark_area(opacity=0.3, color=ORANGE).encode(x=across, y="low:Q", y2="high:Q")
+    layers = [band, _line(rows, "torsion", "mrad")]
+    return alt.LayerChart(layer=layers, title="Torsion", width=640, height=150, config=CONFIG)
+
+
+def axial_load_history(time: Vector, ratio: Vector) -> alt.LayerChart:
+    """Vertical force on the isolators over the weight, over time (s)."""
+    rows = _rows(extremes(ratio, POINTS), time=time, load=ratio)
+    line = _line(rows, "load", "N/W")
+    return alt.LayerChart(layer=[line], title="Vertical load on the isolators", width=640, height=150, config=CONFIG)
+
+
+def equivalent_stiffness(events: Mapping[datetime, Sequence[EquivalentSegment]], title: str) -> alt.LayerChart:
+    """k_eq over amplitude, one point a cycle, coloured by event; bars are ± 1 standard deviation."""
+    return _over_amplitude(events, "k_eq", "equivalent stiffness k_eq (kN/mm)", title)
+
+
+def equivalent_damping(events: Mapping[datetime, Sequence[EquivalentSegment]], title: str) -> alt.LayerChart:
+    """c_eq over amplitude, one point a cycle, coloured by event; bars are ± 1 standard deviation."""
+    return _over_amplitude(events, "c_eq", "equivalent damping coefficient c_eq (kN s/mm)", title)
+
+
+def _loop(rows: alt.InlineData, brush: alt.Parameter) -> alt.LayerChart:
+    """All of the loop in grey, the brushed part in colour; without a brush all is in colour."""
+    return alt.LayerChart(layer=[_path(rows, GREY), _path(rows, BLUE).transform_filter(brush)], width=640, height=380)
+
+
+def _path(rows: alt.InlineData, colour: str) -> alt.Chart:
+    chart: alt.Chart = (
+        alt.Chart(rows)
+        .mark_line(color=colour, strokeWidth=1, strokeJoin="round")
+        .encode(
+            x=alt.X("displacement:Q", title="displacement of the isolation layer (mm)").axis(tickCount=TICKS),
+            y=alt.Y("force:Q", title="restoring force (kN)"),
+            order="time:Q",
+            tooltip=_tooltips({"time": "time (s)", "displacement": "displacement (mm)", "force": "force (kN)"}),
+        )
+    )
+    return chart
+
+
+def _line(rows: alt.InlineData, name: str, unit: str) -> alt.Chart:
+    chart: alt.Chart = (
+        alt.Chart(rows, width=640, height=150)
+        .mark_line(color=BLUE, strokeWidth=1)
+        .encode(
+            x=alt.X("time:Q", title="time after the start of the record (s)").scale(nice=False),
+            y=alt.Y(f"{name}:Q", title=f"{name} ({unit})").scale(zero=False),
+            tooltip=_tooltips({"time": "time (s)", name: f"{name} ({unit})"}),
+        )
+    )
+    return chart
+
+
+def _over_amplitude(
+    events: Mapping[datetime, Sequence[EquivalentSegment]], name: str, label: str, title: str
+) -> alt.LayerChart:
+    rows = _cycles(events)
+    across = alt.X("amplitude:Q", title="displacement amplitude of the cycle (mm)")
+    across = across.scale(type="log", nice=False, padding=12).axis(labelSeparation=LABELS_APART)
+    colour = _colour(list(events))
+    bars = alt.Chart(rows).mark_rule(opacity=0.4).encode(across, y=f"{name}_low:Q", y2=f"{name}_high:Q", color=colour)
+    tooltips = _tooltips({"amplitude": "amplitude (mm)", name: label, f"{name}_std": "standard deviation"})
+    points = (
+        alt.Chart(rows)
+        .mark_circle(size=45, opacity=0.8)
+        .encode(
+            across,
+            alt.Y(f"{name}:Q", title=label).scale(zero=True),
+            color=colour,
+            tooltip=[*tooltips, alt.Tooltip("event:N", title="event (UTC)")],
+        )
+    )
+    return alt.LayerChart(layer=[bars, points], title=title, width=460, height=380, config=CONFIG)
+
+
+def _colour(events: Sequence[datetime]) -> alt.Color:
+    """A colour for each of a few events; for many, the older the darker, so that a drift shows."""
+    if len(events) <= FEW:
+        return alt.Color("event:N", title="event (UTC)").scale(scheme="tableau10")
+    first, last = min(events), max(events)
+    if last - first > TWO_YEARS:
+        years = range(first.year, last.year + 1, 1 + (last.year - first.year) // FEW)
+        middles = (datetime(year, 7, 1, tzinfo=UTC) for year in years)
+        form, shown = "%Y", [min(max(middle, first), last) for middle in middles]
+    else:
+        form, shown = "%Y-%m-%d", [first, first + (last - first) / 2, last]
+    ticks = [_milliseconds(moment) for moment in shown]
+    legend = alt.Legend(values=ticks, labelExpr=f"utcFormat(datum.value, '{form}')")
+    scheme = alt.SchemeParams(name="viridis", extent=[0, 0.85])  # its last yellow is hardly seen on white
+    return alt.Color("moment:Q", title="event (UTC)").scale(scheme=scheme).legend(legend)
+
+
+def _milliseconds(moment: datetime) -> float:
+    """Since 1970, as pictures count time."""
+    return moment.timestamp() * 1e3
+
+
+def _tooltips(titles: Mapping[str, str]) -> list[alt.Tooltip]:
+    return [alt.Tooltip(f"{name}:Q", title=title, format=".4~g") for name, title in titles.items()]
+
+
+def _cycles(events: Mapping[datetime, Sequence[EquivalentSegment]]) -> alt.InlineData:
+    rows = []
+    for start, cycles in events.items():
+        for cycle in cycles:
+            k_eq, k_std = cycle.k_eq * KN_PER_MM, cycle.k_eq_std * KN_PER_MM
+            c_eq, c_std = cycle.c_eq * KN_PER_MM, cycle.c_eq_std * KN_PER_MM
+            rows.append(
+                {"event": f"{start:%Y-%m-%d %H:%M:%S}", "moment": _milliseconds(start)}
+                | {"amplitude": cycle.amplitude * MM}
+                | {"k_eq": k_eq, "k_eq_std": k_std, "k_eq_low": k_eq - k_std, "k_eq_high": k_eq + k_std}
+                | {"c_eq": c_eq, "c_eq_std": c_std, "c_eq_low": c_eq - c_std, "c_eq_high": c_eq + c_std}
+            )
+    return alt.InlineData(values=rows)
+
+
+def _rows(kept: Indices, **columns: Vector) -> alt.InlineData:
+    """The kept samples as records, to six digits: more are not seen and triple the page."""
+    names: Iterable[str] = columns.keys()
+    values = zip(*(column[kept].tolist() for column in columns.values()), strict=True)
+    return alt.InlineData(values=[dict(zip(names, (float(f"{v:.6g}") for v in row), strict=True)) for row in values])

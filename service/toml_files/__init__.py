@@ -1,1 +1,0 @@
-"""The files in which engineers describe buildings and models."""

@@ -1,0 +1,55 @@
+"""The verdict on an earthquake or a building, as the API answers it."""
+
+from pydantic import Field
+
+from service.schema import Answer, Number
+
+
+class CheckOut(Answer):
+    """A check against limits."""
+
+    name: str = Field(
+        description="`shear_strain`, `design_displacement`, `moat_clearance`, `residual_displacement`, "
+        "`largest_so_far`, `stiffness` or `data_quality`."
+    )
+    direction: str | None = Field(description="x or y; null where the check is about the whole layer, or the records.")
+    outcome: str = Field(description="`passed`, `exceeded` or `undecided`.")
+    level: str = Field(description="Level of the verdict that the check alone leads to.")
+    unit: str = Field(description="SI unit of value and limits: `1` or `m`.")
+    value: Number | None = Field(description="Null where it is not known.")
+    uncertainty: Number | None = Field(description="95 %; null where it is not known.")
+    limit: Number | None = Field(description="The limit that decides; null where there is none.")
+    limits: dict[str, Number] | None = Field(description="By the level that each leads to; null where there is none.")
+    source: str | None = Field(description="Where the limits come from; null where there is none.")
+    reason: str = Field(description="Why it is undecided; empty where it is decided.")
+    remedy: str = Field(description="What would settle it; empty where it is decided.")
+
+
+class OpenAlertOut(Answer):
+    """An open alert that the verdict counts."""
+
+    id: int = Field(description="Its number.")
+    cause: str = Field(description="What it is about, such as `stiffness` or `source`.")
+    kind: str = Field(description="`deterioration`, `limit`, `recovery`, `sensor`, `model` or `data`.")
+    state: str = Field(description="`pending`, `on_hold`, `active` or `acknowledged`.")
+    summary: str = Field(description="One line for somebody who is no engineer.")
+    level: str = Field(description="Level of the verdict that the alert alone leads to.")
+    rests_here: bool = Field(description="Whether its evidence includes the earthquake.")
+    is_later: bool = Field(description="Whether it began after the earthquake.")
+
+
+class VerdictOut(Answer):
+    """The verdict with everything that it rests on; automatic, and no inspection."""
+
+    level: str = Field(
+        description="`act`, `inspect`, `no_data`, `undecided`, `watch` or `normal`. `normal` only where every check "
+        "passed, the result is final and no alert is open."
+    )
+    headline: str = Field(description="The verdict and its first reason, one line.")
+    sentences: list[str] = Field(description="The verdict with everything that weakens it.")
+    is_provisional: bool = Field(description="Whether the result is not final.")
+    is_beyond_history: bool = Field(
+        description="Whether the isolators moved farther than, or not surely less than, in any earlier earthquake."
+    )
+    checks: list[CheckOut] = Field(description="Empty where there is no usable record.")
+    open_alerts: list[OpenAlertOut] = Field(description="Active ones first.")

@@ -1,0 +1,20 @@
+"""A building in a database, for tests of what is told of it."""
+
+from collections.abc import Iterator
+
+import pytest
+from alarmed import building
+from sqlalchemy.orm import Session, sessionmaker
+
+from service.buildings.tables import Building
+
+
+@pytest.fixture
+def session(sessions: sessionmaker[Session]) -> Iterator[Session]:
+    with sessions.begin() as opened:
+        yield opened
+
+
+@pytest.fixture
+def of(session: Session) -> Building:
+    return building(session)

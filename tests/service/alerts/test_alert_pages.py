@@ -1,0 +1,142 @@
+"""What people see of alerts in a browser, and what they can do there."""
+
+import re
+from collections.abc import Iterator
+from datetime import datetime, timedelta
+from html import unescape
+from pathlib import Path
+
+import histories
+import pytest
+import watched
+from asking import client
+from fastapi.testclient import TestClient
+from findings import softer, stopped
+from sqlalchemy import select
+from sqlalchemy.orm import Session, sessionmaker
+
+from service.access import keys
+from service.access.auth import Role
+from service.alerts.event_messages import tell
+from service.alerts.reconciling import reconcile
+from service.buildings.tables import Building
+from service.records.tables import Event
+
+AGE = timedelta(days=10_000)
+
+
+def lost(session: Session) -> None:
+    """The building of tests/support/watched.py lost stiffness with its second earthquake; its server is silent."""
+    building = session.scalars(select(Building)).one()
+    events = session.scalars(select(Event).where(Event.state == "analysed").order_by(Event.start)).all()
+    found = softer(
+        began_at=events[-2].start,
+        raised_at=events[-1].start,
+        onset_event_id=events[-2].id,
+        raised_event_id=events[-1].id,
+        event_ids=tuple(event.id for event in events[-2:]),
+    )
+    reconcile(session, building.id, [found], "events", watched.NOW)
+    reconcile(session, building.id, [stopped()], "clock", watched.NOW)
+    session.flush()
+    tell(session, building.id, AGE, watched.NOW)
+
+
+@pytest.fixture
+def asking(database_url: str, sessions: sessionmaker[Session], tmp_path: Path) -> Iterator[TestClient]:
+    """Asks as an engineer would in a browser."""
+    (tmp_path / "records").mkdir()
+    watched.watch(sessions, tmp_path / "records")
+    with sessions.begin() as session:
+        lost(session)
+    with client(database_url) as made:
+        yield made
+
+
+def test_an_alert_is_seen_from_the_first_page_to_its_end(
+    asking: TestClient, database_url: str, sessions: sessionmaker[Session]
+) -> None:
+    first = asking.get("/").text
+    assert '<span class="badge">2 open</span>' in first
+    assert '<a href="/alerts/1">The isolators are 8 % softer in direction x</a>' in first
+    listed = asking.get("/buildings/PAPER/alerts").text
+    assert listed.index("The monitoring server") < listed.index("8 % softer")
+    shown = asking.get("/alerts/1").text
+    for wanted in ("They carry the building", "/charts/loop.svg", "Take it on", "Not sent: no recipients"):
+        assert wanted in shown, wanted
+
+    assert asking.post("/alerts/1/acknowledge", data={"name": "Jo", "note": "on my way"}).status_code == 303
+    assert "Jo (loopback), " in asking.get("/alerts/1").text
+    form = {"outcome": "confirmed", "note": "replaced", "reference": "from_now", "name": ""}
+    assert asking.post("/alerts/1/inspect", data=form).status_code == 303
+    ended = asking.get("/alerts/1").text
+    assert "End it" not in ended
+    assert "later earthquakes are compared with a new reference period" in ended
+    assert '<span class="badge">1 open</span>' in asking.get("/").text
+
+    silence = {"pattern": "source", "hours": "4", "reason": "<b>maintenance</b>"}
+    assert asking.post("/buildings/PAPER/silences", data=silence).status_code == 303
+    listed = asking.get("/buildings/PAPER/alerts").text
+    assert "&lt;b&gt;maintenance&lt;/b&gt;" in listed
+    assert "Nobody is told of it before" in asking.get("/alerts/2").text
+    assert asking.post("/silences/1/end").status_code == 303
+    assert "End it now" not in asking.get("/buildings/PAPER/alerts").text
+
+    for path, wrong in (
+        ("/alerts/2/acknowledge", {}),
+        ("/alerts/2/inspect", {"note": "x", "outcome": "perhaps"}),
+        ("/alerts/2/inspect", {"note": "x", "outcome": "confirmed", "reference": "never"}),
+        ("/buildings/PAPER/silences", silence | {"hours": "-1"}),
+        ("/buildings/PAPER/silences", silence | {"hours": "9999999999"}),
+    ):
+        assert asking.post(path, data=wrong).status_code == 409, (path, wrong)
+
+    with sessions.begin() as session:
+        viewer = keys.create(session, "viewer", Role.viewer, watched.NOW)
+    with client(database_url) as reading:
+        reading.headers["X-API-Key"] = viewer
+        assert "Take it on" not in reading.get("/alerts/2").text
+        assert reading.post("/alerts/2/acknowledge", data={"note": "x"}).status_code == 403
+
+
+def test_ending_an_alert_ends_its_parts_and_says_beforehand_what_follows(
+    database_url: str, sessions: sessionmaker[Session]
+) -> None:
+    """A loss in both directions: one alert, dated between two earthquakes; its end, and the drift page after it."""
+    with sessions.begin() as session:
+        building = histories.building(session).id
+    histories.analysed(sessions, building, histories.in_both(26, onset=22, loss=0.08), histories.start(27))
+    with client(database_url) as asking:
+        every = asking.get("/api/v1/alerts?state=open").json()["items"]
+        (alert,) = [one for one in every if one["cause"].startswith("stiffness")]
+        assert {one["subject"]: one["state"] for one in alert["parts"]} == {
+            "x": "active",
+            "y": "active",
+            "xy": "active",
+        }
+        began = [datetime.fromisoformat(alert[name]) for name in ("changed_after", "changed_by")]
+        assert began == [histories.start(21), histories.start(22)]
+        page = unescape(asking.get(f"/alerts/{alert['id']}").text)
+        first, last = (f"{one:%-d %B %Y}" for one in began)
+        assert re.search(f"It began between the earthquakes of {first}, .* and {last}, ", page)
+        assert re.search(r"<td>direction y<td class=\"state active\">active<td class=\"number\">−\d+\.\d %", page)
+        assert "All its parts end with it." in page
+        assert (
+            "then needs at least 20 more earthquakes before it can raise an alarm again. All directions share" in page
+        )
+        assert re.search(
+            f"begins with the earthquake of {last}.* 4 earthquakes count already; .* at least 16 more", page
+        )
+        form = {"outcome": "confirmed", "note": "two bearings replaced", "reference": "since_it_began"}
+        assert asking.post(f"/alerts/{alert['id']}/inspect", data=form).status_code == 303
+        assert "These results are being computed again" in asking.get("/buildings/PAPER/drift").text
+        histories.watched(sessions, histories.start(27))
+        ended = [one for one in asking.get("/api/v1/alerts").json()["items"] if "stiffness" in one["cause"]]
+        assert [(one["id"], one["state"]) for one in ended] == [(alert["id"], "resolved")]
+        assert {one["state"] for one in ended[0]["parts"]} == {"resolved"}
+        page = asking.get(f"/alerts/{alert['id']}").text
+        assert '<td>direction y<td class="state resolved">resolved<td' in page
+        drift = unescape(asking.get("/buildings/PAPER/drift").text)
+        assert f"<li>Stiffness of the isolation layer: a new reference period began on {began[1]:%Y-%m-%d}" in drift
+        assert "UTC; needs 16 more earthquakes before it can raise an alarm." in drift
+        assert "The rules found nothing" not in drift

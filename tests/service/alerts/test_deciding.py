@@ -1,0 +1,144 @@
+"""Which state an alert should be in."""
+
+from findings import DAY, START, gain, softer, stopped
+
+from service.alerts.acts import Act, is_worse
+from service.alerts.candidates import Found
+from service.alerts.lifecycle import Standing, decide
+from service.alerts.parts import alert_cause
+
+BEFORE, NOW, LATER = START - DAY, START + 10 * DAY, START + 20 * DAY
+
+
+def states(*found: Found, standing: tuple[Standing, ...] = (), acts: tuple[Act, ...] = ()) -> dict[str, str]:
+    return {verdict.cause: verdict.state for verdict in decide(found, standing, acts)}
+
+
+def acknowledged(found: Found) -> Act:
+    return Act(alert_cause(found.cause), NOW, "Jo", "a note", ends=False, evidence=found.evidence)
+
+
+def inspected(found: Found) -> Act:
+    return Act(alert_cause(found.cause), NOW, "Jo", "a note", ends=True, evidence=found.evidence)
+
+
+def test_evidence_gathers_then_fires_and_is_acknowledged() -> None:
+    assert states(softer(is_sure=False)) == {"stiffness": "pending"}
+    assert states(softer()) == {"stiffness": "active"}
+    assert states(softer(), acts=(acknowledged(softer()),)) == {"stiffness": "acknowledged"}
+
+
+def test_an_inspection_answers_what_began_before_it_and_is_no_worse() -> None:
+    acts = (inspected(softer(8.0)),)
+    assert states(softer(8.5), acts=acts) == {}
+    assert states(softer(15.0), acts=acts) == {"stiffness": "active"}
+    assert states(softer(8.0, began_at=LATER), acts=acts) == {"stiffness": "active"}
+
+
+def test_what_was_acknowledged_and_grew_fires_again() -> None:
+    assert states(softer(15.0), acts=(acknowledged(softer(8.0)),)) == {"stiffness": "active"}
+
+
+def test_deterioration_ends_by_revised_data_only() -> None:
+    told = Standing("stiffness", "deterioration", was_active=True, is_revised=False)
+    revised = Standing("stiffness", "deterioration", was_active=True, is_revised=True)
+    assert states(standing=(told,)) == {}
+    assert states(softer(is_sure=False), standing=(told,)) == {}
+    assert states(standing=(revised,)) == {"stiffness": "withdrawn"}
+    assert states(softer(is_sure=False), standing=(revised,)) == {"stiffness": "pending"}
+
+
+def test_what_never_was_active_is_withdrawn_and_data_resolve_by_themselves() -> None:
+    pending = Standing("stiffness", "deterioration", was_active=False, is_revised=False)
+    source = Standing("source", "data", was_active=True, is_revised=False)
+    assert states(standing=(pending,)) == {"stiffness": "withdrawn"}
+    assert states(standing=(source,)) == {"source": "resolved"}
+
+
+def test_a_sensor_holds_back_what_is_found_with_it_until_it_is_settled() -> None:
+    assert states(softer(), gain()) == {"stiffness": "on_hold", gain().cause: "active"}
+    assert states(softer(), gain(), acts=(inspected(gain()),)) == {"stiffness": "active"}
+    assert states(softer()) == {"stiffness": "active"}
+
+
+def test_a_sensor_holds_back_nothing_else() -> None:
+    elsewhere = gain("XX.DEMO.01.HNY")
+    assert states(softer(), elsewhere) == {"stiffness": "active", elsewhere.cause: "active"}
+    assert states(softer(), gain(is_sure=False))["stiffness"] == "active"
+    assert states(softer(), gain(began_at=LATER))["stiffness"] == "active"
+
+
+def whole(*found: Found, acts: tuple[Act, ...] = ()) -> Found:
+    """What the one alert says of these."""
+    (verdict,) = decide(found, (), acts)
+    assert verdict.found is not None
+    return verdict.found
+
+
+def test_the_directions_of_a_layer_are_one_alert_with_its_parts() -> None:
+    x = softer(raised_at=START + DAY, raised_event_id=2, event_ids=(1, 2))
+    y = softer(7.5, cause="stiffness/y", is_sure=False, event_ids=(2, 3), summary="softer in y")
+    both = softer(7.8, cause="stiffness/xy", summary="softer in both", dated="It began in May.")
+    assert states(x, y, both, softer(cause="damping/y")) == {"stiffness": "active", "damping": "active"}
+    found = whole(y, both, x)
+    assert (found.cause, found.summary, found.raised_event_id) == ("stiffness", "softer in both", 2)
+    assert found.event_ids == (1, 2, 3)
+    parts = {one["subject"]: (one["state"], one["drift"]) for one in found.evidence["parts"]}
+    assert parts == {"x": ("active", -0.08), "y": ("pending", -0.075), "xy": ("active", -0.078)}
+    assert found.sentences[1:3] == ("It began in May.", "The isolators are 8 % softer in direction x.")
+
+
+def test_a_direction_that_differs_from_the_mean_beyond_doubt_comes_first() -> None:
+    found = whole(softer(16.0), softer(8.0, cause="stiffness/xy"))
+    assert found.summary == "The isolators are 16 % softer in direction x"
+
+
+def test_a_later_change_in_another_direction_comes_first_and_the_earlier_one_is_named() -> None:
+    later = {"began_at": LATER, "changed_after": LATER - DAY, "changed_by": LATER, "raised_at": LATER + DAY}
+    found = whole(softer(20.0), softer(3.0, cause="stiffness/y", raised_event_id=9, **later))
+    assert found.summary == "The isolators are 3 % softer in direction x, besides an earlier change in direction x"
+    assert (found.began_at, found.raised_event_id) == (LATER, 9)
+
+
+def test_an_inspection_answers_every_part_that_began_before_it_and_is_no_worse() -> None:
+    """Who looks at a layer looks at all of it; what gets worse in one direction is an alert about that one."""
+    x, y = softer(8.0), softer(8.0, cause="stiffness/y")
+    known = whole(x)
+    acts = (Act("stiffness", NOW, "Jo", "a note", ends=True, evidence=known.evidence),)
+    assert states(x, y, softer(cause="stiffness/xy"), acts=acts) == {}
+    worse = whole(x, softer(15.0, cause="stiffness/y"), acts=acts)
+    assert [one["subject"] for one in worse.evidence["parts"]] == ["y"]
+
+
+def test_a_part_that_a_sensor_explains_is_on_hold_within_an_active_alert() -> None:
+    y = softer(cause="stiffness/y", channels=("XX.DEMO.00.HNY",))
+    assert states(softer(), y, gain()) == {"stiffness": "active", gain().cause: "active"}
+    verdict = next(one for one in decide((softer(), y, gain()), (), ()) if one.cause == "stiffness")
+    assert verdict.found is not None
+    parts = {one["subject"]: (one["state"], one["held_by"]) for one in verdict.found.evidence["parts"]}
+    assert parts == {"x": ("on_hold", gain().cause), "y": ("active", None)}
+
+
+def test_the_reason_for_a_hold_is_the_real_one() -> None:
+    notes = {one.cause: one.note for one in decide((softer(), gain()), (), ())}
+    assert notes["stiffness"].startswith(f"On hold: Sensor {gain().channels[0]} reads 8 % more")
+    notes = {one.cause: one.note for one in decide((stopped("source"), stopped("record")), (), ())}
+    assert notes["record"] == "On hold: The monitoring server does not answer, which explains it."
+
+
+def test_without_its_source_a_building_has_no_other_alerts_of_data() -> None:
+    found = (stopped("source"), stopped("record"), stopped("channel/XX.DEMO.01.HNX"), stopped("worker"))
+    assert states(*found) == {
+        "source": "active",
+        "record": "on_hold",
+        "channel/XX.DEMO.01.HNX": "on_hold",
+        "worker": "active",
+    }
+
+
+def test_worse_is_beyond_doubt_and_away_from_none() -> None:
+    assert is_worse({"low": -0.09, "high": -0.07}, {"low": -0.12, "high": -0.10})
+    assert not is_worse({"low": -0.09, "high": -0.07}, {"low": -0.12, "high": -0.08})
+    assert not is_worse({"low": -0.09, "high": -0.07}, {"low": -0.03, "high": -0.01})
+    assert is_worse({"low": 0.07, "high": 0.09}, {"low": 0.10, "high": 0.12})
+    assert not is_worse({}, {"low": -0.12, "high": -0.10})

@@ -1,0 +1,155 @@
+"""What people are told of an earthquake: first, again, and not again."""
+
+from datetime import timedelta
+
+import pytest
+from alarmed import AGE, SOON, analysed, earthquake, messages, raised
+from findings import DAY, START
+from sqlalchemy.orm import Session
+
+from service.alerts import operator_actions
+from service.alerts.event_messages import tell, tell_of_event
+from service.alerts.tables import Alert
+from service.analyses.tables import DirectionResult
+from service.buildings.tables import Building
+from service.jobs import queue as job_queue
+
+
+def test_an_earthquake_is_told_once_in_local_time_with_what_is_undecided(session: Session, of: Building) -> None:
+    event = earthquake(session, of, START, 0.0237)
+    for _ in range(3):
+        tell_of_event(session, event.id, AGE, START + SOON)
+    (told,) = messages(session)
+    assert (told.key, told.kind, told.sequence, told.severity) == (f"event/{event.id}", "event", "new", "note")
+    assert told.subject.startswith(
+        "Earthquake of 1 January 2024, 09:00 (JST): isolators moved 24 mm, undecided: 6 of 7"
+    )
+    assert "moved by 24 mm at most" in told.sentences[0]
+    assert told.sentences[1].startswith(
+        "Undecided. Menshin cannot decide whether the isolators are within their limits"
+    )
+    assert told.sentences[2] == "1 of 7 checks passed."
+    assert "Undecided: Change of stiffness, direction x. This earthquake has not been compared" in told.sentences[-1]
+    assert {"name": "Check: Residual displacement", "value": "undecided"} in told.facts
+    assert told.data["verdict"]["level"] == "undecided"
+    assert {"name": "Largest isolator displacement, direction x", "value": "23.7 mm"} in told.facts
+    assert told.data["peak_displacement"] == {"x": 0.0237}
+    assert told.picture_direction == "x"
+    assert told.link == f"/events/{event.id}"
+
+
+@pytest.mark.parametrize(
+    ("value", "std", "expected"),
+    [
+        (-0.0004123e-3, 0.0025e-3, "−0.0004 ± 0.0025 mm"),
+        (12.3456e-3, 3.21e-3, "12.3 ± 3.2 mm"),
+        (12.3456e-3, None, "12.3 mm"),
+        (0.0, None, "0 mm"),
+    ],
+)
+def test_a_residual_displacement_is_written_to_the_digit_that_its_uncertainty_supports(
+    session: Session, of: Building, value: float, std: float | None, expected: str
+) -> None:
+    event = earthquake(session, of, START)
+    (found,) = session.query(DirectionResult).all()
+    found.residual_displacement, found.residual_displacement_std = value, std
+    tell_of_event(session, event.id, AGE, START + SOON)
+    (told,) = messages(session)
+    assert {"name": "Displacement that remained, direction x", "value": expected} in told.facts
+    assert told.data["residual_displacement"] == {"x": value}
+
+
+def test_a_new_analysis_is_told_only_if_it_says_something_else(session: Session, of: Building) -> None:
+    event = earthquake(session, of, START, 0.0237)
+    tell_of_event(session, event.id, AGE, START + SOON)
+    analysed(session, event, START + 2 * SOON, 0.0237 + 1e-6)
+    tell_of_event(session, event.id, AGE, START + 2 * SOON)
+    assert len(messages(session)) == 1
+    analysed(session, event, START + 3 * SOON, 0.031)
+    tell_of_event(session, event.id, AGE, START + 3 * SOON)
+    assert [(one.sequence, one.severity) for one in messages(session)] == [
+        ("new", "note"),
+        ("updated", "note"),
+    ]
+    assert "31 mm" in messages(session)[1].subject
+
+
+def test_an_event_whose_records_turn_out_useless_is_cancelled(session: Session, of: Building) -> None:
+    event = earthquake(session, of, START)
+    tell_of_event(session, event.id, AGE, START + SOON)
+    analysed(session, event, START + 2 * SOON, refusal="the base slab's record is missing.")
+    for _ in range(3):
+        tell_of_event(session, event.id, AGE, START + 2 * SOON)
+    first, second = messages(session)
+    assert (first.sequence, second.sequence, second.severity) == ("new", "cancelled", "warning")
+    assert "cannot be used: the base slab's record is missing." in second.sentences[0]
+
+
+def test_a_refused_event_is_told_and_not_cancelled(session: Session, of: Building) -> None:
+    event = earthquake(session, of, START)
+    analysed(session, event, START, refusal="the base slab's record is missing")
+    for _ in range(2):
+        tell_of_event(session, event.id, AGE, START + SOON)
+    (told,) = messages(session)
+    assert (told.sequence, told.severity) == ("new", "warning")
+
+
+def test_an_unmeasured_displacement_is_said_to_be(session: Session, of: Building) -> None:
+    event = earthquake(session, of, START, None)
+    tell_of_event(session, event.id, AGE, START + SOON)
+    (told,) = messages(session)
+    assert "was not measured" in told.sentences[0]
+    assert told.picture_direction is None
+
+
+def test_an_event_that_is_still_analysed_is_not_told(session: Session, of: Building) -> None:
+    event = earthquake(session, of, START)
+    event.state = "queued"
+    tell_of_event(session, event.id, AGE, START + SOON)
+    assert messages(session) == []
+
+
+def test_an_earthquake_that_comes_late_is_not_called_harmless(session: Session, of: Building) -> None:
+    """It lies between the onset of a loss that was told and the earthquake that it was told with."""
+    events, now = raised(session, of), START + 3 * DAY
+    tell(session, of.id, timedelta(minutes=1), now)
+    late = earthquake(session, of, START + DAY / 2)
+    tell_of_event(session, late.id, AGE * 2, now + SOON)
+    told = messages(session)[-1]
+    assert told.key == f"event/{late.id}" != f"event/{events[2]}"
+    assert "Also open at the building: stiffness of the isolators." in told.sentences[-1]
+
+
+def test_a_fresh_event_says_that_something_is_silenced(session: Session, of: Building) -> None:
+    raised(session, of)
+    now = START + 3 * DAY
+    operator_actions.silence(session, of, "stiffness/x", now + DAY, "a load test", "Jo", now)
+    tell(session, of.id, AGE, now)
+    told = messages(session)[-1]
+    assert (told.kind, told.severity) == ("event", "note")
+    assert told.data["verdict"]["level"] == "undecided"
+    assert "a load test" in " ".join(told.sentences)
+    assert told.data["alerts"] == []
+
+
+def test_a_later_event_names_what_still_stands_and_is_not_told_again_for_it(session: Session, of: Building) -> None:
+    raised(session, of)
+    later = earthquake(session, of, START + 10 * DAY)
+    now = START + 10 * DAY + SOON
+    tell_of_event(session, later.id, AGE, now)
+    (told,) = messages(session)
+    assert told.severity == "note"
+    assert "Also open at the building: stiffness of the isolators." in told.sentences[-1]
+    operator_actions.inspect(session, session.query(Alert).one(), "Jo", "confirmed", "replaced", None, now + SOON)
+    tell_of_event(session, later.id, AGE, now + SOON)
+    assert len(messages(session)) == 1
+
+
+def test_nothing_is_said_of_earthquakes_while_a_look_for_drift_waits(session: Session, of: Building) -> None:
+    raised(session, of)
+    job = job_queue.enqueue_watch(session, of.id, None, START)
+    tell(session, of.id, AGE, START + 1000 * DAY)
+    assert messages(session) == []
+    job.state = "failed"
+    tell(session, of.id, AGE, START + 1000 * DAY)
+    assert len(messages(session)) == 1

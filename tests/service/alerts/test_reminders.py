@@ -1,0 +1,184 @@
+"""Reminders go by the clock, to those who were told, of what nobody has taken on."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from datetime import datetime, timedelta
+from zoneinfo import ZoneInfo
+
+import pytest
+from alarmed import building, three_earthquakes
+from findings import DAY, START, gain, softer, stopped
+from hypothesis import given, strategies as st
+from sqlalchemy.orm import Session, sessionmaker
+
+from service.alerts import answers as alert_answers, operator_actions
+from service.alerts.event_facts import AlertFacts
+from service.alerts.event_messages import tell
+from service.alerts.periodic_checks import go_round
+from service.alerts.reconciling import reconcile
+from service.alerts.reminders import remind
+from service.alerts.reminding import APART, Untaken, is_due, reminder
+from service.alerts.tables import Alert
+from service.buildings import recipients
+from service.buildings.recipient_rules import SEVERITIES, WANTED_KINDS, ReceiverRule
+from service.buildings.tables import Building
+from service.notify.tables import Message
+from service.settings import Settings
+
+NOW = START + 1000 * DAY
+WEEK = timedelta(days=7)
+AGE = timedelta(days=2)
+SETTINGS = Settings(disk_reserve=0)
+
+
+def untaken(told_at: datetime, **differently: object) -> Untaken:
+    about = {"id": 5, "cause": "stiffness", "kind": "deterioration", "state": "active", "summary": "It is softer"}
+    facts = AlertFacts(**about | {"sentences": (), "evidence": {}, "began_at": START} | differently)
+    return Untaken(facts=facts, activated_at=START, told_at=told_at)
+
+
+@pytest.mark.parametrize(
+    ("told", "last", "due"),
+    [
+        ([7.0], None, True),
+        ([6.9], None, False),
+        ([6.9, 7.0], None, True),
+        ([20.0], 7.0, True),
+        ([20.0], 6.9, False),
+        ([7.0, 20.0], 0.9, False),
+        ([3.0], 20.0, False),
+        ([], 20.0, False),
+        ([], None, False),
+    ],
+)
+def test_when_a_reminder_is_due(told: list[float], last: float | None, due: bool) -> None:
+    """By the days since each alert was told, and since the last reminder."""
+    waiting = [untaken(NOW - days * DAY) for days in told]
+    assert is_due(waiting, None if last is None else NOW - last * DAY, WEEK, NOW) is due
+
+
+@given(
+    told=st.lists(st.floats(0, 40), min_size=1, max_size=4),
+    interval=st.floats(0.01, 15),
+    looks=st.lists(st.floats(0, 60), max_size=40),
+)
+def test_reminders_are_never_closer_than_a_day_and_none_is_forgotten(
+    told: list[float], interval: float, looks: list[float]
+) -> None:
+    """Whenever somebody looks: after the interval and a day without a reminder there is one."""
+    waiting, every, sent = [untaken(START + days * DAY) for days in told], timedelta(days=interval), [START]
+    for now in (START + max(40.0, days) * DAY for days in sorted(looks)):
+        if is_due(waiting, sent[-1], every, now):
+            assert now - sent[-1] >= APART
+            sent.append(now)
+        else:
+            assert now - sent[-1] < APART or all(now - max(one.told_at, sent[-1]) < every for one in waiting)
+
+
+def test_a_reminder_says_what_waits_since_when_and_what_to_do() -> None:
+    waiting = [untaken(START), untaken(START, id=6, cause="source", kind="data", summary="The server is silent")]
+    said = reminder(1, "TOWER", "A tower", ZoneInfo("Asia/Tokyo"), waiting, WEEK)
+    assert (said.sequence, said.kind, said.severity, said.is_over) == ("repeat", "alert", "alarm", False)
+    assert said.subject == "Nobody has taken it on yet: It is softer (and 1 more)"
+    assert said.sentences[1] == "It is softer. It has been active since 1 January 2024, 09:00 (JST)."
+    words = " ".join(said.sentences)
+    assert "reminder" in said.sentences[0]
+    assert "The server is silent" in words
+    assert "acknowledge it" in words
+    assert "every 7 days" in words
+    assert said.link == "/buildings/TOWER/alerts"
+    assert reminder(1, "TOWER", "A tower", ZoneInfo("UTC"), waiting[:1], WEEK).link == "/alerts/5"
+    assert reminder(1, "TOWER", "A tower", ZoneInfo("UTC"), waiting[1:], WEEK).kind == "data"
+
+
+@pytest.fixture
+def of(sessions: sessionmaker[Session]) -> Iterator[Building]:
+    """It lost stiffness, and a sensor reads too much; people were told of both at NOW."""
+    with sessions.begin() as session:
+        made = building(session)
+        for name, kind, address, kinds in (
+            ("manager", "email", "manager@example.org", WANTED_KINDS),
+            ("pager", "alertmanager", "https://alerts.example.org", ("alert", "data")),
+            ("neighbour", "email", "neighbour@example.org", ("drill",)),
+        ):
+            recipients.add(session, made.id, ReceiverRule(name, kind, address, None, kinds, SEVERITIES), "Jo", START)
+        events = three_earthquakes(session, made)
+        owned = {"onset_event_id": events[0], "raised_event_id": events[2], "event_ids": events}
+        found = [replace(softer(), **owned), replace(gain("XX.DEMO.05.HNX"), **owned)]
+        reconcile(session, made.id, found, "events", NOW)
+        session.flush()
+        tell(session, made.id, AGE, NOW)
+    return made
+
+
+def looked(sessions: sessionmaker[Session], settings: Settings, *days: float) -> list[Message]:
+    """The reminders, after looks so many days after people were told."""
+    for one in days:
+        go_round(sessions, settings, NOW + one * DAY)
+    with sessions() as session:
+        found = session.query(Message).filter_by(sequence="repeat").order_by(Message.id).all()
+        for message in found:
+            assert [one.receiver.name for one in message.deliveries] == ["manager"]
+        return found
+
+
+def test_those_who_were_told_are_reminded_every_week_until_somebody_takes_it_on(
+    sessions: sessionmaker[Session], of: Building
+) -> None:
+    assert looked(sessions, SETTINGS, 0, 1, 6.9) == []
+    (first,) = looked(sessions, SETTINGS, 7, 7.1, 13.9)
+    assert (first.kind, first.severity, first.number) == ("alert", "alarm", 1)
+    assert [one["cause"] for one in first.data["alerts"]] == ["stiffness", "gain/XX.DEMO.05.HNX"]
+    with sessions.begin() as session:
+        alert = session.query(Alert).filter_by(cause="stiffness").one()
+        operator_actions.acknowledge(session, alert, "Jo", "on my way", NOW + 13.9 * DAY)
+    _, second = looked(sessions, SETTINGS, 14, 15)
+    assert [one["cause"] for one in second.data["alerts"]] == ["gain/XX.DEMO.05.HNX"]
+    assert second.severity == "warning"
+    with sessions.begin() as session:
+        alert = session.query(Alert).filter_by(kind="sensor").one()
+        operator_actions.inspect(session, alert, "Jo", "confirmed", "replaced", None, NOW + 20 * DAY)
+    assert len(looked(sessions, SETTINGS, 30, 60)) == 2
+    with sessions() as session:
+        orders = {
+            alert.kind: [
+                one.sequence for one in alert_answers.whole(session, alert, NOW).told if one.receiver == "manager"
+            ]
+            for alert in session.query(Alert)
+        }
+    assert orders["deterioration"].count("repeat") == 1
+    assert orders["sensor"].count("repeat") == 2
+
+
+def test_what_is_silenced_waits_and_nobody_is_reminded_where_that_is_off(
+    sessions: sessionmaker[Session], of: Building
+) -> None:
+    with sessions.begin() as session:
+        here = session.get_one(Building, of.id)
+        operator_actions.silence(session, here, "*", NOW + 20 * DAY, "under repair", "Jo", NOW + DAY)
+    assert looked(sessions, SETTINGS, 8, 16, 19.9) == []
+    assert looked(sessions, Settings(disk_reserve=0, reminder_interval=0), 20, 30) == []
+    assert len(looked(sessions, SETTINGS, 30.1)) == 1
+
+
+def test_what_holds_an_alert_back_holds_its_reminder_back(sessions: sessionmaker[Session], of: Building) -> None:
+    with sessions.begin() as session:
+        events = session.query(Alert).filter_by(cause="stiffness").one().event_ids
+        owned = {"onset_event_id": events[0], "raised_event_id": events[2], "event_ids": tuple(events)}
+        reconcile(session, of.id, [replace(one, **owned) for one in (softer(), gain())], "events", NOW + DAY)
+    (told,) = looked(sessions, SETTINGS, 1, 9)
+    assert "stiffness" not in [one["cause"] for one in told.data["alerts"]]
+
+
+def test_data_that_stopped_are_reminded_of_too(sessions: sessionmaker[Session]) -> None:
+    with sessions.begin() as session:
+        made = building(session)
+        rule = ReceiverRule("manager", "email", "m@example.org", None, WANTED_KINDS, SEVERITIES)
+        recipients.add(session, made.id, rule, "Jo", START)
+        reconcile(session, made.id, [stopped()], "clock", NOW)
+        session.flush()
+        for days in (0, 6, 7, 8):
+            tell(session, made.id, AGE, NOW + days * DAY)
+            remind(session, made.id, WEEK, NOW + days * DAY)
+        told = [(one.kind, one.sequence, one.created_at) for one in session.query(Message).order_by(Message.id)]
+    assert told == [("data", "new", NOW), ("data", "repeat", NOW + WEEK)]

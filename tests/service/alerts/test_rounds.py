@@ -1,0 +1,215 @@
+"""Data that stop are told when their time has come, once, and that they are back."""
+
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from threading import Event as Signal, Thread
+from time import monotonic, sleep
+
+import pytest
+import simulated
+import watched
+from alarmed import building, earthquake
+from findings import START, softer
+from monitoring import Page, building_file, serving
+from sqlalchemy import update
+from sqlalchemy.orm import Session, sessionmaker
+
+from service.alerts import operator_actions
+from service.alerts.periodic_checks import go_round
+from service.alerts.reconciling import reconcile
+from service.alerts.tables import Alert
+from service.buildings import store as building_store
+from service.buildings.tables import Building
+from service.jobs import queue as job_queue
+from service.jobs.tables import Job
+from service.notify.tables import Message
+from service.poller import Poller
+from service.records.polling import Look
+from service.records.tables import Event, Recording, SourceState, Waveform
+from service.settings import Settings
+
+SETTINGS = Settings(disk_reserve=0, http_retries=0, settle_time=0, event_grace=0)
+HOUR = timedelta(hours=1)
+NOW = START + 100 * HOUR
+
+
+def states(sessions: sessionmaker[Session]) -> dict[str, str]:
+    with sessions() as session:
+        return {alert.cause: alert.state for alert in session.query(Alert)}
+
+
+def told(sessions: sessionmaker[Session]) -> list[tuple[str, str, str]]:
+    with sessions() as session:
+        return [(one.kind, one.sequence, one.severity) for one in session.query(Message).order_by(Message.id)]
+
+
+def test_a_source_that_stops_is_told_once_and_resolves_by_itself(
+    sessions: sessionmaker[Session], tmp_path: Path
+) -> None:
+    """A folder that is not mounted, then is again."""
+    folder, now = tmp_path / "records", NOW
+    with sessions.begin() as session:
+        building_store.add(session, watched.building_file(folder), tmp_path, NOW)
+    look = Look(sessions, SETTINGS, lambda: now)
+    look.at("PAPER")
+    for now in (NOW + HOUR, NOW + 1.1 * HOUR, NOW + 2 * HOUR):
+        go_round(sessions, SETTINGS, now)
+    assert states(sessions) == {"source": "active"}
+    folder.mkdir()
+    look.at("PAPER")
+    for now in (NOW + 3 * HOUR, NOW + 4 * HOUR):
+        go_round(sessions, SETTINGS, now)
+    assert states(sessions) == {"source": "resolved"}
+    assert told(sessions) == [("data", "new", "warning"), ("data", "updated", "note")]
+    with sessions() as session:
+        first, second = (one.sentences[0] for one in session.query(Message).order_by(Message.id))
+        assert first.startswith("The monitoring server has never answered at its address, since 5 January 2024")
+        assert second.startswith("This is over: The monitoring server has never answered at its address")
+
+
+def test_work_that_nobody_does_is_told(sessions: sessionmaker[Session]) -> None:
+    with sessions.begin() as session:
+        event = earthquake(session, building(session), NOW - HOUR)
+        job_queue.enqueue(session, event, {}, NOW)
+    go_round(sessions, SETTINGS, NOW + HOUR / 3)
+    assert states(sessions) == {}
+    go_round(sessions, SETTINGS, NOW + HOUR)
+    assert states(sessions) == {"worker": "active"}
+    with sessions.begin() as session:
+        session.execute(update(Job).where(Job.state == "waiting").values(state="done", finished_at=NOW + HOUR))
+    go_round(sessions, SETTINGS, NOW + HOUR)
+    assert states(sessions) == {"worker": "resolved"}
+
+
+def test_a_worker_that_died_over_a_job_is_told(sessions: sessionmaker[Session]) -> None:
+    with sessions.begin() as session:
+        event = earthquake(session, building(session), NOW - HOUR)
+        job_queue.enqueue(session, event, {}, NOW)
+    with sessions.begin() as session:
+        assert job_queue.claim(session, NOW, HOUR)
+    go_round(sessions, SETTINGS, NOW + HOUR)
+    assert states(sessions) == {}
+    go_round(sessions, SETTINGS, NOW + 2 * HOUR)
+    assert states(sessions) == {"worker": "active"}
+
+
+def test_a_full_disk_is_told(sessions: sessionmaker[Session], database_url: str) -> None:
+    with sessions.begin() as session:
+        building(session)
+    greedy = Settings(disk_reserve=2**62)
+    go_round(sessions, greedy, NOW)
+    go_round(sessions, greedy, NOW + HOUR)
+    assert states(sessions) == ({"disk": "active"} if database_url.startswith("sqlite") else {})
+    with sessions() as session:
+        for alert in session.query(Alert):
+            assert alert.began_at == NOW
+
+
+def test_a_round_that_is_stopped_ends_between_two_buildings(sessions: sessionmaker[Session]) -> None:
+    with sessions.begin() as session:
+        for number in range(3):
+            event = earthquake(session, building(session), NOW - HOUR + number * HOUR / 60)
+            job_queue.enqueue(session, event, {}, NOW - HOUR)
+    answers = iter([False, True])
+    go_round(sessions, SETTINGS, NOW + HOUR, lambda: next(answers))
+    with sessions() as session:
+        assert session.query(Alert).count() == 1
+    go_round(sessions, SETTINGS, NOW + HOUR)
+    with sessions() as session:
+        assert session.query(Alert).count() == 3
+
+
+def test_a_dead_channel_is_told_and_comes_back(sessions: sessionmaker[Session]) -> None:
+    with sessions.begin() as session:
+        of = building(session)
+        for number in range(4):
+            event = earthquake(session, of, START + number * HOUR)
+            for channel in list(simulated.SENSORS)[: 5 if number == 0 else 4]:
+                _seen(session, event, channel)
+    go_round(sessions, SETTINGS, NOW)
+    assert states(sessions) == {f"channel/{list(simulated.SENSORS)[4]}": "active"}
+    with sessions.begin() as session:
+        event = earthquake(session, session.query(Building).one(), START + 5 * HOUR)
+        for channel in simulated.SENSORS:
+            _seen(session, event, channel)
+    go_round(sessions, SETTINGS, NOW)
+    assert set(states(sessions).values()) == {"resolved"}
+
+
+def _seen(session: Session, event: Event, channel: str) -> None:
+    session.add(
+        Waveform(event_id=event.id, channel=channel, start=event.start, rate=100.0, count=1, gain=1.0, samples=b"")
+    )
+
+
+def test_a_record_from_the_future_tells_of_the_clock(sessions: sessionmaker[Session], tmp_path: Path) -> None:
+    with sessions.begin() as session:
+        of = building_store.add(session, watched.building_file(tmp_path), tmp_path, NOW)
+        session.flush()
+        session.add(SourceState(building_id=of.id, cursor={}, attempted_at=NOW, succeeded_at=NOW))
+        session.add(
+            Recording(
+                building_id=of.id,
+                name="a",
+                origin="a",
+                received_at=NOW,
+                kind="waveforms",
+                state="read",
+                start=NOW,
+                end=NOW + HOUR,
+            )
+        )
+    go_round(sessions, SETTINGS, NOW)
+    assert states(sessions) == {"clock/recorder": "active"}
+
+
+def test_a_round_tells_what_was_silenced_and_what_nobody_told(sessions: sessionmaker[Session]) -> None:
+    with sessions.begin() as session:
+        of = building(session)
+        event = earthquake(session, of, START)
+        found = softer(onset_event_id=event.id, raised_event_id=event.id, event_ids=(event.id,))
+        reconcile(session, of.id, [found], "events", NOW)
+        operator_actions.silence(session, of, "*", NOW + HOUR, "a test", "Jo", NOW)
+    go_round(sessions, SETTINGS, NOW)
+    assert told(sessions) == []
+    go_round(sessions, SETTINGS, NOW + HOUR)
+    assert told(sessions) == [("alert", "new", "alarm")]
+
+
+def test_a_server_whose_clock_differs_is_told_until_it_is_set(sessions: sessionmaker[Session]) -> None:
+    """Ours is ten minutes fast, then right."""
+    now = datetime.now(UTC)
+    with serving() as server:
+        server.pages["/events/"] = Page(b"")
+        with sessions.begin() as session:
+            text = building_file("archive", f"{server.address}/events/")
+            building_store.add(session, text, Path("/"), now)
+        for ours, wanted in ((now + timedelta(minutes=10), "active"), (now, "resolved")):
+            look_at(sessions, ours)
+            go_round(sessions, SETTINGS, ours)
+            assert states(sessions) == {"clock/server": wanted}
+    with sessions() as session:
+        assert session.query(Alert).one().evidence["ahead"] == pytest.approx(-600, abs=60)  # one machine, 1 s of Date
+
+
+def look_at(sessions: sessionmaker[Session], now: datetime) -> None:
+    Look(sessions, SETTINGS, lambda: now).at("TOWER")
+
+
+def test_the_poller_makes_the_rounds(sessions: sessionmaker[Session], tmp_path: Path) -> None:
+    """Its first round comes at once; patience with the folder that is not there ends at once."""
+    stop = Signal()
+    settings = SETTINGS.model_copy(update={"source_patience": 1e-3, "check_interval": 0.1, "poll_interval": 0.1})
+    with sessions.begin() as session:
+        building_store.add(session, watched.building_file(tmp_path / "nowhere"), tmp_path, datetime.now(UTC))
+    polling = Thread(target=Poller(sessions, settings).run, args=(stop,))
+    polling.start()
+    try:
+        end = monotonic() + 20
+        while states(sessions) != {"source": "active"}:
+            assert monotonic() < end, states(sessions)
+            sleep(0.05)
+    finally:
+        stop.set()
+        polling.join(20)
+    assert told(sessions) == [("data", "new", "warning")]

@@ -1,0 +1,103 @@
+"""Who may have an event analysed again, and with what."""
+
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import httpx
+import pytest
+import watched
+from serving import served
+from sqlalchemy.orm import Session, sessionmaker
+
+from service.access import keys
+from service.access.auth import Role
+from service.jobs.worker import Worker
+from service.kinds import KINDS
+
+pytestmark = pytest.mark.slow
+
+AGAIN = "/api/v1/events/1/analyses"
+
+
+@pytest.fixture
+def asking(database_url: str, sessions: sessionmaker[Session], tmp_path: Path) -> Iterator[httpx.Client]:
+    """An engineer's client; the building has had one earthquake."""
+    (tmp_path / "records").mkdir()
+    watched.watch(sessions, tmp_path / "records", watched.earthquakes()[:1])
+    with sessions.begin() as session:
+        key = keys.create(session, "engineer", Role.engineer, watched.NOW)
+    with served(database_url) as address, httpx.Client(base_url=address, timeout=30) as client:
+        client.headers["X-API-Key"] = key
+        yield client
+
+
+def test_an_engineer_has_an_event_analysed_again(asking: httpx.Client, sessions: sessionmaker[Session]) -> None:
+    asked = asking.post(AGAIN, json={"sensors": ["base", "roof"], "band": [0.2, 20.0]})
+    assert asked.status_code == 202
+    assert asked.json()["arguments"] == {"sensors": ["1F", "RF"], "band": [0.2, 20.0]}
+    assert asking.get(asked.headers["Location"]).json() == asked.json()
+    twice = asking.post(AGAIN, json={"sensors": ["1F", "RF"], "band": [0.2, 20.0]})
+    assert twice.json()["id"] == asked.json()["id"]
+    with ThreadPoolExecutor(1) as pool:
+        Worker(sessions, lambda: pool, watched.SETTINGS, KINDS, clock=lambda: watched.NOW).run_until_idle()
+    event = asking.get("/api/v1/events/1").json()
+    assert event["analysis"]["settings"]["sensors"] == ["1F", "RF"]
+    (earlier,) = event["earlier"]
+    assert not earlier["current"]
+    before = asking.get("/api/v1/events/1", params={"analysis": earlier["id"]}).json()
+    assert before["directions"][0]["peak_force"] != event["directions"][0]["peak_force"]
+
+
+REFUSED: tuple[tuple[dict[str, object], int, str], ...] = (
+    ({"sensors": ["base", "9F"]}, 409, "no level '9F'; there are ground, base, roof, 1F, 2F"),
+    ({"sensors": ["3F", "roof"]}, 409, "base slab must be among them"),
+    ({"sensors": ["base", "1F"]}, 409, "above the base slab"),
+    ({"band": [0.1, 50.0]}, 409, "does not fit 100 Hz"),
+    ({"rate": 50.0}, 409, "does not fit 50 Hz"),
+    ({"estimator": "guess"}, 422, "there is cms"),
+    ({"band": [30.0, 0.1]}, 422, "band"),
+    ({"rate": "fast"}, 422, "rate"),
+    ({"colour": "red"}, 422, "colour"),
+)
+
+
+def test_what_cannot_be_is_refused_and_told(asking: httpx.Client) -> None:
+    for wanted, status, said in REFUSED:
+        found = asking.post(AGAIN, json=wanted)
+        assert (found.status_code, found.headers["content-type"]) == (status, "application/problem+json"), wanted
+        assert said in found.json()["detail"]
+    assert asking.post("/api/v1/events/9/analyses", json={}).status_code == 404
+    assert asking.get("/api/v1/jobs", params={"state": "waiting"}).json()["items"] == []
+
+
+def test_engineers_cancel_their_own_jobs_and_admins_all(asking: httpx.Client, sessions: sessionmaker[Session]) -> None:
+    with sessions.begin() as session:
+        others = {role: keys.create(session, role.name + " two", role, watched.NOW) for role in Role}
+    for role, status in ((Role.viewer, 403), (Role.engineer, 403), (Role.admin, 200)):
+        asked = asking.post(AGAIN, json={"estimator": "cms"})
+        answer = asking.delete(asked.headers["Location"], headers={"X-API-Key": others[role]})
+        assert answer.status_code == status, answer.text
+    assert answer.json()["state"] == "cancelled"
+    assert asking.get("/api/v1/events/1").json()["state"] == "analysed"
+    own = asking.post(AGAIN, json={"estimator": "cms"}).headers["Location"]
+    assert asking.delete(own).json()["state"] == "cancelled"
+    assert asking.delete(own).status_code == 409
+    assert asking.delete("/api/v1/jobs/1").status_code == 409, "the earthquake's first analysis"
+    assert asking.delete("/api/v1/jobs/999").status_code == 404
+    with httpx.stream("GET", f"{asking.base_url}{own}/progress", headers=asking.headers) as stream:
+        assert '"cancelled"' in stream.read().decode(), "a stream ends with its job"
+
+
+def test_a_viewer_may_not_ask_for_it(asking: httpx.Client, sessions: sessionmaker[Session]) -> None:
+    with sessions.begin() as session:
+        viewer = keys.create(session, "viewer", Role.viewer, watched.NOW)
+    refused = asking.post(AGAIN, json={}, headers={"X-API-Key": viewer})
+    assert (refused.status_code, refused.json()["status"]) == (403, 403)
+    assert "role engineer" in refused.json()["detail"]
+
+
+def test_a_wrong_key_beside_a_right_one_is_refused(asking: httpx.Client) -> None:
+    for authorization in ("Bearer wrong", "Basic wrong", ""):
+        refused = asking.get("/api/v1/buildings", headers={"Authorization": authorization})
+        assert refused.status_code == 401, authorization

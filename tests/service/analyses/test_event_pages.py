@@ -1,0 +1,105 @@
+"""The pages of a building's earthquakes: the list of all, and one with what came of it."""
+
+from collections.abc import Iterator
+from datetime import timedelta
+from html import unescape
+
+import pytest
+from alarmed import analysed, building, earthquake
+from asking import client
+from findings import DAY, START
+from sqlalchemy.orm import Session, sessionmaker
+
+from service.analyses.pages import LISTED
+from service.buildings.tables import Building
+from service.records.tables import Event
+
+
+@pytest.fixture
+def stored(sessions: sessionmaker[Session]) -> Iterator[Session]:
+    with sessions() as session:
+        yield session
+
+
+@pytest.fixture
+def of(stored: Session) -> Building:
+    return building(stored)
+
+
+def shown(url: str, session: Session, address: str) -> str:
+    """A page, as it reads."""
+    session.commit()
+    with client(url) as asking:
+        answer = asking.get(address)
+    assert answer.status_code == 200, answer.text
+    return unescape(answer.text)
+
+
+def test_the_list_tells_what_each_earthquake_did(database_url: str, stored: Session, of: Building) -> None:
+    moved = earthquake(stored, of, START, 0.0237)
+    unmeasured = earthquake(stored, of, START + DAY, None)
+    useless = earthquake(stored, of, START + 2 * DAY)
+    analysed(stored, useless, START + 2 * DAY, refusal="the base slab's record is missing")
+    page = shown(database_url, stored, f"/buildings/{of.code}/events")
+    lines = [line for line in page.splitlines() if "/events/" in line and "<tr" in line]
+    for event, line in zip((useless, unmeasured, moved), lines, strict=True):
+        assert f'"/events/{event.id}"' in line
+    assert "It could not be used: the base slab's record is missing" in lines[0]
+    assert "<td>23.7<td>1,200<td" in lines[2]
+    assert "<td><td>1,200<td" in lines[1]
+    assert "50.0" in lines[2]
+
+
+def test_the_list_goes_on_where_a_page_ends(database_url: str, stored: Session, of: Building) -> None:
+    made = [earthquake(stored, of, START + number * timedelta(hours=1)) for number in range(LISTED + 2)]
+    first = shown(database_url, stored, f"/buildings/{of.code}/events")
+    [following] = [part.split('"')[0] for part in first.split('href="') if "cursor=" in part.split('"')[0]]
+    second = shown(database_url, stored, following)
+    for event in made:
+        assert (f'"/events/{event.id}"' in first) != (f'"/events/{event.id}"' in second)
+    assert "cursor=" not in second
+
+
+def test_an_earthquake_leads_to_those_before_and_after_it_at_its_building(
+    database_url: str, stored: Session, of: Building
+) -> None:
+    """Two at the same time are told apart, and another building's are not met."""
+    elsewhere = building(stored)
+    made = [earthquake(stored, of, START + number * DAY) for number in (0, 1, 1, 2)]
+    earthquake(stored, elsewhere, START + DAY)
+    assert [_neighbours(shown(database_url, stored, f"/events/{one.id}")) for one in made] == [
+        _expected(made, number) for number in range(len(made))
+    ]
+
+
+def _neighbours(page: str) -> tuple[int | None, int | None]:
+    links = {kind: part for part in page.split("<a ") for kind in ("prev", "next") if f'rel="{kind}"' in part}
+    before, after = (links.get(kind) for kind in ("prev", "next"))
+    return _number(before), _number(after)
+
+
+def _number(link: str | None) -> int | None:
+    return None if link is None else int(link.split("/events/")[1].split('"')[0])
+
+
+def _expected(made: list[Event], number: int) -> tuple[int | None, int | None]:
+    before, after = made[:number][-1:], made[number + 1 :][:1]
+    return before[0].id if before else None, after[0].id if after else None
+
+
+def test_an_earthquake_that_could_not_be_used_says_why(database_url: str, stored: Session, of: Building) -> None:
+    event = earthquake(stored, of, START)
+    analysed(stored, event, START, refusal="the base slab's record is missing")
+    page = shown(database_url, stored, f"/events/{event.id}")
+    assert "It could not be used</strong>: the base slab's record is missing" in page
+
+
+def test_an_earthquake_that_nobody_knows_is_not_found(database_url: str, stored: Session, of: Building) -> None:
+    stored.commit()
+    with client(database_url) as asking:
+        assert asking.get("/events/1").status_code == 404
+        assert asking.get("/buildings/NONE/events").status_code == 404
+
+
+def test_a_building_without_an_earthquake_says_so(database_url: str, stored: Session, of: Building) -> None:
+    assert "No earthquake has come in yet." in shown(database_url, stored, f"/buildings/{of.code}/events")

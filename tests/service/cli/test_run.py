@@ -1,0 +1,73 @@
+"""The commands that run the service, as real processes."""
+
+from datetime import UTC, datetime
+from pathlib import Path
+from time import monotonic, sleep
+
+import httpx
+import psutil
+import pytest
+from monitoring import building_file, miniseed, stream
+from processes import interrupt, run, started
+from sqlalchemy import select
+from sqlalchemy.orm import Session, sessionmaker
+
+from service.analyses.tables import Analysis
+from service.buildings import store as building_store
+from service.records.tables import Event
+
+pytestmark = pytest.mark.slow
+
+
+def add(sessions: sessionmaker[Session], folder: Path) -> None:
+    with sessions.begin() as session:
+        building_store.add(session, building_file("folder", str(folder)), folder, datetime.now(UTC))
+
+
+def analysed(sessions: sessionmaker[Session]) -> int:
+    with sessions() as session:
+        return len(session.scalars(select(Analysis)).all())
+
+
+def test_import_and_work_until_idle(sessions: sessionmaker[Session], database_url: str, tmp_path: Path) -> None:
+    add(sessions, tmp_path)
+    (tmp_path / "a.mseed").write_bytes(miniseed(stream(seconds=60, locations=("00", "01"))))
+    (tmp_path / "b.mseed").write_bytes(b"hello")
+    imported = run(tmp_path, database_url, "import", "a.mseed", "b.mseed", "--building", "TOWER")
+    assert imported.returncode == 1
+    assert "a.mseed: read" in imported.stdout
+    assert "b.mseed: refused: b.mseed begins with b'hello'" in imported.stdout
+    done = run(tmp_path, database_url, "work", "--until-idle").stdout
+    assert done == "2 jobs done\n", "the analysis, and the look for drift that follows it"
+    with sessions() as session:
+        assert session.scalars(select(Event)).one().state in {"analysed", "refused"}
+    unknown = run(tmp_path, database_url, "import", "a.mseed", "--building", "NONE")
+    assert unknown.returncode == 2
+    assert "there are: TOWER" in unknown.stderr
+
+
+def test_settings_are_shown_with_their_reason_and_no_password(tmp_path: Path) -> None:
+    shown = run(tmp_path, "postgresql://me:secret@host/name", "settings", COLUMNS="300")
+    assert "secret" not in shown.stdout
+    assert "environment MENSHIN_DATABASE_URL" in shown.stdout
+    wrong = run(tmp_path, "sqlite://", "settings", MENSHIN_PORT="many")
+    assert (wrong.returncode, "port" in wrong.stderr) == (2, True)
+
+
+def test_everything_runs_in_one_process_tree_and_ends_cleanly(
+    sessions: sessionmaker[Session], database_url: str, tmp_path: Path
+) -> None:
+    incoming = tmp_path / "in"
+    incoming.mkdir()
+    add(sessions, incoming)
+    quick = {"MENSHIN_POLL_INTERVAL": "0.5", "MENSHIN_SETTLE_TIME": "0", "MENSHIN_WORKERS": "1"}
+    with started(tmp_path, database_url, "up", "--port", "18765", **quick) as service:
+        (incoming / "a.mseed").write_bytes(miniseed(stream(seconds=60)))
+        end = monotonic() + 60
+        while analysed(sessions) == 0:
+            assert monotonic() < end, (tmp_path / "output").read_text()
+            sleep(0.1)
+        assert httpx.get("http://127.0.0.1:18765/healthz").status_code == 200
+        children = service.children(recursive=True)
+        assert interrupt(service) == 0, (tmp_path / "output").read_text()
+        assert psutil.wait_procs(children, timeout=20)[1] == []

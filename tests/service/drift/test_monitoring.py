@@ -1,0 +1,185 @@
+"""What is watched at a building, when it is monitored, and what people are told of it."""
+
+from dataclasses import replace
+from datetime import timedelta
+
+import histories
+import pytest
+from described import BASE, LAYER
+from sqlalchemy import select
+from sqlalchemy.orm import Session, sessionmaker
+
+from core.quality import Finding
+from service.alerts import operator_actions
+from service.alerts.tables import Alert
+from service.buildings import reference_periods
+from service.buildings.tables import Building
+from service.drift.series import watched_series
+from service.drift.tables import DriftValue, ReferencePeriod, WatchedSeries
+from service.jobs import queue as job_queue
+from service.jobs.queue import WATCH
+from service.jobs.tables import Job
+from service.notify.tables import Message
+from service.records.tables import Event
+
+NOW = histories.start(40)
+
+
+@pytest.fixture
+def building(sessions: sessionmaker[Session]) -> int:
+    with sessions.begin() as session:
+        return histories.building(session).id
+
+
+def watching(sessions: sessionmaker[Session]) -> list[str]:
+    with sessions() as session:
+        return list(session.scalars(select(Job.state).where(Job.kind == WATCH).order_by(Job.id)))
+
+
+def test_what_was_found_is_watched_by_event_in_order_of_time(sessions: sessionmaker[Session], building: int) -> None:
+    found = [histories.earthquake(number) for number in (2, 0, 1)]
+    histories.analysed(sessions, building, found, NOW)
+    with sessions() as session:
+        series = {(one.quantity, one.subject): one for one in watched_series(session, building)}
+        moments = {event.id: event.start for event in session.scalars(select(Event))}
+    stiffness = series["stiffness", "x"].measurements
+    assert len(stiffness) == 3 * histories.CYCLES
+    assert [one.time for one in stiffness] == sorted(one.time for one in stiffness)
+    first, segment = stiffness[0], found[1].directions["x"].equivalent[0]
+    assert (first.value, first.std, first.amplitude) == (segment.k_eq, segment.k_eq_std, segment.amplitude)
+    assert first.time == histories.start(0) + timedelta(seconds=(segment.start + segment.end) / 2)
+    assert first.temperature == found[1].temperature
+    assert series["damping", "x"].measurements[0].value == segment.c_eq
+    assert series["gain", BASE].measurements[0].value == found[1].sensors[1].gain
+    assert series["noise", BASE].measurements[0].value == found[1].sensors[1].noise
+    mode = series["frequency", "x/1"].measurements[0]
+    assert (mode.value, moments[mode.event]) == (
+        found[1].directions["x"].restoring_force.modes[0].frequency,
+        histories.start(0),
+    )
+    residual = found[1].directions["x"].motion.residual
+    assert series["residual_displacement", "x"].measurements[0].value == residual.value
+
+
+def test_a_look_that_waits_does_for_all_that_comes_meanwhile(sessions: sessionmaker[Session], building: int) -> None:
+    for number in range(3):
+        with sessions.begin() as session:
+            histories.queued(session, building, histories.start(number), NOW)
+    for number in range(3):
+        with sessions.begin() as session:
+            histories.store(session, histories.claimed(session, NOW), histories.earthquake(number), NOW)
+    assert watching(sessions) == ["waiting"]
+    with sessions.begin() as session:
+        held = histories.claimed(session, NOW)
+        assert job_queue.enqueue_watch(session, building, None, NOW).id > held.job_id  # one that runs has seen less
+
+
+def test_a_reference_period_asks_for_a_new_look(sessions: sessionmaker[Session], building: int) -> None:
+    with sessions.begin() as session:
+        of = session.get_one(Building, building)
+        reference_periods.begin(session, of, None, None, None, None, "as built", "Kimura", NOW)
+        reference_periods.begin(session, of, "gain", None, NOW, None, "sensors replaced", "Kimura", NOW)
+        reference_periods.begin(session, of, "gain", BASE, NOW, None, "one more replaced", "Kimura", NOW)
+    assert watching(sessions) == ["waiting"]
+    with sessions() as session:
+        periods = session.scalars(select(ReferencePeriod).order_by(ReferencePeriod.id)).all()
+        asked = (("gain", BASE), ("gain", LAYER), ("noise", BASE))
+        in_force = [reference_periods.in_force(periods, *one) for one in asked]
+    assert [one.reason for one in in_force if one] == ["one more replaced", "sensors replaced", "as built"]
+    assert reference_periods.in_force((), "gain", BASE) is None
+
+
+def test_a_loss_is_told_once_and_an_inspection_begins_a_new_reference(
+    sessions: sessionmaker[Session], building: int
+) -> None:
+    found = histories.history(26, onset=21)
+    histories.analysed(sessions, building, found, NOW)
+    histories.analysed(sessions, building, found[-1:], NOW)
+    with sessions.begin() as session:
+        (alert,) = session.scalars(select(Alert).where(Alert.cause == "stiffness"))
+        told = session.scalars(select(Message).where(Message.key == f"event/{alert.raised_event_id}")).all()
+        assert (alert.state, alert.kind, len(told)) == ("active", "deterioration", 1)
+        assert alert.evidence["low"] < -0.08 < alert.evidence["high"] < 0
+        assert {one["cause"] for one in alert.evidence["explanations"]} == {"mass", "gain/x"}
+        assert any(one.startswith("Held against everything that is watched: a ") for one in alert.sentences)
+        assert set(alert.channels) == {one for one in alert.channels if one.startswith("XX.PAPER.")} != set()
+        since = histories.start(21)
+        for _ in range(2):  # asked twice
+            operator_actions.inspect(session, alert, "Kimura", "confirmed", "two bearings replaced", since, NOW)
+    histories.watched(sessions, NOW)
+    with sessions() as session:
+        (period,) = session.scalars(select(ReferencePeriod))
+        assert (period.quantity, period.subject, period.start, period.author) == ("stiffness", None, since, "Kimura")
+        (series,) = session.scalars(select(WatchedSeries).where(WatchedSeries.quantity == "stiffness"))
+        assert (series.reference_id, series.baseline is None, series.wanted > 0) == (period.id, True, True)
+        (alert,) = session.scalars(select(Alert).where(Alert.cause == "stiffness"))
+        assert alert.state == "resolved"
+
+
+def test_events_that_come_late_tell_nobody_again_of_what_was_told(
+    sessions: sessionmaker[Session], building: int
+) -> None:
+    """With each of those between, another earthquake turns out to be the one that raised the alert."""
+    found, raised = histories.history(26, onset=21), set()
+    for arrived in (*found[:21], *found[24:]), found[23:24], found[21:22], found[22:23]:
+        histories.analysed(sessions, building, arrived, NOW)
+        with sessions() as session:
+            (alert,) = session.scalars(select(Alert).where(Alert.cause == "stiffness"))
+            raised.add(alert.raised_event_id)
+            told = session.scalars(select(Message).where(Message.kind == "alert").order_by(Message.id)).all()
+    assert len(raised) > 1
+    assert [one.sequence for one in told] == ["new", *["updated"] * (len(told) - 1)]
+    assert {one.key for one in told} == {told[0].key}
+    assert alert.began_at == histories.start(21)
+    assert told[-1].data["alerts"][0]["began_at"] == histories.start(21).isoformat()
+
+
+def test_a_sensor_finding_keeps_its_events_values_out_and_says_so(
+    sessions: sessionmaker[Session], building: int
+) -> None:
+    """But for a sensor that was not recorded at all."""
+    gone = Finding("missing", "warning", "was not recorded", BASE)
+    late = Finding("clock", "warning", "its clock jumps", BASE)
+    found = [
+        replace(one, quality=(late,) if number >= 20 else (gone,))
+        for number, one in enumerate(histories.history(26, onset=20))
+    ]
+    histories.analysed(sessions, building, found, NOW)
+    with sessions() as session:
+        question = select(DriftValue).join(WatchedSeries).join(Event, Event.id == DriftValue.event_id)
+        values = session.scalars(question.where(WatchedSeries.quantity == "stiffness").order_by(Event.start)).all()
+        assert [value.is_excluded for value in values] == [False] * 20 + [True] * 6
+        assert "its clock jumps" in values[-1].causes
+        assert session.scalars(select(Alert).where(Alert.cause == "stiffness")).all() == []
+
+
+def test_a_sensor_with_more_gain_raises_an_alert_about_itself(sessions: sessionmaker[Session], building: int) -> None:
+    found = [histories.earthquake(number, gain=1.08 if number >= 20 else 1.0) for number in range(24)]
+    histories.analysed(sessions, building, found, NOW)
+    with sessions() as session:
+        (alert,) = session.scalars(select(Alert).where(Alert.state == "active"))
+    with sessions.begin() as session:
+        again = session.get_one(Alert, alert.id)
+        operator_actions.inspect(
+            session, again, "Kimura", "confirmed", "its gain was set anew", histories.start(20), NOW
+        )
+    histories.watched(sessions, NOW)
+    with sessions() as session:
+        wanted = {one.subject: one.wanted for one in session.scalars(select(WatchedSeries)) if one.quantity == "gain"}
+    assert wanted.pop(BASE) > 0
+    assert set(wanted.values()) == {0}, "the other sensors are watched as before"
+    assert (alert.cause, alert.kind, alert.channels) == (f"gain/{BASE}", "sensor", [BASE])
+    assert alert.evidence["drift"] == pytest.approx(0.08, abs=0.01)
+    assert f"Sensor {BASE} reads" in alert.summary
+
+
+def test_a_transducer_with_more_gain_is_no_loss_of_stiffness(sessions: sessionmaker[Session], building: int) -> None:
+    """It makes the layer look softer by as much; both are found, and only the sensor is told."""
+    changed = {"loss": 1 - 1 / 1.08, "gain": 1.08, "swapped": LAYER}
+    found = [histories.earthquake(number, **(changed if number >= 20 else {})) for number in range(25)]
+    histories.analysed(sessions, building, found, NOW)
+    with sessions() as session:
+        states = {alert.cause: alert.state for alert in session.scalars(select(Alert))}
+    assert states[f"gain/{LAYER}"] == "active"
+    assert states["stiffness"] == "on_hold"
+    assert "active" not in {state for cause, state in states.items() if not cause.startswith("gain/")}

@@ -1,0 +1,200 @@
+"""In which order events come, how often, and how often they are analysed changes nothing in the end.
+
+What an analysis finds is made up and truly stored, by the functions that the worker calls; what is watched is monitored
+by real jobs in between, some of which are overtaken.
+"""
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, nullcontext
+from dataclasses import dataclass, field
+from datetime import datetime, timedelta
+from pathlib import Path
+from random import Random
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import histories
+import pytest
+from hypothesis import given, settings, strategies as st
+from sqlalchemy import select
+from sqlalchemy.orm import Session, sessionmaker
+
+from core.analysis import EventAnalysis
+from service.alerts.tables import Alert
+from service.db import migrate, sessions as opened
+from service.drift.tables import DriftAlarm, DriftValue, WatchedSeries
+from service.jobs import queue as job_queue
+from service.jobs.queue import WATCH, Claim
+from service.jobs.tables import Job
+from service.kinds import KINDS
+from service.records.tables import Event
+
+pytestmark = pytest.mark.slow
+
+COUNT, ONSET = 25, 20
+FINAL = histories.history(COUNT, ONSET)
+NOW = histories.start(COUNT) + timedelta(days=1)
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """Drift rows and open alerts, without the numbers that rows happen to have."""
+
+    rows: dict[str, Any] = field(repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """Something that happens to an event."""
+
+    number: int
+    """Of the event."""
+    found: tuple[EventAnalysis, ...]
+    """By the analyses that are asked for, the last of them with all data."""
+    is_overtaken: bool = False
+    """Whether the first of them ends after the last."""
+
+
+def first_without_all(number: int) -> EventAnalysis:
+    """What is found while half of the record is there: other cycles, and values far off."""
+    return histories.earthquake(number, loss=0.2, gain=1.1, cycles=histories.CYCLES // 2, seed=1)
+
+
+def steps(dice: Random) -> list[Step]:
+    """Every event comes; some come twice, some with half of their data first; in any order."""
+    made: list[Step] = []
+    for number, complete in enumerate(FINAL):
+        half = first_without_all(number)
+        ways: list[list[Step]] = [
+            [Step(number, (complete,))],
+            [Step(number, (complete,)), Step(number, (complete,))],
+            [Step(number, (half,)), Step(number, (complete,))],
+            [Step(number, (half, complete), is_overtaken=True)],
+        ]
+        made += dice.choices(ways, weights=(4, 1, 1, 1))[0]
+    places: dict[int, list[Step]] = {}
+    for step in made:
+        places.setdefault(step.number, []).append(step)
+    order = [step.number for step in made]
+    dice.shuffle(order)
+    return [places[number].pop(0) for number in order]
+
+
+def take(sessions: sessionmaker[Session], building: int, step: Step, now: datetime) -> None:
+    claims = []
+    for _ in step.found:
+        with sessions.begin() as session:
+            wanted = histories.queued(session, building, histories.start(step.number), now)
+        claims.append(claimed(sessions, wanted, now))
+    pairs = list(zip(claims, step.found, strict=True))
+    for claim, found in reversed(pairs) if step.is_overtaken else pairs:
+        with sessions.begin() as session:
+            histories.store(session, claim, found, now)
+
+
+def claimed(sessions: sessionmaker[Session], wanted: int, now: datetime) -> Claim:
+    """The job of that number; others are put back."""
+    passed: list[Claim] = []
+    with sessions.begin() as session:
+        while (claim := histories.claimed(session, now)).job_id != wanted:
+            passed.append(claim)
+        for other in passed:
+            job_queue.release(session, other)
+    return claim
+
+
+@contextmanager
+def overtaken(sessions: sessionmaker[Session], now: datetime) -> Iterator[None]:
+    """A look for drift that sees nothing of what happens meanwhile, and ends after another one that does."""
+    with sessions.begin() as session:
+        early = job_queue.claim(session, now, histories.LEASE)
+        inputs = None if early is None else KINDS[WATCH].inputs(session, early, histories.SETTINGS)
+    yield
+    histories.watched(sessions, now)
+    if early is None:
+        return
+    with sessions.begin() as session:
+        (stage,) = KINDS[WATCH].stages(inputs)
+        found = stage.function(*stage.arguments((), lambda *_: None))
+        if job_queue.finish(session, early, now):
+            KINDS[WATCH].store(session, early, inputs, (found,), now)
+
+
+def outcome(sessions: sessionmaker[Session]) -> dict[str, Any]:
+    """By table."""
+    with sessions() as session:
+        moments = {event.id: event.start for event in session.scalars(select(Event))}
+        series = {one.id: one for one in session.scalars(select(WatchedSeries))}
+        name = {key: (one.quantity, one.subject) for key, one in series.items()}
+        return {
+            "series": sorted((*name[key], one.wanted, _curve(one)) for key, one in series.items()),
+            "values": sorted(
+                (*name[one.series_id], moments[one.event_id], one.value, one.std, one.is_reference, one.is_beyond)
+                for one in session.scalars(select(DriftValue))
+            ),
+            "alarms": sorted(
+                (*name[one.series_id], one.rule, one.is_sure, moments[one.onset_event_id], one.drift, one.message)
+                for one in session.scalars(select(DriftAlarm))
+            ),
+            "alerts": sorted(
+                (one.cause, one.state, one.began_at, one.summary, [moments[event] for event in one.event_ids])
+                for one in session.scalars(select(Alert).where(Alert.closed_at.is_(None)))
+            ),
+        }
+
+
+def _curve(one: WatchedSeries) -> Sequence[float]:
+    return [] if one.baseline is None else one.baseline["coefficients"]
+
+
+@contextmanager
+def database(url: str) -> Iterator[sessionmaker[Session]]:
+    migrate.upgrade(url)
+    sessions = opened.sessions(url)
+    try:
+        yield sessions
+    finally:
+        sessions.kw["bind"].dispose()
+
+
+def lived(sessions: sessionmaker[Session], taken: Sequence[Step], looks: Sequence[int]) -> dict[str, Any]:
+    """What a building's years come to; during some of the steps somebody looks for drift."""
+    with sessions.begin() as session:
+        building = histories.building(session).id
+    for place, step in enumerate(taken):
+        now = NOW + timedelta(minutes=place)
+        with overtaken(sessions, now) if place in looks else nullcontext():
+            take(sessions, building, step, now)
+    histories.watched(sessions, NOW + timedelta(days=1))
+    with sessions() as session:
+        assert set(session.scalars(select(Job.state))) == {"done"}
+    return outcome(sessions)
+
+
+@pytest.fixture(scope="module")
+def expected(tmp_path_factory: pytest.TempPathFactory) -> Outcome:
+    """Each event once, in order, and one look at the end."""
+    with database(f"sqlite:///{tmp_path_factory.mktemp('expected') / 'menshin.sqlite'}") as sessions:
+        found = lived(sessions, [Step(number, (one,)) for number, one in enumerate(FINAL)], ())
+    assert [(cause, state) for cause, state, *_ in found["alerts"] if cause == "stiffness"] == [("stiffness", "active")]
+    return Outcome(found)
+
+
+def check(sessions: sessionmaker[Session], seed: int, expected: Outcome) -> None:
+    dice = Random(seed)
+    taken = steps(dice)
+    looks = [*dice.sample(range(len(taken)), 2), len(taken) - 1]
+    found = lived(sessions, taken, looks)
+    for name, rows in expected.rows.items():
+        assert found[name] == rows, name
+
+
+@settings(max_examples=2, deadline=None)
+@given(st.integers(0, 2**32))
+def test_the_order_of_arrival_changes_nothing(expected: Outcome, seed: int) -> None:
+    with TemporaryDirectory() as folder, database(f"sqlite:///{Path(folder) / 'menshin.sqlite'}") as sessions:
+        check(sessions, seed, expected)
+
+
+def test_nor_does_it_on_either_database(sessions: sessionmaker[Session], expected: Outcome) -> None:
+    check(sessions, 1, expected)

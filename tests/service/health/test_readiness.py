@@ -1,0 +1,188 @@
+"""The service says that it is ready, and its heart beats, as long as looks and analyses are really done."""
+
+import re
+import shutil
+import subprocess
+from collections.abc import Iterator
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from typing import Any
+
+import pytest
+from asking import client
+from monitoring import building_file
+from receiving import Hook, hook
+from sqlalchemy import update
+from sqlalchemy.orm import Session, sessionmaker
+
+from service.buildings import store as building_store
+from service.buildings.tables import Building
+from service.db import leases, migrate, sessions as opened
+from service.db.leases import POLLING, POLLING_LEASE, WORKING
+from service.jobs import queue as job_queue
+from service.jobs.tables import Job, Lease
+from service.notify.housekeeping import Upkeep
+from service.records.polling import Look
+from service.records.tables import Event, SourceState
+from service.settings import Settings
+
+NOW = datetime.now(UTC)
+SETTINGS = Settings(poll_interval=60, http_retries=3, http_timeout=30, lease=120, worker_patience=600, disk_reserve=0)
+LATE = timedelta(seconds=3 * 60 + 4 * 30)
+"""Without a look, after which the sources of these settings count as not looked at."""
+MIB = 2**20
+
+
+@pytest.fixture(scope="module")
+def url(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """A database with a building that is watched through a folder."""
+    folder = tmp_path_factory.mktemp("readiness")
+    made = f"sqlite:///{folder / 'menshin.sqlite'}"
+    migrate.upgrade(made)
+    with opened.sessions(made).begin() as session:
+        building_store.add(session, building_file("folder", str(folder)), folder, NOW - timedelta(days=1))
+    return made
+
+
+@pytest.fixture
+def sessions(url: str) -> Iterator[sessionmaker[Session]]:
+    """Everything is as it has to be: poller and worker live, and the source was looked at just now."""
+    made = opened.sessions(url)
+    with made.begin() as session:
+        for table in (Job, Event, Lease):
+            session.query(table).delete()
+        for right, length in ((POLLING, POLLING_LEASE), (WORKING, timedelta(seconds=SETTINGS.lease))):
+            leases.hold(session, right, "host:1", datetime.now(UTC), length)
+    Look(made, SETTINGS).at_all()
+    yield made
+    made.kw["bind"].dispose()
+
+
+def answered(url: str, **other: float) -> tuple[int, dict[str, dict[str, Any]]]:
+    """Status of /readyz, and its checks by name."""
+    given = SETTINGS.model_dump(include={"poll_interval", "worker_patience", "disk_reserve"}) | other
+    with client(url, **given) as asking:
+        answer = asking.get("/readyz")
+    return answer.status_code, {one["name"]: one for one in answer.json()["checks"]}
+
+
+def failing(url: str, **other: float) -> list[str]:
+    status, checks = answered(url, **other)
+    found = [name for name, one in checks.items() if not one["ok"]]
+    assert status == (503 if found else 200)
+    assert all(one["helps"] and one["since"] for one in checks.values() if not one["ok"])
+    return found
+
+
+def looked(sessions: sessionmaker[Session], at: datetime) -> None:
+    with sessions.begin() as session:
+        session.execute(update(SourceState).values(looked_at=at))
+
+
+def test_all_is_checked_and_nothing_lacks(url: str, sessions: sessionmaker[Session]) -> None:
+    status, checks = answered(url)
+    assert status == 200
+    assert list(checks) == ["database", "disk", "clock", "poller", "looks", "worker"]
+    assert all(one["ok"] and one["since"] is None for one in checks.values())
+
+
+def test_a_poller_that_lives_but_does_not_look_is_not_ready(url: str, sessions: sessionmaker[Session]) -> None:
+    looked(sessions, datetime.now(UTC) - 0.9 * LATE)
+    assert failing(url) == []
+    looked(sessions, (late := datetime.now(UTC) - 1.1 * LATE))
+    assert failing(url) == ["looks"]
+    since = answered(url)[1]["looks"]["since"]
+    assert abs(datetime.fromisoformat(since) - late) < timedelta(milliseconds=1)
+    with sessions.begin() as session:
+        session.execute(update(SourceState).values(failing_since=NOW))
+    assert failing(url) == [], "a source that fails rests"
+    Look(sessions, SETTINGS).at_all()
+    assert failing(url) == []
+
+
+def test_a_building_without_a_source_lacks_no_look(url: str, sessions: sessionmaker[Session], tmp_path: Path) -> None:
+    text = building_file("folder", str(tmp_path)).replace('"TOWER"', '"BARE"')
+    bare = text[: text.index("[source]")] + text[text.index("[[channel]]") :]
+    with sessions.begin() as session:
+        building_store.add(session, bare, Path("/"), NOW - timedelta(days=1))
+    assert failing(url) == []
+    with sessions.begin() as session:
+        building_store.update_description(session, text, Path("/"), NOW - timedelta(hours=1))
+    assert failing(url) == ["looks"]
+    Look(sessions, SETTINGS).at_all()
+    assert failing(url) == []
+
+
+def test_a_clock_that_was_set_back_is_not_ready_until_looks_have_its_time(
+    url: str, sessions: sessionmaker[Session]
+) -> None:
+    looked(sessions, datetime.now(UTC) + timedelta(hours=2))
+    assert failing(url) == ["clock"]
+    assert re.search(r" 7[12]\d\d s later", answered(url)[1]["clock"]["found"])
+    Look(sessions, SETTINGS).at_all()
+    assert failing(url) == []
+
+
+def test_work_that_waits_without_progress_is_not_ready(url: str, sessions: sessionmaker[Session]) -> None:
+    long_ago = datetime.now(UTC) - timedelta(seconds=1.1 * SETTINGS.worker_patience)
+    with sessions.begin() as session:
+        building = session.query(Building).first()
+        assert building is not None
+        times = {"start": NOW, "end": NOW, "created_at": NOW, "updated_at": NOW}
+        session.add(event := Event(building_id=building.id, state="gathering", **times))
+        session.flush()
+        job_queue.enqueue(session, event, {}, long_ago)
+    assert failing(url) == ["worker"]
+    assert failing(url, worker_patience=3600) == []
+    with sessions.begin() as session:
+        session.add(Job(kind="watch", arguments={}, state="done", created_at=NOW, finished_at=datetime.now(UTC)))
+    assert failing(url) == [], "a long queue that moves is no fault"
+
+
+def test_the_heart_beats_only_while_all_that_holds(url: str, sessions: sessionmaker[Session]) -> None:
+    with hook() as there:
+        there.status = 200
+        assert beats(there, sessions) == 1
+        looked(sessions, datetime.now(UTC) - 1.1 * LATE)
+        assert beats(there, sessions) == 0
+        looked(sessions, datetime.now(UTC))
+        assert beats(there, sessions) == 1
+        assert beats(there, sessions, disk_reserve=2**62) == 0, "no disk has as much room"
+
+
+def beats(there: Hook, sessions: sessionmaker[Session], **other: float) -> int:
+    """How often a notifier that does what is due now asks outside."""
+    before = len(there.posted)
+    given = SETTINGS.model_dump() | {"heartbeat_url": f"{there.address}/ping"} | other
+    Upkeep(sessions, Settings(**given)).step()
+    return len(there.posted) - before
+
+
+@pytest.fixture
+def small_disk(tmp_path: Path) -> Iterator[Path]:
+    """A file system of 32 MiB of its own."""
+    folder = tmp_path / "disk"
+    folder.mkdir()
+    mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=32m", "none", folder], capture_output=True, text=True)
+    if mounted.returncode != 0:
+        pytest.skip(f"no file system can be mounted here: {mounted.stderr.strip()}")
+    try:
+        yield folder
+    finally:
+        subprocess.run(["umount", "--lazy", folder], check=True)
+
+
+def test_a_full_disk_is_not_ready_until_it_has_room(small_disk: Path) -> None:
+    url = f"sqlite:///{small_disk / 'menshin.sqlite'}"
+    migrate.upgrade(url)
+    sessions = opened.sessions(url)
+    with sessions.begin() as session:
+        for right in (POLLING, WORKING):
+            leases.hold(session, right, "host:1", datetime.now(UTC), POLLING_LEASE)
+    reserve = 20 * 8 * MIB  # so that 8 MiB have to be free
+    assert failing(url, disk_reserve=reserve) == []
+    (small_disk / "filling").write_bytes(bytes(shutil.disk_usage(small_disk).free - MIB))
+    assert failing(url, disk_reserve=reserve) == ["disk"]
+    (small_disk / "filling").unlink()
+    assert failing(url, disk_reserve=reserve) == []
+    sessions.kw["bind"].dispose()

@@ -1,0 +1,267 @@
+"""What the first page shows, and what a browser may do with it."""
+
+import re
+from collections.abc import Iterator
+from datetime import UTC, datetime, timedelta
+from html import unescape
+
+import numpy as np
+import pytest
+from asking import client
+from sqlalchemy.orm import Session, sessionmaker
+
+from core.comparison.misfit import Misfit
+from core.model.isolator import Isolator
+from service.analyses import trend_queries
+from service.analyses.tables import Analysis, CycleResult, DirectionResult, ModeResult
+from service.buildings.tables import Building, Revision
+from service.db import blobs
+from service.jobs.tables import Job
+from service.models import results, versions as model_versions
+from service.models.versions import Draft
+from service.models.work import Compared
+from service.records.tables import Event
+
+START = datetime(2011, 3, 11, 5, 46, 24, tzinfo=UTC)
+TIME = np.arange(2000) / 100
+BUILDING = """
+code = "{code}"
+name = "{name}"
+[[level]]
+name = "ground"
+role = "ground"
+[[level]]
+name = "base"
+role = "base"
+mass = 2e5
+[[level]]
+name = "roof"
+mass = 1e5
+[isolation]
+[[channel]]
+id = "XX.{code}.01.HNX"
+level = "base"
+direction = "x"
+quantity = "acceleration"
+"""
+
+
+def building(session: Session, code: str, name: str) -> Building:
+    made = Building(code=code, name=name, created_at=START)
+    toml = BUILDING.format(code=code, name=name)
+    session.add(Revision(building=made, number=1, toml=toml, folder="/", created_at=START))
+    session.flush()
+    return made
+
+
+def event(session: Session, at: Building, day: int, state: str, reason: str | None = None) -> Event:
+    start = START + timedelta(days=day)
+    made = Event(
+        building=at, start=start, end=start, state=state, reason=reason, created_at=start, updated_at=start
+    )  # fmt: skip
+    session.add(made)
+    session.flush()
+    return made
+
+
+def result(peak_displacement: float | None = 0.012, modes: int = 5, cycles: int = 2) -> DirectionResult:
+    force = blobs.encode(3e6 * np.sin(TIME))
+    displacement = None if peak_displacement is None else blobs.encode(peak_displacement * np.sin(TIME + 0.1))
+    return DirectionResult(
+        direction="x",
+        start=START,
+        rate=100.0,
+        count=TIME.size,
+        peak_force=3_294_400.0,
+        force_std=340.0,
+        peak_displacement=peak_displacement,
+        displacement=displacement,
+        velocity=displacement,
+        **dict.fromkeys(("force", "force_rigid", "force_modal", "force_std_history"), force),
+        modes=[
+            ModeResult(number=number, frequency=1.0 * number, damping_ratio=0.02, shape={"roof": 1.0})
+            for number in range(1, modes + 1)
+        ],
+        cycles=[
+            CycleResult(start=0.0, end=1.0, amplitude=0.01, k_eq=5e8, k_eq_std=1e6, c_eq=1e6, c_eq_std=1e5)
+            for _ in range(cycles)
+        ],
+    )
+
+
+def analysed(session: Session, of: Event, result: DirectionResult | None, refusal: str | None = None) -> Analysis:
+    job = Job(kind="analyse", event_id=of.id, arguments={}, state="done", created_at=START)
+    session.add(job)
+    session.flush()
+    finding = {"kind": "gap", "severity": "warning", "message": "1 s < is missing", "channel": None, "value": None}
+    made = Analysis(
+        event=of,
+        job_id=job.id,
+        revision_id=of.building.revisions[0].id,
+        current=True,
+        created_at=START,
+        version="1",
+        settings={},
+        inputs=[],
+        quality=[finding],
+        refusal=refusal,
+        peaks={},
+        pga=0.398,
+        directions=[result] if result else [],
+    )
+    session.add(made)
+    return made
+
+
+@pytest.fixture
+def stored(sessions: sessionmaker[Session]) -> Iterator[Session]:
+    with sessions() as session:
+        yield session
+
+
+def home(url: str, session: Session, address: str = "/") -> str:
+    """The first page, as it reads."""
+    session.commit()
+    with client(url) as asking:
+        answer = asking.get(address)
+    assert answer.status_code == 200
+    return unescape(answer.text)
+
+
+def test_without_a_building_the_page_says_how_to_begin(database_url: str, stored: Session) -> None:
+    assert "menshin building add FILE" in home(database_url, stored)
+
+
+def test_without_an_earthquake_the_page_says_so(database_url: str, stored: Session) -> None:
+    building(stored, "A", "Tower")
+    assert "No earthquake has come in yet." in home(database_url, stored)
+    assert "No earthquake has come in yet at A." in home(database_url, stored, "/?building=A")
+
+
+def test_the_last_event_is_shown_with_its_results(database_url: str, stored: Session) -> None:
+    tower = building(stored, "A", "Tower")
+    analysed(stored, event(stored, tower, 1, "analysed"), result())
+    page = home(database_url, stored)
+    for shown in (
+        "Tower: last event, 2011-03-12 05:46:24 UTC",
+        "39.8 gal",
+        "3,294.40 ± 0.34 kN",
+        "Behind ±: one standard deviation",
+        "12.0 mm",
+        "Fixed-base mode 3",
+        "2 more modes",
+        "1 s < is missing",
+    ):
+        assert shown in page, shown
+    assert "Fixed-base mode 4" not in page
+
+
+@pytest.mark.parametrize(
+    ("state", "reason", "shown"),
+    [
+        ("refused", "the base slab is not measured", "It could not be used</strong>: the base slab is not measured"),
+        ("failed", "MemoryError", "Its analysis failed</strong>: MemoryError"),
+        ("queued", None, "It waits for its analysis"),
+        ("gathering", None, "Its files are still coming in"),
+        ("dreaming", None, "dreaming"),
+    ],
+)
+def test_a_last_event_without_a_result_says_why_and_hides_no_result(
+    database_url: str, stored: Session, state: str, reason: str | None, shown: str
+) -> None:
+    tower = building(stored, "A", "Tower")
+    analysed(stored, event(stored, tower, 1, "analysed"), result())
+    last = event(stored, tower, 2, state, reason)
+    if state == "refused":
+        analysed(stored, last, None, reason)
+    page = home(database_url, stored)
+    assert shown in page
+    assert page.index("last event, 2011-03-13") < page.index("last event with a result, 2011-03-12")
+    assert "/charts/loop.svg" in page
+
+
+@pytest.mark.parametrize(("error", "is_told"), [(0.1, True), (0.001, False)])
+def test_a_model_in_force_that_misses_the_latest_events_is_told(
+    database_url: str, stored: Session, error: float, is_told: bool
+) -> None:
+    """It was fitted to an event that it met to 0.1 % of the force, by noise alone."""
+    tower = building(stored, "A", "Tower")
+    draft = Draft("x", Isolator({"elastic": {"k_b": 5e8}}), "by hand", "me", tower.revisions[0].id)
+    model = model_versions.add(stored, tower.id, draft, START)
+    model_versions.accept(stored, model, "me", START)
+    for day, (role, off) in enumerate([("fitted", 0.001), ("later", error), ("later", error)]):
+        analysis = analysed(stored, event(stored, tower, day, "analysed"), result())
+        stored.flush()
+        misfit = Misfit(TIME.size, error=off**2, signal=1.0, spread=1.0, noise=1e-6)
+        held = Compared(analysis.event_id, analysis.id, "x", np.zeros(TIME.size), misfit, None, {})
+        results.store_comparisons(stored, model.id, [held], {analysis.event_id: role}, START)
+    page = home(database_url, stored)
+    assert (f'<a href="/models/{model.id}">Model x 1</a> of A: The model misses the latest 2 events' in page) == is_told
+
+
+def test_the_only_event_was_refused(database_url: str, stored: Session) -> None:
+    tower = building(stored, "A", "Tower")
+    analysed(stored, event(stored, tower, 1, "refused", "no ground"), None, "no ground")
+    page = home(database_url, stored)
+    assert "no ground" in page
+    assert "with a result" not in page
+
+
+def test_of_several_buildings_the_last_shaken_or_the_chosen_one_is_shown(database_url: str, stored: Session) -> None:
+    for day, (code, name) in enumerate([("A", "Tower"), ("B", "Hall"), ("C", "School")]):
+        event(stored, building(stored, code, name), 10 - day, "queued")
+    building(stored, "D", "<b>New</b>")
+    assert "Tower: last event" in home(database_url, stored)
+    assert "Hall: last event" in home(database_url, stored, "/?building=B")
+    with client(database_url) as asking:
+        assert "<b>New" not in asking.get("/").text
+        assert asking.get("/?building=E").status_code == 404
+
+
+def test_what_was_not_measured_is_no_picture(database_url: str, stored: Session) -> None:
+    tower = building(stored, "A", "Tower")
+    analysed(stored, event(stored, tower, 1, "analysed"), result(peak_displacement=None))
+    page = home(database_url, stored)
+    assert "not measured" in page
+    assert "/charts/" not in page
+
+
+def test_every_picture_is_drawn_and_has_its_data_beside_it(database_url: str, stored: Session) -> None:
+    tower = building(stored, "A", "Tower")
+    analysed(stored, event(stored, tower, 1, "analysed"), result())
+    figures = re.findall(r"<figure>.*?</figure>", home(database_url, stored), re.DOTALL)
+    assert len(figures) == 2
+    with client(database_url) as asking:
+        for figure in figures:
+            picture, data = re.findall(r'(?:src|href)="([^"]*)"', figure)
+            assert asking.get(picture).headers["content-type"] == "image/svg+xml"
+            assert asking.get(data).headers["content-type"].startswith("text/csv")
+
+
+def test_of_too_many_cycles_the_latest_are_drawn(stored: Session) -> None:
+    tower = building(stored, "A", "Tower")
+    for day, cycles in ((1, 3), (3, 2), (2, 4)):
+        analysed(stored, event(stored, tower, day, "analysed"), result(cycles=cycles))
+    stored.flush()
+    days = [(row.event_start - START).days for row in trend_queries.latest_cycles(stored, tower.id, "x", 5)]
+    assert days == [2, 2, 2, 3, 3]
+
+
+def test_a_browser_loads_nothing_from_elsewhere_and_runs_no_script_but_that_of_the_forms(
+    database_url: str, stored: Session
+) -> None:
+    tower = building(stored, "A", "Tower")
+    analysed(stored, event(stored, tower, 1, "analysed"), result())
+    stored.commit()
+    with client(database_url) as asking:
+        for path in ("/", "/docs", "/login"):
+            answer = asking.get(path)
+            policy = dict(part.strip().split(" ", 1) for part in answer.headers["content-security-policy"].split(";"))
+            assert policy["default-src"] == policy["frame-ancestors"] == "'none'"
+            assert not re.search(r'(?:src|href|action)="(?!/)', answer.text), path
+            assert not re.search(
+                r"<script(?! src=./static/forms.js. defer></script>)|\son\w+=|javascript:|style=", answer.text
+            ), path
+            icon = re.search(r'rel="icon" href="([^"]*)"', answer.text)
+            assert icon is not None
+            assert asking.get(icon[1]).status_code == 200

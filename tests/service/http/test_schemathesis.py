@@ -1,0 +1,77 @@
+"""Whatever the OpenAPI document allows, and whatever it does not, is answered as the document says.
+
+A tool that knows nothing of us but the document asks a service that holds a building, its events, their results and a
+refused event: examples, edges, wrong values and chains of requests. By hand, as long as one likes:
+
+    schemathesis run http://127.0.0.1:8000/openapi.json -H "X-API-Key: KEY" --max-time 600
+"""
+
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from datetime import UTC, datetime
+from pathlib import Path
+from threading import Event as Signal, Thread
+
+import httpx
+import pytest
+import watched
+from serving import served
+from sqlalchemy.orm import Session, sessionmaker
+
+from service.access import keys
+from service.access.auth import Role
+from service.db import leases
+from service.db.leases import POLLING, POLLING_LEASE, WORKING
+
+pytestmark = pytest.mark.slow
+
+EXAMPLES = "20"
+"""Of each operation tried at random, beside all examples and edges; by hand it was far more."""
+
+
+@pytest.fixture
+def key(sessions: sessionmaker[Session], tmp_path: Path) -> str:
+    """A key of a service in full use."""
+    (tmp_path / "records").mkdir()
+    watched.watch(sessions, tmp_path / "records")
+    with sessions.begin() as session:
+        return keys.create(session, "schemathesis", Role.admin, datetime.now(UTC))
+
+
+@pytest.fixture
+def parts(sessions: sessionmaker[Session]) -> Iterator[None]:
+    """A poller and a worker, as far as others see them."""
+    stop = Signal()
+
+    def live() -> None:
+        while True:
+            with sessions.begin() as session:
+                for right in (POLLING, WORKING):
+                    leases.hold(session, right, "a part", datetime.now(UTC), POLLING_LEASE)
+            if stop.wait(10):
+                return
+
+    thread = Thread(target=live)
+    thread.start()
+    yield
+    stop.set()
+    thread.join()
+
+
+@pytest.fixture
+def address(database_url: str, key: str, parts: None) -> Iterator[str]:
+    long_ago = {"poll_interval": 1e9, "worker_patience": 1e9, "disk_reserve": 0}  # the records came years ago
+    with served(database_url, progress_patience=0.1, **long_ago) as found:  # nobody works: streams would wait
+        yield found
+
+
+def test_schemathesis_finds_nothing(address: str, key: str, tmp_path: Path) -> None:
+    """All its checks, all its phases; in a process of its own, as its command does it."""
+    options = ["--header", f"X-API-Key: {key}", "--continue-on-failure", "--seed", "1", "--max-examples", EXAMPLES]
+    command = [sys.executable, "-m", "schemathesis.cli", "run", f"{address}/openapi.json", *options, "--no-color"]
+    done = subprocess.run(command, cwd=tmp_path, env=os.environ, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stdout + done.stderr
+    operations = sum(len(methods) for methods in httpx.get(f"{address}/openapi.json").json()["paths"].values())
+    assert f"Tested: {operations}\n" in done.stdout

@@ -1,0 +1,56 @@
+"""The processes that compute: a Ctrl-C at the terminal, which reaches them too, takes no work along."""
+
+import os
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+from threading import Event, Thread
+
+import psutil
+import pytest
+
+from service.jobs.executors import end, local_processes, out_of_reach_of_interrupts
+from service.settings import Settings
+
+SETTINGS = Settings(workers=1)
+
+
+@contextmanager
+def interrupted_all_the_time() -> Iterator[list[int]]:
+    """Every process of the pool, from its first moment on; the numbers of those that were."""
+    done, reached = Event(), list[int]()
+
+    def interrupt() -> None:
+        while not done.wait(0.01):
+            for child in psutil.Process().children(recursive=True):
+                try:
+                    if "loky.backend.popen" in " ".join(child.cmdline()):
+                        child.send_signal(signal.SIGINT)
+                        reached.append(child.pid)
+                except psutil.NoSuchProcess:
+                    pass
+
+    thread = Thread(target=interrupt)
+    thread.start()
+    try:
+        yield reached
+    finally:
+        done.set()
+        thread.join()
+
+
+@pytest.mark.slow
+def test_ctrl_c_reaches_no_process_that_computes() -> None:
+    """Neither while it starts, nor while it waits for work, nor in the middle of it."""
+    made = local_processes(SETTINGS.workers)
+    end(made, SETTINGS)  # those of other tests were begun otherwise
+    try:
+        with interrupted_all_the_time() as reached:
+            for _ in range(3):
+                with out_of_reach_of_interrupts():
+                    future = made().submit(os.getpid)
+                assert future.result(60) in reached
+                assert not Event().wait(0.3)  # idle
+        assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ()), "we ourselves hear it again"
+    finally:
+        end(made, SETTINGS)

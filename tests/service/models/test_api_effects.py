@@ -1,0 +1,42 @@
+"""What the API says of the physical effects."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from asking import client
+from fastapi.testclient import TestClient
+
+from core.effects import EFFECTS
+from service.db import migrate
+
+
+@pytest.fixture
+def asking(tmp_path: Path) -> Iterator[TestClient]:
+    url = f"sqlite:///{tmp_path / 'menshin.sqlite'}"
+    migrate.upgrade(url)
+    with client(url) as made:
+        yield made
+
+
+def test_every_effect_is_listed_by_family(asking: TestClient) -> None:
+    found = asking.get("/api/v1/effects").json()["items"]
+    assert {one["name"] for one in found} == set(EFFECTS)
+    families = [one["family"] for one in found]
+    assert families == sorted(families)
+    lines = asking.get("/api/v1/effects", params={"format": "csv"}).text.splitlines()
+    assert len(lines) == len(EFFECTS) + 1
+
+
+@pytest.mark.parametrize("name", sorted(EFFECTS))
+def test_every_effect_is_explained(asking: TestClient, name: str) -> None:
+    found = asking.get(f"/api/v1/effects/{name}").json()
+    parameters = {one["name"]: one for one in found["parameters"]}
+    assert set(found["absent"]) <= set(parameters)
+    assert all(one["lowest"] <= one["usual"] <= one["highest"] for one in parameters.values())
+    assert "{" not in found["explanation"]
+    assert found["law"].startswith("def law(")
+
+
+def test_an_effect_that_there_is_not(asking: TestClient) -> None:
+    assert asking.get("/api/v1/effects/magic").json()["detail"] == "There is no effect 'magic'."

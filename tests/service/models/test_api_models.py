@@ -1,0 +1,125 @@
+"""How models are made, told and put in force."""
+
+from collections.abc import Iterator
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import pytest
+import simulated
+from asking import client
+from fastapi.testclient import TestClient
+from sqlalchemy.orm import Session, sessionmaker
+
+from core.effects import EFFECTS
+from service.access import keys
+from service.access.auth import Role
+from service.buildings import store as building_store
+from service.models.tables import ModelVersion
+
+MODELS = "/api/v1/buildings/PAPER/models"
+NOW = simulated.START
+LINEAR = {"elastic": {"k_b": 4.75e8}, "viscous": {"c_b": 6e6}}
+
+
+@pytest.fixture
+def asking(database_url: str, sessions: sessionmaker[Session]) -> Iterator[TestClient]:
+    """Asks for the paper's building, which nothing has shaken yet."""
+    with sessions.begin() as session:
+        building_store.add(session, simulated.building_file(), Path("/"), NOW)
+    with client(database_url) as made:
+        yield made
+
+
+def made(asking: TestClient, **wanted: object) -> dict[str, Any]:
+    answer = asking.post(MODELS, json={"direction": "x", **wanted})
+    assert answer.status_code == 201, answer.text
+    assert asking.get(answer.headers["Location"]).json() == answer.json()
+    found: dict[str, Any] = answer.json()
+    return found
+
+
+def test_the_first_model_is_made_by_the_design(asking: TestClient) -> None:
+    first = made(asking)
+    assert (first["number"], first["state"], first["parent"], first["author"]) == (1, "draft", None, "loopback")
+    assert first["effects"] == ["elastic", "viscous"]
+    assert first["assumed"] == ["c_b", "k_b"]  # the building's file gives no design values
+    assert first["errors"] == {"fitted": None, "left_out": None, "later": None}
+
+
+def test_a_model_of_given_values(asking: TestClient) -> None:
+    given = made(asking, effects=LINEAR, change="as the maker says")
+    assert {one["parameter"]: one["value"] for one in given["values"]} == {"k_b": 4.75e8, "c_b": 6e6}
+    assert given["values"][0] | {"unit": "N/m", "std": None} == given["values"][0]
+    assert (given["change"], given["assumed"]) == ("as the maker says", [])
+
+
+REFUSED: tuple[tuple[dict[str, object], int, str], ...] = (
+    ({"direction": "y"}, 409, "does not measure direction y; it measures x"),
+    ({"direction": "z"}, 422, "direction"),
+    ({"effects": {"magic": {}}}, 409, "there is no effect 'magic'"),
+    ({"effects": {"elastic": {}}}, 409, "takes values for ['k_b']"),
+    ({"effects": {"elastic": {"k_b": -1.0}}}, 409, "must lie within"),
+    ({"effects": {"elastic": {"k_b": "stiff"}}}, 422, "number"),
+)
+
+
+@pytest.mark.parametrize(("wanted", "status", "said"), REFUSED)
+def test_what_is_no_model_is_refused_and_told(
+    asking: TestClient, wanted: dict[str, object], status: int, said: str
+) -> None:
+    refused = asking.post(MODELS, json={"direction": "x", **wanted})
+    assert refused.status_code == status
+    assert said in refused.json()["detail"]
+    assert asking.get(MODELS).json()["items"] == []
+
+
+def test_versions_are_listed_latest_first_page_by_page(asking: TestClient) -> None:
+    identities = [made(asking)["id"] for _ in range(3)]
+    first = asking.get(MODELS, params={"limit": 2}).json()
+    assert [one["id"] for one in first["items"]] == identities[:0:-1]
+    second = asking.get(MODELS, params={"limit": 2, "cursor": first["next"]}).json()
+    assert ([one["number"] for one in second["items"]], second["next"]) == ([1], None)
+    assert asking.get(MODELS, params={"direction": "xy"}).json()["items"] == []
+
+
+def test_one_model_at_a_time_is_in_force(asking: TestClient) -> None:
+    first, second = made(asking), made(asking, effects=LINEAR)
+    for wanted in (first, second, second):
+        accepted = asking.post(f"/api/v1/models/{wanted['id']}/accept").json()
+        assert (accepted["id"], accepted["state"], accepted["accepted_by"]) == (wanted["id"], "current", "loopback")
+        in_force = asking.get(MODELS, params={"state": "current"}).json()["items"]
+        assert [one["id"] for one in in_force] == [wanted["id"]]
+    assert asking.get(f"/api/v1/models/{first['id']}").json()["state"] == "retired"
+
+
+def test_a_viewer_reads_and_changes_nothing(asking: TestClient, sessions: sessionmaker[Session]) -> None:
+    with sessions.begin() as session:
+        roles = {role: keys.create(session, role.name, role, NOW) for role in (Role.engineer, Role.viewer)}
+    asking.headers["X-API-Key"] = roles[Role.engineer]
+    first = made(asking)
+    assert first["author"] == "engineer"
+    asking.headers["X-API-Key"] = roles[Role.viewer]
+    assert asking.get(f"/api/v1/models/{first['id']}").status_code == 200
+    for path in (MODELS, f"/api/v1/models/{first['id']}/accept"):
+        refused = asking.post(path, json={"direction": "x"})
+        assert refused.status_code == 403
+        assert "role engineer" in refused.json()["detail"]
+
+
+def test_an_effect_that_is_gone_still_displays(asking: TestClient, sessions: sessionmaker[Session]) -> None:
+    identity = made(asking)["id"]
+    assert "gone" not in EFFECTS
+    with sessions.begin() as session:
+        session.get_one(ModelVersion, identity).effects = {"gone": {"b": 2.0, "a": 1.0}}
+    found = asking.get(f"/api/v1/models/{identity}").json()["values"]
+    assert [(one["parameter"], one["value"], one["unit"]) for one in found] == [("a", 1.0, None), ("b", 2.0, None)]
+
+
+def test_lineage_begins_with_the_first_model(asking: TestClient, sessions: sessionmaker[Session]) -> None:
+    line = [made(asking)["id"] for _ in range(3)]
+    with sessions.begin() as session:
+        for parent, child in pairwise(line):
+            session.get_one(ModelVersion, child).parent_id = parent
+    assert [one["id"] for one in asking.get(f"/api/v1/models/{line[1]}/lineage").json()["items"]] == line[:2]
+    assert asking.get("/api/v1/models/99/lineage").status_code == 404

@@ -1,0 +1,56 @@
+"""A model of both directions, by the jobs of a building that measures both."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+import simulated
+import watched
+from asking import client
+from biaxial import biaxial
+from engineer import MODELS, done, work
+from fastapi.testclient import TestClient
+from sqlalchemy.orm import Session, sessionmaker
+
+from core.paper import ISOLATOR
+from service.buildings import store as building_store
+from service.records.ingest import ingest
+
+pytestmark = [pytest.mark.slow, pytest.mark.parametrize("empty_database_url", ["sqlite"], indirect=True)]
+
+OFF = {name: dict(values) for name, values in ISOLATOR.effects.items()} | {"elastic": {"k_b": 0.9 * 475e6}}
+
+
+def building_file() -> str:
+    """The paper's, each sensor of two axes."""
+    blocks = simulated.building_file().split("[[channel]]")
+    across = [block.replace('X"', 'Y"', 1).replace('"x"', '"y"') for block in blocks[1:]]
+    return "[[channel]]".join([*blocks, *across])
+
+
+@pytest.fixture
+def asking(database_url: str, sessions: sessionmaker[Session]) -> Iterator[TestClient]:
+    """An engineer's client; the building has had one earthquake."""
+    _, samples = biaxial()
+    with sessions.begin() as session:
+        building = building_store.add(session, building_file(), Path("/"), watched.NOW)
+        data = simulated.miniseed(samples)
+        ingest(session, building, "event.mseed", "/event.mseed", data, watched.NOW, settings=watched.SETTINGS)
+    work(sessions)
+    with client(database_url) as made:
+        yield made
+
+
+def test_a_fit_is_to_both_and_each_has_its_errors(asking: TestClient, sessions: sessionmaker[Session]) -> None:
+    """5 %: 1 % of noise, and what the estimate of the force adds."""
+    first = asking.post(MODELS, json={"direction": "xy", "effects": OFF}).json()["id"]
+    made = done(asking, sessions, f"/api/v1/models/{first}/fits", {})["result"]["made"]
+    assert asking.get(f"/api/v1/models/{made}").json()["direction"] == "xy"
+    before, after = (asking.get(f"/api/v1/models/{model}/comparisons").json()["items"] for model in (first, made))
+    assert [one["direction"] for one in before] == [one["direction"] for one in after] == ["x", "y"]
+    for was, now in zip(before, after, strict=True):
+        assert now["nrmse"] < 0.05 < was["nrmse"]
+        assert now["displacement_nrmse"] < 0.05
+    assert {one["direction"] for one in asking.get(f"/api/v1/models/{made}/trend").json()["items"]} == {"x", "y"}
+    assert "direction y" in asking.get("/charts/model-loop.svg", params={"comparison": after[1]["id"]}).text
+    assert ">direction<" in asking.get("/charts/model-trend.svg", params={"model": made}).text

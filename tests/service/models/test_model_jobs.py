@@ -1,0 +1,97 @@
+"""From an engineer's wish to a comparison, and what a new event asks for by itself."""
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+import watched
+from asking import client
+from engineer import done, followed, made, work
+from fastapi.testclient import TestClient
+from sqlalchemy.orm import Session, sessionmaker
+
+from core.paper import ISOLATOR
+from service.records.polling import Look
+
+pytestmark = pytest.mark.slow
+
+TRUTH = {name: dict(values) for name, values in ISOLATOR.effects.items()}
+LINEAR = {"elastic": {"k_b": 4.75e8}, "viscous": {"c_b": 6e6}}
+
+
+@pytest.fixture
+def asking(database_url: str, sessions: sessionmaker[Session], tmp_path: Path) -> Iterator[TestClient]:
+    """An engineer's client; the paper's building has had two earthquakes."""
+    (tmp_path / "records").mkdir()
+    watched.watch(sessions, tmp_path / "records", watched.earthquakes()[:2])
+    with client(database_url, progress_patience=1) as made:
+        yield made
+
+
+def compared(asking: TestClient, sessions: sessionmaker[Session], model: int) -> list[dict[str, Any]]:
+    done(asking, sessions, f"/api/v1/models/{model}/comparisons", {})
+    rows: list[dict[str, Any]] = asking.get(f"/api/v1/models/{model}/comparisons").json()["items"]
+    return rows
+
+
+def test_the_right_model_leaves_noise_and_a_wrong_one_more(asking: TestClient, sessions: sessionmaker[Session]) -> None:
+    right, wrong = (compared(asking, sessions, made(asking, effects)) for effects in (TRUTH, LINEAR))
+    assert [row["event"] for row in right] == [row["event"] for row in wrong] == [1, 2]
+    for good, bad in zip(right, wrong, strict=True):
+        assert good["floors"] < 2 < bad["floors"]
+        assert good["nrmse"] < 0.05 < bad["nrmse"]
+        assert good["displacement_nrmse"] < 0.05 < bad["displacement_nrmse"]
+        assert (good["direction"], good["role"]) == ("x", "later")
+    one = asking.get(f"/api/v1/comparisons/{right[0]['id']}").json()
+    assert set(one["acceleration_nrmse"]) == {"1F", "4F", "RF"}
+    series = asking.get(f"/api/v1/comparisons/{right[0]['id']}/force", params={"points": 100}).json()
+    assert len(series["time"]) == len(series["modelled"]) == len(series["measured"]) <= 100
+    lines = asking.get(f"/api/v1/comparisons/{right[0]['id']}/force", params={"format": "csv"}).text.splitlines()
+    assert (lines[0], len(lines)) == ("time,displacement,measured,modelled", series["count"] + 1)
+    page = asking.get("/models/1").text
+    for picture in re.findall(r'src="(/charts/[^"]+)"', page):
+        assert "<svg" in asking.get(picture).text
+    assert page.count("/charts/") == 2
+
+
+def test_who_waits_is_told_how_far_it_is(asking: TestClient, sessions: sessionmaker[Session]) -> None:
+    asked = asking.post(f"/api/v1/models/{made(asking, LINEAR)}/comparisons", json={}).headers["Location"]
+    assert [one["state"] for one in followed(asking, asked)] == ["waiting"]
+    work(sessions)
+    (last,) = followed(asking, asked)
+    assert (last["state"], last["progress"]["stages"], last["asked_by"]) == ("done", 3, "loopback")
+    assert asking.get("/api/v1/jobs/999/progress").status_code == 404
+
+
+def test_the_model_in_force_is_held_against_every_new_event(
+    asking: TestClient, sessions: sessionmaker[Session], tmp_path: Path
+) -> None:
+    model = made(asking, LINEAR)
+    assert asking.get(f"/api/v1/models/{model}/trend").json()["items"] == []
+    asking.post(f"/api/v1/models/{model}/accept")
+    watched.write(tmp_path / "records" / "new.mseed", watched.earthquakes()[2])
+    look = Look(sessions, watched.SETTINGS, lambda: watched.NOW, lambda _: None, lambda: False)
+    look.at("PAPER")
+    look.queue_ready()
+    work(sessions)
+    trend = asking.get(f"/api/v1/models/{model}/trend").json()
+    assert [(one["event"], one["fitted"], one["missed"]) for one in trend["items"]] == [(3, False, False)]
+    assert trend["finding"] is None  # nothing was fitted, so there is nothing it was used to
+
+
+def test_what_cannot_be_compared_is_refused(asking: TestClient) -> None:
+    model = made(asking, LINEAR)
+    refused = asking.post(f"/api/v1/models/{model}/comparisons", json={"events": [1, 77]})
+    assert refused.status_code == 409
+    assert "events 77" in refused.json()["detail"]
+    assert asking.post(f"/api/v1/models/{model}/comparisons", json={"events": []}).status_code == 422
+    assert asking.post(f"/api/v1/models/{model}/comparisons", json={"events": [1.5]}).status_code == 422
+
+
+def test_a_whole_number_may_be_written_with_a_point(asking: TestClient) -> None:
+    """JSON has one kind of number, and 2.0 is an integer in its schemas."""
+    model = made(asking, LINEAR)
+    queued = asking.post(f"/api/v1/models/{model}/comparisons", json={"events": [1, 2.0]})
+    assert (queued.status_code, queued.json()["arguments"]) == (202, {"events": [1, 2]})

@@ -1,0 +1,76 @@
+"""An event whose analysis was refused: no model is held against it, but it tells of the sensors."""
+
+from collections.abc import Sequence
+from datetime import timedelta
+from pathlib import Path
+
+import numpy as np
+import pytest
+import simulated
+import watched
+from sqlalchemy.orm import Session, sessionmaker
+
+from core.diagnosis.suspect import Cause
+from core.diagnosis.suspicion import suspicions
+from core.paper import ISOLATOR
+from service.jobs import queue as job_queue
+from service.jobs.progress import silent
+from service.kinds import KINDS
+from service.models import diagnoses, requests as model_requests
+from service.models.inputs import WorkInputs
+from service.models.stored_records import records
+from service.models.workbench.records import Records, unusable
+
+EFFECTS = {name: dict(values) for name, values in ISOLATOR.effects.items()}
+
+
+def dead_base(number: int) -> bytes:
+    samples = simulated.records(np.random.default_rng(number), 0.3)
+    samples[watched.BASE] = np.zeros_like(samples[watched.BASE])
+    return simulated.miniseed(samples, later=number * watched.APART)
+
+
+@pytest.fixture
+def building(sessions: sessionmaker[Session], tmp_path: Path) -> sessionmaker[Session]:
+    """It has had two earthquakes; in the second the base slab's sensor was dead."""
+    (tmp_path / "records").mkdir()
+    watched.watch(sessions, tmp_path / "records", [watched.earthquakes()[1], dead_base(2)])
+    return sessions
+
+
+def asked(sessions: sessionmaker[Session], events: Sequence[int] | None) -> tuple[WorkInputs, Records]:
+    """What a diagnosis is made from, up to the question of what the layer lacks."""
+    with sessions.begin() as session:
+        model = model_requests.make(session, "PAPER", "x", EFFECTS, "", "engineer", watched.NOW)
+        model_requests.diagnose(session, model, events, None, "engineer", watched.NOW)
+    with sessions.begin() as session:
+        claim = job_queue.claim(session, watched.NOW, timedelta(minutes=1))
+        assert claim is not None
+        inputs = KINDS[job_queue.DIAGNOSE].inputs(session, claim, watched.SETTINGS)
+    *reading, _ = diagnoses.stages(inputs)
+    return inputs, records(inputs, [stage.function(*stage.arguments((), silent)) for stage in reading])
+
+
+def test_its_sensors_are_asked_and_nothing_is_fitted_to_it(building: sessionmaker[Session]) -> None:
+    inputs, seen = asked(building, None)
+    assert [event.held.event_id for event in inputs.events] == [1]
+    assert [one.name for one in seen.fitted] == [inputs.events[0].held.name]
+    assert len(seen.analyses) == 2
+    (why,) = seen.unused
+    assert why.startswith(f"{inputs.unusable[0].held.name}: {watched.BASE}")
+    (suspect,) = suspicions(seen.analyses, seen.description)
+    assert (suspect.cause, suspect.kind, suspect.channel) == (Cause.SENSOR, "dead", watched.BASE)
+    assert "in 1 of 2 earthquakes" in suspect.message
+
+
+def test_of_events_that_are_named_only_these_are_asked(building: sessionmaker[Session]) -> None:
+    inputs, seen = asked(building, [1])
+    assert (inputs.unusable, len(seen.analyses), seen.unused) == ((), 1, ())
+    assert suspicions(seen.analyses, seen.description) == ()
+
+
+def test_a_direction_that_nothing_is_known_of_is_told(building: sessionmaker[Session]) -> None:
+    _, seen = asked(building, [1])
+    (analysis,) = seen.analyses
+    assert unusable(analysis, ["x"], ["x"]) is None
+    assert unusable(analysis, ["x"], ["x", "y"]) == "neither force nor motion of the layer is known in direction y"

@@ -1,0 +1,95 @@
+"""A model of both directions, which see each other: diagnosed, and told of direction by direction."""
+
+from dataclasses import replace
+from datetime import timedelta
+from io import StringIO
+
+import pytest
+from described import paper
+from held_records import held_records
+from layer_observations import START
+from observed_both import COUPLED, observed_both
+from rich.console import Console
+
+from core.diagnosis.missing_effects import Outcome
+from core.model.isolator import Isolator
+from core.paper import BUILDING
+from service.jobs.progress import silent
+from service.models.model_file import ModelFile, read, written
+from service.models.workbench.diagnosing import Diagnosed, diagnose
+from service.models.workbench.diagnosis_json import as_json
+from service.models.workbench.diagnosis_page import page
+from service.models.workbench.diagnosis_summary import summary
+from service.models.workbench.held import held
+from service.models.workbench.records import Records
+from service.models.workbench.summary import summary as comparison_summary
+
+GIVEN = ModelFile("PAPER", "xy", Isolator({n: v for n, v in COUPLED.effects.items() if n != "biaxial"}))
+OFFERED = ("biaxial", "friction", "hardening", "asymmetry")
+LATER = START + timedelta(days=1)
+
+
+@pytest.fixture(scope="module")
+def seen() -> Records:
+    """Two earthquakes in both directions; the second is left out."""
+    later = observed_both(2, scale=0.7, start=LATER)
+    made = held_records([*observed_both(1), *later], {later[0].name})
+    levels = {floor.name: k for floor, k in zip(paper().floors, BUILDING.storey_stiffness, strict=True)}
+    known = [replace(level, stiffness=levels.get(level.name)) for level in made.description.levels]
+    return replace(made, description=replace(made.description, levels=tuple(known)))
+
+
+@pytest.fixture(scope="module")
+def found(seen: Records) -> Diagnosed:
+    return diagnose(GIVEN, "given.toml", seen, silent, OFFERED)
+
+
+def text_of(renderable: object) -> str:
+    console = Console(width=120, record=True, file=StringIO())
+    console.print(renderable)
+    return console.export_text()
+
+
+def test_the_coupling_is_named_and_holds_for_both_directions_of_an_earthquake_left_out(found: Diagnosed) -> None:
+    assert found.diagnosis.outcome is Outcome.EFFECT
+    assert [stage.effect for stage in found.stages] == ["biaxial"]
+    (left_out,) = found.records.left_out
+    for direction in ("x", "y"):
+        before, after = (
+            version.answers.of([left_out]).along(direction).forces[0].misfit for version in found.versions[1:]
+        )
+        assert after.nrmse < 0.5 * before.nrmse
+        assert after.floors < 1.2
+
+
+def test_the_model_that_comes_of_it_is_of_both_directions(found: Diagnosed) -> None:
+    again = read(written(found.model))
+    assert (again.direction, again.directions) == ("xy", ("x", "y"))
+    assert again.isolator.effects["biaxial"]["joined"] == pytest.approx(1.0, abs=0.1)
+
+
+def test_tables_and_json_tell_of_each_direction(found: Diagnosed) -> None:
+    names = [one.name for one in found.records.observations]
+    shown = text_of(summary(found))
+    for name, direction in zip(names, "xyxy", strict=True):
+        assert shown.count(f"{name} {direction}") == 2  # of the force, and of the response to the ground alone
+    before, after = (version["events"] for version in as_json(found)["versions"][1:])
+    assert [(one["name"], one["direction"]) for one in after] == list(zip(names, "xyxy", strict=True))
+    for was, now in zip(before, after, strict=True):
+        assert now["prediction"]["displacement"]["nrmse"] < was["prediction"]["displacement"]["nrmse"]
+
+
+def test_pictures_show_both_directions_of_the_strongest_earthquake(found: Diagnosed) -> None:
+    made = page(found)
+    for picture in ("loop", "histories"):
+        drawn = made.split(f'<figure id="{picture}">')[1].split("</figure>")[0]
+        assert "direction x" in drawn
+        assert "direction y" in drawn
+    points = made.split('<figure id="stiffness">')[1].split("</figure>")[0]
+    assert f"{found.records.observations[0].name} y" in points
+
+
+def test_a_comparison_tells_of_each_direction(seen: Records) -> None:
+    shown = text_of(comparison_summary(held(replace(GIVEN, isolator=COUPLED), seen, silent)))
+    for one in seen.observations:
+        assert shown.count(f"{one.name} {one.direction}") == 2

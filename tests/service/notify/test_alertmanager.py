@@ -1,0 +1,71 @@
+"""An Alertmanager: what its API wants, what stands, what is over."""
+
+import json
+from collections.abc import Iterator
+from datetime import UTC, datetime, timedelta
+from typing import Any
+
+import pytest
+from letters import WRITTEN, letter
+from receiving import Hook, hook
+
+from service.notify.channels.alertmanager import send
+from service.notify.letter import DRILL, Addressee, Letter
+from service.settings import Settings
+
+SETTINGS = Settings(inside_allowed=("localhost",), plain_http_allowed=True, alertmanager_interval=30)
+NOW = datetime(2024, 3, 2, tzinfo=UTC)
+
+
+@pytest.fixture
+def there() -> Iterator[Hook]:
+    with hook() as server:
+        yield server
+
+
+def pushed(there: Hook, one: Letter, now: datetime = NOW) -> dict[str, Any]:
+    to = Addressee("manager", "alertmanager", f"{there.address}/prefix/", None)
+    assert send(one, to, SETTINGS, now).outcome == "delivered"
+    assert there.posted[-1].path == "/prefix/api/v2/alerts"
+    [alert] = json.loads(there.posted[-1].body)
+    assert set(alert) <= {"labels", "annotations", "startsAt", "endsAt", "generatorURL"}, "those of postableAlert"
+    assert all(isinstance(value, str) for part in ("labels", "annotations") for value in alert[part].values())
+    return dict(alert)
+
+
+def standing(**other: object) -> Letter:
+    return letter(**({"kind": "alert", "key": "alert/5", "severity": "alarm", "gravest": "alarm"} | other))
+
+
+def test_what_stands_has_an_end_ahead_of_several_repetitions(there: Hook) -> None:
+    alert = pushed(there, standing())
+    assert alert["labels"] == {
+        "alertname": "MenshinAlert",
+        "building": "TOWER",
+        "about": "alert/5",
+        "severity": "alarm",
+        "real": "true",
+    }
+    assert datetime.fromisoformat(alert["startsAt"]) == WRITTEN
+    assert datetime.fromisoformat(alert["endsAt"]) == NOW + timedelta(seconds=120)
+    assert alert["generatorURL"] == "https://menshin.example.org/events/17"
+
+
+@pytest.mark.parametrize("end", [{"severity": "note", "has_ended": True}, {"sequence": "cancelled"}])
+def test_what_is_over_ends_the_same_alert(there: Hook, end: dict[str, object]) -> None:
+    over = pushed(there, standing(number=2, identity="msg_9", subject="Resolved", **end))
+    assert over["labels"] == pushed(there, standing())["labels"]
+    assert datetime.fromisoformat(over["endsAt"]) == NOW
+
+
+def test_an_earthquake_and_a_drill_pass_by_themselves(there: Hook) -> None:
+    for kind in ("event", "drill"):
+        alert = pushed(there, letter(kind=kind))
+        assert datetime.fromisoformat(alert["endsAt"]) - WRITTEN == timedelta(minutes=15)
+
+
+def test_a_drill_cannot_be_taken_for_real(there: Hook) -> None:
+    alert = pushed(there, letter(kind="drill", severity="alarm", gravest="alarm"))
+    assert (alert["labels"]["alertname"], alert["labels"]["real"]) == ("MenshinDrill", "false")
+    assert alert["annotations"]["summary"].startswith(f"{DRILL}: ")
+    assert alert["annotations"]["description"].startswith("This is a drill.")

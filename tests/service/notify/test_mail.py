@@ -1,0 +1,150 @@
+"""Mail, as a real mail server gets it."""
+
+import ssl
+from collections.abc import Iterator
+from datetime import UTC, datetime
+from email.message import EmailMessage
+from pathlib import Path
+from time import sleep
+
+import pytest
+import trustme
+from letters import letter
+from receiving import Mailbox, mailbox
+
+from service.notify.channels.mail import send
+from service.notify.letter import DRILL, TEST, Addressee, Letter
+from service.notify.outcome import Answer
+from service.settings import Settings
+
+NOW = datetime(2024, 3, 1, 5, 7, tzinfo=UTC)
+PNG = b"\x89PNG\r\n\x1a\n" + bytes(range(256))
+TO = Addressee("manager", "email", "manager@example.org", None)
+
+
+@pytest.fixture
+def box() -> Iterator[Mailbox]:
+    with mailbox() as made:
+        yield made
+
+
+def settings(box: Mailbox, **other: object) -> Settings:
+    usual = {"smtp_host": "localhost", "smtp_port": box.port, "smtp_security": "none", "mail_from": "m@b.example.org"}
+    return Settings(**(usual | other))  # type: ignore[arg-type]
+
+
+def mailed(box: Mailbox, one: Letter) -> EmailMessage:
+    assert send(one, TO, settings(box), NOW).outcome == "delivered"
+    return box.mails[-1]
+
+
+def part(mail: EmailMessage, kind: str) -> str:
+    return str(next(one for one in mail.walk() if one.get_content_type() == kind).get_content())
+
+
+def test_a_mail_says_it_all_in_text_html_and_a_picture(box: Mailbox) -> None:
+    one = letter(picture=PNG)
+    mail = mailed(box, one)
+    assert mail["Subject"] == "[Tower ö] Earthquake of 1 March 2024, 14:02: normal: 8 of 8 checks passed"
+    assert (mail["From"], mail["To"]) == ("Menshin <m@b.example.org>", "manager@example.org")
+    assert mail["Message-ID"] == "<msg_2@b.example.org>"
+    assert mail["In-Reply-To"] is None
+    assert mail["Auto-Submitted"] == "auto-generated"
+    assert mail["List-Id"] == "<tower.menshin.b.example.org>"
+    for text in (part(mail, "text/plain"), part(mail, "text/html")):
+        for said in (*one.sentences, "Largest displacement", "31 mm", one.link, "2024-03-01 14:06:07", "msg_2"):
+            assert said in text
+    [picture] = [found for found in mail.walk() if found.get_content_type() == "image/png"]
+    assert picture.get_content() == PNG
+    assert f'src="cid:{picture["Content-ID"].strip("<>")}"' in part(mail, "text/html")
+
+
+def test_html_says_what_it_is_told_and_no_more(box: Mailbox) -> None:
+    html = part(mailed(box, letter(sentences=("<script>a & b</script>",))), "text/html")
+    assert "&lt;script&gt;a &amp; b&lt;/script&gt;" in html
+    assert "<img" not in html
+
+
+def test_later_news_joins_the_thread(box: Mailbox) -> None:
+    mail = mailed(box, letter(identity="msg_9", number=2, sequence="updated"))
+    assert mail["Message-ID"] == "<msg_9@b.example.org>"
+    assert mail["In-Reply-To"] == mail["References"] == "<msg_2@b.example.org>"
+    assert mail["Subject"].startswith("UPDATED: [Tower ö]")
+    assert mailed(box, letter(sequence="cancelled"))["Subject"].startswith("CANCELLED: [Tower ö]")
+
+
+def test_a_repeat_says_so_and_has_the_same_number(box: Mailbox) -> None:
+    mail = mailed(box, letter(is_repeat=True))
+    assert mail["Subject"].startswith("(repeat) [Tower ö]")
+    assert mail["Menshin-Repeat"] == "true"
+    assert mail["Message-ID"] == "<msg_2@b.example.org>"
+    assert "second time" in part(mail, "text/plain")
+    assert "second time" in part(mail, "text/html")
+
+
+@pytest.mark.parametrize(("kind", "mark"), [("drill", DRILL), ("test", TEST)])
+def test_a_drill_cannot_be_taken_for_real(box: Mailbox, kind: str, mark: str) -> None:
+    mail = mailed(box, letter(kind=kind, severity="alarm", is_repeat=kind == "drill"))
+    assert f"{mark}: [Tower ö]" in mail["Subject"]
+    assert mail["Menshin-Kind"] == kind
+    assert mail["Importance"] == "normal"
+    assert part(mail, "text/plain").startswith("This is a ")
+    assert mark in part(mail, "text/html")
+    real = mailed(box, letter(severity="alarm"))
+    assert real["Importance"] == "high"
+    assert "NOT REAL" not in real.as_string()
+
+
+def test_a_subject_stays_one_line(box: Mailbox) -> None:
+    mail = mailed(box, letter(subject="Earthquake\r\nBcc: all@example.org"))
+    assert mail["Subject"] == "[Tower ö] Earthquake Bcc: all@example.org"
+    assert mail["Bcc"] is None
+
+
+@pytest.mark.parametrize(
+    ("reply", "answer"),
+    [
+        ("550 no such mailbox", Answer("not_taken", "550 no such mailbox", is_final=True)),
+        ("451 come back later", Answer("not_taken", "451 come back later")),
+    ],
+)
+def test_a_recipient_that_is_refused(box: Mailbox, reply: str, answer: Answer) -> None:
+    box.refuses[TO.address] = reply
+    assert send(letter(), TO, settings(box), NOW) == answer
+    assert box.raw == []
+
+
+@pytest.mark.parametrize(("reply", "is_final"), [("554 spam", True), ("452 full", False)])
+def test_a_mail_that_is_refused(box: Mailbox, reply: str, is_final: bool) -> None:
+    box.after_data = reply
+    assert send(letter(), TO, settings(box), NOW) == Answer("not_taken", reply, is_final)
+
+
+def test_a_server_that_takes_it_and_does_not_say_so_may_have_it(box: Mailbox) -> None:
+    box.meanwhile = lambda: sleep(1)
+    assert send(letter(), TO, settings(box, notice_timeout=0.3), NOW).outcome == "unknown"
+    assert len(box.raw) == 1
+
+
+def test_without_a_server_nothing_is_taken(box: Mailbox) -> None:
+    assert "smtp_host" in send(letter(), TO, settings(box, smtp_host=None), NOW).text
+    with mailbox() as gone:
+        pass
+    assert send(letter(), TO, settings(gone), NOW).outcome == "not_taken"
+
+
+def test_encrypted_and_logged_in_at_a_server_that_is_trusted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    authority = trustme.CA()
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    authority.issue_cert("localhost").configure_cert(context)
+    with mailbox(context, password="right") as box:
+        wanted = settings(box, smtp_security="starttls", smtp_user="menshin", smtp_password="right")
+        assert send(letter(), TO, wanted, NOW).outcome == "not_taken", "nobody trusts it yet"
+        authority.cert_pem.write_to_path(str(tmp_path / "ca.pem"))
+        monkeypatch.setenv("SSL_CERT_FILE", str(tmp_path / "ca.pem"))
+        wrong = settings(box, smtp_security="starttls", smtp_user="menshin", smtp_password="wrong-one")
+        answer = send(letter(), TO, wrong, NOW)
+        assert (answer.outcome, "wrong-one" in answer.text) == ("not_taken", False)
+        assert send(letter(), TO, wanted, NOW).outcome == "delivered"
+        assert set(box.logins) == {"menshin"}
+        assert len(box.raw) == 1

@@ -1,0 +1,26 @@
+"""A server that misbehaves, and how it is asked."""
+
+import threading
+from collections.abc import Iterator
+from math import inf
+
+import pytest
+from monitoring import Server, serving
+
+from service.records.sources.http import Client, Manners, client
+from service.settings import Settings
+
+SETTINGS = Settings(http_timeout=0.5, http_retries=2, retry_delay=0.01, max_answer_bytes=1_000_000)
+
+
+@pytest.fixture
+def server() -> Iterator[Server]:
+    with serving() as server:
+        yield server
+
+
+@pytest.fixture
+def asking() -> Iterator[Client]:
+    made = client(SETTINGS, Manners(threading.Event().wait, SETTINGS.http_retries, inf))
+    yield made
+    made.http.close()

@@ -1,0 +1,250 @@
+"""Looks at sources: the same results by every way in, failures told once, nothing lost in between."""
+
+import logging
+import os
+from collections.abc import Iterator
+from datetime import datetime, timedelta
+from pathlib import Path
+
+import pytest
+from monitoring import START, Page, Server, building_file, miniseed, serving, stream
+from sqlalchemy import delete, select, update
+from sqlalchemy.orm import Session, sessionmaker, undefer
+
+from service.buildings import store as building_store
+from service.jobs.tables import Job
+from service.records.ingest import begin, ingest
+from service.records.polling import Look
+from service.records.recordings import store
+from service.records.tables import Event, EventRecording, Recording, SourceState, Waveform
+from service.settings import Settings
+from service.version import VERSION
+
+NOW = START + timedelta(days=1)
+SETTINGS = Settings(http_timeout=10, http_retries=1, retry_delay=0.01, max_answer_bytes=10_000_000)
+
+
+@pytest.fixture
+def server() -> Iterator[Server]:
+    with serving() as server:
+        yield server
+
+
+def look(sessions: sessionmaker[Session], now: datetime = NOW) -> None:
+    Look(sessions, SETTINGS, clock=lambda: now).at_all()
+
+
+def add(sessions: sessionmaker[Session], kind: str, location: str) -> None:
+    with sessions.begin() as session:
+        building_store.add(session, building_file(kind, location), Path("/"), NOW)
+
+
+def stored(sessions: sessionmaker[Session]) -> list[tuple[str, datetime, bytes]]:
+    with sessions() as session:
+        rows = session.scalars(
+            select(Waveform).options(undefer(Waveform.samples)).order_by(Waveform.channel, Waveform.start)
+        )
+        return [(row.channel, row.start, row.samples) for row in rows]
+
+
+def state(sessions: sessionmaker[Session]) -> SourceState:
+    with sessions() as session:
+        return session.scalars(select(SourceState)).one()
+
+
+@pytest.mark.parametrize("kind", ["folder", "archive", "fdsnws"])
+def test_every_way_in_stores_the_same(
+    sessions: sessionmaker[Session], server: Server, tmp_path: Path, kind: str
+) -> None:
+    data = miniseed(stream())
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in" / "a.mseed").write_bytes(data)
+    server.pages["/events/"] = Page(b"a.mseed")
+    server.add("/events/a.mseed", data)
+    server.waveforms = stream()
+    locations = {"folder": f"{tmp_path}/in", "archive": f"{server.address}/events/", "fdsnws": server.address}
+    add(sessions, kind, locations[kind])
+    later = datetime.now(START.tzinfo) + timedelta(minutes=1)  # the file in the folder is of today
+    for _ in range(2):
+        look(sessions, later)
+    assert [channel for channel, _, _ in stored(sessions)] == [f"XX.TOWER.0{n}.HNX" for n in range(3)]
+    with sessions() as session:
+        assert [event.state for event in session.scalars(select(Event))] == ["queued"]
+        assert len(session.scalars(select(Job)).all()) == 1
+        assert len(session.scalars(select(EventRecording)).all()) == 1
+
+
+def test_a_failing_source_is_told_once_and_its_recovery_too(
+    sessions: sessionmaker[Session], server: Server, caplog: pytest.LogCaptureFixture
+) -> None:
+    caplog.set_level(logging.INFO, logger="service")
+    server.pages["/events/"] = Page(b"a.mseed", failures=4)  # two tries, then one at each look
+    server.add("/events/a.mseed", miniseed(stream()))
+    add(sessions, "archive", f"{server.address}/events/")
+    look(sessions)
+    look(sessions, NOW + timedelta(minutes=1))
+    failing = state(sessions)
+    assert failing.failing_since == NOW
+    assert "answered 500" in (failing.error or "")
+    look(sessions, NOW + timedelta(minutes=2))
+    look(sessions, NOW + timedelta(minutes=3))
+    recovered = state(sessions)
+    assert (recovered.failing_since, recovered.error) == (None, None)
+    assert [record.message.split(":")[0] for record in caplog.records] == [
+        "the source of TOWER begins to fail",
+        "the source of TOWER has recovered",
+    ]
+    assert len(stored(sessions)) == 3
+
+
+def test_two_gigabytes_are_refused_with_their_size(sessions: sessionmaker[Session], server: Server) -> None:
+    server.pages["/events/"] = Page(b"a.mseed\nb.mseed")
+    server.pages["/events/a.mseed"] = Page(b"", promised=2 * 10**9)
+    server.add("/events/b.mseed", miniseed(stream()))
+    add(sessions, "archive", f"{server.address}/events/")
+    look(sessions)
+    with sessions() as session:
+        refused, taken = session.scalars(select(Recording).order_by(Recording.name))
+        assert (refused.state, refused.sha256, taken.state) == ("refused", None, "read")
+        assert "2000000000 bytes, 10000000 are accepted" in (refused.reason or "")
+
+
+@pytest.mark.parametrize("kind", ["archive", "fdsnws"])
+def test_a_page_in_place_of_data_is_kept_and_the_data_are_asked_for_again(
+    sessions: sessionmaker[Session], server: Server, kind: str
+) -> None:
+    page = Page(b"<html><title>Maintenance</title></html>")
+    server.pages |= {"/fdsnws/dataselect/1/query": page, "/events/a.mseed": page, "/events/": Page(b"a.mseed")}
+    add(sessions, kind, server.address + ("/events/" if kind == "archive" else ""))
+    look(sessions)
+    with sessions() as session:
+        (recording,) = session.scalars(select(Recording))
+        assert recording.state == "refused"
+        assert "Maintenance" in (recording.reason or "")
+    assert "HTML page" in (state(sessions).error or "")
+    page.body = miniseed(stream())
+    del server.pages["/fdsnws/dataselect/1/query"]
+    server.waveforms = stream()
+    look(sessions, NOW + timedelta(minutes=1))
+    assert len(stored(sessions)) == 3
+    assert state(sessions).error is None
+
+
+def test_what_was_stored_before_a_crash_is_read_at_the_next_look(sessions: sessionmaker[Session]) -> None:
+    add(sessions, "folder", "/nowhere")
+    with sessions.begin() as session:
+        store(session, building_store.find(session, "TOWER"), "a.mseed", "/a.mseed", miniseed(stream()), NOW)
+    look(sessions)
+    with sessions() as session:
+        assert session.scalars(select(Recording)).one().state == "read"
+        assert session.scalars(select(Event)).one().state == "queued"
+
+
+@pytest.fixture
+def stumbling(sessions: sessionmaker[Session]) -> int:
+    """A stored recording over which the code fails, with a sound one behind it; the id of the first.
+
+    It overlaps an event whose samples are damaged in the database.
+    """
+    files = {"whole": stream(), "overlapping": stream(seconds=30), "sound": stream(START + timedelta(hours=1))}
+    add(sessions, "folder", "/nowhere")
+    with sessions.begin() as session:
+        building = building_store.find(session, "TOWER")
+        ingest(session, building, "whole", "/whole", miniseed(files.pop("whole")), NOW, settings=SETTINGS)
+        session.execute(update(Waveform).values(samples=b"damaged"))
+        stored = [store(session, building, name, f"/{name}", miniseed(data), NOW) for name, data in files.items()]
+        return stored[0].id
+
+
+def test_what_the_code_fails_at_is_given_up_and_holds_up_no_other(
+    sessions: sessionmaker[Session], stumbling: int
+) -> None:
+    for looks in range(1, SETTINGS.job_attempts + 3):
+        look(sessions)
+        with sessions() as session:
+            failed = session.get_one(Recording, stumbling)
+            assert failed.failures == min(looks, SETTINGS.job_attempts)
+            assert failed.state == ("stored" if looks < SETTINGS.job_attempts else "refused")
+            assert "reading it went wrong" in (failed.reason or "")
+            assert session.scalars(select(Recording).where(Recording.name == "sound")).one().state == "read"
+            assert len(session.scalars(select(Event)).all()) == 2
+
+
+@pytest.mark.parametrize("way", ["update", "version"])
+def test_what_was_given_up_can_be_read_again(sessions: sessionmaker[Session], stumbling: int, way: str) -> None:
+    for _ in range(SETTINGS.job_attempts):
+        look(sessions)
+    with sessions.begin() as session:
+        session.execute(delete(Waveform).where(Waveform.samples == b"damaged"))
+        if way == "update":
+            building_store.update_description(session, building_file("folder", "/nowhere"), Path("/"), NOW)
+        else:
+            session.get_one(Recording, stumbling).version = "0.0.1"
+    look(sessions)
+    with sessions() as session:
+        mended = session.get_one(Recording, stumbling)
+        assert (mended.state, mended.reason, mended.failures) == ("read", None, 0)
+        assert (mended.start, mended.version) == (START, VERSION)
+
+
+TOO_MUCH = b"# start: 2024-01-01T00:00:00Z\n# rate: 100\nXX.TOWER.00.HNX [gal]\n" + b"0.5\n" * 2_000_000
+
+
+def test_a_file_that_is_too_much_for_its_parser_is_given_up_and_holds_up_no_other(
+    sessions: sessionmaker[Session],
+) -> None:
+    add(sessions, "folder", "/nowhere")
+    hasty = SETTINGS.model_copy(update={"parser_time": 0.1})
+    with sessions.begin() as session:
+        for name, data in (("long", TOO_MUCH), ("sound", miniseed(stream()))):
+            store(session, building_store.find(session, "TOWER"), name, f"/{name}", data, NOW)
+    for looks in range(1, hasty.job_attempts + 3):
+        Look(sessions, hasty, clock=lambda: NOW).at_all()
+        with sessions() as session:
+            given_up, sound = session.scalars(select(Recording).order_by(Recording.name))
+            assert (sound.state, sound.failures) == ("read", 0)
+            assert given_up.failures == min(looks, hasty.job_attempts)
+            assert given_up.state == ("stored" if looks < hasty.job_attempts else "refused")
+            assert (given_up.reason or "").startswith("long takes more than 0.1 s to be read")
+
+
+def test_a_file_over_which_the_service_ended_is_tried_a_few_times_only(sessions: sessionmaker[Session]) -> None:
+    add(sessions, "folder", "/nowhere")
+    with sessions.begin() as session:
+        store(session, building_store.find(session, "TOWER"), "a.mseed", "/a.mseed", miniseed(stream()), NOW)
+    for _ in range(SETTINGS.job_attempts):
+        with sessions.begin() as session:  # the service is killed after this
+            assert begin(session, session.scalars(select(Recording)).one(), settings=SETTINGS)
+    look(sessions)
+    with sessions() as session:
+        recording = session.scalars(select(Recording)).one()
+        assert recording.state == "refused"
+        assert (recording.reason or "").startswith("the service ended while it was read, 3 times")
+    with sessions.begin() as session:
+        building_store.update_description(session, building_file("folder", "/nowhere"), Path("/"), NOW)
+    look(sessions)
+    with sessions() as session:
+        assert session.scalars(select(Recording)).one().state == "read"
+
+
+def test_names_that_are_no_unicode_and_reasons_with_nul_hold_up_nothing(
+    sessions: sessionmaker[Session], server: Server, tmp_path: Path
+) -> None:
+    folder = tmp_path / "in"
+    folder.mkdir()
+    (folder / os.fsdecode(b"\xff.mseed")).write_bytes(miniseed(stream()))
+    add(sessions, "folder", str(folder))
+    later = datetime.now(START.tzinfo) + timedelta(minutes=1)
+    look(sessions, later)
+    with sessions() as session:
+        recording = session.scalars(select(Recording)).one()
+        assert (recording.name, recording.state) == ("\\udcff.mseed", "read")
+    server.pages["/events/"] = Page(b"a%00b.mseed")
+    server.pages["/events/a%00b.mseed"] = Page(b"# start: \0\n# rate: 1\n")
+    with sessions.begin() as session:
+        text = building_file("archive", f"{server.address}/events/").replace('"TOWER"', '"OTHER"', 1)
+        building_store.add(session, text, Path("/"), NOW)
+    look(sessions, later)
+    with sessions() as session:
+        recording = session.scalars(select(Recording).where(Recording.state == "refused")).one()
+        assert recording.name == "a\N{REPLACEMENT CHARACTER}b.mseed"

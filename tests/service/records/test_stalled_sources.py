@@ -1,0 +1,161 @@
+"""Servers that accept a connection and stay silent hold up neither the other sources nor the end of the service."""
+
+import socket
+from collections.abc import Callable, Iterator
+from contextlib import closing
+from datetime import UTC, datetime
+from pathlib import Path
+from threading import Event as Signal
+from time import monotonic, sleep
+
+import pytest
+from monitoring import Page, Server, building_file, serving
+from processes import interrupt, started
+from sqlalchemy import func, select
+from sqlalchemy.orm import InstrumentedAttribute, Session, sessionmaker
+
+from service.buildings import store as building_store
+from service.db import migrate, sessions as opened
+from service.records import lanes
+from service.records.lanes import Lanes
+from service.records.tables import SourceState
+
+NOW = datetime(2024, 1, 1, tzinfo=UTC)
+STALLED, SOURCES = 12, 100
+INTERVAL = 60.0
+"""s between two looks; a look takes 30 ms of a processor's time, and the machine runs other tests."""
+
+
+@pytest.fixture
+def silent() -> Iterator[str]:
+    """Address of a server that accepts connections and never answers."""
+    with closing(socket.create_server(("127.0.0.1", 0), backlog=4 * STALLED)) as server:
+        yield f"http://127.0.0.1:{server.getsockname()[1]}/events/"
+
+
+@pytest.fixture
+def answering() -> Iterator[Server]:
+    with serving() as server:
+        server.pages["/events/"] = Page(b"\n")
+        yield server
+
+
+@pytest.mark.slow
+def test_the_other_sources_are_looked_at_in_time_and_the_service_ends_soon(
+    silent: str, answering: Server, tmp_path: Path
+) -> None:
+    url = f"sqlite:///{tmp_path / 'menshin.sqlite'}"
+    migrate.upgrade(url)
+    sessions = opened.sessions(url)
+    with sessions.begin() as session:
+        for number in range(SOURCES):  # those that stall come first by their code
+            where = silent if number < STALLED else f"{answering.address}/events/"
+            text = building_file("archive", where).replace('"TOWER"', f'"B{number:03}"')
+            building_store.add(session, text, Path("/"), NOW)
+    with started(tmp_path, url, "poll", MENSHIN_POLL_INTERVAL=str(INTERVAL), MENSHIN_HTTP_TIMEOUT="120") as poller:
+        until(lambda: count(sessions, SourceState.attempted_at) > 0, 120)
+        until(lambda: count(sessions, SourceState.succeeded_at) == SOURCES - STALLED, INTERVAL)
+        assert count(sessions, SourceState.failing_since) == 0, "none of the silent ones has been given up yet"
+        began = monotonic()
+        assert interrupt(poller) == 0
+        assert monotonic() - began < lanes.TO_END + 5.0
+    assert "B000, B001" in (tmp_path / "output").read_text(), "the sources that were not waited for are named"
+    sessions.kw["bind"].dispose()
+
+
+def count(sessions: sessionmaker[Session], told: InstrumentedAttribute[datetime | None]) -> int:
+    with sessions() as session:
+        return session.scalar(select(func.count()).where(told.is_not(None))) or 0
+
+
+def until(met: Callable[[], bool], seconds: float) -> None:
+    end = monotonic() + seconds
+    while not met():
+        assert monotonic() < end, "it did not happen in time"
+        sleep(0.05)
+
+
+class Sources:
+    """Sources whose looks end when they are let go, and a timer that is moved by hand."""
+
+    def __init__(self, interval: float) -> None:
+        self.now = 0.0
+        self.looked: list[str] = []
+        self.ends: dict[str, Signal] = {}
+        self.answers = True
+        self.lanes = Lanes(self.look, interval, lambda: self.now)
+
+    def look(self, code: str) -> bool:
+        self.looked.append(code)
+        if code in self.ends:
+            self.ends[code].wait(30)
+        return self.answers
+
+    def stall(self, *codes: str) -> None:
+        self.ends |= {code: Signal() for code in codes}
+
+    def due(self, *codes: str) -> list[str]:
+        """The sources at which a look began as these became due."""
+        before = len(self.looked)
+        for code in codes:
+            self.lanes.due(code)
+        sleep(0.05)
+        return sorted(self.looked[before:])
+
+    def let_go(self) -> None:
+        for end in self.ends.values():
+            end.set()
+        until(lambda: not self.lanes.running, 5)
+
+
+def codes(kind: str, number: int) -> list[str]:
+    return [f"{kind}{one:02}" for one in range(number)]
+
+
+def test_a_look_that_lasts_gives_its_place_to_another() -> None:
+    sources = Sources(interval=60)
+    sources.stall(*codes("a", 50))
+    assert sources.due(*codes("a", 50)) == codes("a", lanes.QUICK)
+    sources.now = lanes.LASTING
+    assert sources.due("b") == codes("a", 2 * lanes.QUICK)[lanes.QUICK :], "in the order in which they came due"
+    sources.now = 10 * lanes.LASTING
+    assert len(sources.due("b")) == lanes.TOGETHER - 2 * lanes.QUICK, "but there is an end to it"
+    assert sources.due("a00", "a00") == [], "no source is looked at twice at a time"
+    sources.let_go()
+    until(lambda: "b" in sources.looked, 5)
+    assert sorted(sources.looked) == [*codes("a", 50), "b"]
+
+
+def test_failing_sources_have_places_of_their_own() -> None:
+    sources = Sources(interval=60)
+    failing = codes("f", 20)
+    sources.stall(*failing)
+    sources.lanes.expect_failure(failing)
+    assert sources.due(*failing, *codes("g", 30)) == codes("f", lanes.FAILING) + codes("g", 30)
+    sources.let_go()
+
+
+def test_a_failing_source_rests_ever_longer_until_it_answers() -> None:
+    sources = Sources(interval=60)
+    sources.answers = False
+    times = []
+    for minute in range(31):
+        sources.now = 60.0 * minute
+        times += [minute for _ in sources.due("a")]
+    assert times == [0, 1, 3, 7, 12, 17, 22, 27]
+    sources.answers = True
+    sources.now = 60.0 * 32
+    assert sources.due("a") == ["a"]
+    sources.now = 60.0 * 33
+    assert sources.due("a") == ["a"]
+
+
+def test_the_end_waits_a_moment_and_names_who_did_not_answer() -> None:
+    sources = Sources(interval=60)
+    sources.stall("a")
+    sources.due("a", "b")
+    began = monotonic()
+    assert sources.lanes.end() == ["a"]
+    assert monotonic() - began < lanes.TO_END + 1.0
+    assert sources.due("c") == []
+    sources.let_go()
