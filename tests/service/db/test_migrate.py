@@ -9,9 +9,9 @@ from alembic.runtime.migration import MigrationContext
 from sqlalchemy import inspect, text
 from sqlalchemy.orm import Session, sessionmaker
 
+from service.buildings.tables import Building, Revision
 from service.db import migrate
 from service.db.base import Base
-from service.buildings.tables import Building, Revision
 from service.db.problems import DatabaseVersionError
 from service.db.sessions import engine
 

@@ -10,7 +10,7 @@ import pytest
 DOCUMENT = Path(__file__).resolve().parents[3] / "docs" / "models" / "effects-own.md"
 EXAMPLE = re.search(r"```python\n(.*?)```", DOCUMENT.read_text(encoding="utf-8"), re.DOTALL)[1]  # type: ignore[index]
 
-SUPPORT = str(Path(__file__).resolve().parents[3] / "support")
+SUPPORT = str(Path(__file__).resolve().parents[2] / "support")
 
 DRIVEN = """
 import os
