@@ -10,7 +10,6 @@ from core.arrays import Matrix, Vector
 from core.description import BuildingDescription
 from core.errors import CoreError, ModelError
 from core.estimators import ESTIMATORS
-from core.isolation_layer.axial_load import AxialLoad, axial_load
 from core.isolation_layer.equivalent import (
     EquivalentSegment,
     cycles,
@@ -19,7 +18,7 @@ from core.isolation_layer.equivalent import (
     with_force_errors,
     with_slow_errors,
 )
-from core.isolation_layer.layer import layer_motion, layer_torsion
+from core.isolation_layer.layer import AxialLoad, axial_load, layer_motion, layer_torsion
 from core.isolation_layer.motion import MeasuredMotion
 from core.quality import Finding
 from core.record import Direction, Record, Segment

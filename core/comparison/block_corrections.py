@@ -9,9 +9,10 @@ from core.arrays import Matrix, Vector
 from core.comparison.compared import ForceComparison
 from core.comparison.excess import BLOCK
 from core.effects import EFFECTS
-from core.isolation_layer.equivalent import amplitude, regression, windows
+from core.isolation_layer.equivalent import amplitude, windows
 from core.model.force_response import force_response
 from core.model.isolator import Isolator, Key
+from core.signals.regression import regression
 
 TOLD = 0.25
 """Of the block's own stiffness or yield force: a correction of larger standard deviation tells nothing."""

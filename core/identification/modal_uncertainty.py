@@ -11,6 +11,7 @@ from core.errors import IdentificationError
 from core.identification.projection import Projection
 from core.identification.stabilisation import DiagramPole
 from core.identification.subspace import ExtendedObservability, realise
+from core.signals.regression import covariance_of_sum
 
 CORRELATION_LAGS = 10
 """Samples over which the errors of a mode may be correlated: the reach of the anti-alias filter."""
@@ -136,8 +137,5 @@ def _deviation(eigenvalue: complex, moves: ComplexVector, rate: float) -> ModalD
 
 
 def _deviation_of_sum(terms: Vector) -> float:
-    """Standard deviation of a sum of terms that are correlated over a short time, Newey and West (1987)."""
-    variance = float(terms @ terms)
-    for lag in range(1, CORRELATION_LAGS + 1):
-        variance += 2 * (1 - lag / (CORRELATION_LAGS + 1)) * float(terms[lag:] @ terms[:-lag])
-    return float(np.sqrt(max(variance, 0.0)))
+    """Standard deviation of a sum of terms that are correlated over CORRELATION_LAGS."""
+    return float(np.sqrt(max(covariance_of_sum(terms[:, None], CORRELATION_LAGS)[0, 0], 0.0)))

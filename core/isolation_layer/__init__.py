@@ -1,1 +1,1 @@
-"""The isolation layer's motion, and its equivalent stiffness and damping."""
+"""Motion and vertical load of the isolation layer, and its equivalent stiffness and damping."""

@@ -5,31 +5,28 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from scipy.ndimage import uniform_filter1d
 
 from core.arrays import Matrix, Vector
 from core.isolation_layer.motion import MeasuredMotion, Motion
+from core.signals.regression import regression
 
 Span = tuple[int, int]
 """First sample of a segment, and one past its last."""
 
 FEWEST_SAMPLES = 12
-"""Of a segment: four for each of the three coefficients."""
-
+"""Samples of a segment at least: four for each of the three coefficients."""
 NOT_HARMONIC = 0.5
-"""Of a cycle's standard deviation: with more than that beside its mean and first harmonic it has no one amplitude.
+"""Standard deviation beside mean and first harmonic, over that of the cycle, above which it has no single amplitude.
 
-Half leaves two thirds of a real building's cycles; a quarter leaves a third, and only the stiffer ones of those.
-"""
+Measured on a real building: one half keeps two thirds of the cycles, one quarter only a third, and of
+those the stiffer ones."""
 UNDETERMINED = 0.2
-"""Of k_eq: a segment of larger standard deviation says nothing about it."""
-SMOOTH_SHARE = 1 / 32
-"""Of a segment, over which its residual is averaged to tell what the model misses from noise."""
+"""Relative standard deviation of k_eq above which a segment is dropped. A choice."""
 
 
 @dataclass(frozen=True, slots=True)
 class EquivalentSegment:
-    """The layer as a spring and a dashpot over one segment of the record."""
+    """Spring and dashpot equivalent to the layer over one segment of the record."""
 
     start: float
     """s after the record's start."""
@@ -38,7 +35,7 @@ class EquivalentSegment:
     amplitude: float
     """m, √2 · RMS of the displacement about its mean (eq 27)."""
     shear_strain: float | None
-    """amplitude / rubber height; None where the height is not known."""
+    """amplitude / rubber height; None if the height is unknown."""
     k_eq: float
     """N/m."""
     k_eq_std: float
@@ -50,13 +47,12 @@ class EquivalentSegment:
 def cycles(displacement: Vector, threshold: float) -> tuple[Span, ...]:
     """Complete cycles between zero up-crossings.
 
-    An up-crossing counts once the displacement has gone from below −threshold/2 to above +threshold/2 (hysteresis:
-    noise that crosses zero makes no cycle), and a cycle once its amplitude, √2 · RMS about its mean, reaches the
-    threshold. It must be one oscillation: where two frequencies mix, or most of the time is rest, k_eq belongs to no
-    one amplitude.
+    An up-crossing counts once the displacement has gone from below −threshold/2 to above +threshold/2, so that noise
+    around zero makes no cycle. A cycle counts if its amplitude, √2 · RMS about its mean, reaches the threshold and if
+    it is one oscillation: where two frequencies mix, or the layer mostly rests, k_eq belongs to no single amplitude.
 
     Args:
-        displacement: (n,) m, about its position at rest.
+        displacement: (n,) m, relative to its position at rest.
         threshold: m, the smallest amplitude that counts.
     """
     side = np.where(displacement > threshold / 2, 1, np.where(displacement < -threshold / 2, -1, 0))
@@ -67,7 +63,7 @@ def cycles(displacement: Vector, threshold: float) -> tuple[Span, ...]:
 
 
 def windows(size: int, rate: float, length: float) -> tuple[Span, ...]:
-    """The paper's segments: windows of a fixed length in s, one after the other; what is left at the end is dropped."""
+    """The paper's segments: successive windows of a fixed length in s; the remainder at the end is dropped."""
     step = max(FEWEST_SAMPLES, round(length * rate))
     return tuple((start, start + step) for start in range(0, size - step + 1, step))
 
@@ -90,11 +86,11 @@ def equivalent_segments(
 def with_slow_errors(
     segments: Sequence[EquivalentSegment], motion: MeasuredMotion, rate: float
 ) -> tuple[EquivalentSegment, ...]:
-    """The same, their standard deviations enlarged by the slow motion that an integral of accelerations lacks.
+    """Segments whose standard deviations include the slow motion that an integral of accelerations misses.
 
     An error slower than a cycle is nearly a straight line over it. The intercept takes up its mean; its slope, of
     2π f σ for an error of standard deviation σ below the frequency f, looks like a harmonic of amplitude 2 f T σ over a
-    cycle of T seconds. Of a motion that a transducer measured nothing is added.
+    cycle of T seconds. A motion measured by a transducer adds nothing.
 
     Args:
         segments: of the motion.
@@ -109,10 +105,10 @@ def with_slow_errors(
 def with_force_errors(
     segments: Sequence[EquivalentSegment], errors: Matrix, motion: Motion, rate: float
 ) -> tuple[EquivalentSegment, ...]:
-    """The same, their standard deviations enlarged by errors of the force that are alike from sample to sample.
+    """Segments whose standard deviations include systematic errors of the force.
 
-    A residual shows none of an error that looks like a spring's or a dashpot's force. So each error is regressed as
-    the force is, and the variances added.
+    A residual does not show an error that resembles a spring's or a dashpot's force. Each error is therefore regressed
+    as the force is, and the variances are added.
 
     Args:
         segments: of the motion and of the force.
@@ -135,8 +131,10 @@ def _with_force_error(segment: EquivalentSegment, errors: Matrix, motion: Motion
 
 
 def _regressors(motion: Motion, span: slice) -> tuple[Matrix, Vector]:
-    """(samples, 3) displacement, velocity and intercept over their (3,) scales, so that metres and metres per second
-    weigh alike in the pseudo-inverse; and the scales."""
+    """(samples, 3) displacement, velocity and intercept over their scales, and the (3,) scales.
+
+    Scaled, metres and metres per second weigh alike in the pseudo-inverse.
+    """
     x, v = motion.displacement[span], motion.velocity[span]
     scale = np.array([x.std(), v.std(), 1.0])
     return np.column_stack([x, v, np.ones_like(x)]) / scale, scale
@@ -155,54 +153,13 @@ def _with_slow_error(segment: EquivalentSegment, motion: MeasuredMotion, rate: f
 
 
 def determined(segments: Sequence[EquivalentSegment]) -> tuple[EquivalentSegment, ...]:
-    """Those whose k_eq is known to 20 %, by its standard deviation."""
+    """Segments whose k_eq has a standard deviation below 20 %."""
     return tuple(segment for segment in segments if segment.k_eq_std < UNDETERMINED * segment.k_eq)
 
 
 def amplitude(displacement: Vector) -> float:
-    """√2 · RMS about the mean (eq 27), in m: the amplitude of a sine."""
+    """Amplitude √2 · RMS about the mean (eq 27), m: that of a sine."""
     return float(np.sqrt(2.0) * displacement.std())
-
-
-def regression(regressors: Matrix, response: Vector) -> tuple[Vector, Matrix]:
-    """Least squares, and a covariance that holds when the model misses something and when there is noise.
-
-    The residual of a hysteretic layer is smooth: it is what a spring and a dashpot miss. White noise on top of it
-    would hide its autocorrelation, so that the two are told apart by a running mean and their covariances added.
-
-    Args:
-        regressors: (n, p).
-        response: (n,).
-
-    Returns:
-        (p,) coefficients and (p, p) covariance.
-    """
-    count, coefficients = regressors.shape
-    solution = np.asarray(np.linalg.lstsq(regressors, response, rcond=None)[0])
-    residual = response - regressors @ solution
-    smooth = uniform_filter1d(residual, max(1, round(SMOOTH_SHARE * count)), mode="nearest")
-    meat = _long_run(regressors * smooth[:, None]) + _long_run(regressors * (residual - smooth)[:, None])
-    bread = np.linalg.pinv(regressors.T @ regressors)
-    covariance: Matrix = bread @ meat @ bread * count / (count - coefficients)
-    return solution, covariance
-
-
-def _long_run(score: Matrix) -> Matrix:
-    """(p, p) covariance of the sum of an autocorrelated (n, p) score.
-
-    Newey and West (1987) with the Bartlett kernel, prewhitened by a first-order process for each coefficient
-    (Andrews and Monahan, 1992).
-    """
-    ρ = np.clip(
-        np.sum(score[1:] * score[:-1], axis=0) / np.maximum(np.sum(score**2, axis=0), np.finfo(float).tiny), 0, 0.97
-    )
-    white = score[1:] - ρ * score[:-1]
-    bandwidth = _bandwidth(white)
-    meat = white.T @ white
-    for lag in range(1, bandwidth + 1):
-        product = white[lag:].T @ white[:-lag]
-        meat += (1 - lag / (bandwidth + 1)) * (product + product.T)
-    return np.asarray(meat / np.outer(1 - ρ, 1 - ρ))
 
 
 def _segment(force: Vector, motion: Motion, rate: float, span: Span, rubber_height: float | None) -> EquivalentSegment:
@@ -224,13 +181,8 @@ def _segment(force: Vector, motion: Motion, rate: float, span: Span, rubber_heig
     )
 
 
-def _bandwidth(score: Matrix) -> int:
-    """Newey and West (1994): lags for a Bartlett kernel."""
-    return int(4 * (score.shape[0] / 100) ** (2 / 9))
-
-
 def _is_cycle(displacement: Vector, threshold: float) -> bool:
-    """Whether this is one oscillation of sufficient amplitude: mean and first harmonic explain nearly all of it."""
+    """True if this is one oscillation of sufficient amplitude, which mean and first harmonic nearly explain."""
     if displacement.size < FEWEST_SAMPLES or amplitude(displacement) < threshold:
         return False
     centred = displacement - displacement.mean()
@@ -240,5 +192,5 @@ def _is_cycle(displacement: Vector, threshold: float) -> bool:
 
 
 def _up_crossing(displacement: Vector, below: int, above: int) -> int:
-    """The first sample at or above zero after the last one below it, between the two given samples."""
+    """First sample at or above zero after the last one below it, between the two given samples."""
     return int(below + 1 + np.flatnonzero(displacement[below : above + 1] < 0)[-1])

@@ -1,4 +1,4 @@
-"""How did the isolation layer move, and how well is that known?"""
+"""Motion of the isolation layer, and its uncertainty."""
 
 from dataclasses import dataclass
 
@@ -9,7 +9,7 @@ from core.arrays import Vector
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Motion:
-    """Motion of the isolation layer: of the base slab relative to the ground; of a torsion in rad and rad/s."""
+    """Motion of the base slab relative to the ground; for a torsion, in rad and rad/s."""
 
     displacement: Vector
     """(n,) m."""
@@ -19,40 +19,40 @@ class Motion:
 
 @dataclass(frozen=True, slots=True)
 class ResidualDisplacement:
-    """How far from its first position at rest the layer came to rest."""
+    """Displacement of the layer's position at rest by an earthquake."""
 
     value: float
     """m, mean of the record's end less mean of its start."""
     std: float
-    """m, standard deviation: of the noise, and of the rest that was not yet reached."""
+    """m, standard deviation: noise, and motion that had not ended."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MeasuredMotion(Motion):
-    """A motion as sensors tell it."""
+    """Motion estimated from sensors."""
 
     displacement_std: Vector
     """(n,) m, standard deviation of the displacement."""
     velocity_std: Vector
     """(n,) m/s, standard deviation of the velocity."""
     band: tuple[float, float]
-    """Hz, for which the motion is good; from 0 where a transducer measured it."""
+    """Hz, within which the motion is valid; from 0 where a transducer measured it."""
     noise: float
-    """m, standard deviation of the displacement's white noise and drift, without what the sensors could not follow."""
+    """m, standard deviation of the displacement's white noise and drift, without motion that the sensors missed."""
     residual: ResidualDisplacement | None = None
-    """None where no transducer measured it: an integral knows none."""
+    """None without a transducer: an integral does not show it."""
     noise_std: tuple[Vector, Vector] | None = None
-    """(n,) m and m/s, the deviations without the slow motion that an integral lacks and without what noise hides of the
-    position at rest: models are fitted by them. None: `displacement_std` and `velocity_std`."""
+    """(n,) m and m/s, standard deviations for fitting models: without the slow motion that an integral misses, and
+    without the uncertainty of a position at rest that noise hides. None: `displacement_std` and `velocity_std`."""
 
     @property
     def fitting_std(self) -> tuple[Vector, Vector]:
-        """(n,) m and m/s, standard deviations of displacement and velocity by which models are fitted."""
+        """(n,) m and m/s, standard deviations of displacement and velocity for fitting models."""
         return self.noise_std or (self.displacement_std, self.velocity_std)
 
     @property
     def is_integrated(self) -> bool:
-        """Whether it comes from accelerations alone, so that whatever is slower than its band is not in it."""
+        """True if it comes from accelerations alone, so that it lacks all that is slower than its band."""
         return self.band[0] > 0
 
     @property

@@ -12,8 +12,7 @@ from core.restoring_force.estimator import InstrumentedSuperstructure, Restoring
 from core.restoring_force.expansion import assumed_stiffness, expanded, modal_acceleration, static_shapes
 from core.restoring_force.interpolation_error import interpolation_error, variance_about
 from core.restoring_force.substructure import modal_force, rigid_force
-from core.signals.flicker import flicker, record_flicker
-from core.signals.noise import noise_std
+from core.signals.noise import flicker, noise_std, record_flicker
 
 NAME = "cms"
 LOWEST = 0.1

@@ -29,7 +29,7 @@ class ErrorSpectrum:
 class FusedDisplacementError:
     """Of a displacement that a transducer tells below a frequency and accelerometers above it.
 
-    See core.isolation_layer.displacement.
+    See core.isolation_layer.fusion.
     """
 
     level: float

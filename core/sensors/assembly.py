@@ -10,7 +10,7 @@ from core.arrays import Vector
 from core.errors import RecordError
 from core.quality import Finding
 from core.record import Channel, Record, Segment
-from core.signals.resampling import SAME_INSTANT, resampled
+from core.signals.conditioning import SAME_INSTANT, resampled
 
 SAME_VALUE = 1e-6
 """Of the channel's largest value: two records of one sample that differ by less are the same."""

@@ -1,1 +1,1 @@
-"""Histories as signals, whatever they measure: filtered, resampled, and how noisy they are."""
+"""Time histories as signals, whatever they measure: filtering, resampling, spectra, noise and regression."""

@@ -6,8 +6,7 @@ import numpy as np
 
 from core.arrays import ComplexMatrix, Indices, Matrix, Vector
 from core.restoring_force.estimator import InstrumentedSuperstructure
-from core.signals.flicker import flicker, flicker_corner
-from core.signals.noise import noise_density
+from core.signals.noise import flicker, flicker_corner, noise_density
 
 BANDS = np.geomspace(0.3, 25.0, 16)
 """Hz, between the bands in which unmodelled motion is of one strength."""

@@ -11,7 +11,7 @@ from core.analysis import AnalysisSettings, DirectionAnalysis, EventAnalysis
 from core.arrays import Vector
 from core.description import BuildingDescription
 from core.identification.modes import Mode
-from core.isolation_layer.axial_load import AxialLoad
+from core.isolation_layer.layer import AxialLoad
 from core.isolation_layer.motion import MeasuredMotion
 from service.version import VERSION
 

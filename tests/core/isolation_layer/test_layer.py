@@ -1,14 +1,16 @@
 from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
 import plan
 import pytest
 from biaxial import record_of
+from described import paper
 
 from core.description import BuildingDescription
-from core.isolation_layer.layer import layer_motion, layer_torsion
-from core.record import Channel
+from core.isolation_layer.layer import GRAVITY, axial_load, layer_motion, layer_torsion
+from core.record import Channel, Record
 from core.sensors.reconciliation import reconciled
 from core.sensors.rigid import RigidLevels
 from service.buildings.description import read
@@ -77,3 +79,38 @@ def test_a_displacement_that_is_only_noise_is_no_motion() -> None:
     assert motion is None
     assert [(finding.kind, finding.severity) for finding in findings] == [("displacement", "warning")]
     assert "above its noise" in findings[0].message
+
+
+TIME = np.arange(6000) / 100
+VERTICAL = 0.3 * GRAVITY * np.sin(2 * np.pi * 5 * TIME) * np.exp(-(((TIME - 30) / 8) ** 2))
+BAND = (0.1, 30.0)
+
+
+def record(*levels: str) -> Record:
+    channels = tuple(Channel(f"XX.PAPER.{level}.HNZ", level, "acceleration", "z") for level in levels)
+    return Record(datetime(2024, 1, 1, tzinfo=UTC), 100.0, channels, np.tile(VERTICAL, (len(levels), 1)))
+
+
+def test_the_load_rises_with_the_slabs_upward_acceleration() -> None:
+    load, findings = axial_load(record("ground", "RF", "1F"), paper(), BAND)
+    assert load is not None
+    assert load.level == "1F"
+    assert findings == ()
+    # the pass band keeps 5 Hz to a thousandth
+    assert load.ratio == pytest.approx(1 + VERTICAL / GRAVITY, abs=1e-3)
+
+
+@pytest.mark.parametrize(("levels", "used"), [(("ground", "RF"), "RF"), (("ground",), "ground")])
+def test_another_level_stands_in_and_is_named(levels: tuple[str, ...], used: str) -> None:
+    load, findings = axial_load(record(*levels), paper(), BAND)
+    assert load is not None
+    assert load.level == used
+    assert [(finding.kind, finding.severity) for finding in findings] == [("axial_load", "note")]
+    assert repr(used) in findings[0].message
+
+
+def test_without_a_vertical_channel_there_is_none() -> None:
+    horizontal = Record(
+        datetime(2024, 1, 1, tzinfo=UTC), 100.0, (Channel("X", "1F", "acceleration", "x"),), VERTICAL[None, :]
+    )
+    assert axial_load(horizontal, paper(), BAND) == (None, ())

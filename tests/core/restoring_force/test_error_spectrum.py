@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from core.isolation_layer.displacement import fuse
+from core.isolation_layer.fusion import fuse
 from core.restoring_force.error_spectrum import of_fused_displacement, white
 
 RATE, COUNT = 100.0, 18000

@@ -8,8 +8,8 @@ from building_files import FOLDER, SMALL
 
 from core.analysis import AnalysisSettings, DirectionAnalysis, EventAnalysis
 from core.identification.modes import Mode
-from core.isolation_layer.axial_load import AxialLoad
 from core.isolation_layer.equivalent import EquivalentSegment
+from core.isolation_layer.layer import AxialLoad
 from core.isolation_layer.motion import MeasuredMotion, ResidualDisplacement
 from core.quality import Finding
 from core.restoring_force.estimator import RestoringForce

@@ -2,13 +2,13 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from core.isolation_layer import sine_series
+from core.signals import sine_series
 
 
 @given(size=st.integers(5, 60))
 def test_the_coefficients_of_a_line_are_known(size: int) -> None:
     line = np.linspace(1.0, 0.0, size)
-    assert sine_series.of_falling_line(size) == pytest.approx(sine_series.coefficients(line), abs=1e-9)
+    assert sine_series.falling_line(size) == pytest.approx(sine_series.coefficients(line), abs=1e-9)
 
 
 @given(size=st.integers(5, 60))
@@ -17,9 +17,9 @@ def test_series_and_line_give_the_samples_back_and_their_derivative(size: int) -
     time = np.arange(size) / 10.0
     rate = np.pi / time[-1]
     line = 2.0 + 0.3 * time
-    found = sine_series.motion(sine_series.coefficients(np.sin(rate * time)), line, 10.0)
-    assert found.displacement == pytest.approx(np.sin(rate * time) + line)
-    assert found.velocity == pytest.approx(rate * np.cos(rate * time) + 0.3)
+    values, derivative = sine_series.sum_with_line(sine_series.coefficients(np.sin(rate * time)), line, 10.0)
+    assert values == pytest.approx(np.sin(rate * time) + line)
+    assert derivative == pytest.approx(rate * np.cos(rate * time) + 0.3)
 
 
 @pytest.mark.parametrize("size", [40, 41])

@@ -1,29 +1,29 @@
-"""What do sines that vanish at a record's first and last sample say of it, of its derivative and of their errors?
+"""Sine series of a record: its exact derivative, and the variances of both.
 
-They are the record's odd extension, which has no jump in value or slope once the line between the record's ends is
-taken out, so that a record which does not begin and end at rest is differentiated and integrated without ringing.
+The sines vanish at the first and last sample. Together with the straight line between the record's ends they are its
+odd extension, without a jump in value or slope: a record that does not begin and end at rest is differentiated and
+integrated without Gibbs oscillations.
 """
 
 import numpy as np
 from scipy.fft import dct, dst, idst, rfft
 
 from core.arrays import Vector
-from core.isolation_layer.motion import Motion
 
 
 def angular_frequencies(size: int, rate: float) -> Vector:
-    """(size − 2,) rad/s, of the sines of a record of so many samples."""
+    """(size − 2,) rad/s, of the sines of a record of `size` samples."""
     frequencies: Vector = np.pi * np.arange(1, size - 1) * rate / (size - 1)
     return frequencies
 
 
 def coefficients(samples: Vector) -> Vector:
-    """(n − 2,) of the sines; what the (n,) samples have at their two ends does not count."""
+    """(n − 2,) coefficients of the sines; the values of the (n,) samples at both ends do not count."""
     return np.asarray(dst(samples[1:-1], type=1))
 
 
-def of_falling_line(size: int) -> Vector:
-    """(size − 2,) coefficients of the line that falls from 1 to 0 over so many samples."""
+def falling_line(size: int) -> Vector:
+    """(size − 2,) coefficients of the line that falls from 1 to 0 over `size` samples."""
     return np.asarray(1 / np.tan(np.pi * np.arange(1, size - 1) / (2 * (size - 1))))
 
 
@@ -32,15 +32,15 @@ def power(sines: Vector) -> Vector:
     return np.asarray(sines**2 / (2 * (sines.size + 1)))
 
 
-def motion(sines: Vector, line: Vector, rate: float) -> Motion:
-    """Sum of the series and of an (n,) straight line, and its exact derivative."""
+def sum_with_line(sines: Vector, line: Vector, rate: float) -> tuple[Vector, Vector]:
+    """(n,) sum of the series and of an (n,) straight line, and its exact derivative by time."""
     ω = angular_frequencies(line.size, rate)
     slope = (line[-1] - line[0]) * rate / (line.size - 1)
-    displacement = line.copy()
-    displacement[1:-1] += idst(sines, type=1)
+    values = line.copy()
+    values[1:-1] += idst(sines, type=1)
     cosines = np.concatenate([[0.0], sines * ω, [0.0]])
-    velocity: Vector = dct(cosines, type=1) / (2 * (line.size - 1)) + slope
-    return Motion(displacement=displacement, velocity=velocity)
+    derivative: Vector = dct(cosines, type=1) / (2 * (line.size - 1)) + slope
+    return values, derivative
 
 
 def variances(density: Vector, ω: Vector) -> tuple[Vector, Vector]:

@@ -1,0 +1,74 @@
+"""Segments of a channel make one trace, and channels of any rate and start come to one time base."""
+
+from datetime import timedelta
+
+import numpy as np
+import pytest
+from described import START
+
+from core.errors import RecordError
+from core.record import Channel, Segment
+from core.sensors.assembly import joined, on_one_time_base
+
+CHANNELS = (Channel("a", "1F", "acceleration", "x"), Channel("b", "RF", "acceleration", "x"))
+
+
+def motion(time: np.ndarray) -> np.ndarray:
+    return np.sin(2 * np.pi * 1.3 * time) + 0.3 * np.cos(2 * np.pi * 7 * time)
+
+
+def piece(channel: str, begin: float, end: float, rate: float = 100.0) -> Segment:
+    time = np.arange(begin, end, 1 / rate)
+    return Segment(channel, START + timedelta(seconds=begin), rate, motion(time))
+
+
+def test_contiguous_segments_in_any_order_are_one_trace() -> None:
+    trace, found = joined([piece("a", 10, 20), piece("a", 0, 10)])
+    assert trace.samples == pytest.approx(motion(np.arange(2000) / 100), abs=1e-9)
+    assert found == ()
+
+
+def test_samples_sent_twice_are_noted_and_count_once() -> None:
+    trace, found = joined([piece("a", 0, 12), piece("a", 10, 20)])
+    assert trace.samples.size == 2000
+    assert [(f.kind, f.severity) for f in found] == [("overlap", "note")]
+
+
+def test_contradicting_overlap_is_a_warning() -> None:
+    late = piece("a", 10, 20)
+    other = Segment("a", late.start, late.rate, late.samples + 0.1)
+    found = joined([piece("a", 0, 12), other])[1]
+    assert [(f.kind, f.severity, f.value) for f in found] == [("overlap", "warning", 2.0)]
+
+
+def test_a_gap_is_left_as_missing() -> None:
+    trace, _ = joined([piece("a", 0, 10), piece("a", 10.5, 20)])
+    assert int(np.isnan(trace.samples).sum()) == 50
+
+
+def test_two_rates_in_one_channel_are_refused() -> None:
+    with pytest.raises(RecordError, match="one rate"):
+        joined([piece("a", 0, 10), piece("a", 10, 20, rate=200.0)])
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.0037, 1.25])
+@pytest.mark.parametrize("rate", [100.0, 200.0])
+def test_channels_of_other_rates_and_starts_come_to_the_same_instants(offset: float, rate: float) -> None:
+    traces = {"a": joined([piece("a", 0, 30)])[0], "b": joined([piece("b", offset, 31, rate)])[0]}
+    record = on_one_time_base(traces, CHANNELS, 100.0)
+    assert record.start == START + timedelta(seconds=offset)
+    # 80 dB of the filter and datetime's microseconds; the filter's half length, 0.7 s, is left out at the ends
+    assert record.samples[0, 100:-100] == pytest.approx(record.samples[1, 100:-100], abs=1e-3)
+
+
+def test_a_short_channel_does_not_cut_the_others() -> None:
+    traces = {"a": joined([piece("a", 0, 30)])[0], "b": joined([piece("b", 0, 10)])[0]}
+    record = on_one_time_base(traces, CHANNELS, 100.0)
+    assert record.samples.shape == (2, 3000)
+    assert int(np.isnan(record.samples[1]).sum()) == 2000
+
+
+def test_channels_without_common_time_are_refused() -> None:
+    traces = {"a": joined([piece("a", 0, 10)])[0], "b": joined([piece("b", 20, 30)])[0]}
+    with pytest.raises(RecordError, match="no time in common"):
+        on_one_time_base(traces, CHANNELS, 100.0)
