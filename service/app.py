@@ -31,7 +31,7 @@ from service.http.rendering import FOLDER
 from service.http.request_capture import Heard
 from service.http.responses import Answers
 from service.jobs import api as job_api
-from service.models.api import comparisons, diagnoses, effects, models, work
+from service.models.api import comparisons, effects, models
 from service.models.pages import diagnoses as diagnosis_pages, models as model_pages, pictures as model_pictures
 from service.notify import pages as notify_pages
 from service.notify.api import messages, recipients
@@ -102,7 +102,7 @@ def create(settings: Settings, visitor: Caller | None = None) -> FastAPI:
     app.add_exception_handler(SecretKeyError, errors.of_secret_key)
     http_pages.install(app)
     api = APIRouter(prefix="/api/v1", dependencies=[Depends(auth.viewer)])
-    of_models = (effects, models, work, comparisons, diagnoses)
+    of_models = (effects, models, comparisons)
     of_notices = (alert_api, access_api, recipients, messages)
     for module in (
         building_api,

@@ -12,6 +12,7 @@ from core.effect import Parameter
 from core.effects import EFFECTS
 from service.analyses.schema import FindingOut
 from service.models import queries, trend as model_trend
+from service.models.diagnosis_schema import DiagnosisOut, DiagnosisRow
 from service.models.schema import (
     ComparisonOut,
     ComparisonRow,
@@ -23,7 +24,7 @@ from service.models.schema import (
     TrendRow,
     ValueOut,
 )
-from service.models.tables import ModelComparison, ModelVersion
+from service.models.tables import ModelComparison, ModelDiagnosis, ModelVersion
 from service.models.trend import Held, Judged
 from service.records.tables import Event
 
@@ -187,3 +188,27 @@ def _parameters(effect: str) -> Mapping[str, Parameter]:
 
 def _place(name: str, known: Mapping[str, Parameter]) -> tuple[int, str]:
     return (list(known).index(name) if name in known else len(known), name)
+
+
+ITEMS = ("findings", "candidates", "set", "unknown_flag", "unexplained", "steps", "versions", "unused")
+"""Of the document that is kept."""
+
+
+def diagnosis_row(found: ModelDiagnosis) -> DiagnosisRow:
+    """A diagnosis as a list has it."""
+    return DiagnosisRow(**_diagnosis_values(found))
+
+
+def diagnosis(found: ModelDiagnosis) -> DiagnosisOut:
+    """A diagnosis and all that it found."""
+    dropped = found.document.get("dropped", [])  # earlier versions of the code did not keep any
+    return DiagnosisOut(**_diagnosis_values(found), dropped=dropped, **{name: found.document[name] for name in ITEMS})
+
+
+def _diagnosis_values(found: ModelDiagnosis) -> dict[str, Any]:
+    same = ("id", "outcome", "fitted", "left_out", "analyses", "revision_id", "author", "created_at", "version")
+    return {name: getattr(found, name) for name in same} | {
+        "model": found.model_id,
+        "explanation": " ".join(found.sentences),
+        "job": found.job_id,
+    }

@@ -7,19 +7,57 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from decimal import Decimal
 from math import isfinite
-from typing import Any
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, Field
 
 from core.effect import Parameter
 from core.effects import EFFECTS
 from core.errors import ModelError
 from core.model.isolator import Isolator
 from core.record import Direction
-from service.formats.toml_problems import Problem, TomlError, checked, unknown, wrong_keys
-from service.models.model_file_keys import Directions, ModelTable
+from service.formats.toml_problems import Problem, Table, TomlError, checked, unknown, wrong_keys
 
 Deviations = Mapping[str, Mapping[str, float]]
 BARE = re.compile(r"[A-Za-z0-9_-]+")
 """A key that needs no quotes."""
+Directions = Literal["x", "y", "xy"]
+
+
+def _aware(moment: datetime) -> datetime:
+    if moment.tzinfo is None:
+        raise ValueError("it has no offset from UTC; 2024-03-05T06:07:08Z would do")
+    return moment.astimezone(UTC)
+
+
+Values = dict[str, dict[str, float]]
+WrittenDeviations = dict[str, dict[str, Annotated[float, Field(ge=0, allow_inf_nan=True)]]]
+Text = Annotated[str, Field(min_length=1)]
+
+
+class ModelTable(Table):
+    """The top of the file: the model."""
+
+    building: Text = Field(description="code of the building whose isolation layer it is of")
+    direction: Directions = Field(
+        description="x or y: of the one horizontal direction; xy: the same values hold in both, and an effect that "
+        "couples the directions sees each from the other"
+    )
+    reference: Annotated[datetime, AfterValidator(_aware)] | None = Field(
+        default=None,
+        description="date and time with offset, from which effects count time; default: the start of the first record",
+    )
+    parent: Text | None = Field(default=None, description="the model that this one was made from, by its file's name")
+    assumed: list[Text] = Field(
+        default=[], description="parameters that nobody gave or measured: they only make a start for a fit"
+    )
+    fitted_to: list[Text] = Field(
+        default=[], description="earthquakes that the values were fitted to, by the start of their records"
+    )
+    effects: Values = Field(description="a table for each effect, with the value of every one of its parameters, SI")
+    standard_deviations: WrittenDeviations = Field(
+        default={}, description="the same for their standard deviations; inf where the records did not determine it"
+    )
 
 
 class ModelFileError(TomlError):

@@ -3,12 +3,12 @@
 from collections.abc import Collection, Mapping, Sequence
 
 from sqlalchemy import ColumnElement, Select, exists, select, tuple_
-from sqlalchemy.orm import Session, joinedload, undefer
+from sqlalchemy.orm import Session, joinedload, selectinload, undefer
 
 from service.analyses.tables import Analysis, DirectionResult
 from service.db.select import Line, Place
 from service.errors import NotFoundError
-from service.models.tables import ModelComparison, ModelVersion
+from service.models.tables import DiagnosisPicture, ModelComparison, ModelDiagnosis, ModelVersion
 from service.records.tables import Event
 
 
@@ -123,3 +123,40 @@ def _analysed(building_id: int) -> Select[Event]:
 def _has_motion(directions: Collection[str]) -> ColumnElement[bool]:
     of_analysis = (DirectionResult.analysis_id == Analysis.id, DirectionResult.direction.in_(directions))
     return exists().where(*of_analysis, DirectionResult.displacement.is_not(None))
+
+
+def diagnoses(session: Session, model_id: int, before: int | None, limit: int) -> Sequence[ModelDiagnosis]:
+    """Of a version, the latest first; `before` is the id at which the page before ended."""
+    question = select(ModelDiagnosis).where(ModelDiagnosis.model_id == model_id)
+    if before is not None:
+        question = question.where(ModelDiagnosis.id < before)
+    return session.scalars(question.order_by(ModelDiagnosis.id.desc()).limit(limit)).all()
+
+
+def diagnosis(session: Session, identity: int) -> ModelDiagnosis:
+    """A diagnosis with its model and all that it found; its pictures are named.
+
+    Raises:
+        NotFoundError: there is none by that number.
+    """
+    question = select(ModelDiagnosis).options(
+        undefer(ModelDiagnosis.document),
+        selectinload(ModelDiagnosis.pictures),
+        joinedload(ModelDiagnosis.model).joinedload(ModelVersion.building),
+    )
+    found = session.scalars(question.where(ModelDiagnosis.id == identity)).one_or_none()
+    if found is None:
+        raise NotFoundError("diagnosis", identity)
+    return found
+
+
+def picture(session: Session, identity: int) -> str:
+    """A picture of a diagnosis as SVG.
+
+    Raises:
+        NotFoundError: there is none by that number.
+    """
+    found = session.scalar(select(DiagnosisPicture.svg).where(DiagnosisPicture.id == identity))
+    if found is None:
+        raise NotFoundError("picture", identity)
+    return found

@@ -4,8 +4,7 @@ from collections.abc import Sequence
 from typing import cast
 
 from service.models.inputs import WorkInputs
-from service.models.model_file import ModelFile
-from service.models.model_file_keys import Directions
+from service.models.model_file import Directions, ModelFile
 from service.models.work import Observed
 from service.models.workbench.records import Records, unusable
 

@@ -1,4 +1,4 @@
-"""What a model was held against: one event in one direction, and the forces over time."""
+"""Comparisons of models with events, their force series, and diagnoses of models."""
 
 from typing import Annotated
 
@@ -9,7 +9,7 @@ from fastapi import APIRouter, Path, Request, Response
 from service.analyses.api.series import kept
 from service.db.blobs import decode
 from service.http import numbers
-from service.http.parameters import LARGEST, Points, Reading
+from service.http.parameters import LARGEST, Before, Limit, ModelId, Points, Reading
 from service.http.responses import (
     OPTIONS,
     Format,
@@ -23,15 +23,16 @@ from service.http.responses import (
     written as answered,
 )
 from service.models import answers, queries
+from service.models.diagnosis_schema import Diagnoses, DiagnosisOut
 from service.models.schema import ComparisonOut, ComparisonSeries
 from service.version import VERSION
 
-router = APIRouter(prefix="/comparisons", tags=["models"])
+router = APIRouter(tags=["models"])
 
 ComparisonId = Annotated[int, Path(description="Number of the comparison.", ge=1, le=LARGEST, examples=[1])]
 
 
-@router.get("/{comparison_id}", operation_id="get_comparison", **responses(ComparisonOut, 404))
+@router.get("/comparisons/{comparison_id}", operation_id="get_comparison", **responses(ComparisonOut, 404))
 def comparison(request: Request, comparison_id: ComparisonId, sessions: Reading) -> Response:
     """A comparison: errors of force, displacement and floor accelerations."""
     with sessions() as session:
@@ -39,7 +40,11 @@ def comparison(request: Request, comparison_id: ComparisonId, sessions: Reading)
         return document(request, answers.comparison(found, found.event))
 
 
-@router.get("/{comparison_id}/force", operation_id="get_comparison_force", **responses(ComparisonSeries, 404, csv=True))
+@router.get(
+    "/comparisons/{comparison_id}/force",
+    operation_id="get_comparison_force",
+    **responses(ComparisonSeries, 404, csv=True),
+)
 def force(
     request: Request, comparison_id: ComparisonId, sessions: Reading, points: Points = None, format: Format = None
 ) -> Response:
@@ -72,3 +77,26 @@ def force(
         "time": None if chosen is None else chosen / measured.rate,
     } | {name: numbers.written(one) for name, one in shown.items()}
     return answered(request, orjson.dumps(content, option=OPTIONS), "application/json", etag)
+
+
+DiagnosisId = Annotated[int, Path(description="Number of the diagnosis.", ge=1, le=LARGEST, examples=[1])]
+
+
+@router.get("/models/{model_id}/diagnoses", operation_id="list_diagnoses", **responses(Diagnoses, 404))
+def of_model(
+    request: Request, model_id: ModelId, sessions: Reading, cursor: Before = None, limit: Limit = 50
+) -> Response:
+    """What the model was found to lack, the latest diagnosis first."""
+    with sessions() as session:
+        queries.version(session, model_id)
+        rows = [answers.diagnosis_row(one) for one in queries.diagnoses(session, model_id, cursor, limit)]
+    last = str(rows[-1].id) if len(rows) == limit and rows[-1].id > 1 else None
+    return document(request, Diagnoses(items=rows, next=last))
+
+
+@router.get("/diagnoses/{diagnosis_id}", operation_id="get_diagnosis", **responses(DiagnosisOut, 404))
+def diagnosis(request: Request, diagnosis_id: DiagnosisId, sessions: Reading) -> Response:
+    """A diagnosis: its outcome, the effects tried, what is open, and what it was made from."""
+    with sessions() as session:
+        answer = answers.diagnosis(queries.diagnosis(session, diagnosis_id))
+    return document(request, answer)

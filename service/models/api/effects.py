@@ -8,7 +8,7 @@ from core.effect import Effect
 from core.effects import EFFECTS
 from service.errors import NotFoundError
 from service.http.responses import Format, document, responses, table
-from service.models.effect_schema import EffectOut, EffectRow, Effects, ParameterOut
+from service.models.schema import EffectOut, EffectRow, Effects, ParameterOut
 from service.models.workbench.effect_sheets import explained, families, law
 
 router = APIRouter(prefix="/effects", tags=["models"])

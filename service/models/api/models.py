@@ -1,4 +1,4 @@
-"""Models of the isolation layer: versions, their values, errors and lineage."""
+"""Models of the isolation layer: versions, values, errors and lineage; and the work on them, which is queued."""
 
 from datetime import UTC, datetime
 from typing import Annotated, Any
@@ -23,8 +23,21 @@ from service.http.parameters import (
     place,
 )
 from service.http.responses import Format, document, responses, table
+from service.jobs.schema import JobOut
+from service.jobs.tables import Job
 from service.models import answers, queries, requests, versions as model_versions
-from service.models.schema import ComparisonRow, Comparisons, Lineage, ModelOut, ModelRequest, Models, Trend
+from service.models.schema import (
+    ComparisonRow,
+    Comparisons,
+    EffectRequest,
+    FitRequest,
+    Lineage,
+    ModelOut,
+    ModelRequest,
+    Models,
+    Trend,
+    WorkRequest,
+)
 
 router = APIRouter(tags=["models"])
 
@@ -139,3 +152,93 @@ def accept(model_id: ModelId, sessions: Writing, by: By) -> ModelOut:
         found = queries.version(session, model_id)
         model_versions.accept(session, found, by.name, datetime.now(UTC))
         return answers.whole(session, found)
+
+
+FittingWanted = Annotated[
+    FitRequest, Body(description="Events to fit to and events to hold out; {} to fit to all that can be compared.")
+]
+
+
+@router.post(
+    "/models/{model_id}/comparisons",
+    operation_id="compare_model",
+    status_code=202,
+    response_model=JobOut,
+    responses=making(202),
+)
+def compare(
+    model_id: ModelId,
+    sessions: Writing,
+    response: Response,
+    by: By,
+    wanted: Annotated[WorkRequest, Body(description="Events; {} for all that can be compared.")],
+) -> JobOut:
+    """Hold the model against events; its comparisons then have their errors. A like job that waits is answered."""
+    with sessions.begin() as session:
+        model = queries.version(session, model_id)
+        job = requests.compare(session, model, wanted.events, by.name, datetime.now(UTC))
+        return _queued(job, response)
+
+
+@router.post(
+    "/models/{model_id}/fits", operation_id="fit_model", status_code=202, response_model=JobOut, responses=making(202)
+)
+def fit(model_id: ModelId, sessions: Writing, response: Response, by: By, wanted: FittingWanted) -> JobOut:
+    """Fit the model's values to events: its next version, a draft, with their standard deviations and its errors.
+
+    The job's `result` has the number of the version `made`, and all numbers of the `fit`.
+    """
+    with sessions.begin() as session:
+        model = queries.version(session, model_id)
+        job = requests.fit(session, model, wanted.events, wanted.hold_out, by.name, datetime.now(UTC))
+        return _queued(job, response)
+
+
+@router.post(
+    "/models/{model_id}/effects",
+    operation_id="add_effect",
+    status_code=202,
+    response_model=JobOut,
+    responses=making(202),
+)
+def extend(
+    model_id: ModelId,
+    sessions: Writing,
+    response: Response,
+    by: By,
+    wanted: Annotated[EffectRequest, Body(description="Effect, events to fit to and events to hold out.")],
+) -> JobOut:
+    """Add an effect and fit everything anew: the model's next version, a draft, with its errors.
+
+    It is added whether the events ask for it or not. The job's `result` has the number of the version `made`, and of
+    the `fit` the errors before and after, on events fitted and held out, and in words whether it was asked for.
+    """
+    with sessions.begin() as session:
+        model = queries.version(session, model_id)
+        by_name, now = by.name, datetime.now(UTC)
+        job = requests.extend(session, model, wanted.effect, wanted.events, wanted.hold_out, by_name, now)
+        return _queued(job, response)
+
+
+@router.post(
+    "/models/{model_id}/diagnoses",
+    operation_id="diagnose_model",
+    status_code=202,
+    response_model=JobOut,
+    responses=making(202),
+)
+def diagnose(model_id: ModelId, sessions: Writing, response: Response, by: By, wanted: FittingWanted) -> JobOut:
+    """Ask which physical effect the model lacks, or whether none is missing, or none that is known would do.
+
+    The job's `result` has the number of the `diagnosis`. Nothing is changed: to add an effect is another wish.
+    """
+    with sessions.begin() as session:
+        model = queries.version(session, model_id)
+        job = requests.diagnose(session, model, wanted.events, wanted.hold_out, by.name, datetime.now(UTC))
+        return _queued(job, response)
+
+
+def _queued(job: Job, response: Response) -> JobOut:
+    """The job, and where to look for its end."""
+    response.headers["Location"] = f"/api/v1/jobs/{job.id}"
+    return JobOut.model_validate(job)

@@ -8,8 +8,8 @@ from service.access.auth import Role, viewer
 from service.http.parameters import LARGEST, Reading
 from service.http.rendering import page
 from service.http.responses import tag, written
-from service.models import answers, diagnosis_answers, diagnosis_queries
-from service.models.api.diagnoses import DiagnosisId
+from service.models import answers, queries
+from service.models.api.comparisons import DiagnosisId
 from service.models.pages.models import Reader
 from service.version import VERSION
 
@@ -20,14 +20,14 @@ router = APIRouter(include_in_schema=False)
 def of_diagnosis(request: Request, diagnosis_id: DiagnosisId, sessions: Reading, by: Reader) -> Response:
     """What a model lacks: the text, the effects tried, and the pictures; an engineer may add one of them."""
     with sessions() as session:
-        found = diagnosis_queries.diagnosis(session, diagnosis_id)
+        found = queries.diagnosis(session, diagnosis_id)
         (model,) = answers.rows(session, [found.model])
         return page(
             request,
             "diagnosis",
             building=found.model.building,
             model=model,
-            diagnosis=diagnosis_answers.whole(found),
+            diagnosis=answers.diagnosis(found),
             sentences=found.sentences,
             pictures=found.pictures,
             may_work=by.role >= Role.engineer,
@@ -38,5 +38,5 @@ def of_diagnosis(request: Request, diagnosis_id: DiagnosisId, sessions: Reading,
 def picture(request: Request, sessions: Reading, number: Annotated[int, Query(ge=1, le=LARGEST)]) -> Response:
     """One of its pictures, as the diagnosis drew it."""
     with sessions() as session:
-        svg = diagnosis_queries.picture(session, number)
+        svg = queries.picture(session, number)
     return written(request, svg.encode(), "image/svg+xml", tag(VERSION, "model-diagnosis", number))

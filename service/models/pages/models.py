@@ -21,7 +21,7 @@ from service.http.rendering import page
 from service.jobs import queries as job_queries
 from service.jobs.api import cancelled, may_cancel
 from service.jobs.queue import UNDER_WAY
-from service.models import answers, diagnosis_queries, queries, requests, versions as model_versions
+from service.models import answers, queries, queries as model_queries, requests, versions as model_versions
 from service.models.api.effects import EffectName, answered
 from service.models.tables import ModelComparison, ModelVersion
 from service.models.workbench.effect_sheets import families
@@ -117,7 +117,7 @@ def _shown_model(
             ticked=model.left_out if ticked is None else ticked,
             may_cancel=lambda job: may_cancel(job, by),
             offered=there[: -OFFERED - 1 : -1],
-            diagnoses=diagnosis_queries.diagnoses(session, model_id, None, JOBS),
+            diagnoses=model_queries.diagnoses(session, model_id, None, JOBS),
             addable=[name for name in EFFECTS if name not in found.effects],
             may_work=by.role >= Role.engineer,
         )

@@ -9,8 +9,7 @@ from hypothesis import given, strategies as st
 from core.effects import EFFECTS
 from core.model.isolator import Isolator
 from core.paper import ISOLATOR
-from service.models.model_file import ModelFile, ModelFileError, read, written
-from service.models.model_file_keys import ModelTable
+from service.models.model_file import ModelFile, ModelFileError, ModelTable, read, written
 
 DOCUMENTATION = Path(__file__).resolve().parents[3] / "docs" / "models" / "models.md"
 TEXT = written(ModelFile("PAPER", "x", ISOLATOR))
