@@ -87,7 +87,7 @@ def create(settings: Settings, visitor: Caller | None = None) -> FastAPI:
     app.state.reading = reading(app.state.sessions)
     app.state.answers = Answers()
     app.state.visitor = visitor
-    idle, lifetime = (timedelta(seconds=one) for one in (settings.login_idle, settings.login_lifetime))
+    idle, lifetime = (timedelta(seconds=one) for one in (settings.login.idle_timeout, settings.login.lifetime))
     app.state.callers = Callers(app.state.sessions, idle, lifetime)
     app.state.attempts = Attempts()
     app.state.questions = Counter()

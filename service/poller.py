@@ -67,7 +67,7 @@ class Poller:
     def run(self, stop: Signal) -> None:
         """Poll until `stop` is set; looks under way are left at their next step, or where their server keeps them."""
         look = Look(self.sessions, self.settings, self.clock, stop.wait, stop.is_set)
-        lanes = Lanes(lambda code: self._look(look, code), self.settings.poll_interval)
+        lanes = Lanes(lambda code: self._look(look, code), self.settings.polling.interval)
         scheduler = BackgroundScheduler(
             executors={"default": ThreadPoolExecutor(1), "checks": ThreadPoolExecutor(1)},
             job_defaults={"coalesce": True, "max_instances": 1, "misfire_grace_time": None},
@@ -78,7 +78,7 @@ class Poller:
             while not stop.is_set():
                 with self.attempts.one():
                     self._round(scheduler, look, lanes, stop)
-                stop.wait(min(ROUND, self.settings.poll_interval))
+                stop.wait(min(ROUND, self.settings.polling.interval))
         finally:
             scheduler.shutdown(wait=True)
             if left := lanes.end():
@@ -111,7 +111,7 @@ class Poller:
         checks = name == CHECKS
         scheduler.add_job(
             self._check if checks else lanes.due,
-            Every(timedelta(seconds=self.settings.check_interval if checks else self.settings.poll_interval)),
+            Every(timedelta(seconds=self.settings.data_health.interval if checks else self.settings.polling.interval)),
             args=(stopped,) if checks else (name,),
             id=name,
             executor="checks" if checks else "default",

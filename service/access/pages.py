@@ -112,7 +112,7 @@ async def begun(request: Request, secret: str, *, is_link: bool, wanted: str) ->
     request.app.state.callers.forget()
     answer = RedirectResponse(onward(wanted), 303)
     secure = is_secure(request)
-    lasts = int(request.app.state.settings.login_lifetime)
+    lasts = int(request.app.state.settings.login.lifetime)
     answer.set_cookie(SAFE_COOKIE if secure else COOKIE, cookie, lasts, **flags(secure=secure))
     return answer
 

@@ -102,7 +102,7 @@ def inspect(
     A deterioration ends in no other way. It does not come again for what began before, unless it gets worse. With
     `reference_from` a new reference period begins: what comes later is held against the building as it is then.
     """
-    now, age = datetime.now(UTC), timedelta(seconds=request.app.state.settings.message_age)
+    now, age = datetime.now(UTC), timedelta(seconds=request.app.state.settings.notify.max_event_age)
     with sessions.begin() as session:
         found, who = queries.alert(session, alert_id), requests.person(by, wanted.name)
         requests.inspect(session, found, who, wanted.outcome, wanted.note, wanted.reference_from, age, now)

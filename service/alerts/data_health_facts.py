@@ -52,13 +52,13 @@ def _stopped(
 
 def _patience(settings: Settings) -> Patience:
     return Patience(
-        source=timedelta(seconds=settings.source_patience),
-        continuous=timedelta(seconds=settings.continuous_patience),
-        quiet=timedelta(seconds=settings.quiet_patience),
-        misses=settings.channel_misses,
-        clock=timedelta(seconds=settings.clock_tolerance),
-        worker=timedelta(seconds=settings.worker_patience),
-        reserve=settings.disk_reserve,
+        source=timedelta(seconds=settings.data_health.source_timeout),
+        continuous=timedelta(seconds=settings.data_health.continuous_timeout),
+        quiet=timedelta(seconds=settings.data_health.event_silence_timeout),
+        misses=settings.data_health.channel_misses,
+        clock=timedelta(seconds=settings.data_health.clock_tolerance),
+        worker=timedelta(seconds=settings.data_health.worker_timeout),
+        reserve=settings.data_health.disk_reserve,
     )
 
 
@@ -83,7 +83,7 @@ def _source(session: Session, building: Building, described: BuildingFile) -> So
 def _rejected(session: Session, building: Building, settings: Settings, now: datetime) -> list[Rejected]:
     """Rejected files that count: not too old, and later than the last time that somebody ended the alert."""
     ended = [inspection.at for cause, inspection in queries.inspections(session, building.id) if cause == "rejected"]
-    since = max([now - timedelta(seconds=settings.rejected_age), *ended])
+    since = max([now - timedelta(seconds=settings.data_health.rejected_age), *ended])
     rows = recording_queries.rejected(session, building.id, since)
     return [Rejected(name=row.name, at=row.received_at, reason=(row.reason or "").rstrip(".")) for row in rows]
 
@@ -111,7 +111,7 @@ def _dead(quality: Sequence[dict[str, Any]] | None) -> dict[str, str]:
 
 
 def _work(session: Session, building: Building, settings: Settings, now: datetime) -> Work:
-    lease = timedelta(seconds=settings.lease)
+    lease = timedelta(seconds=settings.jobs.lease)
     return Work(
         oldest=health_queries.oldest_undone_job(session, building.id, now, lease),
         last_progress=health_queries.last_progress(session, now, lease),

@@ -46,7 +46,7 @@ def tell_of_event(session: Session, event_id: int, message_age: timedelta, now: 
     Args:
         session: of the transaction in which what is told is stored.
         event_id: of the event.
-        message_age: settings.message_age.
+        message_age: settings.notify.max_event_age.
         now: aware time.
     """
     event = session.get_one(Event, event_id)

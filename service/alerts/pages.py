@@ -115,7 +115,7 @@ def acknowledge(request: Request, alert_id: AlertId, sessions: Writing, by: By, 
 @router.post("/alerts/{alert_id}/inspect")
 def inspect(request: Request, alert_id: AlertId, sessions: Writing, by: By, form: Form) -> Response:
     """End the alert by what was found, and show it."""
-    now, age = datetime.now(UTC), timedelta(seconds=request.app.state.settings.message_age)
+    now, age = datetime.now(UTC), timedelta(seconds=request.app.state.settings.notify.max_event_age)
     reference = form.get("reference", ending.AS_BEFORE)
 
     def act() -> Response:

@@ -26,7 +26,7 @@ def go_round(
         now: aware time.
         stopped: asked before each building; the others are then left to the next round.
     """
-    age = timedelta(seconds=settings.message_age)
+    age = timedelta(seconds=settings.notify.max_event_age)
     with reading(sessions)() as session:
         numbers = session.scalars(select(Building.id).order_by(Building.code)).all()
     for building_id in numbers:
@@ -38,4 +38,4 @@ def go_round(
             reconcile(session, building_id, ones, "clock", now)
             session.flush()
             tell(session, building_id, age, now)
-            remind(session, building_id, timedelta(seconds=settings.reminder_interval), now)
+            remind(session, building_id, timedelta(seconds=settings.notify.reminder_interval), now)

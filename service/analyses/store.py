@@ -86,7 +86,8 @@ def settings_of(analysis: Analysis) -> AnalysisSettings:
 
 def analysis_settings(settings: Settings, arguments: Mapping[str, Any]) -> AnalysisSettings:
     """The service's analysis settings, with what a job asks for in their place."""
-    own = AnalysisSettings(estimator=settings.estimator, rate=settings.rate, band=settings.band)
+    given = settings.analysis
+    own = AnalysisSettings(estimator=given.estimator, rate=given.rate, band=given.band)
     return replace(own, **_without_lists(arguments))
 
 

@@ -108,11 +108,11 @@ def _settings(estimator: str | None, sensors: str | None, description: "Building
     from core.estimators import ESTIMATORS
 
     own = settings_in_force()
-    chosen = own.estimator if estimator is None else estimator
+    chosen = own.analysis.estimator if estimator is None else estimator
     if chosen not in ESTIMATORS:
         raise typer.BadParameter(f"no estimator {chosen!r}; there is {', '.join(ESTIMATORS)}", param_hint="--estimator")
     levels = None if sensors is None else levels_named(sensors, description)
-    return AnalysisSettings(estimator=chosen, sensors=levels, rate=own.rate, band=own.band)
+    return AnalysisSettings(estimator=chosen, sensors=levels, rate=own.analysis.rate, band=own.analysis.band)
 
 
 def _stamped(path: Path | None, stamp: str) -> Path | None:

@@ -93,10 +93,10 @@ def _warn(session: "Session", building: "Building") -> None:
             f"warning: the folder {source.location} does not exist; make it, or correct location in the building file",
             err=True,
         )
-    if settings_in_force().smtp_host is None and any(
+    if settings_in_force().smtp.host is None and any(
         receiver.kind == "email" for receiver in building_store.described(session, building).receivers
     ):
-        typer.echo("warning: no mail can be sent to the building's mail receivers: set smtp_host", err=True)
+        typer.echo("warning: no mail can be sent to the building's mail receivers: set smtp.host", err=True)
 
 
 @contextmanager

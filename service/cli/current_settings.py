@@ -41,12 +41,13 @@ def _file() -> str:
 def _told(wrong: "ErrorDetails") -> str:
     """A line on what is wrong, without a secret: what concerns all settings would repeat every one of them."""
     from service.formats.toml_problems import unknown
-    from service.settings import SECRETS, Settings
+    from service.settings import SECRETS, settings_by_name
 
     name = ".".join(map(str, wrong["loc"]))
     if wrong["type"] == "extra_forbidden":
-        return f"{name}: {unknown(name, list(Settings.model_fields))}"
-    got = "" if not name or name in SECRETS else f", got {wrong['input']!r}"
+        return f"{name}: {unknown(name, list(settings_by_name()))}"
+    is_shown = name and name not in SECRETS and not isinstance(wrong["input"], dict)
+    got = f", got {wrong['input']!r}" if is_shown else ""
     return f"{name or 'settings'}: {wrong['msg'].removeprefix('Value error, ')}{got}"
 
 

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-OWN = {"MENSHIN_DATABASE_URL", "MENSHIN_HOST", "MENSHIN_PORT", "MENSHIN_POLL_INTERVAL"}
+OWN = {"MENSHIN_DATABASE_URL", "MENSHIN_HOST", "MENSHIN_PORT", "MENSHIN_POLLING__INTERVAL"}
 """Variables in whose place the demonstration has values of its own."""
 
 app = typer.Typer(no_args_is_help=True)

@@ -9,6 +9,7 @@ import sys
 import tempfile
 import traceback
 from collections.abc import Mapping
+from contextlib import suppress
 from typing import Any
 
 import typer
@@ -38,7 +39,7 @@ class Edge(TyperGroup):
     def main(self, *args: Any, **kwargs: Any) -> Any:  # noqa: ANN401  as typer has it
         """Run a command; what goes wrong ends it with words and an exit code other than 0."""
         try:
-            warn_of_unknown_variables()
+            warn_of_names()
             return super().main(*args, **kwargs)
         except Exception as error:  # the one place that tells what people can mend from a bug
             said = words(error)
@@ -46,13 +47,16 @@ class Edge(TyperGroup):
             sys.exit(CANNOT if said else BUG)
 
 
-def warn_of_unknown_variables() -> None:
-    """Say which variables of the environment look like settings and are none."""
-    if not any(name.startswith("MENSHIN_") for name in os.environ):
+def warn_of_names() -> None:
+    """Name the environment variables that look like settings and are none, and the settings under old names."""
+    if not any(name.startswith("MENSHIN_") for name in os.environ) and not os.path.isfile("menshin.toml"):
         return  # the settings take long to load
-    from service.settings import unknown_variables
+    from service.settings import old_names, settings_file, unknown_variables
 
-    for line in unknown_variables(os.environ):
+    lines = unknown_variables(os.environ)
+    with suppress(OSError, ValueError):  # a file that cannot be read stops the commands that need it
+        lines += old_names(os.environ, settings_file())
+    for line in lines:
         typer.echo(f"warning: {line}", err=True)
 
 

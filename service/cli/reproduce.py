@@ -116,7 +116,7 @@ def _real(files: list[Path], building: Path | None, sensors: str | None, tell: C
     own = settings_in_force()
     described = described_by(building)
     levels = None if sensors is None else levels_named(sensors, described.description)
-    settings = AnalysisSettings(rate=own.rate, band=own.band)
+    settings = AnalysisSettings(rate=own.analysis.rate, band=own.analysis.band)
     return real(events(files, described), described.description, levels, settings, tell)
 
 

@@ -18,7 +18,7 @@ from service.demo.listening import LOOPBACK, free_port, listening
 from service.demo.server import application
 from service.demo.site import CODE, building_file
 from service.demo.stage import BUILDING, DATABASE, Stage
-from service.settings import Settings
+from service.settings import Polling, Settings
 
 VISITOR = Caller("visitor", Role.engineer)
 """A spectator at this machine, who needs no key: the building is simulated. What takes an admin takes a key."""
@@ -58,7 +58,7 @@ def settings_of(folder: Path, port: int) -> Settings:
     Messages link to its own pages where no other address is set.
     """
     settings = Settings(
-        database_url=f"sqlite:///{folder / DATABASE}", host=LOOPBACK, port=port, poll_interval=POLL_INTERVAL
+        database_url=f"sqlite:///{folder / DATABASE}", host=LOOPBACK, port=port, polling=Polling(interval=POLL_INTERVAL)
     )
     return settings.model_copy(update={"public_url": settings.public_url or address(settings)})
 

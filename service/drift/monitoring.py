@@ -81,7 +81,7 @@ def inputs(session: Session, claim: Claim, settings: Settings) -> WatchInputs:
         watched=tuple(watched),
         starts={row.event: row.event_start for row in events},
         timezone=file.timezone,
-        message_age=timedelta(seconds=settings.message_age),
+        message_age=timedelta(seconds=settings.notify.max_event_age),
     )
 
 

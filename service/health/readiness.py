@@ -61,7 +61,7 @@ def lacks(session: Session, settings: Settings, now: datetime) -> Iterator[str]:
 
 
 def _disk(session: Session, settings: Settings) -> Check:
-    free, least = free_bytes(session), settings.disk_reserve / FULL
+    free, least = free_bytes(session), settings.data_health.disk_reserve / FULL
     if free is not None and free < least:
         return Check(
             "disk",
@@ -74,7 +74,7 @@ def _disk(session: Session, settings: Settings) -> Check:
 
 def _clock(session: Session, settings: Settings, now: datetime) -> Check:
     """Whatever was written last was written before now, unless a clock was set."""
-    tolerance = timedelta(seconds=settings.clock_tolerance)
+    tolerance = timedelta(seconds=settings.data_health.clock_tolerance)
     written = [
         session.scalar(select(func.max(SourceState.looked_at))),
         session.scalar(select(func.max(Job.finished_at))),
@@ -105,13 +105,13 @@ def _looks(session: Session, settings: Settings, now: datetime) -> Check:
     if not late:
         return Check("looks", True, "every source is looked at in time")
     number = "one source has" if len(late) == 1 else f"{len(late)} sources have"
-    helps = "the log of the poller says what stops it; more than a processor can do takes a longer poll_interval"
+    helps = "the log of the poller says what stops it; more than a processor can do takes a longer polling.interval"
     return Check("looks", False, f"{number} not been looked at for too long", helps, min(late))
 
 
 def _late(session: Session, settings: Settings, now: datetime) -> Iterator[tuple[str, datetime]]:
     """Buildings whose source was not looked at in time, each with when it was last, or might have been first."""
-    patience = MISSED * settings.poll_interval + (settings.http_retries + 1) * settings.http_timeout
+    patience = MISSED * settings.polling.interval + (settings.polling.retries + 1) * settings.polling.timeout
     described = select(Revision.building_id, func.max(Revision.created_at).label("at")).group_by(Revision.building_id)
     newest = described.subquery()
     question = (
@@ -128,14 +128,14 @@ def _late(session: Session, settings: Settings, now: datetime) -> Iterator[tuple
 
 
 def _worker(session: Session, settings: Settings, now: datetime) -> Check:
-    lease = timedelta(seconds=settings.lease)
+    lease = timedelta(seconds=settings.jobs.lease)
     until = session.scalar(select(Lease.until).where(Lease.name == WORKING))
     helps = "'menshin work' or 'menshin up' starts one; the log of one that runs says what stops it"
     if until is None or has_passed(until, now, lease):
         return Check("worker", False, "no worker was seen lately", helps, None if until is None else until - lease)
     stuck = "records wait for their analysis while nothing gets done"
     oldest = session.scalar(select(func.min(Job.created_at)).where(Job.state == "waiting"))
-    patience = timedelta(seconds=settings.worker_patience)
+    patience = timedelta(seconds=settings.data_health.worker_timeout)
     if oldest is not None and now - oldest > patience:
         last = queries.last_progress(session, now, lease) or oldest
         if now - last > patience:
@@ -147,6 +147,6 @@ def _worker(session: Session, settings: Settings, now: datetime) -> Check:
 
 def _leases(session: Session, settings: Settings) -> dict[str, tuple[datetime, timedelta]]:
     """End and length of the rights of those that look and work, by name."""
-    lengths = {POLLING: POLLING_LEASE, WORKING: timedelta(seconds=settings.lease)}
+    lengths = {POLLING: POLLING_LEASE, WORKING: timedelta(seconds=settings.jobs.lease)}
     rows = session.execute(select(Lease.name, Lease.until).where(Lease.name.in_(lengths)))
     return {name: (until, lengths[name]) for name, until in rows}

@@ -20,7 +20,7 @@ async def followed(request: Request, read: Callable[[], T], is_over: Callable[[T
     service.http.guard ends it with its caller's key or session and with the service. Comments that keep proxies from
     closing the connection are FastAPI's own.
     """
-    patience, seen = request.app.state.settings.progress_patience, None
+    patience, seen = request.app.state.settings.progress_timeout, None
     told = anyio.current_time()
     while anyio.current_time() - told < patience:
         found = await to_thread.run_sync(read)

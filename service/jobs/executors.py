@@ -24,9 +24,9 @@ Executors = Callable[[], Executor]
 
 def executors(settings: Settings) -> Executors:
     """The executors that the settings ask for."""
-    if settings.executor == "dask":
-        return dask_cluster(settings.dask_address, settings.effects_folder)
-    return local_processes(settings.workers, settings.effects_folder)
+    if settings.jobs.executor == "dask":
+        return dask_cluster(settings.jobs.dask_address, settings.effects_folder)
+    return local_processes(settings.jobs.workers, settings.effects_folder)
 
 
 def local_processes(count: int, effects_folder: Path | None = None) -> Executors:
@@ -70,7 +70,7 @@ def end_with(parent: int) -> None:
 
 def end(made: Executors, settings: Settings) -> None:
     """Let them end; what processes of this machine still compute is left off, for nobody will write it."""
-    made().shutdown(wait=True, **({"kill_workers": True} if settings.executor == "local" else {}))
+    made().shutdown(wait=True, **({"kill_workers": True} if settings.jobs.executor == "local" else {}))
 
 
 def dask_cluster(address: str | None, effects_folder: Path | None = None) -> Executors:

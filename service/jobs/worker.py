@@ -42,7 +42,7 @@ class JobTimeoutError(Exception):
 
     def __init__(self, seconds: float) -> None:
         super().__init__(
-            f"stopped after {seconds:g} s, the longest that a job may take (setting job_time_limit); fewer or shorter "
+            f"stopped after {seconds:g} s, the longest that a job may take (setting jobs.time_limit); fewer or shorter "
             "events take less time"
         )
 
@@ -104,7 +104,7 @@ class Worker:
     def fill(self) -> int:
         """Claim jobs and start them until every worker process has one; the number of jobs started."""
         started = 0
-        while len(self.running) < self.settings.workers:
+        while len(self.running) < self.settings.jobs.workers:
             claim = self._claim()
             if claim is None:
                 break
@@ -133,7 +133,7 @@ class Worker:
     def hold(self) -> None:
         """Extend the leases in time; a claim that was lost is left to who has it now."""
         elapsed, now = self.timer(), self.clock()
-        if self.extended_at is not None and elapsed - self.extended_at < self.settings.lease / 3:
+        if self.extended_at is not None and elapsed - self.extended_at < self.settings.jobs.lease / 3:
             return
         with self.sessions.begin() as session:
             leases.hold(session, WORKING, self.holder, now, self._lease)
@@ -152,7 +152,7 @@ class Worker:
         if not self.running or now - self.heeded_at < HEED:
             return
         self.heeded_at = now
-        limit = self.settings.job_time_limit
+        limit = self.settings.jobs.time_limit
         overdue = {future for future, job in self.running.items() if now - job.begun > limit and not future.done()}
         with reading(self.sessions)() as session:
             running = queue.still_running(session, [job.claim for job in self.running.values()])
@@ -186,7 +186,7 @@ class Worker:
         for job in stopped:
             if job.note:
                 job.note.erase()
-        if undone and self.settings.executor == "local":
+        if undone and self.settings.jobs.executor == "local":
             others = {future: job for future, job in self.running.items() if not future.done()}
             end(self.executors, self.settings)
             for future, job in others.items():
@@ -195,7 +195,7 @@ class Worker:
 
     @property
     def _lease(self) -> timedelta:
-        return timedelta(seconds=self.settings.lease)
+        return timedelta(seconds=self.settings.jobs.lease)
 
     def _claim(self) -> Claim | None:
         with self.sessions.begin() as session:
@@ -256,4 +256,4 @@ class Worker:
         log.error("attempt %d at job %d went wrong", claim.failures + 1, claim.job_id, exc_info=error)
         text = "".join(format_exception(error))
         with self.sessions.begin() as session:
-            queue.fail(session, claim, text, self.clock(), self.settings.job_attempts)
+            queue.fail(session, claim, text, self.clock(), self.settings.jobs.attempts)

@@ -129,7 +129,7 @@ def work_inputs(session: Session, claim: Claim, settings: Settings) -> WorkInput
         reference=model.reference or found[0].held.start,
         description=building_description.read(revision.toml, Path(revision.folder)).description,
         revision_id=revision.id,
-        band=settings.band,
+        band=settings.analysis.band,
         events=found,
     )
 

@@ -49,7 +49,9 @@ def checked(host: str, port: int, reach: Reach) -> Sequence[str]:
     if host.lower().rstrip(".") not in {name.lower() for name in reach.allowed}:
         for address in addresses:
             if not may_be_reached(address, reach):
-                raise NotAllowedError(f"{host} is {address}, which is not public; inside_allowed would allow it")
+                raise NotAllowedError(
+                    f"{host} is {address}, which is not public; notify.allowed_private_hosts can allow it"
+                )
     return addresses
 
 

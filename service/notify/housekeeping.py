@@ -50,7 +50,7 @@ class Upkeep:
         if self.timer() < self.next_step:
             return
         given = self.settings
-        self.next_step = self.timer() + min(ROUND, given.alertmanager_interval, given.heartbeat_interval)
+        self.next_step = self.timer() + min(ROUND, given.notify.alertmanager_interval, given.heartbeat.interval)
         with self.sessions.begin() as session:
             holds = leases.hold(session, NOTIFYING, self.holder, self.clock(), LEASE)
         if holds:
@@ -88,17 +88,17 @@ class Upkeep:
 
     def _beat(self) -> None:
         """Say outside that the service works, if it does: who waits for that in vain has somebody look after it."""
-        if self.settings.heartbeat_url is None or self.timer() < self.next_beat:
+        if self.settings.heartbeat.url is None or self.timer() < self.next_beat:
             return
-        self.next_beat = self.timer() + self.settings.heartbeat_interval
+        self.next_beat = self.timer() + self.settings.heartbeat.interval
         with reading(self.sessions)() as session:
             lacks = "; ".join(readiness.lacks(session, self.settings, self.clock()))
-        self._note("heartbeat", lacks or self._asked(self.settings.heartbeat_url.get_secret_value()))
+        self._note("heartbeat", lacks or self._asked(self.settings.heartbeat.url.get_secret_value()))
 
     def _asked(self, url: str) -> str | None:
         """What went wrong, without the address: it is a secret."""
         try:
-            answer = httpx.get(url, timeout=self.settings.notice_timeout)
+            answer = httpx.get(url, timeout=self.settings.notify.timeout)
         except (httpx.HTTPError, httpx.InvalidURL) as error:
             return type(error).__name__
         return None if answer.is_success else f"answered {answer.status_code}"
@@ -113,4 +113,4 @@ class Upkeep:
 
     @property
     def _interval(self) -> timedelta:
-        return timedelta(seconds=self.settings.alertmanager_interval)
+        return timedelta(seconds=self.settings.notify.alertmanager_interval)

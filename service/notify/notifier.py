@@ -88,7 +88,7 @@ class Notifier:
             log.exception("what a notifier does by the clock went wrong")
 
     def _claim(self) -> Claim | None:
-        lease = timedelta(seconds=self.settings.notice_timeout) + SPARE
+        lease = timedelta(seconds=self.settings.notify.timeout) + SPARE
         with self.sessions.begin() as session:
             return claims.claim(session, self.clock(), lease, self._patience)
 
@@ -137,7 +137,7 @@ class Notifier:
     def _patience(self) -> Patience:
         given = self.settings
         return Patience(
-            given.notice_attempts,
-            timedelta(seconds=given.notice_delay),
-            timedelta(seconds=given.notice_longest_delay),
+            given.notify.attempts,
+            timedelta(seconds=given.notify.retry_delay),
+            timedelta(seconds=given.notify.longest_delay),
         )

@@ -47,7 +47,7 @@ def posted(url: str, headers: Mapping[str, str], body: bytes, reach: Reach, seco
     except httpx.InvalidURL:  # whose message repeats the address
         return Answer("not_taken", "its address is no web address", is_final=True)
     if address.scheme != "https" and not (address.scheme == "http" and reach.plain_http):
-        return Answer("not_taken", f"{address.scheme}:// is not allowed: plain_http_allowed would do for http://")
+        return Answer("not_taken", f"{address.scheme}:// is not allowed: notify.allow_plain_http allows http://")
     try:
         return _asked(address, _head(address, headers, body), body, reach, seconds)
     except (httpcore.ConnectError, httpcore.ConnectTimeout, OSError) as error:

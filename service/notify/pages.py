@@ -45,7 +45,7 @@ def _listed(
             "messages",
             refused.status,
             refused=refused,
-            can_mail=request.app.state.settings.smtp_host is not None,
+            can_mail=request.app.state.settings.smtp.host is not None,
             building=found,
             receivers=[
                 answers.seen_by(by.role, answers.receiver(row)) for row in told_of.of_building(session, found.id)
@@ -85,7 +85,7 @@ def add(request: Request, code: Code, sessions: Writing, by: ByAdmin, form: Form
     given: dict[str, object] = {name: form.get(name) for name in ("name", "kind", "address", "secret")}
     for name, values in (("kinds", WANTED_KINDS), ("severities", SEVERITIES)):
         given[name] = [value for value in values if f"{name}_{value}" in form]
-    can_mail = request.app.state.settings.smtp_host is not None
+    can_mail = request.app.state.settings.smtp.host is not None
 
     def act() -> Response:
         wanted, now = checked(ReceiverRequest, given), datetime.now(UTC)

@@ -40,7 +40,7 @@ class Limits:
 
 def limits(settings: Settings) -> Limits:
     """The limits as they are set."""
-    return Limits(settings.parser_time, settings.parser_memory)
+    return Limits(settings.parser.time_limit, settings.parser.memory_limit)
 
 
 class ParserDiedError(Exception):

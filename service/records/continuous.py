@@ -21,14 +21,14 @@ from service.settings import Settings
 def trigger_settings(settings: Settings) -> TriggerSettings:
     """The trigger as it is set."""
     return TriggerSettings(
-        short=settings.trigger_short,
-        long=settings.trigger_long,
-        on=settings.trigger_on,
-        off=settings.trigger_off,
-        channels=settings.trigger_channels,
-        floor=settings.trigger_floor,
-        before=timedelta(seconds=settings.trigger_before),
-        after=timedelta(seconds=settings.trigger_after),
+        short=settings.trigger.short_window,
+        long=settings.trigger.long_window,
+        on=settings.trigger.on,
+        off=settings.trigger.off,
+        channels=settings.trigger.channels,
+        floor=settings.trigger.floor,
+        before=timedelta(seconds=settings.trigger.before),
+        after=timedelta(seconds=settings.trigger.after),
     )
 
 
@@ -59,7 +59,7 @@ def take_in(
     pieces = [(near, traces if near.id == recording.id else traces_of(session, near, limits)) for near in around]
     shaking = [trace.segment() for _, traces in pieces for trace in traces if trace.quantity == "acceleration"]
     start, end = _extent(recording)
-    longest = timedelta(seconds=settings.longest_event)
+    longest = timedelta(seconds=settings.event.longest)
     for window in windows(shaking, trigger):
         if window.start <= end and window.end >= start:
             bounded = Window(window.start, min(window.end, window.start + longest))

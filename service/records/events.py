@@ -32,10 +32,10 @@ def take_in(
     settings: Settings,
 ) -> None:
     """Join the traces of a recording to their events; events that miss nothing any more are queued."""
-    tolerance = timedelta(seconds=settings.event_tolerance)
+    tolerance = timedelta(seconds=settings.event.tolerance)
     for group in overlapping(traces, span, tolerance):
         start, end = extent(group)
-        longest = timedelta(seconds=settings.longest_event) + 2 * tolerance
+        longest = timedelta(seconds=settings.event.longest) + 2 * tolerance
         event = at(session, building, start - tolerance, end + tolerance, now, longest)
         add(session, event, recording, group, now)
         if event.state == "gathering" and is_complete(session, event):
@@ -44,7 +44,7 @@ def take_in(
 
 def queue_ready(session: Session, now: datetime, *, settings: Settings) -> int:
     """Queue the events that have waited long enough for missing channels; the number of them."""
-    patience = timedelta(seconds=settings.event_grace)
+    patience = timedelta(seconds=settings.event.grace)
     came = Event.updated_at
     has_waited = or_(came <= now - patience, is_wrong(came, now - patience, patience))
     waiting = select(Event).where(Event.state == "gathering", has_waited)

@@ -64,7 +64,7 @@ def begin(session: Session, recording: Recording, *, settings: Settings) -> bool
     A file that ends the whole service is thus given up too, after as many attempts as any other.
     """
     recording.version = VERSION
-    if recording.failures < settings.job_attempts:
+    if recording.failures < settings.jobs.attempts:
         recording.failures += 1
         return True
     _give_up(recording, "the service ended while it was read")
@@ -127,7 +127,7 @@ def went_wrong(recording: Recording, error: Exception, *, settings: Settings) ->
     """An attempt at a recording failed: it is tried again at the next look, and refused after as many as are set."""
     is_too_much = isinstance(error, ParserDiedError)
     found = str(error) if is_too_much else f"reading it went wrong ({type(error).__name__}: {error})"
-    if recording.failures < settings.job_attempts:
+    if recording.failures < settings.jobs.attempts:
         recording.reason = f"{storable(found)}; it is tried again at the next look"
         return
     _give_up(recording, storable(found))
@@ -173,12 +173,12 @@ def _check_length(traces: Iterable[Trace], described: BuildingFile, settings: Se
     if _is_continuous(described):
         check_gaps([trace for trace in traces if trace.quantity == "acceleration"])
         return
-    for group in overlapping(traces, span, timedelta(seconds=settings.event_tolerance)):
+    for group in overlapping(traces, span, timedelta(seconds=settings.event.tolerance)):
         start, end = events.extent(group)
-        if (length := (end - start).total_seconds()) > settings.longest_event:
+        if (length := (end - start).total_seconds()) > settings.event.longest:
             raise FormatError(
                 f"the record lasts {length / 3600:.3g} h, from {start:%Y-%m-%d %H:%M:%S} to {end:%Y-%m-%d %H:%M:%S} "
-                f"UTC; at most {settings.longest_event / 3600:.3g} h are taken for one earthquake. If it is a "
+                f"UTC; at most {settings.event.longest / 3600:.3g} h are taken for one earthquake. If it is a "
                 f'continuous record, data = "continuous" in [source] of the building file cuts the earthquakes out'
             )
 

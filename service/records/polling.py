@@ -109,8 +109,8 @@ class Look:
     def _manners(self, is_failing: bool) -> Manners:
         """A source that fails is tried once: it is tried again at the next look."""
         given = self.settings
-        retries = 0 if is_failing else given.http_retries
-        return Manners(self.sleep, retries, monotonic() + LONGEST_LOOK * given.http_timeout)
+        retries = 0 if is_failing else given.polling.retries
+        return Manners(self.sleep, retries, monotonic() + LONGEST_LOOK * given.polling.timeout)
 
     def _take(self, building: Building, step: Step) -> None:
         with self.sessions.begin() as session:

@@ -23,11 +23,11 @@ PICTURE_BYTES = 10_000
 def test_the_loss_reaches_a_mail_server_and_a_program_and_is_told_as_new_once(tmp_path: Path) -> None:
     with hook() as program, mailbox() as box:
         settings = {
-            "MENSHIN_INSIDE_ALLOWED": '["localhost"]',
-            "MENSHIN_PLAIN_HTTP_ALLOWED": "true",
-            "MENSHIN_SMTP_HOST": "localhost",
-            "MENSHIN_SMTP_PORT": str(box.port),
-            "MENSHIN_SMTP_SECURITY": "none",
+            "MENSHIN_NOTIFY__ALLOWED_PRIVATE_HOSTS": '["localhost"]',
+            "MENSHIN_NOTIFY__ALLOW_PLAIN_HTTP": "true",
+            "MENSHIN_SMTP__HOST": "localhost",
+            "MENSHIN_SMTP__PORT": str(box.port),
+            "MENSHIN_SMTP__SECURITY": "none",
         }
         options = ("--stiffness-loss", "--earthquakes", str(PAST), "--next-after", "3600")
         with (

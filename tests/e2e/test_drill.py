@@ -44,11 +44,11 @@ def test_a_drill_arrives_everywhere_with_its_picture_and_cannot_be_taken_for_rea
         assert alone.returncode == 1, "nobody delivers yet"
         assert "menshin notify" in alone.stdout
         settings = {
-            "MENSHIN_INSIDE_ALLOWED": '["localhost", "127.0.0.1"]',
-            "MENSHIN_PLAIN_HTTP_ALLOWED": "true",
-            "MENSHIN_SMTP_HOST": "localhost",
-            "MENSHIN_SMTP_PORT": str(box.port),
-            "MENSHIN_SMTP_SECURITY": "none",
+            "MENSHIN_NOTIFY__ALLOWED_PRIVATE_HOSTS": '["localhost", "127.0.0.1"]',
+            "MENSHIN_NOTIFY__ALLOW_PLAIN_HTTP": "true",
+            "MENSHIN_SMTP__HOST": "localhost",
+            "MENSHIN_SMTP__PORT": str(box.port),
+            "MENSHIN_SMTP__SECURITY": "none",
         }
         with started(tmp_path, url, "notify", PYTHONPATH=path, **settings) as notifier:
             held = run(tmp_path, url, "drill", "--building", "PAPER", "--wait", "60", PYTHONPATH=path)

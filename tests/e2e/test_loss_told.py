@@ -39,12 +39,12 @@ def test_a_loss_of_eight_percent_is_told_once_in_words_for_everybody_and_signed_
                 recipients.add(session, building, rule, "engineer", NOW)
         histories.analysed(sessions, building, histories.history(26, onset=21), NOW)
         settings = {
-            "MENSHIN_INSIDE_ALLOWED": '["localhost"]',
-            "MENSHIN_PLAIN_HTTP_ALLOWED": "true",
+            "MENSHIN_NOTIFY__ALLOWED_PRIVATE_HOSTS": '["localhost"]',
+            "MENSHIN_NOTIFY__ALLOW_PLAIN_HTTP": "true",
             "MENSHIN_PUBLIC_URL": "https://menshin.example.org",
-            "MENSHIN_SMTP_HOST": "localhost",
-            "MENSHIN_SMTP_PORT": str(box.port),
-            "MENSHIN_SMTP_SECURITY": "none",
+            "MENSHIN_SMTP__HOST": "localhost",
+            "MENSHIN_SMTP__PORT": str(box.port),
+            "MENSHIN_SMTP__SECURITY": "none",
         }
         with started(tmp_path, url, "notify", PYTHONPATH=path, **settings) as notifier:
             deadline = monotonic() + PATIENCE

@@ -166,8 +166,8 @@ def checked(wanted: AnalysisRequest, description: BuildingDescription, own: Sett
             arguments["sensors"] = levels.named(wanted.sensors, description)
         except LevelError as error:
             raise ConflictError(f"The sensors do not fit the building {description.code}: {error}.") from None
-    low, high = wanted.band or own.band
-    rate = wanted.rate or own.rate
+    low, high = wanted.band or own.analysis.band
+    rate = wanted.rate or own.analysis.rate
     if not low < high < rate / 2:
         raise ConflictError(
             f"The band {low:g} to {high:g} Hz does not fit {rate:g} Hz; up to below {rate / 2:g} Hz would."

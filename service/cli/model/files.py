@@ -38,7 +38,7 @@ def read(
             f"{model} is of building {described.building!r}, {building} describes {of_building.description.code!r}"
         )
         raise typer.BadParameter(message, param_hint="MODEL")
-    settings = AnalysisSettings(estimator=own.estimator, rate=own.rate, band=own.band)
+    settings = AnalysisSettings(estimator=own.analysis.estimator, rate=own.analysis.rate, band=own.analysis.band)
     reading = Reading(described.directions, described.reference, settings)
     with refusing():
         seen = records(files, left_out, of_building, reading, tell)

@@ -59,7 +59,7 @@ def add(
     For a webhook without a secret one is made, and answered this once. A mail address is refused while no mail server
     is set.
     """
-    can_mail = request.app.state.settings.smtp_host is not None
+    can_mail = request.app.state.settings.smtp.host is not None
     with sessions.begin() as session:
         found, _ = building_queries.building(session, code)
         row, secret = requests.add(session, found.id, wanted, by.name, datetime.now(UTC), can_mail=can_mail)

@@ -14,7 +14,7 @@ from service.notify.schema import ReceiverChange, ReceiverRequest
 from service.notify.tables import Receiver
 
 NO_MAIL = (
-    "no mail can be sent, as no mail server is set; set smtp_host, and smtp_port, smtp_security, smtp_user and "
+    "no mail can be sent, as no mail server is set; set smtp.host, and smtp.port, smtp.security, smtp.user and "
     "smtp_password as the server needs them, and restart Menshin"
 )
 

@@ -25,10 +25,10 @@ PASSING = timedelta(minutes=15)
 
 def send(letter: Letter, to: Addressee, settings: Settings, now: datetime) -> Answer:
     """Push a letter to an Alertmanager, as an alert that stands or that is over."""
-    body = orjson.dumps([alert(letter, timedelta(seconds=settings.alertmanager_interval), now)])
-    reach = Reach(settings.inside_allowed, settings.plain_http_allowed)
+    body = orjson.dumps([alert(letter, timedelta(seconds=settings.notify.alertmanager_interval), now)])
+    reach = Reach(settings.notify.allowed_private_hosts, settings.notify.allow_plain_http)
     url = f"{to.address.rstrip('/')}/api/v2/alerts"
-    return posted(url, {"Content-Type": "application/json"}, body, reach, settings.notice_timeout)
+    return posted(url, {"Content-Type": "application/json"}, body, reach, settings.notify.timeout)
 
 
 def alert(letter: Letter, interval: timedelta, now: datetime) -> dict[str, Any]:

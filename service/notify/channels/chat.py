@@ -35,15 +35,15 @@ def send(letter: Letter, to: Addressee, settings: Settings, now: datetime) -> An
         "body": letter.text,
         "picture": picture,
         "severity": letter.severity,
-        "allowed": settings.inside_allowed,
+        "allowed": settings.notify.allowed_private_hosts,
     }
     kept = {name: value for name, value in os.environ.items() if not name.startswith(PREFIX)}
     try:
         ended = subprocess.run(
-            COMMAND, input=orjson.dumps(given), capture_output=True, timeout=settings.notice_timeout, env=kept
+            COMMAND, input=orjson.dumps(given), capture_output=True, timeout=settings.notify.timeout, env=kept
         )
     except subprocess.TimeoutExpired:
-        return Answer("unknown", f"no answer within {settings.notice_timeout:g} s")
+        return Answer("unknown", f"no answer within {settings.notify.timeout:g} s")
     if ended.returncode != 0:
         return Answer("unknown", f"the process that sends to chat services ended with code {ended.returncode}")
     return Answer(**orjson.loads(ended.stdout))

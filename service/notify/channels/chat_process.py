@@ -82,7 +82,7 @@ def sent(given: dict[str, Any]) -> Answer:
             body=given["body"], title=given["title"], notify_type=TYPES[given["severity"]], attach=picture
         )
     if guard.refused:
-        return Answer("not_taken", f"refused: {guard.refused[0]}; inside_allowed would allow a network")
+        return Answer("not_taken", f"refused: {guard.refused[0]}; notify.allowed_private_hosts can allow a network")
     return Answer("delivered", "taken") if done else Answer("unknown", one_line("; ".join(said.lines) or "no answer"))
 
 

@@ -35,11 +35,11 @@ def send(letter: Letter, to: Addressee, settings: Settings, now: datetime) -> An
     Returns:
         `delivered` once the server has taken it over; `unknown` where the connection broke before it said so.
     """
-    if settings.smtp_host is None:
-        return Answer("not_taken", "no mail server is set: smtp_host would do")
+    if settings.smtp.host is None:
+        return Answer("not_taken", "no mail server is set; set smtp.host")
     try:
         with _connected(settings) as server:
-            answer = _handed_over(server, composed(letter, to.address, settings.mail_from, now), to.address)
+            answer = _handed_over(server, composed(letter, to.address, settings.smtp.sender, now), to.address)
             if answer.outcome != "unknown":  # a server that fell silent is not waited for again
                 with suppress(smtplib.SMTPException, OSError):  # what it has taken, it has
                     server.quit()
@@ -89,18 +89,18 @@ def page(letter: Letter, picture: str | None) -> str:
 @contextmanager
 def _connected(settings: Settings) -> Iterator[smtplib.SMTP]:
     """The mail server, after STARTTLS and a login where the settings want them."""
-    assert settings.smtp_host is not None
-    place = (settings.smtp_host, settings.smtp_port)
+    assert settings.smtp.host is not None
+    place = (settings.smtp.host, settings.smtp.port)
     trust = httpx.create_ssl_context()
-    if settings.smtp_security == "tls":
-        server: smtplib.SMTP = smtplib.SMTP_SSL(*place, timeout=settings.notice_timeout, context=trust)
+    if settings.smtp.security == "tls":
+        server: smtplib.SMTP = smtplib.SMTP_SSL(*place, timeout=settings.notify.timeout, context=trust)
     else:
-        server = smtplib.SMTP(*place, timeout=settings.notice_timeout)
+        server = smtplib.SMTP(*place, timeout=settings.notify.timeout)
     try:
-        if settings.smtp_security == "starttls":
+        if settings.smtp.security == "starttls":
             server.starttls(context=trust)
-        if settings.smtp_user is not None and settings.smtp_password is not None:
-            server.login(settings.smtp_user, settings.smtp_password.get_secret_value())
+        if settings.smtp.user is not None and settings.smtp.password is not None:
+            server.login(settings.smtp.user, settings.smtp.password.get_secret_value())
         yield server
     finally:
         server.close()

@@ -32,8 +32,8 @@ def send(letter: Letter, to: Addressee, settings: Settings, now: datetime) -> An
         "Menshin-Repeat": "true" if letter.is_repeat else "false",
         **signature(letter.identity, body, to.secret, now),
     }
-    reach = Reach(settings.inside_allowed, settings.plain_http_allowed)
-    return posted(to.address, headers, body, reach, settings.notice_timeout)
+    reach = Reach(settings.notify.allowed_private_hosts, settings.notify.allow_plain_http)
+    return posted(to.address, headers, body, reach, settings.notify.timeout)
 
 
 def signature(identity: str, body: bytes, secret: str, now: datetime) -> dict[str, str]:

@@ -49,7 +49,7 @@ class Archive:
         seen: dict[str, str] = cursor.get("seen", {})
         growing: dict[str, str] = {}
         errors: list[SourceError] = []
-        with ThreadPool(self.client.settings.source_concurrency) as pool:  # whose threads hold up no end of the process
+        with ThreadPool(self.client.settings.polling.concurrency) as pool:  # its threads never delay the end
             for batch in self._wanted(listings):
                 outcomes = pool.map(lambda wanted: self._outcome(wanted[0], wanted[1], seen, now), batch)
                 growing |= {e.address: e.mark for (e, _), out in zip(batch, outcomes, strict=True) if out.grows}
@@ -68,7 +68,7 @@ class Archive:
 
     def _wanted(self, listings: Sequence[Page]) -> Iterator[Sequence[tuple[Listed, Known]]]:
         """Files whose mark is not the one that is known, as many at a time as may be held in memory."""
-        count = self.client.settings.source_concurrency
+        count = self.client.settings.polling.concurrency
         files = [file for page in listings for file in page.files]
         for batch in in_batches(files):
             had = self.memory.known([file.address for file in batch])
@@ -93,7 +93,7 @@ class Archive:
         if is_page(answer.body):
             told = f"{entry.address} answered with {titled(answer.body)} in place of a file; it is asked for again"
             return Outcome(arrival, Known(entry.address, known.mark), error=SourceError(told))
-        if known.attempts + 1 < self.client.settings.job_attempts and (found := self._half(name, answer)) is not None:
+        if known.attempts + 1 < self.client.settings.jobs.attempts and (found := self._half(name, answer)) is not None:
             told = f"{entry.address} may have broken off ({found}); it is asked for again"
             return Outcome(arrival, Known(entry.address, known.mark, known.attempts + 1), error=SourceError(told))
         return Outcome(arrival, taken)
@@ -114,7 +114,7 @@ class Archive:
             changed = parsedate_to_datetime(answer.modified)
         except ValueError:
             return False
-        settle_time = timedelta(seconds=self.client.settings.settle_time)
+        settle_time = timedelta(seconds=self.client.settings.polling.settle_time)
         return changed.tzinfo is not None and timedelta(0) <= now - changed < settle_time
 
 

@@ -122,7 +122,7 @@ class FdsnWebServices:
 
     @property
     def _lateness(self) -> timedelta:
-        return timedelta(seconds=self.client.settings.late_data)
+        return timedelta(seconds=self.client.settings.polling.late_data)
 
     def _around_earthquakes(self, catalogue: Catalogue, cursor: Cursor, now: datetime) -> Iterator[Step]:
         done: dict[str, str] = dict(cursor.get("earthquakes", {}))
@@ -163,9 +163,9 @@ class FdsnWebServices:
             there, until = self._pieces(arrivals), end
             if end >= now and not (arrivals and arrivals[0].refusal):
                 until = reached(there, start, max(start, now - self._lateness))
-            if body is None or len(body) < self.client.settings.max_answer_bytes // 16:
+            if body is None or len(body) < self.client.settings.polling.max_answer_bytes // 16:
                 window = min(2 * window, LONGEST_WINDOW)
-            elif len(body) > self.client.settings.max_answer_bytes // 4:
+            elif len(body) > self.client.settings.polling.max_answer_bytes // 4:
                 window = max(window / 2, SHORTEST_WINDOW)
             lacking = gaps(there, Gap(start, until, self.channels))
             cursor = {**cursor, "until": until.isoformat(), "open": self._open(cursor, lacking, now)}

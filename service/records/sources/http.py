@@ -143,7 +143,7 @@ class Client:
 
     def _delay(self, attempt: int, wanted: float | None) -> float:
         """s; ever longer, and scattered, so that many clients do not come back together."""
-        delay: float = self.settings.retry_delay * 2.0**attempt * random.uniform(0.5, 1.5)
+        delay: float = self.settings.polling.retry_delay * 2.0**attempt * random.uniform(0.5, 1.5)
         return min(max(delay, wanted or 0.0), LONGEST_DELAY)
 
     def _attempt(self, url: httpx.URL, unless: Mapping[str, str], partial: Partial, redirects: int = 0) -> Answer:
@@ -156,7 +156,7 @@ class Client:
                     return self._answer(response, partial)
                 target = response.next_request.url
         except httpx.TimeoutException as error:
-            found = f"{url} did not answer within {self.settings.http_timeout:g} s"
+            found = f"{url} did not answer within {self.settings.polling.timeout:g} s"
             raise BrokenError(found) from error
         except httpx.TransportError as error:
             found, helps = unreachable(error)
@@ -172,7 +172,7 @@ class Client:
         if status in (HTTPStatus.NO_CONTENT, HTTPStatus.NOT_FOUND, HTTPStatus.NOT_MODIFIED):
             return Answer(status, b"", etag, modified)
         if status == HTTPStatus.REQUEST_ENTITY_TOO_LARGE:
-            raise TooLargeError(url, None, self.settings.max_answer_bytes)
+            raise TooLargeError(url, None, self.settings.polling.max_answer_bytes)
         if status == HTTPStatus.REQUESTED_RANGE_NOT_SATISFIABLE and partial.body:
             partial.body.clear()
             raise BrokenError(f"{url} has nothing beyond the bytes that had come")
@@ -194,7 +194,7 @@ class Client:
         return Answer(HTTPStatus.OK, bytes(partial.body), etag, modified, is_delimited, age)
 
     def _read(self, response: httpx.Response, body: bytearray) -> None:
-        limit, began, url = self.settings.max_answer_bytes, monotonic(), str(response.url)
+        limit, began, url = self.settings.polling.max_answer_bytes, monotonic(), str(response.url)
         promised = int(response.headers.get("content-length") or 0) + len(body)
         if promised > limit:
             raise TooLargeError(url, promised, limit)
@@ -202,7 +202,7 @@ class Client:
             body.extend(piece)
             if len(body) > limit:
                 raise TooLargeError(url, None, limit)
-            if monotonic() - began > LONGEST_ANSWER * self.settings.http_timeout:
+            if monotonic() - began > LONGEST_ANSWER * self.settings.polling.timeout:
                 raise BrokenError(f"{url} sent only {len(body)} bytes in {monotonic() - began:.0f} s")
 
 
@@ -248,8 +248,8 @@ def client(
     Redirects are followed within one origin only (RFC 6454).
     """
     http = httpx.Client(
-        timeout=httpx.Timeout(settings.http_timeout),
-        limits=httpx.Limits(max_connections=settings.source_concurrency),
+        timeout=httpx.Timeout(settings.polling.timeout),
+        limits=httpx.Limits(max_connections=settings.polling.concurrency),
         headers={"User-Agent": f"menshin/{VERSION}", "Accept-Encoding": "identity"},
         follow_redirects=False,
         event_hooks={"response": [] if hear is None else [hear]},

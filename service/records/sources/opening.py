@@ -34,7 +34,7 @@ def opened(
         SourceError: its address is none, as an earlier version let a building file say.
     """
     if source.kind == "folder":
-        yield Folder(Path(source.location), settings.max_answer_bytes, settings.settle_time, memory)
+        yield Folder(Path(source.location), settings.polling.max_answer_bytes, settings.polling.settle_time, memory)
         return
     for key, address in (("location", source.location), ("catalogue", source.catalogue)):
         if address is not None and (problem := wrong_web_address(address)):

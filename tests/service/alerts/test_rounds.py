@@ -28,7 +28,8 @@ from service.records.polling import Look
 from service.records.tables import Event, Recording, SourceState, Waveform
 from service.settings import Settings
 
-SETTINGS = Settings(disk_reserve=0, http_retries=0, settle_time=0, event_grace=0)
+QUIET = {"disk_reserve": 0, "http_retries": 0, "settle_time": 0, "event_grace": 0}
+SETTINGS = Settings(**QUIET)
 HOUR = timedelta(hours=1)
 NOW = START + 100 * HOUR
 
@@ -199,7 +200,7 @@ def look_at(sessions: sessionmaker[Session], now: datetime) -> None:
 def test_the_poller_makes_the_rounds(sessions: sessionmaker[Session], tmp_path: Path) -> None:
     """Its first round comes at once; patience with the folder that is not there ends at once."""
     stop = Signal()
-    settings = SETTINGS.model_copy(update={"source_patience": 1e-3, "check_interval": 0.1, "poll_interval": 0.1})
+    settings = Settings(**QUIET | {"source_patience": 1e-3, "check_interval": 0.1, "poll_interval": 0.1})
     with sessions.begin() as session:
         building_store.add(session, watched.building_file(tmp_path / "nowhere"), tmp_path, datetime.now(UTC))
     polling = Thread(target=Poller(sessions, settings).run, args=(stop,))

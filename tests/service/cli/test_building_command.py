@@ -105,6 +105,6 @@ def test_a_folder_that_is_missing_is_warned_of(folder: Path) -> None:
 def test_mail_receivers_without_a_mail_server_are_warned_of(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     receiver = '[[receiver]]\nname = "me"\nkind = "email"\naddress = "me@example.org"\n'
     (folder / "building.toml").write_text(f"{SMALL}\n{receiver}", "utf-8")
-    assert "set smtp_host" in building("add", folder / "building.toml").stderr
-    monkeypatch.setenv("MENSHIN_SMTP_HOST", "127.0.0.1")
-    assert "smtp_host" not in building("update", "TOWER", folder / "building.toml").stderr
+    assert "set smtp.host" in building("add", folder / "building.toml").stderr
+    monkeypatch.setenv("MENSHIN_SMTP__HOST", "127.0.0.1")
+    assert "smtp.host" not in building("update", "TOWER", folder / "building.toml").stderr

@@ -183,7 +183,7 @@ def test_a_full_disk(small_disk: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         (b"port = ", ("menshin.toml is not TOML",)),
         (b"\xff\xfe", ("menshin.toml is not text in UTF-8",)),
         (b"prot = 1", ("prot: no such key; did you mean 'port'?",)),
-        (b"poll_interval = 'many'", ("poll_interval: ",)),
+        (b"poll_interval = 'many'", ("polling.interval: ",)),
         (None, ("menshin.toml",)),
     ],
     ids=["no-toml", "no-text", "unknown-key", "wrong-value", "directory"],
@@ -210,9 +210,8 @@ def test_an_unknown_variable_is_warned_of_with_the_nearest_name(folder: Path, mo
     assert done.exit_code == 0
     assert done.stderr.splitlines() == [
         "warning: the variable MENSHIN_POL_INTERVAL is not a setting and is ignored; did you mean "
-        "MENSHIN_POLL_INTERVAL?",
-        "warning: the variable MENSHIN_ZZZ is not a setting and is ignored; `menshin settings` lists those that there "
-        "are",
+        "MENSHIN_POLLING__INTERVAL?",
+        "warning: the variable MENSHIN_ZZZ is not a setting and is ignored; `menshin settings` lists all settings",
     ]
     monkeypatch.delenv("MENSHIN_POL_INTERVAL")
     monkeypatch.delenv("MENSHIN_ZZZ")
@@ -237,7 +236,7 @@ def test_results_that_cannot_be_written(folder: Path) -> None:
 
 def test_a_bug_is_shown_where_it_can_be_mended(folder: Path) -> None:
     """The output of a service goes into a log: the traceback belongs there, with a line that says what it is."""
-    broken = "from service import commands, cli; import service.settings as s; s.Settings = None; cli.app(['settings'])"
+    broken = "from service import cli; import service.settings as s; s.Settings = None; cli.app(['settings'])"
     done = subprocess.run([sys.executable, "-c", broken], capture_output=True, text=True, cwd=folder)
     assert done.returncode == 70
     assert "Traceback" in done.stderr

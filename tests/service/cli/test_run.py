@@ -60,7 +60,7 @@ def test_everything_runs_in_one_process_tree_and_ends_cleanly(
     incoming = tmp_path / "in"
     incoming.mkdir()
     add(sessions, incoming)
-    quick = {"MENSHIN_POLL_INTERVAL": "0.5", "MENSHIN_SETTLE_TIME": "0", "MENSHIN_WORKERS": "1"}
+    quick = {"MENSHIN_POLLING__INTERVAL": "0.5", "MENSHIN_POLLING__SETTLE_TIME": "0", "MENSHIN_JOBS__WORKERS": "1"}
     with started(tmp_path, database_url, "up", "--port", "18765", **quick) as service:
         (incoming / "a.mseed").write_bytes(miniseed(stream(seconds=60)))
         end = monotonic() + 60

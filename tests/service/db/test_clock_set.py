@@ -33,7 +33,7 @@ NOW = datetime(2024, 1, 1, tzinfo=UTC)
 BACK = NOW - timedelta(hours=2)
 EVERYTHING = {"kinds": list(WANTED_KINDS), "severities": list(SEVERITIES)}
 LEASE = timedelta(seconds=60)
-QUICK = {"MENSHIN_POLL_INTERVAL": "1", "MENSHIN_SETTLE_TIME": "0"}
+QUICK = {"MENSHIN_POLLING__INTERVAL": "1", "MENSHIN_POLLING__SETTLE_TIME": "0"}
 
 
 @pytest.mark.parametrize(

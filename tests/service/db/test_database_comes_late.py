@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 pytestmark = pytest.mark.slow
 
 PARTS = ("poll", "work", "notify", "api", "up")
-FREE = {"MENSHIN_PORT": "0", "MENSHIN_WORKERS": "1"}
+FREE = {"MENSHIN_PORT": "0", "MENSHIN_JOBS__WORKERS": "1"}
 WAITING, THERE = "waiting for the database, which is out of reach", "the database is there"
 
 

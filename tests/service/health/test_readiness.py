@@ -27,7 +27,15 @@ from service.records.tables import Event, SourceState
 from service.settings import Settings
 
 NOW = datetime.now(UTC)
-SETTINGS = Settings(poll_interval=60, http_retries=3, http_timeout=30, lease=120, worker_patience=600, disk_reserve=0)
+GIVEN = {
+    "poll_interval": 60,
+    "http_retries": 3,
+    "http_timeout": 30,
+    "lease": 120,
+    "worker_patience": 600,
+    "disk_reserve": 0,
+}
+SETTINGS = Settings(**GIVEN)
 LATE = timedelta(seconds=3 * 60 + 4 * 30)
 """Without a look, after which the sources of these settings count as not looked at."""
 MIB = 2**20
@@ -51,7 +59,7 @@ def sessions(url: str) -> Iterator[sessionmaker[Session]]:
     with made.begin() as session:
         for table in (Job, Event, Lease):
             session.query(table).delete()
-        for right, length in ((POLLING, POLLING_LEASE), (WORKING, timedelta(seconds=SETTINGS.lease))):
+        for right, length in ((POLLING, POLLING_LEASE), (WORKING, timedelta(seconds=SETTINGS.jobs.lease))):
             leases.hold(session, right, "host:1", datetime.now(UTC), length)
     Look(made, SETTINGS).at_all()
     yield made
@@ -60,7 +68,7 @@ def sessions(url: str) -> Iterator[sessionmaker[Session]]:
 
 def answered(url: str, **other: float) -> tuple[int, dict[str, dict[str, Any]]]:
     """Status of /readyz, and its checks by name."""
-    given = SETTINGS.model_dump(include={"poll_interval", "worker_patience", "disk_reserve"}) | other
+    given = {"poll_interval": 60, "worker_patience": 600, "disk_reserve": 0} | other
     with client(url, **given) as asking:
         answer = asking.get("/readyz")
     return answer.status_code, {one["name"]: one for one in answer.json()["checks"]}
@@ -124,7 +132,7 @@ def test_a_clock_that_was_set_back_is_not_ready_until_looks_have_its_time(
 
 
 def test_work_that_waits_without_progress_is_not_ready(url: str, sessions: sessionmaker[Session]) -> None:
-    long_ago = datetime.now(UTC) - timedelta(seconds=1.1 * SETTINGS.worker_patience)
+    long_ago = datetime.now(UTC) - timedelta(seconds=1.1 * SETTINGS.data_health.worker_timeout)
     with sessions.begin() as session:
         building = session.query(Building).first()
         assert building is not None
@@ -153,7 +161,7 @@ def test_the_heart_beats_only_while_all_that_holds(url: str, sessions: sessionma
 def beats(there: Hook, sessions: sessionmaker[Session], **other: float) -> int:
     """How often a notifier that does what is due now asks outside."""
     before = len(there.posted)
-    given = SETTINGS.model_dump() | {"heartbeat_url": f"{there.address}/ping"} | other
+    given = GIVEN | {"heartbeat_url": f"{there.address}/ping"} | other
     Upkeep(sessions, Settings(**given)).step()
     return len(there.posted) - before
 

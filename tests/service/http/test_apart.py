@@ -34,7 +34,7 @@ def until(met: Callable[[], object], why: Callable[[], str]) -> object:
 
 
 def test_an_api_that_dies_or_is_flooded_is_back_and_the_others_go_on(url: str, tmp_path: Path) -> None:
-    quick = {"MENSHIN_POLL_INTERVAL": "0.5", "MENSHIN_WORKERS": "1", "MENSHIN_MAX_CONNECTIONS": "16"}
+    quick = {"MENSHIN_POLLING__INTERVAL": "0.5", "MENSHIN_JOBS__WORKERS": "1", "MENSHIN_MAX_CONNECTIONS": "16"}
     with started(tmp_path, url, "up", "--port", "0", **quick) as service:
         said = (tmp_path / "output").read_text
         address = str(until(lambda: re.search(r"(http://127\.0\.0\.1:\d+)/login\?token=ml_", said()), said)[1])  # type: ignore[index]
@@ -59,7 +59,7 @@ def test_an_api_that_dies_or_is_flooded_is_back_and_the_others_go_on(url: str, t
 
 
 def test_the_api_ends_with_a_parent_that_is_killed(url: str, tmp_path: Path) -> None:
-    with started(tmp_path, url, "up", "--port", "0", MENSHIN_WORKERS="1") as service:
+    with started(tmp_path, url, "up", "--port", "0", MENSHIN_JOBS__WORKERS="1") as service:
         said = (tmp_path / "output").read_text
         until(lambda: "serving at" in said(), said)
         left = service.children(recursive=True)

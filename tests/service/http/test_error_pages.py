@@ -220,7 +220,7 @@ def test_a_recipient_is_refused_in_words_while_no_mail_can_be_sent(url: str) -> 
         answer = asking.post(RECEIVERS, data=form, headers=BROWSER)
         listed = asking.get("/api/v1/buildings/TOWER/receivers").json()["items"]
     assert answer.status_code == 409
-    assert re.search(r'id="receiver-kind-wrong">No mail can be sent[^<]* set smtp_host', answer.text)
+    assert re.search(r'id="receiver-kind-wrong">No mail can be sent[^<]* set smtp\.host', answer.text)
     assert 'value="me@example.org"' in answer.text
     assert "Add a recipient" in answer.text
     assert listed == []

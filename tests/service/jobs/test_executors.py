@@ -42,7 +42,7 @@ def interrupted_all_the_time() -> Iterator[list[int]]:
 @pytest.mark.slow
 def test_ctrl_c_reaches_no_process_that_computes() -> None:
     """Neither while it starts, nor while it waits for work, nor in the middle of it."""
-    made = local_processes(SETTINGS.workers)
+    made = local_processes(SETTINGS.jobs.workers)
     end(made, SETTINGS)  # those of other tests were begun otherwise
     try:
         with interrupted_all_the_time() as reached:

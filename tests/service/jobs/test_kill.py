@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 JOBS = 36
 KILLS = 6
-QUICK = {"MENSHIN_LEASE": "2", "MENSHIN_WORKERS": "2"}
+QUICK = {"MENSHIN_JOBS__LEASE": "2", "MENSHIN_JOBS__WORKERS": "2"}
 
 pytestmark = pytest.mark.slow
 
@@ -103,7 +103,7 @@ def test_a_worker_that_is_stopped_puts_its_jobs_back_and_leaves_no_process(
     sessions: sessionmaker[Session], database_url: str, tmp_path: Path
 ) -> None:
     with_jobs(sessions)
-    with started(tmp_path, database_url, "work", MENSHIN_WORKERS="2", MENSHIN_LEASE="3600") as worker:
+    with started(tmp_path, database_url, "work", MENSHIN_JOBS__WORKERS="2", MENSHIN_JOBS__LEASE="3600") as worker:
         until(lambda: states(sessions)["running"] > 0)
         children = worker.children(recursive=True)
         assert interrupt(worker) == 0

@@ -165,7 +165,7 @@ def test_a_lost_claim_is_noticed_and_left_alone(sessions: sessionmaker[Session],
 
 
 def test_a_bug_is_tried_three_times_then_shown(sessions: sessionmaker[Session], event_id: int) -> None:
-    assert worker(sessions, Dying).run_until_idle() == SETTINGS.job_attempts
+    assert worker(sessions, Dying).run_until_idle() == SETTINGS.jobs.attempts
     with sessions() as session:
         job, event = session.scalars(select(Job)).one(), session.get_one(Event, event_id)
         assert (job.state, job.failures, event.state) == ("failed", 3, "failed")

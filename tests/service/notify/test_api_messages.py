@@ -112,7 +112,7 @@ def test_a_mail_recipient_is_refused_as_long_as_no_mail_can_be_sent(asking: Test
         refused = without.post(RECEIVERS, json=wanted)
         assert (refused.status_code, refused.headers["content-type"]) == (409, "application/problem+json")
         assert "no mail can be sent" in refused.json()["detail"]
-        assert "smtp_host" in refused.json()["detail"]
+        assert "smtp.host" in refused.json()["detail"]
         assert without.post("/buildings/TOWER/receivers", data=wanted).status_code == 409
         assert [one["name"] for one in without.get(RECEIVERS).json()["items"]] == ["manager"]
     assert asking.post(RECEIVERS, json=wanted).status_code == 201
@@ -218,7 +218,7 @@ def test_a_drill_by_the_page(asking: TestClient, program: Hook, sessions: sessio
     page = shown(asking, "/messages/1")
     assert "program (webhook): delivered" in page
     assert "manager (email): failed" in page
-    assert "no mail server is set: smtp_host would do" in page
+    assert "no mail server is set; set smtp.host" in page
     page = shown(asking, "/buildings/TOWER/messages")
     assert "Kind, severity Recipient" in page
     assert "drill, not real" in page

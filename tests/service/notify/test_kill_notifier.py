@@ -58,12 +58,12 @@ def prepared(sessions: sessionmaker[Session], program: Hook, count: int) -> None
 def notifying(folder: Path, url: str, box: Mailbox) -> Iterator[psutil.Popen]:
     """The real command."""
     settings = {
-        "MENSHIN_INSIDE_ALLOWED": '["localhost"]',
-        "MENSHIN_PLAIN_HTTP_ALLOWED": "true",
-        "MENSHIN_SMTP_HOST": "localhost",
-        "MENSHIN_SMTP_PORT": str(box.port),
-        "MENSHIN_SMTP_SECURITY": "none",
-        "MENSHIN_NOTICE_DELAY": "0.2",
+        "MENSHIN_NOTIFY__ALLOWED_PRIVATE_HOSTS": '["localhost"]',
+        "MENSHIN_NOTIFY__ALLOW_PLAIN_HTTP": "true",
+        "MENSHIN_SMTP__HOST": "localhost",
+        "MENSHIN_SMTP__PORT": str(box.port),
+        "MENSHIN_SMTP__SECURITY": "none",
+        "MENSHIN_NOTIFY__RETRY_DELAY": "0.2",
         "PYTHONPATH": os.environ.get("PYTHONPATH", ""),
     }
     with started(folder, url, "notify", **settings) as process:

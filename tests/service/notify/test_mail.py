@@ -127,7 +127,7 @@ def test_a_server_that_takes_it_and_does_not_say_so_may_have_it(box: Mailbox) ->
 
 
 def test_without_a_server_nothing_is_taken(box: Mailbox) -> None:
-    assert "smtp_host" in send(letter(), TO, settings(box, smtp_host=None), NOW).text
+    assert "smtp.host" in send(letter(), TO, settings(box, smtp_host=None), NOW).text
     with mailbox() as gone:
         pass
     assert send(letter(), TO, settings(gone), NOW).outcome == "not_taken"

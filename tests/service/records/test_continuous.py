@@ -62,7 +62,7 @@ def test_quiet_files_make_no_event_and_are_kept(sessions: sessionmaker[Session])
 
 
 def test_shaking_without_an_end_makes_no_event_without_an_end(sessions: sessionmaker[Session]) -> None:
-    files, short = minutes(), SETTINGS.model_copy(update={"longest_event": 40.0})
+    files, short = minutes(), Settings(trigger_before=20, trigger_after=30, longest_event=40.0)
     with sessions.begin() as session:
         building = building_store.add(session, building_file(more='data = "continuous"'), Path("/"), NOW)
         for number in MINUTES:

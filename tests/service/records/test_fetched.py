@@ -23,7 +23,7 @@ def test_a_body_that_broke_off_is_kept_until_the_rest_has_come(sessions: session
     with serving() as server:
         server.pages["/events/"] = Page(b"a.mseed")
         page = server.add("/events/a.mseed", data)
-        page.breaks_after, page.breaks = 1_000, 1 + SETTINGS.http_retries
+        page.breaks_after, page.breaks = 1_000, 1 + SETTINGS.polling.retries
         with sessions.begin() as session:
             building_store.add(session, building_file("archive", f"{server.address}/events/"), Path("/"), NOW)
         Look(sessions, SETTINGS, clock=lambda: NOW).at_all()

@@ -246,5 +246,5 @@ def test_files_that_follow_each_other_do_not_become_an_endless_event(
     with sessions() as session:
         lengths = [(event.end - event.start).total_seconds() for event in session.scalars(select(Event))]
         assert len(lengths) > 1
-        assert max(lengths) <= SHORT["settings"].longest_event + 2 * SETTINGS.event_tolerance
+        assert max(lengths) <= SHORT["settings"].event.longest + 2 * SETTINGS.event.tolerance
         assert session.scalar(select(func.sum(Waveform.count))) == 8 * 2000 * len(LOCATIONS)

@@ -27,7 +27,7 @@ FILES = 25
 KILLS = 3
 ROUNDS = 12
 """At most: where the machine is busy, a whole look may end before this process sees that it has begun."""
-QUICK = {"MENSHIN_POLL_INTERVAL": "0.2", "MENSHIN_SOURCE_CONCURRENCY": "1"}
+QUICK = {"MENSHIN_POLLING__INTERVAL": "0.2", "MENSHIN_POLLING__CONCURRENCY": "1"}
 
 pytestmark = pytest.mark.slow
 

@@ -21,7 +21,8 @@ from service.settings import Settings
 from service.version import VERSION
 
 NOW = START + timedelta(days=1)
-SETTINGS = Settings(http_timeout=10, http_retries=1, retry_delay=0.01, max_answer_bytes=10_000_000)
+LIMITS = {"http_timeout": 10, "http_retries": 1, "retry_delay": 0.01, "max_answer_bytes": 10_000_000}
+SETTINGS = Settings(**LIMITS)
 
 
 @pytest.fixture
@@ -159,12 +160,12 @@ def stumbling(sessions: sessionmaker[Session]) -> int:
 def test_what_the_code_fails_at_is_given_up_and_holds_up_no_other(
     sessions: sessionmaker[Session], stumbling: int
 ) -> None:
-    for looks in range(1, SETTINGS.job_attempts + 3):
+    for looks in range(1, SETTINGS.jobs.attempts + 3):
         look(sessions)
         with sessions() as session:
             failed = session.get_one(Recording, stumbling)
-            assert failed.failures == min(looks, SETTINGS.job_attempts)
-            assert failed.state == ("stored" if looks < SETTINGS.job_attempts else "refused")
+            assert failed.failures == min(looks, SETTINGS.jobs.attempts)
+            assert failed.state == ("stored" if looks < SETTINGS.jobs.attempts else "refused")
             assert "reading it went wrong" in (failed.reason or "")
             assert session.scalars(select(Recording).where(Recording.name == "sound")).one().state == "read"
             assert len(session.scalars(select(Event)).all()) == 2
@@ -172,7 +173,7 @@ def test_what_the_code_fails_at_is_given_up_and_holds_up_no_other(
 
 @pytest.mark.parametrize("way", ["update", "version"])
 def test_what_was_given_up_can_be_read_again(sessions: sessionmaker[Session], stumbling: int, way: str) -> None:
-    for _ in range(SETTINGS.job_attempts):
+    for _ in range(SETTINGS.jobs.attempts):
         look(sessions)
     with sessions.begin() as session:
         session.execute(delete(Waveform).where(Waveform.samples == b"damaged"))
@@ -194,17 +195,17 @@ def test_a_file_that_is_too_much_for_its_parser_is_given_up_and_holds_up_no_othe
     sessions: sessionmaker[Session],
 ) -> None:
     add(sessions, "folder", "/nowhere")
-    hasty = SETTINGS.model_copy(update={"parser_time": 0.1})
+    hasty = Settings(**LIMITS, parser_time=0.1)
     with sessions.begin() as session:
         for name, data in (("long", TOO_MUCH), ("sound", miniseed(stream()))):
             store(session, building_store.find(session, "TOWER"), name, f"/{name}", data, NOW)
-    for looks in range(1, hasty.job_attempts + 3):
+    for looks in range(1, hasty.jobs.attempts + 3):
         Look(sessions, hasty, clock=lambda: NOW).at_all()
         with sessions() as session:
             given_up, sound = session.scalars(select(Recording).order_by(Recording.name))
             assert (sound.state, sound.failures) == ("read", 0)
-            assert given_up.failures == min(looks, hasty.job_attempts)
-            assert given_up.state == ("stored" if looks < hasty.job_attempts else "refused")
+            assert given_up.failures == min(looks, hasty.jobs.attempts)
+            assert given_up.state == ("stored" if looks < hasty.jobs.attempts else "refused")
             assert (given_up.reason or "").startswith("long takes more than 0.1 s to be read")
 
 
@@ -212,7 +213,7 @@ def test_a_file_over_which_the_service_ended_is_tried_a_few_times_only(sessions:
     add(sessions, "folder", "/nowhere")
     with sessions.begin() as session:
         store(session, building_store.find(session, "TOWER"), "a.mseed", "/a.mseed", miniseed(stream()), NOW)
-    for _ in range(SETTINGS.job_attempts):
+    for _ in range(SETTINGS.jobs.attempts):
         with sessions.begin() as session:  # the service is killed after this
             assert begin(session, session.scalars(select(Recording)).one(), settings=SETTINGS)
     look(sessions)

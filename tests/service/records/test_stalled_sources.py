@@ -23,6 +23,7 @@ from service.records.tables import SourceState
 NOW = datetime(2024, 1, 1, tzinfo=UTC)
 STALLED, SOURCES = 12, 100
 INTERVAL = 60.0
+PATIENT = {"MENSHIN_POLLING__INTERVAL": str(INTERVAL), "MENSHIN_POLLING__TIMEOUT": "120"}
 """s between two looks; a look takes 30 ms of a processor's time, and the machine runs other tests."""
 
 
@@ -52,7 +53,7 @@ def test_the_other_sources_are_looked_at_in_time_and_the_service_ends_soon(
             where = silent if number < STALLED else f"{answering.address}/events/"
             text = building_file("archive", where).replace('"TOWER"', f'"B{number:03}"')
             building_store.add(session, text, Path("/"), NOW)
-    with started(tmp_path, url, "poll", MENSHIN_POLL_INTERVAL=str(INTERVAL), MENSHIN_HTTP_TIMEOUT="120") as poller:
+    with started(tmp_path, url, "poll", **PATIENT) as poller:
         until(lambda: count(sessions, SourceState.attempted_at) > 0, 120)
         until(lambda: count(sessions, SourceState.succeeded_at) == SOURCES - STALLED, INTERVAL)
         assert count(sessions, SourceState.failing_since) == 0, "none of the silent ones has been given up yet"

@@ -21,6 +21,6 @@ def server() -> Iterator[Server]:
 
 @pytest.fixture
 def asking() -> Iterator[Client]:
-    made = client(SETTINGS, Manners(threading.Event().wait, SETTINGS.http_retries, inf))
+    made = client(SETTINGS, Manners(threading.Event().wait, SETTINGS.polling.retries, inf))
     yield made
     made.http.close()

@@ -128,7 +128,7 @@ def test_a_body_that_broke_off_is_gone_on_with_at_the_next_look(server: Server, 
     body = bytes(range(256)) * 100
     server.pages["/events/"] = Page(b"a.mseed")
     page = server.add("/events/a.mseed", body)
-    page.breaks_after, page.breaks = 1_000, 1 + asking.settings.http_retries
+    page.breaks_after, page.breaks = 1_000, 1 + asking.settings.polling.retries
     source = archive(server, asking)
     with pytest.raises(SourceError, match="broke off its answer"):
         look(source, {})
@@ -142,7 +142,7 @@ def test_a_body_that_broke_off_is_gone_on_with_at_the_next_look(server: Server, 
 def test_the_beginning_of_another_version_is_thrown_away(server: Server, asking: Client) -> None:
     server.pages["/events/"] = Page(b"a.mseed")
     page = server.add("/events/a.mseed", b"old" * 10_000)
-    page.breaks_after, page.breaks = 1_000, 1 + asking.settings.http_retries
+    page.breaks_after, page.breaks = 1_000, 1 + asking.settings.polling.retries
     source = archive(server, asking)
     with pytest.raises(SourceError, match="broke off its answer"):
         look(source, {})
@@ -155,7 +155,7 @@ def test_half_a_body_of_unsaid_length_is_asked_for_a_few_times(server: Server, a
     server.pages["/events/"] = Page(b"a.mseed")
     page = server.pages["/events/a.mseed"] = Page(whole[:-100], says_length=False)
     source = archive(server, asking)
-    for _ in range(asking.settings.job_attempts - 1):
+    for _ in range(asking.settings.jobs.attempts - 1):
         with pytest.raises(SourceError, match=r"may have broken off .*truncated"):
             look(source, {})
     assert [arrival.data for arrival in look(source, {})[0]] == [whole[:-100]]

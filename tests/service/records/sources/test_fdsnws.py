@@ -19,7 +19,7 @@ from service.records.sources.http import Client
 from service.settings import Settings
 
 NOW = START + timedelta(days=1)
-LATE = timedelta(seconds=Settings().late_data)
+LATE = timedelta(seconds=Settings().polling.late_data)
 CHANNELS = tuple(f"XX.TOWER.0{number}.HNX" for number in range(3))
 
 
