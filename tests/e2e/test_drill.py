@@ -5,6 +5,7 @@ import os
 from base64 import b64decode
 from pathlib import Path
 
+import databases
 import pytest
 import watched
 from letters import KEY
@@ -14,15 +15,14 @@ from standardwebhooks import Webhook
 
 from service.buildings import recipients, store as building_store
 from service.buildings.recipient_rules import SEVERITIES, WANTED_KINDS, ReceiverRule
-from service.db import migrate, sessions as opened
+from service.db import sessions as opened
 from service.notify.letter import DRILL
 
 pytestmark = pytest.mark.slow
 
 
 def test_a_drill_arrives_everywhere_with_its_picture_and_cannot_be_taken_for_real(tmp_path: Path) -> None:
-    url = f"sqlite:///{tmp_path / 'menshin.sqlite'}"
-    migrate.upgrade(url)
+    url = databases.sqlite(tmp_path)
     sessions = opened.sessions(url)
     (tmp_path / "records").mkdir()
     watched.watch(sessions, tmp_path / "records", watched.earthquakes()[:1])

@@ -4,6 +4,7 @@ import os
 from pathlib import Path
 from time import monotonic, sleep
 
+import databases
 import histories
 import pytest
 from letters import KEY
@@ -15,7 +16,7 @@ from standardwebhooks import Webhook
 from service.alerts.tables import Alert
 from service.buildings import recipients
 from service.buildings.recipient_rules import SEVERITIES, WANTED_KINDS, ReceiverRule
-from service.db import migrate, sessions as opened
+from service.db import sessions as opened
 
 pytestmark = pytest.mark.slow
 NOW = histories.start(30)
@@ -24,8 +25,7 @@ PATIENCE = 60.0
 
 
 def test_a_loss_of_eight_percent_is_told_once_in_words_for_everybody_and_signed_for_programs(tmp_path: Path) -> None:
-    url = f"sqlite:///{tmp_path / 'menshin.sqlite'}"
-    migrate.upgrade(url)
+    url = databases.sqlite(tmp_path)
     sessions = opened.sessions(url)
     path = os.environ.get("PYTHONPATH", "")
     with hook() as program, mailbox() as box:

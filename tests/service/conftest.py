@@ -1,6 +1,5 @@
 """A database for every test, once as SQLite and once as a real PostgreSQL."""
 
-import itertools
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -9,19 +8,18 @@ from shutil import rmtree
 from tempfile import mkdtemp
 from typing import Any
 
+import databases
 import pytest
-from sqlalchemy import create_engine, make_url, text
 from sqlalchemy.orm import Session, sessionmaker
 
-from service.db import migrate, sessions as opened
-
-NUMBERS = itertools.count()
+from service.db import sessions as opened
 
 
 @pytest.fixture(scope="session")
 def postgres() -> Iterator[str]:
     """Address of a PostgreSQL server that lives as long as the test run."""
     with own_server() as server:
+        databases.prepare(server.get_uri())
         yield server.get_uri()
 
 
@@ -54,23 +52,34 @@ def stoppable_postgres() -> Iterator[Any]:
 @pytest.fixture
 def postgres_database_url(postgres: str) -> Iterator[str]:
     """Address of a database of PostgreSQL without a table."""
-    yield from new_database(postgres)
+    with databases.postgresql(postgres, "template0") as address:
+        yield address
 
 
 @pytest.fixture(params=["sqlite", "postgresql"])
-def empty_database_url(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[str]:
-    """Address of a database without a table."""
-    if request.param == "sqlite":
-        yield f"sqlite:///{tmp_path / 'menshin.sqlite'}"
-    else:
-        yield from new_database(request.getfixturevalue("postgres"))
+def database_kind(request: pytest.FixtureRequest) -> str:
+    """SQLite or PostgreSQL."""
+    found: str = request.param
+    return found
 
 
 @pytest.fixture
-def database_url(empty_database_url: str) -> str:
+def empty_database_url(database_kind: str, request: pytest.FixtureRequest, tmp_path: Path) -> str:
+    """Address of a database without a table."""
+    if database_kind == "sqlite":
+        return f"sqlite:///{tmp_path / 'menshin.sqlite'}"
+    found: str = request.getfixturevalue("postgres_database_url")
+    return found
+
+
+@pytest.fixture
+def database_url(database_kind: str, request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[str]:
     """Address of a database with our tables and no row."""
-    migrate.upgrade(empty_database_url)
-    return empty_database_url
+    if database_kind == "sqlite":
+        yield databases.sqlite(tmp_path)
+        return
+    with databases.postgresql(request.getfixturevalue("postgres")) as address:
+        yield address
 
 
 @pytest.fixture
@@ -79,18 +88,3 @@ def sessions(database_url: str) -> Iterator[sessionmaker[Session]]:
     made = opened.sessions(database_url)
     yield made
     made.kw["bind"].dispose()
-
-
-def new_database(server: str) -> Iterator[str]:
-    """A database of its own at the server, dropped afterwards."""
-    name = f"test_{next(NUMBERS)}"
-    address = make_url(server).set(drivername="postgresql+psycopg")
-    admin = create_engine(address, isolation_level="AUTOCOMMIT")
-    try:
-        with admin.connect() as connection:
-            connection.execute(text(f"CREATE DATABASE {name}"))
-        yield address.set(database=name).render_as_string(hide_password=False)
-        with admin.connect() as connection:
-            connection.execute(text(f"DROP DATABASE {name} WITH (FORCE)"))
-    finally:
-        admin.dispose()

@@ -8,13 +8,14 @@ from collections.abc import Iterator
 from datetime import UTC, datetime
 from typing import Any
 
+import databases
 import pytest
 from asking import TestClient, client
 
 from service.access import keys
 from service.access.roles import Role
 from service.app import create
-from service.db import migrate, sessions as opened
+from service.db import sessions as opened
 from service.settings import Settings
 
 OPEN = """
@@ -167,9 +168,7 @@ def every(routes: Any, prefix: str = "") -> Iterator[str]:  # noqa: ANN401  Fast
 
 @pytest.fixture(scope="module")
 def url(tmp_path_factory: pytest.TempPathFactory) -> str:
-    address = f"sqlite:///{tmp_path_factory.mktemp('roles') / 'menshin.sqlite'}"
-    migrate.upgrade(address)
-    return address
+    return databases.sqlite(tmp_path_factory.mktemp("roles"))
 
 
 @pytest.fixture(scope="module")

@@ -44,8 +44,8 @@ def database(place: Path) -> str:
 
 
 def older(url: str) -> str:
-    """As a version before this one left it."""
-    migrate.downgrade(url, "0018_recipients")
+    """As a version before the first table left it: this one has to write before it can read."""
+    migrate.downgrade(url, "base")
     return url
 
 

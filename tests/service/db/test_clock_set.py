@@ -7,6 +7,7 @@ from pathlib import Path
 from time import monotonic, sleep
 
 import alarmed
+import databases
 import pytest
 from faked_clock import FakedClock
 from monitoring import START, building_file, miniseed, stream
@@ -16,7 +17,7 @@ from sqlalchemy.orm import Session, sessionmaker
 
 from service.buildings import store as building_store
 from service.buildings.recipient_rules import SEVERITIES, WANTED_KINDS
-from service.db import leases, migrate, sessions as opened
+from service.db import leases, sessions as opened
 from service.db.deadlines import has_passed
 from service.jobs import queue as job_queue
 from service.jobs.tables import Job
@@ -127,8 +128,7 @@ def incoming(tmp_path: Path) -> Path:
 @pytest.fixture
 def url(tmp_path: Path, incoming: Path) -> str:
     """A database with a building whose records come into a folder."""
-    made = f"sqlite:///{tmp_path / 'menshin.sqlite'}"
-    migrate.upgrade(made)
+    made = databases.sqlite(tmp_path)
     with opened.sessions(made).begin() as session:
         building_store.add(session, building_file("folder", str(incoming)), incoming, NOW)
     return made

@@ -8,6 +8,7 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
+import databases
 import pytest
 from asking import client
 from monitoring import building_file
@@ -17,7 +18,7 @@ from sqlalchemy.orm import Session, sessionmaker
 
 from service.buildings import store as building_store
 from service.buildings.tables import Building
-from service.db import leases, migrate, sessions as opened
+from service.db import leases, sessions as opened
 from service.db.leases import POLLING, POLLING_LEASE, WORKING
 from service.jobs import queue as job_queue
 from service.jobs.tables import Job, Lease
@@ -45,8 +46,7 @@ MIB = 2**20
 def url(tmp_path_factory: pytest.TempPathFactory) -> str:
     """A database with a building that is watched through a folder."""
     folder = tmp_path_factory.mktemp("readiness")
-    made = f"sqlite:///{folder / 'menshin.sqlite'}"
-    migrate.upgrade(made)
+    made = databases.sqlite(folder)
     with opened.sessions(made).begin() as session:
         building_store.add(session, building_file("folder", str(folder)), folder, NOW - timedelta(days=1))
     return made
@@ -181,8 +181,7 @@ def small_disk(tmp_path: Path) -> Iterator[Path]:
 
 
 def test_a_full_disk_is_not_ready_until_it_has_room(small_disk: Path) -> None:
-    url = f"sqlite:///{small_disk / 'menshin.sqlite'}"
-    migrate.upgrade(url)
+    url = databases.sqlite(small_disk)
     sessions = opened.sessions(url)
     with sessions.begin() as session:
         for right in (POLLING, WORKING):

@@ -2,17 +2,16 @@
 
 from collections.abc import Iterator
 
+import databases
 import pytest
 from sqlalchemy.orm import Session, sessionmaker
 
-from service.db import migrate, sessions as opened
+from service.db import sessions as opened
 
 
 @pytest.fixture(scope="module")
 def url(tmp_path_factory: pytest.TempPathFactory) -> str:
-    address = f"sqlite:///{tmp_path_factory.mktemp('door') / 'menshin.sqlite'}"
-    migrate.upgrade(address)
-    return address
+    return databases.sqlite(tmp_path_factory.mktemp("door"))
 
 
 @pytest.fixture(scope="module")

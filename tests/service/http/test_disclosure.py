@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
+import databases
 import pytest
 from asking import TestClient, client
 from monitoring import building_file
@@ -18,7 +19,7 @@ from service.access.roles import Role
 from service.alerts.tables import Silence
 from service.buildings import recipients, store as building_store
 from service.buildings.recipient_rules import SEVERITIES, WANTED_KINDS, ReceiverRule
-from service.db import migrate, sessions as opened
+from service.db import sessions as opened
 from service.jobs.tables import Job
 from service.notify.tables import DeliveryAttempt
 
@@ -31,9 +32,7 @@ ValueError: /srv/menshin/data/a.mseed holds nothing
 
 @pytest.fixture(scope="module")
 def url(tmp_path_factory: pytest.TempPathFactory) -> str:
-    address = f"sqlite:///{tmp_path_factory.mktemp('seen') / 'menshin.sqlite'}"
-    migrate.upgrade(address)
-    return address
+    return databases.sqlite(tmp_path_factory.mktemp("seen"))
 
 
 @pytest.fixture(scope="module")

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
 
+import databases
 import httpx
 import pytest
 from alarmed import raised
@@ -20,7 +21,7 @@ from sqlalchemy import create_engine, text
 from service.access.roles import Caller, Role
 from service.app import create
 from service.buildings import store as building_store
-from service.db import migrate, sessions as opened
+from service.db import sessions as opened
 from service.settings import Settings
 
 BROWSER = {"Accept": "text/html,application/xhtml+xml,*/*;q=0.8"}
@@ -29,8 +30,7 @@ BROWSER = {"Accept": "text/html,application/xhtml+xml,*/*;q=0.8"}
 @pytest.fixture
 def url(tmp_path: Path) -> str:
     """Database of a building with an active alert."""
-    url = f"sqlite:///{tmp_path / 'menshin.sqlite'}"
-    migrate.upgrade(url)
+    url = databases.sqlite(tmp_path)
     sessions = opened.sessions(url)
     with sessions.begin() as session:
         made = building_store.add(session, building_file("folder", str(tmp_path)), tmp_path, datetime.now(UTC))

@@ -5,6 +5,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from shutil import which
 
+import databases
 import pytest
 from alarmed import raised
 from monitoring import building_file
@@ -17,7 +18,7 @@ from service.access import keys
 from service.access.auth import Role
 from service.access.tables import LoginSession
 from service.buildings import store as building_store
-from service.db import migrate, sessions as opened
+from service.db import sessions as opened
 
 pytestmark = [
     pytest.mark.slow,
@@ -27,8 +28,7 @@ pytestmark = [
 
 @pytest.fixture
 def sessions(tmp_path: Path) -> Iterator[sessionmaker[Session]]:
-    url = f"sqlite:///{tmp_path / 'menshin.sqlite'}"
-    migrate.upgrade(url)
+    url = databases.sqlite(tmp_path)
     made = opened.sessions(url)
     with made.begin() as session:
         raised(

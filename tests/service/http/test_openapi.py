@@ -3,17 +3,16 @@
 from pathlib import Path
 from typing import Any
 
+import databases
 import pytest
 
 from service.app import create
-from service.db import migrate
 from service.settings import Settings
 
 
 @pytest.fixture
 def document(tmp_path: Path) -> dict[str, Any]:
-    url = f"sqlite:///{tmp_path / 'menshin.sqlite'}"
-    migrate.upgrade(url)
+    url = databases.sqlite(tmp_path)
     return create(Settings(database_url=url)).openapi()
 
 

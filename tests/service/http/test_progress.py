@@ -7,6 +7,7 @@ from shutil import which
 from threading import Event as Signal, Thread
 from time import monotonic
 
+import databases
 import httpx
 import pytest
 import watched
@@ -21,7 +22,7 @@ from sqlalchemy.orm import Session, sessionmaker
 from service import serving as running
 from service.access import keys
 from service.access.auth import Caller, Role
-from service.db import migrate, sessions as opened
+from service.db import sessions as opened
 from service.http.guard import LOOK
 from service.http.rendering import FOLDER
 from service.http.server import GRACE
@@ -45,8 +46,7 @@ pytestmark = pytest.mark.slow
 def url(tmp_path_factory: pytest.TempPathFactory) -> str:
     """The paper's building after two earthquakes, with a model that was not compared; no key before the last test."""
     folder = tmp_path_factory.mktemp("progress")
-    made = f"sqlite:///{folder / 'menshin.sqlite'}"
-    migrate.upgrade(made)
+    made = databases.sqlite(folder)
     (folder / "records").mkdir()
     watched.watch(opened.sessions(made), folder / "records", watched.earthquakes()[:2])
     with client(made) as asking:

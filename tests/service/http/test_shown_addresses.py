@@ -15,7 +15,6 @@ from sqlalchemy.orm import Session, sessionmaker
 from service.alerts import periodic_checks
 from service.alerts.tables import Alert, AlertChange
 from service.buildings import store as building_store
-from service.db import migrate
 from service.notify.tables import Message
 from service.records.polling import Look
 from service.records.tables import FetchedFile, Recording, SourceState
@@ -101,40 +100,3 @@ def test_no_password_of_a_source_is_stored_shown_or_logged(
     assert "cannot be reached" in pages[0]
     shown = "\n".join([*pages, *(record.getMessage() for record in caplog.records), caplog.text])
     assert not [secret for secret in SECRETS if secret in shown]
-
-
-def test_what_was_stored_with_passwords_is_cleaned(database_url: str, sessions: sessionmaker[Session]) -> None:
-    address = f"https://{NAME}:{PASSWORD}@h.example/events/"
-    add(sessions, address)
-    message = {"identity": "1", "key": "alert/1", "number": 1, "kind": "data", "sequence": "new", "severity": "warning"}
-    with sessions.begin() as session:
-        of = building_store.find(session, "TOWER")
-        told = {"summary": f"no answer of {address}?token={TOKEN}", "evidence": {"error": [address]}}
-        alert = Alert(
-            building_id=of.id, cause="source", kind="data", state="firing", began_at=NOW, event_ids=[], channels=[],
-            sentences=[f"It says: {address} broke off."], opened_at=NOW, updated_at=NOW, **told,
-        )  # fmt: skip
-        session.add(alert)
-        session.flush()
-        session.add(AlertChange(alert_id=alert.id, at=NOW, state="firing", note="", **told))
-        session.add(SourceState(building_id=of.id, cursor={"seen": {f"{address}a": "1"}}, error=address))
-        session.add(FetchedFile(building_id=of.id, address=f"{address}a?key=1", mark="1", attempts=0))
-        session.add(
-            Recording(building_id=of.id, name=f"a?{TOKEN}", origin=f"{address}a?{TOKEN}", received_at=NOW,
-                      kind="unknown", state="refused", reason=f"a?{TOKEN} from {address} has 7 bytes", failures=0)
-        )  # fmt: skip
-        session.add(
-            Message(building_id=of.id, subject=address, sentences=[address], facts=[{"name": "a", "value": address}],
-                    link="/alerts/1", data={"error": address}, is_over=False, digest="", created_at=NOW, **message)
-        )  # fmt: skip
-    sessions.kw["bind"].dispose()
-    migrate.downgrade(database_url, "0012_reference_subject")
-    migrate.upgrade(database_url)
-    assert not [secret for secret in SECRETS if secret in stored_as_text(sessions)]
-    with sessions() as session:
-        recording = session.scalars(select(Recording)).one()
-        assert (recording.name, recording.origin) == ("a", "https://h.example/events/a")
-        assert recording.reason == "a from https://h.example/events/ has 7 bytes"
-        assert session.scalars(select(FetchedFile)).one().address == "https://h.example/events/a?key=1"
-        assert session.scalars(select(SourceState)).one().cursor == {"seen": {"https://h.example/events/a": "1"}}
-        assert session.scalars(select(Alert)).one().sentences == ["It says: https://h.example/events/ broke off."]

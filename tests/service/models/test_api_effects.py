@@ -3,18 +3,17 @@
 from collections.abc import Iterator
 from pathlib import Path
 
+import databases
 import pytest
 from asking import client
 from fastapi.testclient import TestClient
 
 from core.effects import EFFECTS
-from service.db import migrate
 
 
 @pytest.fixture
 def asking(tmp_path: Path) -> Iterator[TestClient]:
-    url = f"sqlite:///{tmp_path / 'menshin.sqlite'}"
-    migrate.upgrade(url)
+    url = databases.sqlite(tmp_path)
     with client(url) as made:
         yield made
 

@@ -5,6 +5,7 @@ from datetime import UTC, datetime, timedelta
 from html import unescape
 from pathlib import Path
 
+import databases
 import numpy as np
 import pytest
 import simulated
@@ -17,7 +18,7 @@ from sqlalchemy.orm import Session, sessionmaker
 from service.alerts import operator_actions, periodic_checks
 from service.alerts.tables import Alert
 from service.buildings import store as building_store
-from service.db import migrate, sessions as opened
+from service.db import sessions as opened
 from service.formats import FormatError, read
 from service.records.polling import Look
 from service.records.tables import Recording
@@ -30,9 +31,7 @@ TRUNCATED = "truncated.mseed is truncated: it ends in the middle of a record, 30
 
 @pytest.fixture
 def url(tmp_path: Path) -> str:
-    address = f"sqlite:///{tmp_path / 'menshin.sqlite'}"
-    migrate.upgrade(address)
-    return address
+    return databases.sqlite(tmp_path)
 
 
 @pytest.fixture

@@ -8,6 +8,7 @@ from pathlib import Path
 from threading import Event as Signal
 from time import monotonic, sleep
 
+import databases
 import pytest
 from monitoring import Page, Server, building_file, serving
 from processes import interrupt, started
@@ -15,7 +16,7 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import InstrumentedAttribute, Session, sessionmaker
 
 from service.buildings import store as building_store
-from service.db import migrate, sessions as opened
+from service.db import sessions as opened
 from service.records import lanes
 from service.records.lanes import Lanes
 from service.records.tables import SourceState
@@ -45,8 +46,7 @@ def answering() -> Iterator[Server]:
 def test_the_other_sources_are_looked_at_in_time_and_the_service_ends_soon(
     silent: str, answering: Server, tmp_path: Path
 ) -> None:
-    url = f"sqlite:///{tmp_path / 'menshin.sqlite'}"
-    migrate.upgrade(url)
+    url = databases.sqlite(tmp_path)
     sessions = opened.sessions(url)
     with sessions.begin() as session:
         for number in range(SOURCES):  # those that stall come first by their code

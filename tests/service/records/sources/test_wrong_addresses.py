@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from datetime import datetime, timedelta
 from pathlib import Path
 
+import databases
 import httpx
 import pytest
 from monitoring import START, Page, Server, building_file
@@ -44,10 +45,9 @@ def tls(tmp_path_factory: pytest.TempPathFactory) -> ssl.SSLContext:
 
 @pytest.fixture
 def database(tmp_path: Path) -> Iterator[sessionmaker[Session]]:
-    from service.db import migrate, sessions as opened
+    from service.db import sessions as opened
 
-    url = f"sqlite:///{tmp_path / 'menshin.sqlite'}"
-    migrate.upgrade(url)
+    url = databases.sqlite(tmp_path)
     made = opened.sessions(url)
     yield made
     made.kw["bind"].dispose()

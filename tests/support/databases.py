@@ -1,0 +1,61 @@
+"""Databases with our tables and no row: copies of one that the migrations made once per process."""
+
+import atexit
+import itertools
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
+from shutil import copyfile, rmtree
+from tempfile import mkdtemp
+
+from sqlalchemy import create_engine, make_url, text
+
+from service.db import migrate
+
+NUMBERS = itertools.count()
+TEMPLATE = "migrated"
+QUICK = ("fsync = off", "synchronous_commit = off", "full_page_writes = off")
+"""Settings of a server whose data need not outlive a loss of power."""
+
+
+def sqlite(folder: Path, name: str = "menshin.sqlite") -> str:
+    """Address of a new SQLite file in a folder."""
+    copyfile(_migrated(), folder / name)
+    (folder / name).chmod(0o600)
+    return f"sqlite:///{folder / name}"
+
+
+@cache
+def _migrated() -> Path:
+    folder = Path(mkdtemp(prefix="menshin-migrated-"))
+    atexit.register(rmtree, folder)
+    file = folder / "menshin.sqlite"
+    migrate.upgrade(f"sqlite:///{file}")  # closes its only connection, and with it the write-ahead log
+    return file
+
+
+def prepare(server: str) -> None:
+    """Make a server of PostgreSQL quick and give it the database that the others are copies of."""
+    quick = [f"ALTER SYSTEM SET {setting}" for setting in QUICK]
+    _at(server, *quick, "SELECT pg_reload_conf()", f"CREATE DATABASE {TEMPLATE}")
+    migrate.upgrade(make_url(server).set(database=TEMPLATE).render_as_string(hide_password=False))
+
+
+@contextmanager
+def postgresql(server: str, template: str = TEMPLATE) -> Iterator[str]:
+    """Address of a new copy at a prepared server, dropped afterwards; a copy of `template0` has no table."""
+    name = f"test_{next(NUMBERS)}"
+    _at(server, f"CREATE DATABASE {name} TEMPLATE {template}")
+    try:
+        yield make_url(server).set(drivername="postgresql+psycopg", database=name).render_as_string(hide_password=False)
+    finally:
+        _at(server, f"DROP DATABASE {name} WITH (FORCE)")
+
+
+def _at(server: str, *statements: str) -> None:
+    admin = create_engine(make_url(server).set(drivername="postgresql+psycopg"), isolation_level="AUTOCOMMIT")
+    with admin.connect() as connection:
+        for statement in statements:
+            connection.execute(text(statement))
+    admin.dispose()
