@@ -1,12 +1,12 @@
 """An engineer at the API: asks for work on models of the paper's building, and waits until it is done."""
 
 import json
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
 import watched
+from computed import Computed
 from fastapi.testclient import TestClient
 from sqlalchemy.orm import Session, sessionmaker
 
@@ -18,9 +18,9 @@ MODELS = "/api/v1/buildings/PAPER/models"
 
 def work(sessions: sessionmaker[Session]) -> None:
     """Do all work that waits."""
-    with ThreadPoolExecutor(1) as pool, TemporaryDirectory() as notes:
+    with TemporaryDirectory() as notes:
         Worker(
-            sessions, lambda: pool, watched.SETTINGS, KINDS, clock=lambda: watched.NOW, notes=Path(notes)
+            sessions, Computed, watched.SETTINGS, KINDS, clock=lambda: watched.NOW, notes=Path(notes)
         ).run_until_idle()
 
 

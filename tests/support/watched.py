@@ -5,13 +5,13 @@ A folder source was looked at, files were ingested, and the worker analysed what
 
 import os
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from datetime import datetime, timedelta
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 import simulated
+from computed import Computed
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.buildings import store as building_store
@@ -55,8 +55,12 @@ def watch(sessions: sessionmaker[Session], folder: Path, files: Sequence[bytes] 
     look = Look(sessions, SETTINGS, lambda: NOW, lambda _: None, lambda: False)
     look.at("PAPER")
     look.queue_ready()
-    with ThreadPoolExecutor(1) as pool:
-        Worker(sessions, lambda: pool, SETTINGS, KINDS, clock=lambda: NOW).run_until_idle()
+    work(sessions)
+
+
+def work(sessions: sessionmaker[Session]) -> None:
+    """Do all work that waits."""
+    Worker(sessions, Computed, SETTINGS, KINDS, clock=lambda: NOW).run_until_idle()
 
 
 def write(file: Path, data: bytes) -> None:

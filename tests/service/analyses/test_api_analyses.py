@@ -1,7 +1,6 @@
 """Who may have an event analysed again, and with what."""
 
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import httpx
@@ -12,8 +11,6 @@ from sqlalchemy.orm import Session, sessionmaker
 
 from service.access import keys
 from service.access.auth import Role
-from service.jobs.worker import Worker
-from service.kinds import KINDS
 
 pytestmark = pytest.mark.slow
 
@@ -39,8 +36,7 @@ def test_an_engineer_has_an_event_analysed_again(asking: httpx.Client, sessions:
     assert asking.get(asked.headers["Location"]).json() == asked.json()
     twice = asking.post(AGAIN, json={"sensors": ["1F", "RF"], "band": [0.2, 20.0]})
     assert twice.json()["id"] == asked.json()["id"]
-    with ThreadPoolExecutor(1) as pool:
-        Worker(sessions, lambda: pool, watched.SETTINGS, KINDS, clock=lambda: watched.NOW).run_until_idle()
+    watched.work(sessions)
     event = asking.get("/api/v1/events/1").json()
     assert event["analysis"]["settings"]["sensors"] == ["1F", "RF"]
     (earlier,) = event["earlier"]

@@ -1,7 +1,6 @@
 """A building whose base slab turns: from its files to the API and the page."""
 
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -12,8 +11,6 @@ from asking import TestClient, client
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.buildings import store as building_store
-from service.jobs.worker import Worker
-from service.kinds import KINDS
 from service.records.polling import Look
 
 MOTION = "/api/v1/events/1/layer-motion"
@@ -30,8 +27,7 @@ def asking(database_url: str, sessions: sessionmaker[Session], tmp_path: Path) -
     look = Look(sessions, watched.SETTINGS, lambda: watched.NOW, lambda _: None, lambda: False)
     look.at("PAPER")
     look.queue_ready()
-    with ThreadPoolExecutor(1) as pool:
-        Worker(sessions, lambda: pool, watched.SETTINGS, KINDS, clock=lambda: watched.NOW).run_until_idle()
+    watched.work(sessions)
     with client(database_url) as made:
         yield made
 

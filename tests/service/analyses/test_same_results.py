@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import obspy
 import pytest
+from computed import Computed
 from shared import BNCS, needs_shared
 from sqlalchemy import select
 from sqlalchemy.orm import Session, sessionmaker, undefer
@@ -16,9 +17,10 @@ from service.db.blobs import decode
 from service.demo.archive import Archive
 from service.demo.listening import listening
 from service.demo.server import application
+from service.jobs.worker import Worker
+from service.kinds import KINDS
 from service.records.polling import Look
 from service.records.tables import Event
-from service.roles import worked_off
 from service.settings import Settings
 
 pytestmark = [needs_shared, pytest.mark.slow]
@@ -50,7 +52,7 @@ def test_folder_and_fdsn_web_services(sessions: sessionmaker[Session]) -> None:
                 session, server.replace('code = "BNCS"', 'code = "SERVED"'), Path("/"), datetime.now(UTC)
             )
         Look(sessions, settings).at_all()
-    assert worked_off(sessions, settings) == 8  # and a look for drift at each
+    assert Worker(sessions, Computed, settings, KINDS).run_until_idle() == 8  # and a look for drift at each
     found = forces(sessions)
     assert len(found) == 6
     for from_folder, from_server in zip(found[::2], found[1::2], strict=True):
