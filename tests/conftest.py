@@ -1,9 +1,41 @@
-"""What all tests of a run share."""
+"""How all tests run: one process for each core, the longest files first, each computation once."""
 
 import os
+from pathlib import Path
+
+os.environ.setdefault(
+    "OMP_NUM_THREADS", "1"
+)  # before the first import of NumPy: processes share the cores, not threads
 
 import pytest
 from computed import Computed
+
+HERE = Path(__file__).parent
+LONGEST = (HERE / "longest_first.txt").read_text("utf-8").split()
+"""Files that take longest, the longest first: one that begins last would keep a core busy alone."""
+PROCESSES = 4
+"""At most: each has a PostgreSQL server of its own."""
+
+
+def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
+    """None beside this process for single files and tests, which would wait for the start of others."""
+    if all(Path(one.partition("::")[0]).is_file() for one in config.args):
+        return 0
+    return min(len(os.sched_getaffinity(0)), PROCESSES)
+
+
+@pytest.hookimpl(tryfirst=True)  # before tests are selected by their marks
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """The longest files first; studies of accuracy are slow tests too."""
+    items.sort(key=lambda item: _place(item.path))
+    for item in items:
+        if item.get_closest_marker("accuracy"):
+            item.add_marker("slow")
+
+
+def _place(file: Path) -> int:
+    name = file.relative_to(HERE).as_posix() if file.is_relative_to(HERE) else ""
+    return LONGEST.index(name) if name in LONGEST else len(LONGEST)
 
 
 @pytest.fixture(scope="session", autouse=True)

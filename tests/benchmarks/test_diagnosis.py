@@ -4,7 +4,7 @@ import pytest
 
 from benchmarks.diagnosis_trial import row
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.accuracy
 
 
 @pytest.mark.parametrize("case", ["power_viscous", "friction+hardening"])

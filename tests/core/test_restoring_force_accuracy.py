@@ -36,7 +36,7 @@ def on_the_real_building(estimator: str, test: str, floors: tuple[str, ...]) -> 
 
 
 @judged
-@pytest.mark.slow
+@pytest.mark.accuracy
 @pytest.mark.parametrize("motion", MOTIONS)
 def test_fit_where_the_model_holds(estimator: str, motion: str) -> None:
     low, _, high = GOALS[estimator].in_class
@@ -45,7 +45,7 @@ def test_fit_where_the_model_holds(estimator: str, motion: str) -> None:
 
 
 @judged
-@pytest.mark.slow
+@pytest.mark.accuracy
 @pytest.mark.parametrize("noise", [LITTLE, MUCH])
 def test_the_band_covers_the_force(estimator: str, noise: float) -> None:
     """In the mean of the motions, over their whole records."""
@@ -54,7 +54,7 @@ def test_the_band_covers_the_force(estimator: str, noise: float) -> None:
 
 
 @judged
-@pytest.mark.slow
+@pytest.mark.accuracy
 @pytest.mark.parametrize("kind", OUTSIDE)
 def test_fit_where_the_model_does_not_hold(estimator: str, kind: str) -> None:
     """Kobe, whose high frequencies make it the hardest of the motions, with much noise."""
@@ -62,14 +62,14 @@ def test_fit_where_the_model_does_not_hold(estimator: str, kind: str) -> None:
 
 
 @other_than_static
-@pytest.mark.slow
+@pytest.mark.accuracy
 @pytest.mark.parametrize("kind", KINDS)
 def test_never_worse_than_static_interpolation(estimator: str, kind: str) -> None:
     assert found(estimator, kind, "Kobe", MUCH).fit >= found(STATIC, kind, "Kobe", MUCH).fit
 
 
 @judged
-@pytest.mark.slow
+@pytest.mark.accuracy
 def test_equivalent_stiffness_and_damping(estimator: str) -> None:
     """At 10 % noise: k_eq within 1 % and scattered by 3.5 %, c_eq 5 and 22 %."""
     error = errors_of_records(MUCH, AnalysisSettings(estimator=estimator))[:, 0]
@@ -79,7 +79,7 @@ def test_equivalent_stiffness_and_damping(estimator: str) -> None:
 
 @needs_shared
 @judged
-@pytest.mark.slow
+@pytest.mark.accuracy
 @pytest.mark.parametrize("test", TESTS)
 def test_fit_on_the_real_building(estimator: str, test: str) -> None:
     for floors, goals in REAL_GOALS.items():
@@ -88,7 +88,7 @@ def test_fit_on_the_real_building(estimator: str, test: str) -> None:
 
 @needs_shared
 @other_than_static
-@pytest.mark.slow
+@pytest.mark.accuracy
 @pytest.mark.parametrize("floor", FLOORS)
 def test_never_worse_than_static_interpolation_on_the_real_building(estimator: str, floor: str) -> None:
     """From a single floor, where least is known."""

@@ -14,7 +14,7 @@ from core.model.isolator import Isolator
 from service.cli.building_argument import described_by
 from service.records.event_files import events
 
-pytestmark = [pytest.mark.slow, needs_shared]
+pytestmark = [pytest.mark.accuracy, needs_shared]
 
 BAND = (0.1, 25.0)
 """Hz."""

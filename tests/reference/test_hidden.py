@@ -100,7 +100,7 @@ def test_work_of_the_ground_is_what_is_stored_and_lost(name: str) -> None:
     assert np.abs(kinetic + strain + lost + layer - work).max() < 1e-3 * np.abs(work).max()
 
 
-@pytest.mark.slow
+@pytest.mark.accuracy
 @pytest.mark.parametrize("name", LAWS)
 def test_half_the_step_gives_the_same(name: str) -> None:
     hidden = () if name == "yielding" else (drawn(name),)
@@ -108,7 +108,7 @@ def test_half_the_step_gives_the_same(name: str) -> None:
     assert distance(whole.force, half.force[:, ::2]) < ROUGH.get(name, SMOOTH)
 
 
-@pytest.mark.slow
+@pytest.mark.accuracy
 @pytest.mark.parametrize("name", [*SAME, *ANOTHER, *OUTSIDE])
 def test_every_law_changes_the_response_and_hardly_any_strength_hardly_does(name: str) -> None:
     """A thousandth and more; where the yielding is replaced, what is left is the difference of two integrations."""

@@ -35,7 +35,7 @@ def calibrated_structure(motion: str, noise: float) -> Superstructure:
     return chosen(within(lines, CALIBRATED), design, ringing(s, lines)).calibration.structure
 
 
-@pytest.mark.slow
+@pytest.mark.accuracy
 @pytest.mark.parametrize(("motion", "noise"), CASES)
 def test_as_near_as_a_smoother_in_time(motion: str, noise: float) -> None:
     """By the same superstructure, and though the one in time is told the noise's level."""

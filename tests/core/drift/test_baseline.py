@@ -28,7 +28,7 @@ def test_a_curve_without_scatter_is_recovered() -> None:
     assert (std > 0).all()
 
 
-@pytest.mark.slow
+@pytest.mark.accuracy
 @pytest.mark.parametrize(("scatter", "outliers"), [(0.01, 0.0), (0.02, 0.0), (0.01, 0.02)])
 def test_the_band_covers_95_percent(scatter: float, outliers: float) -> None:
     """95 % of the events after the reference, to within what 24 histories that each share a baseline leave: 4 %."""
@@ -70,7 +70,7 @@ def test_one_outlying_event_moves_the_curve_little() -> None:
     assert np.sqrt(np.mean(moved**2)) < 0.01  # of 0.5 / 20 events by least squares it would be 0.025
 
 
-@pytest.mark.slow
+@pytest.mark.accuracy
 def test_the_scatter_between_events_is_estimated() -> None:
     for scatter in (0.005, 0.01, 0.02):
         plan = Plan(events=40, giant=False, outliers=0.0, scatter=(scatter, scatter))

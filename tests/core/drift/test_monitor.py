@@ -203,7 +203,7 @@ def test_an_unknown_quantity_is_refused() -> None:
         monitor(Series("colour", "x", ()), Reference(), {})
 
 
-@pytest.mark.slow
+@pytest.mark.accuracy
 def test_the_false_alarms_are_as_stated() -> None:
     """At 5 %, 8 or more of 60 healthy histories of 100 events have a probability of 1 % (binomial)."""
     plan = Plan(events=121)

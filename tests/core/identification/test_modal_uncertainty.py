@@ -89,7 +89,7 @@ def channels(motion: Callable[[], Vector]) -> Matrix:
     return np.vstack([truth.base_acceleration, truth.floor_acceleration[[FOURTH_STOREY, -1]]])
 
 
-@pytest.mark.slow
+@pytest.mark.accuracy
 @pytest.mark.parametrize("noise", [0.01, 0.1])
 @pytest.mark.parametrize("motion", [motions.akt013, motions.kobe, motions.chi_chi])
 def test_deviations_are_those_of_repeated_records(motion: Callable[[], Vector], noise: float) -> None:

@@ -64,7 +64,7 @@ def errors(motion: str, noise: float, seed: int) -> Errors:
     return Errors(np.array(rows), ratios / EXACT.damping_ratio[0] - 1)
 
 
-@pytest.mark.slow
+@pytest.mark.accuracy
 @pytest.mark.parametrize("noise", [0.01, 0.05, 0.1])
 def test_standard_deviations_cover_the_truth(noise: float) -> None:
     """Of some 260 intervals of ± 1.96 standard deviations at each noise 92-99 % hold the truth.
@@ -77,7 +77,7 @@ def test_standard_deviations_cover_the_truth(noise: float) -> None:
     assert 0.92 < covered < 0.99
 
 
-@pytest.mark.slow
+@pytest.mark.accuracy
 def test_damping_of_the_first_mode_with_a_tenth_of_noise_on_every_channel() -> None:
     """The goal: half of the 12 % of the best of those programs that take the input as it is."""
     found = [errors(motion, 0.1, 100 + seed) for motion in MOTIONS for seed in range(10)]

@@ -32,7 +32,7 @@ def test_describing_function_of_table_ii(amplitude: float, published: float) -> 
     assert describing_function(amplitude / 1000)[0] / 1e6 == pytest.approx(published, abs=1.0)
 
 
-@pytest.mark.slow
+@pytest.mark.accuracy
 def test_cycles_of_the_papers_building_at_one_percent_noise() -> None:
     """Measured: k_eq bias −1.3 %, scatter 1.7 % (robust 0.45); c_eq −0.1 %, 9.1 % (3.3).
 
@@ -45,7 +45,7 @@ def test_cycles_of_the_papers_building_at_one_percent_noise() -> None:
     assert (np.mean(np.abs(error) < 1.96 * std, axis=0) > 0.87).all()
 
 
-@pytest.mark.slow
+@pytest.mark.accuracy
 def test_cycles_of_the_papers_building_at_ten_percent_noise() -> None:
     """Measured: k_eq bias −1.3 %, scatter 1.9 % (robust 0.85); c_eq 0.2 %, 16.4 % (7.3); covered are 92 and 100 %."""
     error, std = np.moveaxis(errors_of_records(0.1, AnalysisSettings()), 1, 0)
@@ -54,7 +54,7 @@ def test_cycles_of_the_papers_building_at_ten_percent_noise() -> None:
     assert (np.mean(np.abs(error) < 1.96 * std, axis=0) > 0.9).all()
 
 
-@pytest.mark.slow
+@pytest.mark.accuracy
 def test_cycles_with_the_exact_force() -> None:
     """Measured: k_eq bias −0.3 %, scatter 1.5 % (robust 0.42); c_eq −0.3 %, 7.0 % (1.2).
 

@@ -43,7 +43,7 @@ def found(scale: float) -> StoreyStiffness:
     return storeys
 
 
-@pytest.mark.slow
+@pytest.mark.accuracy
 def test_the_softened_storey_stands_out() -> None:
     """Within four standard deviations."""
     expected = np.log(np.where(np.arange(7) == SOFTENED, 1 - LOST, 1.0))
@@ -52,13 +52,13 @@ def test_the_softened_storey_stands_out() -> None:
     assert (np.abs(storeys.deviation - expected) < 4 * np.sqrt(np.diag(storeys.covariance))).all()
 
 
-@pytest.mark.slow
+@pytest.mark.accuracy
 def test_deviations_are_from_the_design_as_told() -> None:
     """The calibration knows the design up to a scale only."""
     assert found(1.2).deviation == pytest.approx(found(1.0).deviation - np.log(1.2), abs=1e-6)
 
 
-@pytest.mark.slow
+@pytest.mark.accuracy
 def test_nothing_is_said_where_nobody_gave_a_stiffness() -> None:
     assert estimate(superstructure(None)).storeys is None
     assert estimate(replace(superstructure(told_stiffness()), storey_stiffness=None)).storeys is None

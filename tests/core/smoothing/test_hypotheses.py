@@ -95,7 +95,7 @@ def test_modes_may_be_damped_each_by_itself(seed: int) -> None:
     assert choice.calibration.structure.damping_ratios[:4] == pytest.approx(ratios[:4], rel=0.03)
 
 
-@pytest.mark.slow
+@pytest.mark.accuracy
 @pytest.mark.parametrize("share", [0.1, 0.5])
 def test_rocking_of_its_own_is_unmodelled_motion(share: float) -> None:
     rng = np.random.default_rng(5)
@@ -153,7 +153,7 @@ def test_the_lowest_storey_has_the_scale_alone() -> None:
         assert np.isfinite(at.stiffness).all()
 
 
-@pytest.mark.slow
+@pytest.mark.accuracy
 @pytest.mark.parametrize("share", [0.0, 0.01, 0.1])
 def test_some_lines_tell_the_evidence_nearly_as_well_as_all(share: float) -> None:
     """Of a record of 240 s, every fifth: so that the wider hypothesis is not given up where it would win."""

@@ -41,7 +41,7 @@ def short(measured: Sequence[int], noise: float = 0.01, seed: int = 0) -> Instru
     )
 
 
-@pytest.mark.slow
+@pytest.mark.accuracy
 @pytest.mark.parametrize("noise", [0.01, 0.10])
 def test_each_records_band_covers_the_force(noise: float) -> None:
     """The goal, 93 to 97 %, is for the mean over records; one record's correlated errors scatter about it by 2 %."""
@@ -49,7 +49,7 @@ def test_each_records_band_covers_the_force(noise: float) -> None:
     assert all(0.90 <= share <= 0.99 for share in shares)
 
 
-@pytest.mark.slow
+@pytest.mark.accuracy
 @pytest.mark.parametrize("noise", [0.01, 0.10])
 @pytest.mark.parametrize("kind", ["in class", "constant modal damping 2 %"])
 def test_the_force_errs_at_the_frequencies_and_in_the_patterns_that_are_said(kind: str, noise: float) -> None:
@@ -66,7 +66,7 @@ def test_the_force_errs_at_the_frequencies_and_in_the_patterns_that_are_said(kin
         assert np.sqrt(np.mean(error[there] ** 2)) == pytest.approx(1.0, abs=0.4), (low, high)
 
 
-@pytest.mark.slow
+@pytest.mark.accuracy
 def test_what_is_said_of_a_record_in_class() -> None:
     reliance = found("in class", "Kobe", 0.01, 0).reliance
     assert reliance is not None
@@ -76,7 +76,7 @@ def test_what_is_said_of_a_record_in_class() -> None:
     assert reliance.prior_share < 0.05
 
 
-@pytest.mark.slow
+@pytest.mark.accuracy
 def test_what_is_said_of_a_late_sensor() -> None:
     reliance = found("roof a sample late", "Kobe", 0.01, 0).reliance
     assert reliance is not None
@@ -84,7 +84,7 @@ def test_what_is_said_of_a_late_sensor() -> None:
     assert 0.05 < reliance.prior_share < 1
 
 
-@pytest.mark.slow
+@pytest.mark.accuracy
 def test_a_record_that_does_not_rest() -> None:
     whole, cut = found("in class", "Kobe", 0.01, 0).reliance, found("cut to its strongest 15 s", "Kobe", 0.01, 0)
     assert whole is not None
@@ -136,7 +136,7 @@ def test_ten_seconds_are_enough() -> None:
     assert fitting_rate(truth(IN_CLASS, "Kobe").force[SHORT][:1000], result.force) > 97
 
 
-@pytest.mark.slow
+@pytest.mark.accuracy
 def test_floors_that_the_model_tells_worse_than_interpolation_are_left_to_interpolation() -> None:
     """Floors on the straight line from the base slab to a roof that moves in part as it likes, as of no inertia."""
     s = short([1, 3, 6], noise=1e-3)
@@ -159,7 +159,7 @@ def exchanged() -> InstrumentedSuperstructure:
     return replace(s, floor_acceleration=s.floor_acceleration[[2, 1, 0]])
 
 
-@pytest.mark.slow
+@pytest.mark.accuracy
 def test_exchanged_floors_raise_nothing_and_are_said_to_be_unexplained() -> None:
     result = estimate(exchanged())
     assert np.isfinite(result.force).all()
