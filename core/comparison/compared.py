@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.arrays import Vector
-from core.comparison.misfit import Misfit, misfit, together
+from core.comparison.misfit import Misfit, misfit, pooled
 from core.errors import ModelError
 from core.fitting.observation import LayerHistory, Observation
 from core.model.force_response import force_response
@@ -84,4 +84,4 @@ def _std_from_motion(layer: LayerHistory, model: Vector) -> Vector:
 
 def force_misfit(compared: Sequence[ForceComparison]) -> Misfit:
     """Over all earthquakes."""
-    return together([one.misfit for one in compared])
+    return pooled([one.misfit for one in compared])

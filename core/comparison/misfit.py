@@ -74,8 +74,8 @@ def misfit(measured: Vector, model: Vector, std: Vector) -> Misfit:
     )
 
 
-def together(misfits: Sequence[Misfit]) -> Misfit:
-    """Of several records as one: a large earthquake weighs as its motion is large."""
+def pooled(misfits: Sequence[Misfit]) -> Misfit:
+    """Misfit over several records as one: a large earthquake weighs as its motion is large."""
     return Misfit(
         samples=sum(one.samples for one in misfits),
         error=sum(one.error for one in misfits),

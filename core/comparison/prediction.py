@@ -8,7 +8,7 @@ import numpy as np
 from core.arrays import Vector
 from core.building import FixedBaseModes
 from core.comparison.compared import Band
-from core.comparison.misfit import Misfit, misfit, together
+from core.comparison.misfit import Misfit, misfit, pooled
 from core.description import BuildingDescription
 from core.errors import RecordError
 from core.fitting.observation import Observation
@@ -105,14 +105,14 @@ def _prediction(
 
 def predicted_displacement(predictions: Sequence[Prediction]) -> Misfit:
     """m, over all earthquakes."""
-    return together([one.displacement.misfit for one in predictions])
+    return pooled([one.displacement.misfit for one in predictions])
 
 
 def predicted_accelerations(predictions: Sequence[Prediction]) -> dict[str, Misfit]:
     """m/s² by level, over all earthquakes in which it was measured."""
     levels = dict.fromkeys(level for one in predictions for level in one.accelerations)
     return {
-        level: together([one.accelerations[level].misfit for one in predictions if level in one.accelerations])
+        level: pooled([one.accelerations[level].misfit for one in predictions if level in one.accelerations])
         for level in levels
     }
 

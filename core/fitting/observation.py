@@ -12,6 +12,7 @@ from core.description import BuildingDescription
 from core.model.isolator import Conditions
 from core.record import Direction, Record
 from core.restoring_force.error_spectrum import ErrorSpectrum
+from core.restoring_force.estimator import RestoringForce
 from core.sensors.integrated_channel import transducer_reading
 
 USUAL_TEMPERATURE = 20.0
@@ -63,6 +64,10 @@ class Observation:
     """Names of the levels of `accelerations`: the base slab first, then floors upwards."""
     transducer: bool
     """Whether a transducer measured the displacement; else it was integrated and knows no offset."""
+    building: BuildingDescription | None = None
+    """None where a set of earthquakes describes the building."""
+    estimate: RestoringForce | None = None
+    """The force as it was estimated, with its superstructure; None as above."""
 
 
 def observations(

@@ -11,7 +11,8 @@ from core.effect import CHANNELS, RESULTS, Effect, LogNormal, Parameter
 from core.effects import EFFECTS
 from core.model.force_response import force_history
 from core.model.isolator import Conditions, Isolator
-from service.models.workbench.effect_sheets import PLACE, families, law
+from core.workbench.effect_sentences import PLACE
+from service.models.workbench.effect_sheets import families, law
 
 PAGE = Path(__file__).parents[1] / "models" / "effects.md"
 PICTURE = PAGE.with_suffix(".svg")

@@ -7,9 +7,9 @@ from fastapi import Request, Response
 from fastapi.templating import Jinja2Templates
 
 from core.rounding import plain, significant, with_std
+from core.units import quantity, shown, unit
 from service.access.auth import login
 from service.jobs import failures
-from service.reports.units import quantity, shown, unit
 from service.verdict import words
 
 FOLDER = Path(__file__).parent

@@ -7,7 +7,7 @@ from typing import Any
 
 from sqlalchemy.orm import Session
 
-from core.comparison.misfit import Misfit, together
+from core.comparison.misfit import Misfit, pooled
 from core.effect import Parameter
 from core.effects import EFFECTS
 from service.analyses.schema import FindingOut
@@ -153,7 +153,7 @@ def _row(model: ModelVersion, compared: Compared) -> dict[str, Any]:
 def _error(comparisons: Sequence[ModelComparison]) -> ErrorOut | None:
     if not comparisons:
         return None
-    found = together([Misfit(**one.misfit) for one in comparisons])
+    found = pooled([Misfit(**one.misfit) for one in comparisons])
     return ErrorOut(
         events=len({one.event_id for one in comparisons}),
         nrmse=finite(found.nrmse),

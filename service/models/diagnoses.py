@@ -8,6 +8,7 @@ from typing import Any
 import vl_convert
 from sqlalchemy.orm import Session
 
+from core.workbench.earthquakes import Earthquakes
 from service.jobs.progress import Tell
 from service.jobs.queue import Claim
 from service.jobs.stages import Stage
@@ -17,11 +18,9 @@ from service.models.model_file import ModelFile
 from service.models.stored_records import given, records
 from service.models.tables import DiagnosisPicture, ModelDiagnosis, ModelVersion
 from service.models.work import observing
-from service.models.workbench.diagnosing import diagnose
 from service.models.workbench.diagnosis_json import as_json
 from service.models.workbench.diagnosis_page import figures
-from service.models.workbench.diagnosis_words import words
-from service.models.workbench.records import Records
+from service.models.workbench.work import diagnose
 from service.reports.charts import CONFIG
 from service.version import VERSION
 
@@ -46,7 +45,7 @@ class Diagnosis:
     pictures: tuple[Picture, ...]
 
 
-def diagnosis(model: ModelFile, parent: str, events: Records, tell: Tell) -> Diagnosis:
+def diagnosis(model: ModelFile, parent: str, events: Earthquakes, tell: Tell) -> Diagnosis:
     """Every effect that the model has not, added to it and fitted to the events.
 
     Raises:
@@ -56,9 +55,9 @@ def diagnosis(model: ModelFile, parent: str, events: Records, tell: Tell) -> Dia
     found = diagnose(model, parent, events, tell)
     drawn = tuple(
         Picture(one.title, one.caption, vl_convert.vegalite_to_svg(one.picture.to_dict(), config=CONFIG))
-        for one in figures(found)
+        for one in figures(found.result)
     )
-    return Diagnosis(found.outcome, words(found), as_json(found), drawn)
+    return Diagnosis(found.result.outcome, found.result.text, as_json(found), drawn)
 
 
 def stages(inputs: WorkInputs) -> Sequence[Stage]:

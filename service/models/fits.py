@@ -7,6 +7,7 @@ from typing import Any
 
 from sqlalchemy.orm import Session
 
+from core.workbench.earthquakes import Earthquakes
 from service.jobs.progress import Tell
 from service.jobs.queue import Claim
 from service.jobs.stages import Stage
@@ -19,10 +20,7 @@ from service.models.tables import ModelVersion
 from service.models.versions import Draft
 from service.models.work import Comparison, Observed, compared, observing
 from service.models.workbench import adding_output, fit_json
-from service.models.workbench.adding import add
-from service.models.workbench.fit_words import words
-from service.models.workbench.records import Records
-from service.models.workbench.refit import refit
+from service.models.workbench.work import add, fit
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,18 +34,18 @@ class Fitted:
     """All numbers, as JSON."""
 
 
-def fitted(model: ModelFile, parent: str, events: Records, tell: Tell) -> Fitted:
+def fitted(model: ModelFile, parent: str, events: Earthquakes, tell: Tell) -> Fitted:
     """The same effects at the values that the events ask for.
 
     Raises:
         RecordError: no event is left to fit to.
         ModelError: the model's force grew beyond all bounds.
     """
-    found = refit(model, parent, events, tell)
-    return Fitted(found.model, " ".join(words(found.fit, found.inflation)), fit_json.as_json(found))
+    found = fit(model, parent, events, tell)
+    return Fitted(found.model, " ".join(found.result.fit_text), fit_json.as_json(found))
 
 
-def extended(effect: str, model: ModelFile, parent: str, events: Records, tell: Tell) -> Fitted:
+def extended(effect: str, model: ModelFile, parent: str, events: Earthquakes, tell: Tell) -> Fitted:
     """The model with one more effect, everything fitted to the events.
 
     Raises:
@@ -55,7 +53,7 @@ def extended(effect: str, model: ModelFile, parent: str, events: Records, tell: 
         ModelError: a model's force grew beyond all bounds.
     """
     found = add(effect, model, parent, events, tell)
-    return Fitted(found.model, " ".join(words(found.fit, found.inflation)), adding_output.as_json(found))
+    return Fitted(found.model, " ".join(found.result.fit_text), adding_output.as_json(found))
 
 
 def fit_stages(inputs: WorkInputs) -> Sequence[Stage]:

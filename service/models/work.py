@@ -1,28 +1,19 @@
-"""What is computed of models, elsewhere: values in, values out; the one place of the service that asks core for it."""
+"""Comparison of models with stored events, in a worker: values in, values out."""
 
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from datetime import datetime
 
-import numpy as np
-
-from core.analysis import EventAnalysis, analyse
+from core.analysis import analyse
 from core.arrays import Vector
-from core.building import FixedBaseModes
-from core.comparison.compared import ForceComparison, compare_forces
-from core.comparison.failure import failure
+from core.comparison.compared import ForceComparison
 from core.comparison.failure_words import words
 from core.comparison.misfit import Misfit
 from core.comparison.prediction import Prediction
-from core.comparison.predictions import predict_all
 from core.description import BuildingDescription
-from core.errors import IdentificationError
-from core.fitting.observation import Observation, observations
 from core.model.isolator import Isolator
-from core.record import Direction
-from core.restoring_force.estimator import RestoringForce
-from core.restoring_force.known_superstructure import known_superstructure
+from core.workbench.comparing import failure_of
+from core.workbench.earthquakes import AnalysedEarthquake, analysed, joined, model_errors
 from service.jobs.stages import Stage
 from service.models.inputs import EventInputs, HeldEvent, WorkInputs
 
@@ -32,9 +23,7 @@ class Observed:
     """An event as a model is held against it."""
 
     event: HeldEvent
-    analysis: EventAnalysis
-    seen: tuple[tuple[Observation, RestoringForce], ...]
-    """By direction."""
+    earthquake: AnalysedEarthquake
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -68,11 +57,7 @@ def observed(event: EventInputs, directions: Sequence[str], reference: datetime)
     """The event analysed as it was, and what that says of the layer."""
     made_from = event.made_from
     analysis = analyse(made_from.segments, made_from.description, made_from.settings)
-    found = observations(analysis, made_from.description, event.held.name, reference)
-    seen = tuple(
-        (one, analysis.directions[one.direction].restoring_force) for one in found if one.direction in directions
-    )
-    return Observed(event.held, analysis, seen)
+    return Observed(event.held, analysed(event.held.name, analysis, made_from.description, directions, reference))
 
 
 def compared(
@@ -84,19 +69,15 @@ def compared(
         ModelError: the model's force grew beyond all bounds.
         RecordError: none of the events has force and motion.
     """
-    forces = compare_forces(isolator, [one for event in events for one, _ in event.seen], band)
-    of = {one.event.name: one.event for one in events}
-    wanted = [force for force in forces if of[force.observation.name].is_wanted]
-    predicted = predict_all(wanted, _superstructures(events, description), isolator, description, band)
-    by_observation = {id(one.observation): one for one in predicted.each}
+    earthquakes = joined([one.earthquake for one in events], description, band)
+    of = {one.event.name: one.event for one in events if one.event.is_wanted}
+    errors = model_errors(isolator, earthquakes, of.keys())
+    by_observation = {id(one.observation): one for one in errors.predictions}
     each = tuple(
-        _compared(of[force.observation.name], force, by_observation.get(id(force.observation))) for force in wanted
+        _compared(of[force.observation.name], force, by_observation.get(id(force.observation)))
+        for force in errors.forces
     )
-    return Comparison(each, words(failure(wanted, band, np.random.default_rng(SEED))))
-
-
-SEED = 1
-"""Of the intervals of where a model fails: the same question has the same answer."""
+    return Comparison(each, words(failure_of(errors, earthquakes)))
 
 
 def stages(inputs: WorkInputs) -> Sequence[Stage]:
@@ -118,19 +99,6 @@ def observing(inputs: WorkInputs) -> list[Stage]:
 
 def _observing(event: EventInputs, inputs: WorkInputs) -> Stage:
     return Stage(f"Reading {event.held.name}", observed, lambda _, tell: (event, inputs.directions, inputs.reference))
-
-
-def _superstructures(events: Sequence[Observed], description: BuildingDescription) -> dict[Direction, FixedBaseModes]:
-    """All modes by direction, where the records or the design tell of them."""
-    forces: dict[Direction, list[RestoringForce]] = {}
-    for event in events:
-        for one, force in event.seen:
-            forces.setdefault(one.direction, []).append(force)
-    found: dict[Direction, FixedBaseModes] = {}
-    for direction, of_direction in forces.items():
-        with suppress(IdentificationError):
-            found[direction] = known_superstructure(of_direction, description).modes
-    return found
 
 
 def _compared(event: HeldEvent, force: ForceComparison, prediction: Prediction | None) -> Compared:

@@ -1,4 +1,4 @@
-"""Records as the workbench reads them from files, made of observations instead."""
+"""Earthquakes as the workbench reads them from files, made of observations instead."""
 
 from collections.abc import Collection, Sequence
 from dataclasses import replace
@@ -7,21 +7,21 @@ from described import paper
 
 from core.fitting.observation import Observation
 from core.signals.conditioning import band_passed
-from service.models.workbench.records import Records
+from core.workbench.earthquakes import Earthquakes
 
 BAND = (0.1, 30.0)
 """Hz."""
 
 
-def held_records(seen: Sequence[Observation], left_out: Collection[str] = ()) -> Records:
+def held_records(seen: Sequence[Observation], left_out: Collection[str] = ()) -> Earthquakes:
     """Their forces within the pass band; of floors and ground nothing is known, so that nothing can be predicted."""
-    return Records(
+    return Earthquakes(
         description=paper(),
         band=BAND,
         observations=tuple(
             replace(one, layer=replace(one.layer, force=band_passed(one.layer.force, one.rate, BAND))) for one in seen
         ),
-        left_out=frozenset(left_out),
+        held_out=frozenset(left_out),
         reference=seen[0].start,
         forces=(),
         analyses=(),

@@ -26,8 +26,8 @@ def add(
     from rich.console import Console
 
     from service.models.model_file import written
-    from service.models.workbench.adding import add as added
     from service.models.workbench.adding_output import as_json, summary
+    from service.models.workbench.work import add as added
 
     _check_known(effect)
     with waiting() as tell:

@@ -14,14 +14,14 @@ def compare(model: Model, files: Files, building: Building, json: Json = None, h
     from rich.console import Console
 
     from service.models.workbench.comparison_json import as_json
-    from service.models.workbench.held import held
     from service.models.workbench.page import page
     from service.models.workbench.summary import summary
+    from service.models.workbench.work import compare as compare_model
 
     with waiting() as tell:
         described, seen = read_usable(model, files, building, tell)
         with refusing():
-            found = held(described, seen, tell)
+            found = compare_model(described, seen, tell)
     Console().print(summary(found))
     if json is not None:
         write_json(as_json(found), json)

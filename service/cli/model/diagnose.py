@@ -10,7 +10,7 @@ from service.cli.model.files import read, refuse, refusing, write, write_json
 from service.cli.progress_bar import waiting
 
 if TYPE_CHECKING:
-    from service.models.workbench.records import Records
+    from core.workbench.earthquakes import Earthquakes
 
 
 def diagnose(
@@ -29,10 +29,10 @@ def diagnose(
     """
     from rich.console import Console
 
-    from service.models.workbench.diagnosing import diagnose as diagnose_model
     from service.models.workbench.diagnosis_json import as_json
     from service.models.workbench.diagnosis_page import page
     from service.models.workbench.diagnosis_summary import summary
+    from service.models.workbench.work import diagnose as diagnose_model
 
     with waiting() as tell:
         described, seen = read(model, files, building, tell, hold_out or ())
@@ -47,14 +47,15 @@ def diagnose(
         write(page(found), html)
 
 
-def _end_with_suspicions(building: str, seen: "Records", json: Path | None) -> None:
+def _end_with_suspicions(building: str, seen: "Earthquakes", json: Path | None) -> None:
     """No record can be used: what is wrong with the sensors is the diagnosis, if anything is."""
     from core.diagnosis.suspicion import suspicions
-    from service.models.workbench.suspicions import alone_as_json, words
+    from core.workbench.diagnosing import fault_sentences
+    from service.models.workbench.diagnosis_json import without_earthquakes
 
-    found = suspicions(seen.analyses, seen.description)
+    found = () if seen.description is None else suspicions(seen.analyses, seen.description)
     if found:
-        typer.echo("\n".join(words(found)))
+        typer.echo("\n".join(fault_sentences(found)))
         if json is not None:
-            write_json(alone_as_json(building, found, seen.unused), json)
+            write_json(without_earthquakes(building, found, seen.unused), json)
     refuse(seen)

@@ -11,16 +11,16 @@ from service.cli.building_argument import described_by, text_of
 from service.cli.current_settings import settings_in_force
 
 if TYPE_CHECKING:
+    from core.workbench.earthquakes import Earthquakes
     from service.jobs.progress import Tell
     from service.models.model_file import ModelFile
-    from service.models.workbench.records import Records
 
 REFUSED, USAGE = 1, 2
 
 
 def read(
     model: Path, files: list[Path], building: Path, tell: "Tell", left_out: Sequence[Path] = ()
-) -> tuple["ModelFile", "Records"]:
+) -> tuple["ModelFile", "Earthquakes"]:
     """The model, and the records it is held against; what is wrong with either ends the command with its reason."""
     from core.analysis import AnalysisSettings
     from service.models.model_file import ModelFileError, read as read_model
@@ -47,7 +47,7 @@ def read(
 
 def read_usable(
     model: Path, files: list[Path], building: Path, tell: "Tell", left_out: Sequence[Path] = ()
-) -> tuple["ModelFile", "Records"]:
+) -> tuple["ModelFile", "Earthquakes"]:
     """The same; that no record can be used ends the command with the reasons too."""
     described, seen = read(model, files, building, tell, left_out)
     if not seen.observations:
@@ -55,7 +55,7 @@ def read_usable(
     return described, seen
 
 
-def refuse(seen: "Records") -> NoReturn:
+def refuse(seen: "Earthquakes") -> NoReturn:
     """Ends the command with the reasons why no record can be used."""
     typer.echo("\n".join(seen.unused) or "none of the files holds records", err=True)
     raise typer.Exit(REFUSED)

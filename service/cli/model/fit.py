@@ -25,12 +25,12 @@ def fit(
     from service.models.model_file import written
     from service.models.workbench.fit_json import as_json
     from service.models.workbench.fit_summary import summary
-    from service.models.workbench.refit import refit
+    from service.models.workbench.work import fit as fit_model
 
     with waiting() as tell:
         described, seen = read_usable(model, files, building, tell, hold_out or ())
         with refusing():
-            found = refit(described, model.name, seen, tell)
+            found = fit_model(described, model.name, seen, tell)
     write(written(found.model), output)
     Console().print(summary(found))
     if json is not None:

@@ -24,8 +24,8 @@ def improve(
 
     from service.models.model_file import written
     from service.models.workbench.diagnosis_page import page
-    from service.models.workbench.improving import improve as improved
     from service.models.workbench.improving_output import as_json, summary
+    from service.models.workbench.work import diagnosis, improve as improved
 
     with waiting() as tell:
         described, seen = read_usable(model, files, building, tell, hold_out or ())
@@ -36,4 +36,4 @@ def improve(
     if json is not None:
         write_json(as_json(found), json)
     if html is not None:
-        write(page(found.rounds[0]), html)
+        write(page(diagnosis(found.result.rounds[0], described, model.name)), html)

@@ -6,10 +6,11 @@ from fastapi import APIRouter, Path, Request, Response
 
 from core.effect import Effect
 from core.effects import EFFECTS
+from core.workbench.effect_sentences import explained
 from service.errors import NotFoundError
 from service.http.responses import Format, document, responses, table
 from service.models.schema import EffectOut, EffectRow, Effects, ParameterOut
-from service.models.workbench.effect_sheets import explained, families, law
+from service.models.workbench.effect_sheets import families, law
 
 router = APIRouter(prefix="/effects", tags=["models"])
 

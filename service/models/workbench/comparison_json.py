@@ -6,30 +6,32 @@ from math import isfinite
 from typing import Any
 
 from core.comparison.excess import Share
-from core.comparison.misfit import Misfit, together
+from core.comparison.misfit import Misfit, pooled
 from core.comparison.prediction import Prediction, predicted_accelerations, predicted_displacement
 from core.comparison.profile import Profile
 from core.comparison.region import Region
+from core.workbench.comparing import ComparisonResult
+from core.workbench.earthquakes import ModelErrors
 from service.models.model_file import ModelFile
-from service.models.workbench.answers import Answers
-from service.models.workbench.held import Held
+from service.models.workbench.work import Work
 from service.version import VERSION
 
 
-def as_json(found: Held) -> dict[str, Any]:
+def as_json(found: Work[ComparisonResult]) -> dict[str, Any]:
     """Every comparison and where the model fails."""
-    failure = found.failure
+    result = found.result
+    failure = result.failure
     document = {
         "version": VERSION,
         "building": found.model.building,
         "model": model_as_json(found.model),
-        "events": events_as_json(found.answers),
+        "events": events_as_json(result.errors),
         "all": {
             "force": misfit_as_json(failure.misfit),
-            "prediction": _prediction_of_all(found.answers.predictions),
+            "prediction": _prediction_of_all(result.errors.predictions),
         },
         "failure": {
-            "explanation": " ".join(found.text),
+            "explanation": " ".join(result.text),
             "is_noise": failure.is_noise,
             "floors": asdict(failure.floors),
             "constant_stiffness_and_damping": asdict(failure.constant),
@@ -39,9 +41,9 @@ def as_json(found: Held) -> dict[str, Any]:
             "profiles": [_profile(one) for one in failure.profiles],
             "windows": [asdict(one) for one in failure.windows],
         },
-        "corrections": [asdict(one) for one in found.corrections],
-        "remarks": list(found.answers.remarks),
-        "unused": list(found.records.unused),
+        "corrections": [asdict(one) for one in result.corrections],
+        "remarks": list(result.errors.remarks),
+        "unused": list(result.earthquakes.unused),
     }
     return finite(document)
 
@@ -68,9 +70,9 @@ def misfit_as_json(misfit: Misfit) -> dict[str, float]:
     }
 
 
-def events_as_json(answers: Answers, left_out: Collection[str] = ()) -> list[dict[str, Any]]:
+def events_as_json(errors: ModelErrors, left_out: Collection[str] = ()) -> list[dict[str, Any]]:
     """The errors in every earthquake and direction."""
-    predicted = {(one.observation.name, one.observation.direction): one for one in answers.predictions}
+    predicted = {(one.observation.name, one.observation.direction): one for one in errors.predictions}
     return [
         {
             "name": one.observation.name,
@@ -80,7 +82,7 @@ def events_as_json(answers: Answers, left_out: Collection[str] = ()) -> list[dic
             "force": misfit_as_json(one.misfit),
             "prediction": _prediction(predicted.get((one.observation.name, one.observation.direction))),
         }
-        for one in answers.forces
+        for one in errors.forces
     ]
 
 
@@ -100,7 +102,7 @@ def _prediction_of_all(predictions: tuple[Prediction, ...]) -> dict[str, Any] | 
     return {
         "displacement": misfit_as_json(predicted_displacement(predictions)),
         "accelerations": {level: misfit_as_json(one) for level, one in levels.items()},
-        "all_accelerations": misfit_as_json(together(list(levels.values()))) if levels else None,
+        "all_accelerations": misfit_as_json(pooled(list(levels.values()))) if levels else None,
     }
 
 

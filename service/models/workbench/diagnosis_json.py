@@ -5,28 +5,27 @@ from typing import Any
 
 from core.comparison.misfit import Misfit
 from core.diagnosis.missing_effects import Outcome
+from core.diagnosis.suspect import Suspect
 from core.effects import EFFECTS
-from service.models.workbench.candidates import Candidate
+from core.workbench.candidates import Candidate
+from core.workbench.diagnosing import DiagnosisResult, fault_sentences, first_cause
+from core.workbench.earthquakes import FITTED, LEFT_OUT, Earthquakes, Version
 from service.models.workbench.comparison_json import events_as_json, finite, misfit_as_json, model_as_json
-from service.models.workbench.diagnosing import Diagnosed
-from service.models.workbench.diagnosis_words import words
-from service.models.workbench.records import Records
-from service.models.workbench.suspicions import as_json as suspicions_as_json
-from service.models.workbench.versions import FITTED, LEFT_OUT, Version, groups
+from service.models.workbench.work import Work
 from service.version import VERSION
 
 
-def as_json(found: Diagnosed) -> dict[str, Any]:
+def as_json(found: Work[DiagnosisResult]) -> dict[str, Any]:
     """Outcome, what was tried, what was added, and the text."""
-    diagnosis = found.diagnosis
+    result, diagnosis = found.result, found.result.diagnosis
     return finite(
         {
             "version": VERSION,
             "building": found.given.building,
-            "outcome": found.outcome,
-            "findings": suspicions_as_json(found.suspects),
-            "candidates": [candidate_as_json(one, found.before) for one in found.candidates],
-            "dropped": [{"effect": one.effect, "reason": one.reason} for one in found.dropped],
+            "outcome": result.outcome,
+            "findings": _faults(result.suspects),
+            "candidates": [candidate_as_json(one, result.before) for one in result.candidates],
+            "dropped": [{"effect": one.effect, "reason": one.reason} for one in result.dropped],
             "set": [one.effect for one in diagnosis.steps[0].alike] if diagnosis.steps else [],
             "unknown_flag": diagnosis.outcome is Outcome.UNKNOWN or diagnosis.is_unknown,
             "unexplained": {"share": diagnosis.unexplained.share, "in_noise_floors": diagnosis.unexplained.over_floor},
@@ -39,23 +38,23 @@ def as_json(found: Diagnosed) -> dict[str, Any]:
                 }
                 for step in diagnosis.steps
             ],
-            "versions": versions_as_json(found.versions, found.records),
+            "versions": versions_as_json(result.versions, result.earthquakes),
             "model": model_as_json(found.model),
-            "explanation": " ".join(words(found)),
-            "unused": list(found.records.unused),
+            "explanation": " ".join(result.text),
+            "unused": list(result.earthquakes.unused),
         }
     )
 
 
-def versions_as_json(versions: Sequence[Version], records: Records) -> list[dict[str, Any]]:
+def versions_as_json(versions: Sequence[Version], earthquakes: Earthquakes) -> list[dict[str, Any]]:
     """The errors of each on what was fitted, on what was left out, and in every earthquake."""
-    parted = groups(records)
+    groups = earthquakes.groups
     return [
         {
             "name": version.name,
-            "error": misfit_as_json(version.error(parted[FITTED])),
-            "error_held_out": misfit_as_json(version.error(parted[LEFT_OUT])) if LEFT_OUT in parted else None,
-            "events": events_as_json(version.answers, records.left_out),
+            "error": misfit_as_json(version.error(groups[FITTED])),
+            "error_held_out": misfit_as_json(version.error(groups[LEFT_OUT])) if LEFT_OUT in groups else None,
+            "events": events_as_json(version.errors, earthquakes.held_out),
         }
         for version in versions
     ]
@@ -75,16 +74,50 @@ def candidate_as_json(one: Candidate, before: Misfit) -> dict[str, Any]:
         "delta_bic": one.delta_bic,
         "error_before": before.rms,
         "error_after": one.after.rms,
-        "error_after_held_out": None if one.after_left_out is None else one.after_left_out.rms,
+        "error_after_held_out": None if one.after_held_out is None else one.after_held_out.rms,
         "noise_floor": before.floor,
         "plausible": one.implausible is None,
         "reason": one.implausible,
         "parameters": {
             parameter.name: {
                 "value": values[parameter.name],
-                "std": one.deviations.get(parameter.name),
+                "std": one.std.get(parameter.name),
                 "unit": parameter.unit,
             }
             for parameter in EFFECTS[one.effect].parameters
         },
     }
+
+
+def without_earthquakes(building: str, found: Sequence[Suspect], unused: Sequence[str]) -> dict[str, Any]:
+    """A diagnosis that ends with faults of the sensors, since no record can be used."""
+    cause = first_cause(found)
+    return finite(
+        {
+            "version": VERSION,
+            "building": building,
+            "outcome": None if cause is None else cause.value,
+            "findings": _faults(found),
+            "candidates": [],
+            "dropped": [],
+            "set": [],
+            "unknown_flag": False,
+            "steps": [],
+            "explanation": " ".join(fault_sentences(found)),
+            "unused": list(unused),
+        }
+    )
+
+
+def _faults(found: Sequence[Suspect]) -> list[dict[str, Any]]:
+    return [
+        {
+            "cause": one.cause.value,
+            "kind": one.kind,
+            "channel": one.channel,
+            "value": one.value,
+            "std": one.std,
+            "message": one.message,
+        }
+        for one in found
+    ]

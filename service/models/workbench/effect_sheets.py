@@ -1,8 +1,6 @@
 """What an engineer wants to know of an effect: what it does, when to suspect it, its law, its parameters."""
 
-import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from inspect import getsource
 from itertools import groupby
 
@@ -12,41 +10,13 @@ from rich.table import Table
 from rich.text import Text
 
 from core.effect import Effect, Parameter
-from core.rounding import plain
-from service.reports.units import shown, unit
-
-PLACE = re.compile(r"\{(\w+)[^}]*\}")
-"""Where an explanation has a parameter's value."""
-DIGITS = 3
-"""Of a value in an explanation."""
-
-
-@dataclass(frozen=True, slots=True)
-class Quantity:
-    """A parameter's value in an explanation: with the unit that engineers read, or by a format the SI number alone."""
-
-    value: float
-    unit: str
-    """SI."""
-
-    def __format__(self, form: str) -> str:
-        if form:
-            return format(self.value, form)
-        return f"{plain(shown(self.value, self.unit), DIGITS)} {unit(self.unit)}".rstrip()
+from core.workbench.effect_sentences import explained
 
 
 def families(effects: Mapping[str, Effect]) -> dict[str, tuple[str, ...]]:
     """Names of the effects by family, both in alphabetical order."""
     named = sorted(effects, key=lambda name: (effects[name].family, name))
     return {family: tuple(names) for family, names in groupby(named, key=lambda name: effects[name].family)}
-
-
-def explained(effect: Effect, values: Mapping[str, float] | None) -> str:
-    """Its explanation with the values of a model; without one, with the parameters' names."""
-    if values is None:
-        return PLACE.sub(r"\1", effect.explanation)
-    units = {parameter.name: parameter.unit for parameter in effect.parameters}
-    return effect.explanation.format(**{name: Quantity(value, units[name]) for name, value in values.items()})
 
 
 def law(effect: Effect) -> str:

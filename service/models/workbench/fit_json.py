@@ -2,17 +2,16 @@
 
 from typing import Any
 
+from core.workbench.fitting import FitResult
 from service.models.workbench.comparison_json import events_as_json, finite, model_as_json
-from service.models.workbench.fit_words import words
-from service.models.workbench.refit import Refit
-from service.models.workbench.versions import gain
+from service.models.workbench.work import Work
 from service.version import VERSION
 
 
-def as_json(found: Refit) -> dict[str, Any]:
+def as_json(found: Work[FitResult]) -> dict[str, Any]:
     """Values, covariance, outcome, and the errors before and after."""
-    fit = found.fit
-    before, after = found.versions
+    result, fit = found.result, found.result.fit
+    before, after = result.versions
     return finite(
         {
             "version": VERSION,
@@ -22,11 +21,11 @@ def as_json(found: Refit) -> dict[str, Any]:
             "undetermined": [list(key) for key in fit.undetermined],
             "covariance": {
                 "parameters": [list(key) for key in fit.free],
-                "matrix": (fit.covariance * found.inflation).tolist(),
+                "matrix": (fit.covariance * result.inflation).tolist(),
             },
-            "before": events_as_json(before.answers, found.records.left_out),
-            "after": events_as_json(after.answers, found.records.left_out),
-            "explanation": " ".join([*words(fit, found.inflation), *gain(before, after, found.records)]),
-            "unused": list(found.records.unused),
+            "before": events_as_json(before.errors, result.earthquakes.held_out),
+            "after": events_as_json(after.errors, result.earthquakes.held_out),
+            "explanation": " ".join(result.text),
+            "unused": list(result.earthquakes.unused),
         }
     )

@@ -6,59 +6,44 @@ from typing import Any
 from rich.console import Group, RenderableType
 from rich.text import Text
 
-from core.effects import EFFECTS
+from core.workbench.improving import ImprovementResult
+from core.workbench.tables import version_tables
 from service.models.workbench.comparison_json import finite, model_as_json
 from service.models.workbench.diagnosis_json import as_json as diagnosis_as_json, versions_as_json
-from service.models.workbench.effect_sheets import explained
 from service.models.workbench.fit_summary import values_table
-from service.models.workbench.fit_words import words as fit_words
-from service.models.workbench.improving import Improved
 from service.models.workbench.summary import shown
-from service.models.workbench.versions import gain, tables
+from service.models.workbench.work import Work, diagnosis
 from service.version import VERSION
 
 
-def words(found: Improved) -> tuple[str, ...]:
-    """Sentences: what was added, why no more, what became of the error, and of the fit."""
-    return tuple(_sentences(found))
-
-
-def summary(found: Improved) -> RenderableType:
+def summary(found: Work[ImprovementResult]) -> RenderableType:
     """What was done, and the errors of every version."""
     return Group(*_parts(found))
 
 
-def as_json(found: Improved) -> dict[str, Any]:
+def as_json(found: Work[ImprovementResult]) -> dict[str, Any]:
     """SI units, null for what is not known."""
+    result = found.result
     return finite(
         {
             "version": VERSION,
             "building": found.model.building,
-            "taken": list(found.taken),
-            "versions": versions_as_json(found.versions, found.records),
+            "taken": list(result.added),
+            "versions": versions_as_json(result.versions, result.earthquakes),
             "model": model_as_json(found.model),
-            "diagnoses": [diagnosis_as_json(one) for one in found.rounds],
-            "explanation": " ".join(words(found)),
+            "diagnoses": [
+                diagnosis_as_json(diagnosis(one, found.given, found.model.parent or "")) for one in result.rounds
+            ],
+            "explanation": " ".join(result.text),
         }
     )
 
 
-def _sentences(found: Improved) -> Iterator[str]:
-    for effect in found.taken:
-        about = EFFECTS[effect]
-        yield f"Added: {about.title} ({effect}). {explained(about, found.model.isolator.effects[effect])}"
-    if not found.taken:
-        yield "No effect was added; the values were fitted."
-    yield f"It ended because {found.ended}."
-    yield from gain(found.versions[0], found.versions[-1], found.records)
-    yield from fit_words(found.fit, found.inflation)
-
-
-def _parts(found: Improved) -> Iterator[RenderableType]:
-    yield Text("\n".join(words(found)) + "\n")
-    for table in tables(found.versions, found.records):
+def _parts(found: Work[ImprovementResult]) -> Iterator[RenderableType]:
+    yield Text("\n".join(found.result.text) + "\n")
+    for table in version_tables(found.result.versions, found.result.earthquakes):
         yield shown(table)
         yield Text(f"{table.note}\n", style="dim")
     yield values_table(found.model)
-    for reason in found.records.unused:
+    for reason in found.result.earthquakes.unused:
         yield Text(f"\nnot used: {reason}", style="dim")

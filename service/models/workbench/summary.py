@@ -6,11 +6,12 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from service.models.workbench.errors_table import ErrorsTable, force_errors, levels_of, predicted_errors
-from service.models.workbench.held import Held
+from core.workbench.comparing import ComparisonResult, force_table, outer_levels, prediction_table
+from core.workbench.tables import Table as ErrorsTable
+from service.models.workbench.work import Work
 
 
-def summary(found: Held) -> RenderableType:
+def summary(found: Work[ComparisonResult]) -> RenderableType:
     """Errors by earthquake and over all, then where the model fails."""
     return Group(*_parts(found))
 
@@ -26,14 +27,14 @@ def shown(table: ErrorsTable) -> Table:
     return drawn
 
 
-def _parts(found: Held) -> Iterator[RenderableType]:
+def _parts(found: Work[ComparisonResult]) -> Iterator[RenderableType]:
     effects = ", ".join(found.model.isolator.effects)
     yield Text(f"{found.model.building}, direction {found.model.direction}: {effects}\n", style="bold")
-    levels = levels_of(found)
-    for table in (force_errors(found), predicted_errors(found, dict.fromkeys([*levels[:1], *levels[-1:]]))):
+    result = found.result
+    for table in (force_table(result), prediction_table(result, outer_levels(result))):
         if table is not None:
             yield shown(table)
             yield Text(f"{table.note}\n", style="dim")
-    yield Text("\n".join(found.text))
-    for remark in (*found.answers.remarks, *(f"not used: {one}" for one in found.records.unused)):
+    yield Text("\n".join(result.text))
+    for remark in (*result.errors.remarks, *(f"not used: {one}" for one in result.earthquakes.unused)):
         yield Text(f"\n{remark}", style="dim")

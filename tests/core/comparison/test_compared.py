@@ -3,7 +3,7 @@ import pytest
 from layer_observations import BAND, LATER, START, observed_layer
 
 from core.comparison.compared import compare_forces, force_misfit
-from core.comparison.misfit import together
+from core.comparison.misfit import pooled
 from core.model.isolator import Isolator
 from core.paper import ISOLATOR
 
@@ -37,7 +37,7 @@ def test_earthquakes_are_compared_in_order_of_time() -> None:
     late, early = observed_layer(2, scale=0.5, start=START + LATER), observed_layer(1)
     compared = compare_forces(ISOLATOR, [late, early], BAND)
     assert [one.observation.start for one in compared] == [early.start, late.start]
-    assert force_misfit(compared) == together([one.misfit for one in compared])
+    assert force_misfit(compared) == pooled([one.misfit for one in compared])
 
 
 def test_what_the_layer_keeps_passes_to_the_next_earthquake() -> None:

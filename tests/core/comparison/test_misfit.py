@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, strategies as st
 
 from core.comparison.fitting_rate import fitting_rate
-from core.comparison.misfit import misfit, together
+from core.comparison.misfit import misfit, pooled
 
 seeds = st.integers(0, 2**32 - 1)
 
@@ -21,7 +21,7 @@ def test_records_together_are_one_long_record(seed: int) -> None:
     rng = np.random.default_rng(seed)
     measured, model, std = rng.standard_normal((3, 2, 40))
     measured -= measured.mean(axis=1, keepdims=True)
-    parts = together([misfit(*part) for part in zip(measured, model, abs(std), strict=True)])
+    parts = pooled([misfit(*part) for part in zip(measured, model, abs(std), strict=True)])
     whole = misfit(measured.ravel(), model.ravel(), abs(std).ravel())
     for measure in ("rms", "floor", "nrmse", "floors", "fitting_rate", "excess"):
         assert getattr(parts, measure) == pytest.approx(getattr(whole, measure))

@@ -13,13 +13,13 @@ from sqlalchemy.orm import Session, sessionmaker
 from core.diagnosis.suspect import Cause
 from core.diagnosis.suspicion import suspicions
 from core.paper import ISOLATOR
+from core.workbench.earthquakes import Earthquakes, unusable
 from service.jobs import queue as job_queue
 from service.jobs.progress import silent
 from service.kinds import KINDS
 from service.models import diagnoses, requests as model_requests
 from service.models.inputs import WorkInputs
 from service.models.stored_records import records
-from service.models.workbench.records import Records, unusable
 
 EFFECTS = {name: dict(values) for name, values in ISOLATOR.effects.items()}
 
@@ -38,7 +38,7 @@ def building(sessions: sessionmaker[Session], tmp_path: Path) -> sessionmaker[Se
     return sessions
 
 
-def asked(sessions: sessionmaker[Session], events: Sequence[int] | None) -> tuple[WorkInputs, Records]:
+def asked(sessions: sessionmaker[Session], events: Sequence[int] | None) -> tuple[WorkInputs, Earthquakes]:
     """What a diagnosis is made from, up to the question of what the layer lacks."""
     with sessions.begin() as session:
         model = model_requests.make(session, "PAPER", "x", EFFECTS, "", "engineer", watched.NOW)

@@ -210,9 +210,8 @@ from observed import BOUC_WEN, observations
 from service.own_effects import add_own_effects
 from service.jobs.progress import silent
 from service.models.model_file import ModelFile
-from service.models.workbench.diagnosing import diagnose
 from service.models.workbench.diagnosis_json import as_json
-from service.models.workbench.diagnosis_words import words
+from service.models.workbench.work import diagnose
 
 warnings.simplefilter("error")
 add_own_effects(Path(sys.argv[1]))
@@ -222,7 +221,7 @@ model = ModelFile("PAPER", "x", BOUC_WEN)
 found = diagnose(model, "given.toml", held_records(seen), silent, ("runaway", "friction"))
 document = as_json(found)
 print([one["effect"] for one in document["candidates"]], [one["effect"] for one in document["steps"]])
-print([one["effect"] for one in document["dropped"]], words(found)[-1])
+print([one["effect"] for one in document["dropped"]], found.result.text[-1])
 """
 
 

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import altair as alt
 
-from service.models.workbench.candidates import Candidate
+from core.workbench.candidates import Candidate
 from service.models.workbench.figure import FAINT, INK, Figure, Rows, table, values
 from service.reports.charts import BLUE, GREY, ORANGE
 
@@ -26,7 +26,7 @@ def candidates(tried: Sequence[Candidate], before: float) -> Figure | None:
         {
             "effect": one.effect,
             "family": one.family,
-            "left over (noise floors)": one.floors,
+            "left over (noise floors)": one.noise_ratio,
             "ΔBIC": one.delta_bic,
             "kind": _kind(one),
             "reason": one.implausible or "",

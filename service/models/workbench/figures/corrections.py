@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import altair as alt
 
 from core.comparison.block_corrections import BlockCorrection
+from core.workbench.earthquakes import label
 from service.models.workbench.figure import FAINT, WIDTH, Figure, Rows, table, values
-from service.models.workbench.labels import label
 from service.reports.charts import KN, KN_PER_MM, MM
 
 HEIGHT = 300

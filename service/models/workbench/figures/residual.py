@@ -8,8 +8,8 @@ from scipy import signal
 
 from core.arrays import Vector
 from core.comparison.compared import Band, ForceComparison
+from core.workbench.earthquakes import label
 from service.models.workbench.figure import WIDTH, Figure, Rows, curves, table, values
-from service.models.workbench.labels import label
 from service.reports.charts import BLUE, GREY, KN, MM, ORANGE
 
 CELLS = 19

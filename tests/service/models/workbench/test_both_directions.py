@@ -14,15 +14,15 @@ from rich.console import Console
 from core.diagnosis.missing_effects import Outcome
 from core.model.isolator import Isolator
 from core.paper import BUILDING
+from core.workbench.diagnosing import DiagnosisResult
+from core.workbench.earthquakes import Earthquakes
 from service.jobs.progress import silent
 from service.models.model_file import ModelFile, read, written
-from service.models.workbench.diagnosing import Diagnosed, diagnose
 from service.models.workbench.diagnosis_json import as_json
 from service.models.workbench.diagnosis_page import page
 from service.models.workbench.diagnosis_summary import summary
-from service.models.workbench.held import held
-from service.models.workbench.records import Records
 from service.models.workbench.summary import summary as comparison_summary
+from service.models.workbench.work import Work, compare, diagnose
 
 GIVEN = ModelFile("PAPER", "xy", Isolator({n: v for n, v in COUPLED.effects.items() if n != "biaxial"}))
 OFFERED = ("biaxial", "friction", "hardening", "asymmetry")
@@ -30,7 +30,7 @@ LATER = START + timedelta(days=1)
 
 
 @pytest.fixture(scope="module")
-def seen() -> Records:
+def seen() -> Earthquakes:
     """Two earthquakes in both directions; the second is left out."""
     later = observed_both(2, scale=0.7, start=LATER)
     made = held_records([*observed_both(1), *later], {later[0].name})
@@ -40,7 +40,7 @@ def seen() -> Records:
 
 
 @pytest.fixture(scope="module")
-def found(seen: Records) -> Diagnosed:
+def found(seen: Earthquakes) -> Work[DiagnosisResult]:
     return diagnose(GIVEN, "given.toml", seen, silent, OFFERED)
 
 
@@ -50,26 +50,28 @@ def text_of(renderable: object) -> str:
     return console.export_text()
 
 
-def test_the_coupling_is_named_and_holds_for_both_directions_of_an_earthquake_left_out(found: Diagnosed) -> None:
-    assert found.diagnosis.outcome is Outcome.EFFECT
-    assert [stage.effect for stage in found.stages] == ["biaxial"]
-    (left_out,) = found.records.left_out
+def test_the_coupling_is_named_and_holds_for_both_directions_of_an_earthquake_left_out(
+    found: Work[DiagnosisResult],
+) -> None:
+    assert found.result.diagnosis.outcome is Outcome.EFFECT
+    assert [stage.effect for stage in found.result.stages] == ["biaxial"]
+    (left_out,) = found.result.earthquakes.held_out
     for direction in ("x", "y"):
         before, after = (
-            version.answers.of([left_out]).along(direction).forces[0].misfit for version in found.versions[1:]
+            version.errors.of([left_out]).along(direction).forces[0].misfit for version in found.result.versions[1:]
         )
         assert after.nrmse < 0.5 * before.nrmse
         assert after.floors < 1.2
 
 
-def test_the_model_that_comes_of_it_is_of_both_directions(found: Diagnosed) -> None:
+def test_the_model_that_comes_of_it_is_of_both_directions(found: Work[DiagnosisResult]) -> None:
     again = read(written(found.model))
     assert (again.direction, again.directions) == ("xy", ("x", "y"))
     assert again.isolator.effects["biaxial"]["joined"] == pytest.approx(1.0, abs=0.1)
 
 
-def test_tables_and_json_tell_of_each_direction(found: Diagnosed) -> None:
-    names = [one.name for one in found.records.observations]
+def test_tables_and_json_tell_of_each_direction(found: Work[DiagnosisResult]) -> None:
+    names = [one.name for one in found.result.earthquakes.observations]
     shown = text_of(summary(found))
     for name, direction in zip(names, "xyxy", strict=True):
         assert shown.count(f"{name} {direction}") == 2  # of the force, and of the response to the ground alone
@@ -79,17 +81,17 @@ def test_tables_and_json_tell_of_each_direction(found: Diagnosed) -> None:
         assert now["prediction"]["displacement"]["nrmse"] < was["prediction"]["displacement"]["nrmse"]
 
 
-def test_pictures_show_both_directions_of_the_strongest_earthquake(found: Diagnosed) -> None:
+def test_pictures_show_both_directions_of_the_strongest_earthquake(found: Work[DiagnosisResult]) -> None:
     made = page(found)
     for picture in ("loop", "histories"):
         drawn = made.split(f'<figure id="{picture}">')[1].split("</figure>")[0]
         assert "direction x" in drawn
         assert "direction y" in drawn
     points = made.split('<figure id="stiffness">')[1].split("</figure>")[0]
-    assert f"{found.records.observations[0].name} y" in points
+    assert f"{found.result.earthquakes.observations[0].name} y" in points
 
 
-def test_a_comparison_tells_of_each_direction(seen: Records) -> None:
-    shown = text_of(comparison_summary(held(replace(GIVEN, isolator=COUPLED), seen, silent)))
+def test_a_comparison_tells_of_each_direction(seen: Earthquakes) -> None:
+    shown = text_of(comparison_summary(compare(replace(GIVEN, isolator=COUPLED), seen, silent)))
     for one in seen.observations:
         assert shown.count(f"{one.name} {one.direction}") == 2

@@ -18,18 +18,15 @@ from core.diagnosis.ranking import Dropped
 from core.diagnosis.suspect import Cause, Suspect
 from core.effects import EFFECTS
 from core.model.isolator import Isolator
+from core.workbench.diagnosing import DiagnosisResult
+from core.workbench.earthquakes import Version, lowers
+from core.workbench.improving import ImprovementResult
 from service.jobs.progress import silent
 from service.models.model_file import ModelFile, read, written
 from service.models.workbench import adding_output, diagnosis_json, improving_output
-from service.models.workbench.adding import add
-from service.models.workbench.adding_words import words as adding_words
-from service.models.workbench.diagnosing import Diagnosed, diagnose
 from service.models.workbench.diagnosis_page import page
 from service.models.workbench.diagnosis_summary import summary
-from service.models.workbench.diagnosis_words import words
-from service.models.workbench.improving import Improved, improve
-from service.models.workbench.suspicions import alone_as_json
-from service.models.workbench.versions import Version, lowers
+from service.models.workbench.work import Work, add, diagnose, improve
 
 OFFERED = ("friction", "hardening", "power_viscous")
 HARD = Isolator({**BOUC_WEN.effects, "hardening": {"k3": 2e10, "k5": 0.0}})
@@ -58,14 +55,19 @@ def through_json(document: dict[str, Any]) -> dict[str, Any]:
 
 
 @pytest.fixture(scope="module")
-def hard() -> Diagnosed:
+def hard() -> Work[DiagnosisResult]:
     """Hardening is hidden; the last of four earthquakes is left out."""
     seen = observations(HARD, 0.01, 7, PEAKS)
     return diagnose(GIVEN, "given.toml", held_records(seen, {"event 3"}), silent, OFFERED)
 
 
 @pytest.fixture(scope="module")
-def document(hard: Diagnosed) -> dict[str, Any]:
+def diagnosed(hard: Work[DiagnosisResult]) -> DiagnosisResult:
+    return hard.result
+
+
+@pytest.fixture(scope="module")
+def document(hard: Work[DiagnosisResult]) -> dict[str, Any]:
     return through_json(diagnosis_json.as_json(hard))
 
 
@@ -91,7 +93,7 @@ def test_every_effect_that_was_offered_is_told_of(document: dict[str, Any]) -> N
 
 
 def test_the_text_says_what_is_missing_and_what_it_is_worth_elsewhere(
-    hard: Diagnosed, document: dict[str, Any]
+    hard: Work[DiagnosisResult], document: dict[str, Any]
 ) -> None:
     text = document["explanation"]
     assert text.startswith(f"{EFFECTS['hardening'].title} (hardening) is missing.")
@@ -99,7 +101,7 @@ def test_the_text_says_what_is_missing_and_what_it_is_worth_elsewhere(
     assert "It helps only the earthquakes it was fitted to" not in text
 
 
-def test_the_terminal_shows_the_errors_of_every_version(hard: Diagnosed) -> None:
+def test_the_terminal_shows_the_errors_of_every_version(hard: Work[DiagnosisResult]) -> None:
     console = Console(width=100, record=True, file=StringIO())
     console.print(summary(hard))
     shown = console.export_text()
@@ -107,7 +109,7 @@ def test_the_terminal_shows_the_errors_of_every_version(hard: Diagnosed) -> None
         assert expected in shown
 
 
-def test_the_page_has_the_six_pictures_and_the_text(hard: Diagnosed) -> None:
+def test_the_page_has_the_six_pictures_and_the_text(hard: Work[DiagnosisResult]) -> None:
     made = page(hard)
     for key in ("stiffness", "loop", "motion", "yield", "candidates", "spectrum"):
         assert f'<figure id="{key}">' in made
@@ -120,18 +122,19 @@ def errs(version: Version, fitted: float, left_out: float) -> Version:
     """The version with so many times its error of the force, where it was fitted and on the last earthquake."""
     forces = tuple(
         replace(one, misfit=replace(one.misfit, error=one.misfit.error * factor**2))
-        for one in version.answers.forces
+        for one in version.errors.forces
         for factor in (left_out if one.observation.name == "event 3" else fitted,)
     )
-    return replace(version, answers=replace(version.answers, forces=forces))
+    return replace(version, errors=replace(version.errors, forces=forces))
 
 
 @settings(max_examples=200, deadline=None)
 @given(after=st.floats(-3, 3), elsewhere=st.floats(-3, 3), others=st.floats(-3, 3), bic=st.floats(-1e4, 1e4))
 def test_sentences_agree_with_the_numbers(
-    hard: Diagnosed, after: float, elsewhere: float, others: float, bic: float
+    diagnosed: DiagnosisResult, after: float, elsewhere: float, others: float, bic: float
 ) -> None:
     """For an error of any size with the effect; 10 to the power of what is given."""
+    hard = diagnosed
     first = replace(hard.candidates[0], after=replace(hard.before, error=hard.before.error * 100**others))
     step = replace(hard.stages[0].step, chosen=replace(hard.stages[0].step.chosen, delta_bic=bic))
     found = replace(
@@ -141,7 +144,7 @@ def test_sentences_agree_with_the_numbers(
         candidates=(first, *hard.candidates[1:]),
     )
     for diagnosis in (found, replace(found, diagnosis=replace(found.diagnosis, outcome=Outcome.UNKNOWN))):
-        said = words(diagnosis)
+        said = diagnosis.text
         text = " ".join(said)
         assert all(sentence[0] == sentence[0].upper() for sentence in said)
         for was, now in re.findall(r"falls from ([\d.,]+) kN to ([\d.,]+) kN", text):
@@ -149,7 +152,7 @@ def test_sentences_agree_with_the_numbers(
         for was, now in re.findall(r"raises the error of the force from (\S+) kN to (\S+) kN", text):
             assert float(now.replace(",", "")) > float(was.replace(",", ""))
     is_worth_it, helps_elsewhere = 10**after < LOWERS, 10**elsewhere < LOWERS
-    said = words(found)
+    said = found.text
     assert any(" is missing." in sentence for sentence in said) == is_worth_it
     assert any("but not where it was fitted" in one for one in said) == (not is_worth_it and helps_elsewhere)
     assert any("is not worth its place" in one for one in said) == (not is_worth_it and not helps_elsewhere)
@@ -160,24 +163,26 @@ def test_sentences_agree_with_the_numbers(
     ("fitted", "left_out", "is_kept"), [(0.9, 1.2, True), (1.04, 0.9, True), (1.04, 0.99, False), (0.99, 0.99, False)]
 )
 def test_an_effect_is_kept_that_lowers_the_error_where_it_was_fitted_or_elsewhere(
-    hard: Diagnosed, fitted: float, left_out: float, *, is_kept: bool
+    hard: Work[DiagnosisResult], fitted: float, left_out: float, *, is_kept: bool
 ) -> None:
-    before = hard.versions[1]
-    assert lowers(before, errs(before, fitted, left_out), hard.records) == is_kept
+    before = hard.result.versions[1]
+    assert lowers(before, errs(before, fitted, left_out), hard.result.earthquakes) == is_kept
 
 
-def test_an_impossible_effect_is_never_the_nearest_nor_said_to_help(hard: Diagnosed) -> None:
+def test_an_impossible_effect_is_never_the_nearest_nor_said_to_help(diagnosed: DiagnosisResult) -> None:
+    hard = diagnosed
     first = replace(hard.candidates[0], implausible="it has no strength left", delta_bic=-1e6)
     unknown = replace(hard.diagnosis, outcome=Outcome.UNKNOWN, steps=())
-    said = " ".join(words(replace(hard, diagnosis=unknown, stages=(), candidates=(first, *hard.candidates[1:]))))
+    said = " ".join(replace(hard, diagnosis=unknown, stages=(), candidates=(first, *hard.candidates[1:])).text)
     assert "Not proposed, since it is doubtful: Hardening" in said
     assert "The nearest known effect is Hardening" not in said
     assert "With hardening" not in said
 
 
-def test_an_effect_that_could_not_be_judged_is_named_with_its_reason(hard: Diagnosed) -> None:
-    found = replace(hard, diverging=(Dropped("moat", "its force grew beyond all bounds"),))
-    assert words(found)[-1].endswith("(moat) could not be judged: its force grew beyond all bounds.")
+def test_an_effect_that_could_not_be_judged_is_named_with_its_reason(hard: Work[DiagnosisResult]) -> None:
+    diverging = (Dropped("moat", "its force grew beyond all bounds"),)
+    found = replace(hard, result=replace(hard.result, diverging=diverging))
+    assert found.result.text[-1].endswith("(moat) could not be judged: its force grew beyond all bounds.")
     document = through_json(diagnosis_json.as_json(found))
     assert document["dropped"] == [{"effect": "moat", "reason": "its force grew beyond all bounds"}]
     assert "(moat) could not be judged" in page(found)
@@ -185,37 +190,37 @@ def test_an_effect_that_could_not_be_judged_is_named_with_its_reason(hard: Diagn
 
 def test_nothing_is_missing_where_nothing_is() -> None:
     found = diagnose(GIVEN, "given.toml", held_records(observations(BOUC_WEN, 0.02, 1)), silent, OFFERED)
-    assert words(found)[0].startswith("No known effect is missing: the error of the force is ")
+    assert found.result.text[0].startswith("No known effect is missing: the error of the force is ")
     assert through_json(diagnosis_json.as_json(found))["steps"] == []
     assert "with what is proposed" not in page(found)
 
 
 def test_values_that_are_off_want_a_fit() -> None:
     found = diagnose(FAR, "far.toml", held_records(observations(BOUC_WEN, 0.02, 5)), silent, OFFERED)
-    assert words(found)[0] == "No known effect is missing, but the values are off: fit the model."
+    assert found.result.text[0] == "No known effect is missing, but the values are off: fit the model."
 
 
 @pytest.fixture(scope="module")
-def improved() -> Improved:
+def improved() -> Work[ImprovementResult]:
     seen = observations(HARD, 0.01, 7, PEAKS)
     return improve(FAR, "far.toml", held_records(seen, {"event 3"}), silent, OFFERED)
 
 
-def test_an_improved_model_has_what_was_missing_and_can_be_read_back(improved: Improved) -> None:
-    assert improved.taken == ("hardening",)
-    assert [version.name for version in improved.versions] == ["as given", "refitted", "with hardening"]
+def test_an_improved_model_has_what_was_missing_and_can_be_read_back(improved: Work[ImprovementResult]) -> None:
+    assert improved.result.added == ("hardening",)
+    assert [version.name for version in improved.result.versions] == ["as given", "refitted", "with hardening"]
     again = read(written(improved.model))
     assert again == improved.model
     assert (again.parent, again.fitted_to) == ("far.toml", ("event 0", "event 1", "event 2"))
     assert again.isolator.effects["elastic"]["k_b"] == pytest.approx(475e6, rel=0.02)
-    assert "It ended because nothing more is asked for." in improving_output.words(improved)
+    assert "It ended because nothing more is asked for." in improved.result.text
     assert through_json(improving_output.as_json(improved))["taken"] == ["hardening"]
 
 
 def test_an_effect_that_nobody_asked_for_is_added_and_that_is_said() -> None:
     seen = held_records(observations(BOUC_WEN, 0.02, 2, PEAKS), {"event 3"})
     found = add("hardening", GIVEN, "given.toml", seen, silent)
-    text = " ".join(adding_words(found))
+    text = " ".join(found.result.text)
     assert "The records do not ask for it" in text
     assert "It helps only the earthquakes it was fitted to" in text
     document = through_json(adding_output.as_json(found))
@@ -227,19 +232,19 @@ SLOW = Suspect(Cause.SENSOR, "gain", "XX.PAPER.01.HYX", -0.09, 0.005, "reads 9.0
 SOFT = Suspect(Cause.SUPERSTRUCTURE, "storey", "3F", -0.3, 0.03, "is 30 % softer than described")
 
 
-def test_what_is_wrong_before_the_layer_is_the_outcome_and_comes_first(hard: Diagnosed) -> None:
-    suspected = replace(hard, suspects=(SOFT, SLOW))
+def test_what_is_wrong_before_the_layer_is_the_outcome_and_comes_first(hard: Work[DiagnosisResult]) -> None:
+    suspected = replace(hard, result=replace(hard.result, suspects=(SOFT, SLOW)))
     document = through_json(diagnosis_json.as_json(suspected))
     assert document["outcome"] == "sensor_fault"
     assert [finding["kind"] for finding in document["findings"]] == ["storey", "gain"]
     assert document["findings"][1]["std"] == 0.005
-    assert words(suspected)[1].startswith("The sensor XX.PAPER.01.HYX: reads 9.0 ± 0.5 % too little.")
+    assert suspected.result.text[1].startswith("The sensor XX.PAPER.01.HYX: reads 9.0 ± 0.5 % too little.")
     assert "(hardening) is missing" in document["explanation"]
-    assert replace(hard, suspects=(SOFT,)).outcome == "superstructure"
+    assert replace(hard.result, suspects=(SOFT,)).outcome == "superstructure"
 
 
 def test_without_a_usable_record_the_sensors_are_the_diagnosis() -> None:
-    document = through_json(alone_as_json("PAPER", (SLOW,), ("2021-03-04: refused",)))
+    document = through_json(diagnosis_json.without_earthquakes("PAPER", (SLOW,), ("2021-03-04: refused",)))
     assert (document["outcome"], document["candidates"], document["unused"]) == (
         "sensor_fault",
         [],

@@ -6,7 +6,7 @@ import pytest
 
 from core.effect import Effect, LogNormal, Parameter
 from core.effects import EFFECTS
-from service.models.workbench.effect_sheets import explained
+from core.workbench.effect_sentences import explained
 
 
 @pytest.mark.parametrize("name", sorted(EFFECTS))

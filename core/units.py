@@ -1,4 +1,4 @@
-"""SI values in the units that engineers read."""
+"""SI values in the units that engineers read: kN, mm, kN/mm."""
 
 from collections.abc import Mapping
 from types import MappingProxyType
@@ -20,21 +20,21 @@ SHOWN: Mapping[str, tuple[str, float]] = MappingProxyType(
         "1": ("", 1.0),
     }
 )
-"""Name and size of an SI unit's counterpart that engineers read; others are shown as they are."""
+"""Name of the unit that engineers read, and its number per SI unit; units that are not listed are shown as they are."""
 
 
 def unit(si: str | None) -> str:
-    """The unit that a page shows."""
+    """Name of the unit that engineers read."""
     return SHOWN.get(si or "1", (si or "", 1.0))[0]
 
 
 def shown(value: float, si: str | None) -> float:
-    """A value in the unit that a page shows."""
+    """A value in the unit that engineers read."""
     return value * SHOWN.get(si or "1", ("", 1.0))[1]
 
 
 def quantity(value: float, si: str, std: float | None = None) -> str:
-    """An SI value in the unit that a page shows, to the digit that its standard deviation supports: `8,630 ± 120 kN`.
+    """An SI value in the unit that engineers read, to the digit that its standard deviation supports: `8,630 ± 120 kN`.
 
     Args:
         value: in SI units.

@@ -1,0 +1,25 @@
+"""The workbench: a model of the isolation layer is fitted, compared, diagnosed and improved.
+
+Each operation takes a model and observations, and returns a result that prints a report. Notebooks, the command line
+and the service all call these.
+"""
+
+from core.workbench.comparing import ComparisonResult, compare
+from core.workbench.diagnosing import DiagnosisResult, diagnose
+from core.workbench.earthquakes import Earthquakes
+from core.workbench.fitting import FitResult, fit
+from core.workbench.improving import ExtensionResult, ImprovementResult, add, improve
+
+__all__ = [
+    "ComparisonResult",
+    "DiagnosisResult",
+    "Earthquakes",
+    "ExtensionResult",
+    "FitResult",
+    "ImprovementResult",
+    "add",
+    "compare",
+    "diagnose",
+    "fit",
+    "improve",
+]

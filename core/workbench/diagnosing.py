@@ -1,0 +1,303 @@
+"""Diagnosis of a model: faults of the building first, then the effect that the model lacks, and the worth of adding it.
+
+An effect is named by `core.diagnosis`, which reasons on whitened residuals of the fitted earthquakes. Here every
+version of the model is driven through all earthquakes, held-out ones among them, and an effect that does not lower the
+error of these whole histories is not kept.
+"""
+
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+
+from core.comparison.misfit import Misfit
+from core.diagnosis.missing_effects import Diagnosis, Outcome, diagnosed
+from core.diagnosis.plausibility import objection
+from core.diagnosis.ranking import DECISIVE, Dropped
+from core.diagnosis.suspect import Cause, Suspect
+from core.diagnosis.suspicion import suspicions
+from core.effects import EFFECTS
+from core.errors import RecordError
+from core.fitting.first_model import first_model
+from core.fitting.fit import Fit
+from core.fitting.observation import Observation
+from core.model.isolator import Isolator
+from core.rounding import plain
+from core.workbench.candidates import Candidate, Stage, candidates, stages, version_name
+from core.workbench.comparing import ComparisonResult, compare, counted
+from core.workbench.earthquakes import LEFT_OUT, Earthquakes, Progress, Version, lowers, model_errors, silent
+from core.workbench.effect_sentences import evidence, lowers_error, missing, titled
+from core.workbench.fitting import deviations, readable
+from core.workbench.tables import Deviations, Table, gain, percent, values_table, version_tables
+
+RUNNERS_UP = 2
+"""Number of effects that are named although something speaks against them."""
+BRIEF = 8
+"""Candidates in a printed report, the best first."""
+CALLED = MappingProxyType(
+    {Cause.SENSOR: "The sensor {}", Cause.SUPERSTRUCTURE: "The superstructure", Cause.MASS: "The mass"}
+)
+NONE_TO_FIT = "every earthquake is held out; one to fit to would do"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DiagnosisResult:
+    """A model, the effects that it lacks, and the errors of every version."""
+
+    given: Isolator
+    model: Isolator
+    """The model with all effects that were added, its values rounded to six digits."""
+    earthquakes: Earthquakes
+    diagnosis: Diagnosis
+    refitted: ComparisonResult
+    """Comparison of the given effects at fitted values with all earthquakes."""
+    candidates: tuple[Candidate, ...]
+    """Effects that were tried on the refitted model, the best first."""
+    suspects: tuple[Suspect, ...]
+    """Faults of sensors, superstructure and masses."""
+    stages: tuple[Stage, ...]
+    """One for each effect that was added."""
+    versions: tuple[Version, ...]
+    """The model as given, refitted, then those of the stages."""
+    diverging: tuple[Dropped, ...] = ()
+    """Effects whose force grew beyond all bounds in a held-out earthquake."""
+
+    @property
+    def dropped(self) -> tuple[Dropped, ...]:
+        """Effects that could not be judged, with the reason."""
+        return (*self.diagnosis.dropped, *self.diverging)
+
+    @property
+    def before(self) -> Misfit:
+        """N, of the refitted model's force where it was fitted."""
+        return self.versions[1].error(self.earthquakes.fitted_names)
+
+    @property
+    def outcome(self) -> str:
+        """Outcome in one word: the fault of the building if there is one, else what the layer's model lacks."""
+        cause = first_cause(self.suspects)
+        return self.diagnosis.outcome.value if cause is None else cause.value
+
+    @property
+    def std(self) -> Deviations:
+        """Standard deviations of the model's values by effect and parameter, SI units."""
+        fit, inflation = last_fit(self.diagnosis, self.stages)
+        return deviations(fit, inflation)
+
+    @property
+    def text(self) -> tuple[str, ...]:
+        """Sentences: what is missing, the worth of adding it, what is open and which records would decide it."""
+        opening = OPENINGS.get(self.diagnosis.outcome, _missing)(self)
+        return (*fault_sentences(self.suspects), *opening, *_after(self), *_open(self), *_dropped(self))
+
+    def __str__(self) -> str:
+        versions = (*self.versions[:2], *self.versions[2:][-1:])
+        tables = [candidate_table(self, self.candidates[:BRIEF]), *version_tables(versions, self.earthquakes)]
+        tables += [values_table(self.model, self.std)] if self.stages else []
+        opening = f"Diagnosis of {', '.join(self.given.effects)} by {counted(self.earthquakes)}"
+        return "\n\n".join([opening, "\n".join(self.text), *map(str, tables)])
+
+
+def diagnose(
+    model: Isolator,
+    earthquakes: Earthquakes | Sequence[Observation],
+    *,
+    hold_out: Collection[str] = (),
+    effects: Collection[str] | None = None,
+    progress: Progress = silent,
+) -> DiagnosisResult:
+    """Try every effect that the model does not have, and add those that the records ask for.
+
+    Args:
+        model: of the isolation layer.
+        earthquakes: observations of one building.
+        hold_out: names of the earthquakes that only test the result.
+        effects: names of the effects that may be added; None for all.
+        progress: called with each step.
+
+    Raises:
+        RecordError: no observation is left to fit to.
+        ModelError: a model's force grew beyond all bounds.
+    """
+    seen = Earthquakes.of(earthquakes, hold_out)
+    if not seen.fitted:
+        raise RecordError(NONE_TO_FIT)
+    progress("asking every effect", 0, 4)
+    offered, diverging = set(EFFECTS if effects is None else effects), list[Dropped]()
+    while True:
+        found = diagnosed(seen.fitted, model, offered, lambda so_far: progress(so_far, 0, 4))
+        progress("trying them on every earthquake", 1, 4)
+        tried, dropped = candidates(found.first, seen)
+        added = {step.chosen.effect for step in found.steps}
+        diverging += dropped
+        if not added & {one.effect for one in dropped}:
+            break
+        offered -= {one.effect for one in dropped}
+    progress("looking at where the model fails", 2, 4)
+    refitted = compare(readable(found.refitted.model), seen)
+    progress("driving the versions by the motion and by the ground alone", 3, 4)
+    staged = stages(found, seen)
+    versions = [Version("as given", model_errors(model, seen)), Version("refitted", refitted.errors)]
+    for number, stage in enumerate(staged):
+        version = Version(version_name(staged[: number + 1]), model_errors(stage.fit.model, seen))
+        if not lowers(versions[-1], version, seen):
+            found, staged = _cut(found, staged[:number], seen), staged[:number]
+            break
+        versions.append(version)
+    progress("diagnosed", 4, 4)
+    return DiagnosisResult(
+        given=model,
+        model=readable(last_fit(found, staged)[0].model),
+        earthquakes=seen,
+        diagnosis=found,
+        refitted=refitted,
+        candidates=tried,
+        suspects=_suspects(found, seen),
+        stages=staged,
+        versions=tuple(versions),
+        diverging=tuple(diverging),
+    )
+
+
+def last_fit(found: Diagnosis, staged: Sequence[Stage]) -> tuple[Fit, float]:
+    """Fit of the model with the effects of all these stages, and the inflation of its variances."""
+    return (staged[-1].fit, staged[-1].inflation) if staged else (found.refitted, found.first.inflation)
+
+
+def _cut(found: Diagnosis, kept: Sequence[Stage], earthquakes: Earthquakes) -> Diagnosis:
+    """The diagnosis with the first effects only, since the next one does not lower the error of whole histories."""
+    left = diagnosed(earthquakes.fitted, kept[-1].fit.model, ()).unexplained if kept else found.before
+    return replace(
+        found,
+        outcome=found.outcome if kept else Outcome.UNKNOWN,
+        steps=found.steps[: len(kept)],
+        after=kept[-1].fit if kept else found.refitted,
+        unexplained=replace(left, allowed=found.unexplained.allowed),
+    )
+
+
+def _suspects(found: Diagnosis, earthquakes: Earthquakes) -> tuple[Suspect, ...]:
+    """Faults of the building; the mass is judged only where the design's model explains everything."""
+    description = earthquakes.description
+    if description is None:
+        return ()
+    is_of_design = set(found.given.effects) == set(first_model(description).isolator.effects)
+    explains = is_of_design and not found.steps and not found.unexplained.is_there
+    return suspicions(earthquakes.analyses, description, found.refitted if explains else None)
+
+
+def first_cause(found: Sequence[Suspect]) -> Cause | None:
+    """The fault that must be repaired first; None if there is none."""
+    return next((cause for cause in Cause if any(one.cause is cause for one in found)), None)
+
+
+def fault_sentences(found: Sequence[Suspect]) -> tuple[str, ...]:
+    """Sentences on faults of sensors, superstructure and masses; none without a fault."""
+    each = tuple(f"{CALLED[one.cause].format(one.channel)}: {one.message.rstrip('.')}." for one in found)
+    return (*each, "Put that right first: what is said of the isolation layer below may be its doing.") if each else ()
+
+
+def candidate_table(found: DiagnosisResult, tried: Sequence[Candidate]) -> Table:
+    """Effects that were tried on the refitted model, the best first.
+
+    Args:
+        found: the diagnosis.
+        tried: the candidates to show.
+    """
+    without, groups = found.versions[1], found.earthquakes.groups
+    errors = [percent(without.error(names).nrmse) for names in groups.values()]
+    ratio = found.diagnosis.first.over_floor(found.diagnosis.refitted)
+    return Table(
+        "Effects tried, each added by itself and everything fitted anew",
+        ("effect", "family", "error", *(["left out"] if LEFT_OUT in groups else []), "noise floors", "ΔBIC", "remark"),
+        (("none", "", *errors, f"{ratio:.3g}", "0", ""), *_candidate_rows(tried)),
+        "Error: of the force, root mean square in percent of it. ΔBIC below −10: the records ask for it.",
+        sums=0,
+        texts=("family", "remark"),
+    )
+
+
+def _candidate_rows(tried: Sequence[Candidate]) -> Iterator[tuple[str, ...]]:
+    for one in tried:
+        outside = [] if one.after_held_out is None else [percent(one.after_held_out.nrmse)]
+        remark = one.implausible or ("best, or cannot be distinguished from it" if one.in_set else "")
+        size = (percent(one.after.nrmse), *outside, f"{one.noise_ratio:.3g}")
+        yield (one.effect, one.family, *size, plain(one.delta_bic, 3), remark)
+
+
+def _nothing(found: DiagnosisResult) -> Iterator[str]:
+    yield f"No known effect is missing: {_size(found)}, and no effect takes enough of that away."
+    yield from _nearest(found)
+
+
+def _refit(found: DiagnosisResult) -> Iterator[str]:
+    yield "No known effect is missing, but the values are off: fit the model."
+    yield f"Fitted, {_size(found)}."
+    yield from _nearest(found)
+
+
+def _missing(found: DiagnosisResult) -> Iterator[str]:
+    for number in range(1, len(found.stages) + 1):
+        yield from missing(found.stages[:number], found.versions[1 : number + 2], found.given, found.earthquakes)
+
+
+def _unknown(found: DiagnosisResult) -> Iterator[str]:
+    yield (
+        f"Something is missing that no known effect explains: fitted, {_size(found)}, and that has structure. "
+        "A name below is no more than the nearest known effect."
+    )
+    yield from _nearest(found)
+    yield from found.refitted.text[1:2]
+
+
+OPENINGS = MappingProxyType({Outcome.NOTHING_MISSING: _nothing, Outcome.REFIT: _refit, Outcome.UNKNOWN: _unknown})
+"""First sentences of outcomes without a name; the others name what is missing."""
+
+
+def _after(found: DiagnosisResult) -> Iterator[str]:
+    if found.diagnosis.steps:
+        yield from gain(found.versions[1], found.versions[-1], found.earthquakes)
+    if found.diagnosis.steps and found.diagnosis.unexplained.is_there:
+        share = percent(max(found.diagnosis.unexplained.share, 0.0))
+        yield (
+            "With that, the model is still incomplete: it leaves "
+            f"{plain(found.diagnosis.unexplained.over_floor, 3)} times the noise floor, {share} of it with structure."
+        )
+
+
+def _open(found: DiagnosisResult) -> Iterator[str]:
+    """Effects that the numbers ask for although something speaks against them, and effects left undetermined."""
+    named = {stage.effect for stage in found.stages}
+    strange = [one for one in found.candidates if one.implausible and one.delta_bic < -DECISIVE]
+    for one in [one for one in strange if one.effect not in named][:RUNNERS_UP]:
+        against = objection(one.effect, one.fit, found.earthquakes.fitted)
+        verdict = "impossible" if against is not None and against.is_impossible else "doubtful"
+        yield f"Not proposed, since it is {verdict}: {titled(one.effect)}; {one.implausible}."
+    unseen = ", ".join(dict.fromkeys(name for name, _ in found.diagnosis.refitted.undetermined))
+    if unseen:
+        yield f"Not determined by these records: {unseen}."
+
+
+def _dropped(found: DiagnosisResult) -> Iterator[str]:
+    for one in found.dropped:
+        yield f"{titled(one.effect)} could not be judged: {one.reason}."
+
+
+def _nearest(found: DiagnosisResult) -> Iterator[str]:
+    """The best effect that lowers the error and that nothing speaks against."""
+    plausible = (one for one in found.candidates if not one.implausible and lowers_error(found.before, one.after))
+    best = next(plausible, None)
+    if best is None:
+        if found.candidates:
+            yield "No effect that a layer may have lowers the error of the force."
+        return
+    yield f"The nearest known effect is {titled(best.effect)}."
+    yield evidence(best.effect, found.before, best.after, best.delta_bic)
+
+
+def _size(found: DiagnosisResult) -> str:
+    fitted = found.versions[1].errors.of(found.earthquakes.fitted_names)
+    rms, share = plain(found.before.rms * 1e-3, 3), percent(found.before.nrmse)
+    return (
+        f"the error of the force is {rms} kN, {share} of the force and {plain(fitted.noise_ratio, 3)} times the noise "
+        "floor"
+    )

@@ -1,0 +1,166 @@
+"""Sentences about one effect: its explanation, the error without and with it, and that it is missing."""
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from core.comparison.misfit import Misfit
+from core.diagnosis.missing_effects import LOWERS
+from core.diagnosis.plausibility import implausible
+from core.diagnosis.ranking import DECISIVE
+from core.effect import Effect
+from core.effects import EFFECTS
+from core.model.isolator import Isolator
+from core.rounding import plain
+from core.units import shown, unit
+from core.workbench.candidates import Stage
+from core.workbench.earthquakes import LEFT_OUT, Earthquakes, Version, helps
+from core.workbench.tables import percent
+
+PLACE = re.compile(r"\{(\w+)[^}]*\}")
+"""A parameter's place in an explanation."""
+DIGITS = 3
+"""Digits of an error or a value in a sentence: its uncertainty is not known there."""
+HINTS: Mapping[str, str] = MappingProxyType(
+    {
+        "temperature": "records at temperatures 10 °C apart or more",
+        "axial_load": "an earthquake with strong vertical motion, recorded",
+        "u_cross": "an earthquake that is strong in both horizontal directions",
+        "time": "records from longer before and after",
+    }
+)
+"""Records that separate effects, by what their laws need."""
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """A parameter's value in an explanation: in the unit that engineers read, or by a format the SI number alone."""
+
+    value: float
+    unit: str
+    """SI."""
+
+    def __format__(self, form: str) -> str:
+        if form:
+            return format(self.value, form)
+        return f"{plain(shown(self.value, self.unit), DIGITS)} {unit(self.unit)}".rstrip()
+
+
+def explained(effect: Effect, values: Mapping[str, float] | None) -> str:
+    """Explanation of an effect with the values of a model; with the parameters' names if there is none."""
+    if values is None:
+        return PLACE.sub(r"\1", effect.explanation)
+    units = {parameter.name: parameter.unit for parameter in effect.parameters}
+    return effect.explanation.format(**{name: Quantity(value, units[name]) for name, value in values.items()})
+
+
+def titled(effect: str) -> str:
+    """Title of an effect, and its name."""
+    return f"{EFFECTS[effect].title} ({effect})"
+
+
+def lowers_error(before: Misfit, after: Misfit) -> bool:
+    """Whether an effect lowers the force's error by an amount that matters."""
+    return after.rms < LOWERS * before.rms
+
+
+def evidence(effect: str, before: Misfit, after: Misfit, delta_bic: float | None) -> str:
+    """A sentence on the error of the force without and with an effect.
+
+    Args:
+        effect: its name.
+        before: N, without it.
+        after: N, with it.
+        delta_bic: of the model with it less that without; None where these two models were not compared.
+    """
+    was, now = (f"{plain(misfit.rms * 1e-3, DIGITS)} kN" for misfit in (before, after))
+    if lowers_error(before, after):
+        change = f"With {effect} the error of the force falls from {was} to {now}"
+    elif lowers_error(after, before):
+        change = f"{effect} raises the error of the force from {was} to {now}"
+    else:
+        change = f"{effect} leaves the error of the force as it is: {was} without it, {now} with it"
+    if delta_bic is None:
+        return f"{_capital(change)}."
+    asks = "ask" if delta_bic < -DECISIVE else "do not ask"
+    bic = f"ΔBIC {plain(delta_bic, DIGITS)}: the records {asks} for it, the limit is −{DECISIVE:g}"
+    return f"{_capital(change)} ({bic})."
+
+
+def missing(
+    stages: Sequence[Stage], versions: Sequence[Version], given: Isolator, earthquakes: Earthquakes
+) -> Iterator[str]:
+    """Sentences on the last stage's effect: it is missing, or one that the records cannot distinguish from it, or it is
+    not worth its place where the error does not fall.
+
+    Args:
+        stages: up to the effect in question.
+        versions: without any of the effects, then with the first one, the first two, and so on up to it.
+        given: the model that was diagnosed.
+        earthquakes: those it was diagnosed by.
+    """
+    stage, (before, after) = stages[-1], versions[-2:]
+    was, now = before.error(earthquakes.fitted_names), after.error(earthquakes.fitted_names)
+    delta = stage.step.chosen.delta_bic if _is_own(stages, given) else None
+    if not lowers_error(was, now):
+        yield from _only_elsewhere(stage.effect, before, after, earthquakes)
+        yield evidence(stage.effect, was, now, delta)
+        return
+    beside = ", ".join(one.effect for one in stages[:-1])
+    alike = [one.effect for one in stage.step.alike]
+    yield _capital((f"beside {beside}, " if beside else "") + _is_missing(stage, alike))
+    yield evidence(stage.effect, was, now, delta)
+    if against := implausible(stage.effect, stage.fit, earthquakes.fitted):
+        yield f"It is doubtful: {against}."
+    if len(alike) > 1:
+        yield f"What would distinguish them: {distinguishing_records(alike)}."
+    if not helps(before, after, earthquakes):
+        yield f"It helps only the earthquakes it was fitted to: do not add {stage.effect} without another reason."
+
+
+def distinguishing_records(effects: Sequence[str]) -> str:
+    """Records that would separate effects which the present ones cannot distinguish."""
+    return "; ".join(_hints(effects))
+
+
+def _hints(effects: Sequence[str]) -> Iterator[str]:
+    needs = {need for name in effects for need in EFFECTS[name].needs}
+    yield from (hint for need, hint in HINTS.items() if need in needs)
+    if any(EFFECTS[name].carried for name in effects):
+        yield "a weak earthquake before a strong one, and another after it"
+    yield "an earthquake of larger motion, and one of smaller"
+
+
+def _only_elsewhere(effect: str, before: Version, after: Version, earthquakes: Earthquakes) -> Iterator[str]:
+    """The worth on held-out earthquakes of an effect that does not lower the error where it was fitted."""
+    held_out = earthquakes.groups.get(LEFT_OUT, ())
+    was, now = (version.error(held_out) if held_out else None for version in (before, after))
+    if was is None or now is None or not lowers_error(was, now):
+        yield f"{titled(effect)} was tried next and is not worth its place in the model."
+        return
+    yield (
+        f"{titled(effect)} lowers the error of the force on earthquakes left out, from {percent(was.nrmse)} to "
+        f"{percent(now.nrmse)}, but not where it was fitted: records of more earthquakes would decide."
+    )
+
+
+def _is_own(stages: Sequence[Stage], given: Isolator) -> bool:
+    """Whether the effect was judged beside just those that it is presented beside."""
+    there = {*given.effects, *(one.effect for one in stages[:-1])}
+    return set(stages[-1].step.ranking.base.model.effects) == there
+
+
+def _is_missing(stage: Stage, alike: list[str]) -> str:
+    families = {EFFECTS[name].family for name in alike}
+    if len(alike) < 2:
+        values = stage.fit.model.effects[stage.effect]
+        return f"{titled(stage.effect)} is missing. {explained(EFFECTS[stage.effect], values)}"
+    if len(families) == 1:
+        either = " or ".join(map(titled, alike))
+        return f"an effect of the family {families.pop()} is missing: {either}; the records cannot distinguish them."
+    return f"one of these is missing, and the records cannot distinguish them: {'; '.join(map(titled, alike))}."
+
+
+def _capital(sentence: str) -> str:
+    return sentence[:1].upper() + sentence[1:]

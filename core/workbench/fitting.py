@@ -1,0 +1,191 @@
+"""Fit of a model's values to earthquakes, and the sentences that a fit needs."""
+
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from math import inf, sqrt
+
+import numpy as np
+
+from core.fitting.descent import Outcome
+from core.fitting.fit import Fit
+from core.fitting.observation import Observation
+from core.fitting.projected_misfit import parameter
+from core.fitting.weighed_fit import weighed_fit
+from core.frozen import FrozenDict
+from core.model.isolator import Isolator, Key
+from core.rounding import plain
+from core.units import shown, unit
+from core.workbench.comparing import counted
+from core.workbench.earthquakes import Earthquakes, Progress, Version, model_errors, silent
+from core.workbench.tables import Deviations, gain, values_table, version_tables
+
+DIGITS = 6
+"""Digits of a fitted value: records determine no more, and a file of such values is readable."""
+CLOSE = 0.95
+"""Correlation of two values, from which on the records hardly separate them."""
+VAGUE = 0.5
+"""Standard deviation over value, from which on a value is hardly known."""
+MOST_PAIRS = 3
+"""Number of correlated pairs that are named."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FitResult:
+    """A model with the values that the records ask for."""
+
+    given: Isolator
+    model: Isolator
+    """The fitted model, its values rounded to six digits."""
+    fit: Fit
+    inflation: float
+    """Ratio of the variances to those that the measurement's noise alone would cause."""
+    earthquakes: Earthquakes
+    versions: tuple[Version, ...]
+    """The model as given, and fitted."""
+
+    @property
+    def std(self) -> Deviations:
+        """Standard deviations by effect and parameter, SI units; infinite where the records leave a value open."""
+        return deviations(self.fit, self.inflation)
+
+    @property
+    def fit_text(self) -> tuple[str, ...]:
+        """Sentences on how the fit ended, and on what weakens it."""
+        return fit_sentences(self.fit, self.inflation)
+
+    @property
+    def text(self) -> tuple[str, ...]:
+        """The same, with the change of the error."""
+        before, after = self.versions
+        return (*self.fit_text, *gain(before, after, self.earthquakes))
+
+    def __str__(self) -> str:
+        parts = [f"Fit of {', '.join(self.model.effects)} to {counted(self.earthquakes)}"]
+        parts += map(str, (values_table(self.model, self.std), *version_tables(self.versions, self.earthquakes)))
+        return "\n\n".join([*parts, "\n".join(self.text)])
+
+
+def fit(
+    model: Isolator,
+    earthquakes: Earthquakes | Sequence[Observation],
+    *,
+    hold_out: Collection[str] = (),
+    progress: Progress = silent,
+) -> FitResult:
+    """Fit the values of all effects of a model to all earthquakes but those held out.
+
+    Args:
+        model: effects, and values to start from.
+        earthquakes: observations of one building.
+        hold_out: names of the earthquakes that only test the result.
+        progress: called with each step.
+
+    Raises:
+        RecordError: no observation is left to fit to.
+        ModelError: the model's force grew beyond all bounds.
+    """
+    seen = Earthquakes.of(earthquakes, hold_out)
+    progress("fitting", 0, 2)
+    found = weighed_fit(seen.fitted, model)
+    fitted = readable(found.fit.model)
+    progress("driving the model by the motion and by the ground alone", 1, 2)
+    versions = (Version("as given", model_errors(model, seen)), Version("fitted", model_errors(fitted, seen)))
+    progress("fitted", 2, 2)
+    return FitResult(model, fitted, found.fit, found.inflation, seen, versions)
+
+
+def readable(model: Isolator) -> Isolator:
+    """The same model, its values rounded to six digits."""
+    return Isolator(
+        {
+            name: {key: float(f"{value:.{DIGITS}g}") for key, value in values.items()}
+            for name, values in model.effects.items()
+        }
+    )
+
+
+def deviations(fit: Fit, inflation: float) -> Deviations:
+    """Standard deviations by effect and parameter, to three digits; infinite where the records leave the value open."""
+    found: dict[str, dict[str, float]] = {}
+    for (effect, name), std in fit.std.items():
+        lost = (effect, name) in fit.undetermined
+        found.setdefault(effect, {})[name] = inf if lost else float(f"{std * sqrt(inflation):.3g}")
+    return FrozenDict({effect: FrozenDict(values) for effect, values in found.items()})
+
+
+def fit_sentences(fit: Fit, inflation: float) -> tuple[str, ...]:
+    """Sentences on how a fit ended and which values the records do not determine, the most important first.
+
+    Args:
+        fit: of a model.
+        inflation: of its variances.
+    """
+    return tuple(_sentences(fit, inflation))
+
+
+def _sentences(fit: Fit, inflation: float) -> Iterator[str]:
+    yield f"{OPENINGS[fit.outcome]}{fit.outcome.value}."
+    if ends := list(_ends(fit)):
+        yield f"At the end of its range: {'; '.join(ends)}. The effect may not be there, or another is missing."
+    if fit.undetermined:
+        yield (
+            f"Not determined: {_names(fit.undetermined)}. The other values can do all that it does, or no record made "
+            "it act; its value is only a start. Records of larger motion or of other conditions would do, or the model "
+            "without it."
+        )
+    if vague := [key for key in _determined(fit) if _std(fit, key, inflation) > VAGUE * abs(_value(fit, key))]:
+        yield f"Hardly known, by half of its value or worse: {_names(vague)}."
+    if close := _close(fit):
+        pairs = "; ".join(f"{one} and {other} ({ρ:+.3f})" for one, other, ρ in close[:MOST_PAIRS])
+        yield f"Hardly to be told apart, by their correlation: {pairs}."
+
+
+OPENINGS = {
+    Outcome.SETTLED: "Fitted: ",
+    Outcome.AT_BOUND: "Fitted, but ",
+    Outcome.UNDETERMINED: "Fitted in part: ",
+    Outcome.STOPPED: "Not fitted: ",
+    Outcome.DIVERGED: "Not fitted: ",
+}
+
+
+def _ends(fit: Fit) -> Iterator[str]:
+    for key in _determined(fit):
+        about, value = parameter(key), _value(fit, key)
+        if value in about.bounds:
+            side = "smallest" if value == about.bounds[0] else "largest"
+            yield (
+                f"{_name(key)}, {plain(shown(value, about.unit), 3)} {unit(about.unit)}".rstrip()
+                + f", the {side} that it may be"
+            )
+
+
+def _close(fit: Fit) -> list[tuple[str, str, float]]:
+    std = np.sqrt(np.diag(fit.covariance))
+    kept = [row for row, key in enumerate(fit.free) if key not in fit.undetermined and std[row] > 0]
+    pairs = [
+        (_name(fit.free[a]), _name(fit.free[b]), float(fit.covariance[a, b] / (std[a] * std[b])))
+        for a, b in combinations(kept, 2)
+    ]
+    return sorted((pair for pair in pairs if abs(pair[2]) > CLOSE), key=lambda pair: -abs(pair[2]))
+
+
+def _determined(fit: Fit) -> list[Key]:
+    return [key for key in fit.free if key not in fit.undetermined]
+
+
+def _value(fit: Fit, key: Key) -> float:
+    return float(fit.model.effects[key[0]][key[1]])
+
+
+def _std(fit: Fit, key: Key, inflation: float) -> float:
+    return float(fit.std[key]) * sqrt(inflation)
+
+
+def _name(key: Key) -> str:
+    return f"{key[1]} of {key[0]}"
+
+
+def _names(keys: list[Key] | tuple[Key, ...]) -> str:
+    return ", ".join(_name(key) for key in keys)

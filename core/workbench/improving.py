@@ -1,0 +1,247 @@
+"""Improvement of a model: one effect added by its name, or effects added by turns of diagnosis and fit.
+
+In turns an effect is added only if it lowers the error on held-out earthquakes too, where there are any. If something
+unknown is missing, only such earthquakes can justify an effect: the nearest known one is then nearly always
+significant, and wrong.
+"""
+
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass
+
+from core.comparison.misfit import Misfit
+from core.diagnosis.missing_effects import Outcome
+from core.diagnosis.ranking import DECISIVE, ranked
+from core.effects import EFFECTS
+from core.errors import ModelError, RecordError
+from core.fitting.fit import Fit
+from core.fitting.layer_columns import Evidence
+from core.fitting.observation import Observation
+from core.model.isolator import Isolator
+from core.rounding import plain
+from core.workbench.candidates import Candidate, candidates
+from core.workbench.comparing import counted
+from core.workbench.diagnosing import NONE_TO_FIT, DiagnosisResult, diagnose, last_fit
+from core.workbench.earthquakes import Earthquakes, Progress, Version, helps, model_errors, silent
+from core.workbench.effect_sentences import explained
+from core.workbench.fitting import deviations, fit_sentences, readable
+from core.workbench.tables import Deviations, gain, values_table, version_tables
+
+ROUNDS = 3
+"""Diagnoses at most."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ExtensionResult:
+    """A model with one more effect, everything fitted anew."""
+
+    given: Isolator
+    model: Isolator
+    """The model with the effect, its values rounded to six digits."""
+    effect: str
+    candidate: Candidate
+    fit: Fit
+    inflation: float
+    """Ratio of the variances to those that the measurement's noise alone would cause."""
+    earthquakes: Earthquakes
+    versions: tuple[Version, ...]
+    """The model as given, refitted without the effect, and with it."""
+
+    @property
+    def before(self) -> Misfit:
+        """N, of the refitted model's force without the effect, where it was fitted."""
+        return self.versions[1].error(self.earthquakes.fitted_names)
+
+    @property
+    def std(self) -> Deviations:
+        """Standard deviations by effect and parameter, SI units."""
+        return deviations(self.fit, self.inflation)
+
+    @property
+    def text(self) -> tuple[str, ...]:
+        """Sentences: the effect, whether the records ask for it, the change of the error, and how the fit ended."""
+        return tuple(_extension_sentences(self))
+
+    @property
+    def fit_text(self) -> tuple[str, ...]:
+        """Sentences on how the fit ended, and on what weakens it."""
+        return fit_sentences(self.fit, self.inflation)
+
+    def __str__(self) -> str:
+        tables = (values_table(self.model, self.std), *version_tables(self.versions, self.earthquakes))
+        opening = f"{EFFECTS[self.effect].title} added to {', '.join(self.given.effects)}"
+        parts = [f"{opening}, fitted to {counted(self.earthquakes)}", "\n".join(self.text), *map(str, tables)]
+        return "\n\n".join(parts)
+
+
+def add(
+    effect: str,
+    model: Isolator,
+    earthquakes: Earthquakes | Sequence[Observation],
+    *,
+    hold_out: Collection[str] = (),
+    progress: Progress = silent,
+) -> ExtensionResult:
+    """Add an effect to a model, whether or not the records ask for it, and fit everything anew.
+
+    Args:
+        effect: its name; the model does not have it.
+        model: of the isolation layer.
+        earthquakes: observations of one building.
+        hold_out: names of the earthquakes that only test the result.
+        progress: called with each step.
+
+    Raises:
+        RecordError: no observation is left to fit to.
+        ModelError: there is no such effect, the model has it, or a model's force grew beyond all bounds.
+    """
+    seen = Earthquakes.of(earthquakes, hold_out)
+    if not seen.fitted:
+        raise RecordError(NONE_TO_FIT)
+    if effect not in EFFECTS:
+        raise ModelError(f"there is no effect {effect!r}; there are {', '.join(sorted(EFFECTS))}")
+    if effect in model.effects:
+        raise ModelError(f"the model has {effect} already; a fit would do")
+    progress(f"fitting the model with {effect}", 0, 2)
+    by_noise = Evidence.by_noise(sorted(seen.fitted, key=lambda one: one.start))
+    ranking = ranked(by_noise, model, (effect,))
+    tried, diverging = candidates(ranking, seen)
+    for one in (*ranking.dropped, *diverging):
+        raise ModelError(f"{one.effect} cannot be added: {one.reason}")
+    (candidate,) = tried
+    progress("driving the versions by the motion and by the ground alone", 1, 2)
+    versions = (
+        Version("as given", model_errors(model, seen)),
+        Version("refitted", model_errors(ranking.base.model, seen)),
+        Version(f"with {effect}", model_errors(candidate.fit.model, seen)),
+    )
+    by_noise.memory.clear()
+    progress("added", 2, 2)
+    better = readable(candidate.fit.model)
+    return ExtensionResult(model, better, effect, candidate, candidate.fit, ranking.inflation, seen, versions)
+
+
+def _extension_sentences(found: ExtensionResult) -> Iterator[str]:
+    about, tried = EFFECTS[found.effect], found.candidate
+    bic = f"ΔBIC {plain(tried.delta_bic, 3)}"
+    yield f"{about.title} ({found.effect}): {explained(about, found.model.effects[found.effect])}"
+    if tried.delta_bic < -DECISIVE:
+        yield f"The records ask for it ({bic}, below −{DECISIVE:g})."
+    else:
+        yield f"The records do not ask for it ({bic}, not below −{DECISIVE:g}): it was added because you said so."
+    if tried.implausible:
+        yield f"It is implausible: {tried.implausible}."
+    yield from gain(found.versions[1], found.versions[2], found.earthquakes)
+    yield from found.fit_text
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ImprovementResult:
+    """A model with all effects that diagnoses asked for and held-out earthquakes confirmed."""
+
+    given: Isolator
+    rounds: tuple[DiagnosisResult, ...]
+    model: Isolator
+    """The improved model, its values rounded to six digits."""
+    fit: Fit
+    inflation: float
+    """Ratio of the variances to those that the measurement's noise alone would cause."""
+    added: tuple[str, ...]
+    """Effects in the order in which they were added."""
+    ended: str
+    """Reason for the end, in words."""
+    versions: tuple[Version, ...]
+    """The model as given, refitted, then with each effect that was added."""
+    earthquakes: Earthquakes
+
+    @property
+    def std(self) -> Deviations:
+        """Standard deviations by effect and parameter, SI units."""
+        return deviations(self.fit, self.inflation)
+
+    @property
+    def text(self) -> tuple[str, ...]:
+        """Sentences: the effects that were added, the reason for the end, the change of the error, and the last fit."""
+        return tuple(_improvement_sentences(self))
+
+    def __str__(self) -> str:
+        tables = (values_table(self.model, self.std), *version_tables(self.versions, self.earthquakes))
+        opening = f"Improvement of {', '.join(self.given.effects)} by {counted(self.earthquakes)}"
+        return "\n\n".join([opening, "\n".join(self.text), *map(str, tables)])
+
+
+def improve(
+    model: Isolator,
+    earthquakes: Earthquakes | Sequence[Observation],
+    *,
+    hold_out: Collection[str] = (),
+    effects: Collection[str] | None = None,
+    progress: Progress = silent,
+) -> ImprovementResult:
+    """Diagnose a model and add what the records ask for, by turns.
+
+    Args:
+        model: of the isolation layer.
+        earthquakes: observations of one building.
+        hold_out: names of the earthquakes that only test the result.
+        effects: names of the effects that may be added; None for all.
+        progress: called with each step.
+
+    Raises:
+        RecordError: no observation is left to fit to.
+        ModelError: a model's force grew beyond all bounds.
+    """
+    seen = Earthquakes.of(earthquakes, hold_out)
+    rounds: list[DiagnosisResult] = []
+    added: list[str] = []
+    versions: list[Version] = []
+    now, ended = model, "every diagnosis that was made asked for more; another `menshin model improve` would go on"
+    while len(rounds) < ROUNDS:
+        found = diagnose(now, seen, effects=effects, progress=progress)
+        rounds.append(found)
+        count = _confirmed(found)
+        versions += found.versions[0 if not versions else 2 : 2 + count]
+        added += [stage.effect for stage in found.stages[:count]]
+        fit, inflation = last_fit(found.diagnosis, found.stages[:count])
+        now = readable(fit.model)
+        if reason := _reason_to_end(found, count):
+            ended = reason
+            break
+    return ImprovementResult(model, tuple(rounds), now, fit, inflation, tuple(added), ended, tuple(versions), seen)
+
+
+def _confirmed(found: DiagnosisResult) -> int:
+    """Number of effects, from the first on, that are worth adding.
+
+    If something unknown is missing, the next best name is a stand-in, which only held-out earthquakes can justify.
+    """
+    is_unknown = found.diagnosis.outcome is Outcome.UNKNOWN
+    if found.suspects or (is_unknown and not found.earthquakes.held_out):
+        return 0
+    count = 0
+    for before, after in zip(found.versions[1:], found.versions[2:], strict=False):
+        if not helps(before, after, found.earthquakes):
+            break
+        count += 1
+    return count
+
+
+def _reason_to_end(found: DiagnosisResult, count: int) -> str | None:
+    """Reason to add nothing more; None if another diagnosis may ask for more."""
+    if found.suspects:
+        return f"something is wrong before the layer is asked ({found.outcome}): `menshin model diagnose` tells what"
+    if found.diagnosis.outcome is Outcome.UNKNOWN and not count:
+        return "something is missing that no known effect explains: nothing was added for it"
+    if count < len(found.stages):
+        return f"{found.stages[count].effect} was asked for, but does not lower the error on earthquakes left out"
+    return None if found.stages else "nothing more is asked for"
+
+
+def _improvement_sentences(found: ImprovementResult) -> Iterator[str]:
+    for effect in found.added:
+        about = EFFECTS[effect]
+        yield f"Added: {about.title} ({effect}). {explained(about, found.model.effects[effect])}"
+    if not found.added:
+        yield "No effect was added; the values were fitted."
+    yield f"It ended because {found.ended}."
+    yield from gain(found.versions[0], found.versions[-1], found.earthquakes)
+    yield from fit_sentences(found.fit, found.inflation)

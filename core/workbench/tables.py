@@ -1,0 +1,174 @@
+"""Tables of errors and of parameter values, as engineers read them."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from math import isfinite
+
+from core.comparison.compared import force_misfit
+from core.comparison.misfit import pooled
+from core.comparison.prediction import predicted_displacement
+from core.effects import EFFECTS
+from core.model.isolator import Isolator
+from core.rounding import apart, plain
+from core.units import shown, unit
+from core.workbench.earthquakes import FITTED, LEFT_OUT, Earthquakes, ModelErrors, Version, helps
+
+Deviations = Mapping[str, Mapping[str, float]]
+"""Standard deviations by effect and parameter, of those that were fitted; infinite where the records leave it open."""
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """Cells as text; the first column names the rows, the others are numbers unless listed in `texts`."""
+
+    caption: str
+    headings: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    note: str = ""
+    sums: int = 0
+    """Number of rows at the end that are over several earthquakes."""
+    texts: tuple[str, ...] = ()
+    """Headings of columns of text, besides the first."""
+
+    def __str__(self) -> str:
+        return "\n".join(self._lines())
+
+    def _lines(self) -> Iterator[str]:
+        widths = [max(map(len, column)) for column in zip(self.headings, *self.rows, strict=True)]
+        is_text = [not number or heading in self.texts for number, heading in enumerate(self.headings)]
+
+        def line(cells: Sequence[str]) -> str:
+            each = zip(cells, widths, is_text, strict=True)
+            return "  ".join(c.ljust(w) if text else c.rjust(w) for c, w, text in each).rstrip()
+
+        yield self.caption
+        yield f"  {line(self.headings)}"
+        yield f"  {'  '.join('-' * width for width in widths)}"
+        yield from (f"  {line(row)}" for row in self.rows)
+        if self.note:
+            yield f"  {self.note}"
+
+
+@dataclass(frozen=True, slots=True)
+class Value:
+    """One parameter of a model."""
+
+    effect: str
+    parameter: str
+    value: str
+    std: str
+    """Empty if the parameter was not fitted."""
+    unit: str
+    meaning: str
+
+
+def values_of(model: Isolator, deviations: Deviations) -> Iterator[Value]:
+    """Values of all parameters, effect by effect, each to the digit that its standard deviation supports."""
+    for name, values in model.effects.items():
+        known = deviations.get(name, {})
+        for one in EFFECTS[name].parameters:
+            value, std = shown(values[one.name], one.unit), known.get(one.name)
+            number, spread = _written(value, None if std is None else shown(std, one.unit))
+            yield Value(name, one.name, number, spread, unit(one.unit), one.meaning)
+
+
+def values_table(model: Isolator, deviations: Deviations) -> Table:
+    """The same as a table of text."""
+    rows = tuple(
+        (one.effect, one.parameter, one.value, *([one.std or "held"] if deviations else []), one.unit, one.meaning)
+        for one in values_of(model, deviations)
+    )
+    std = ["standard deviation"] if deviations else []
+    headings = ("effect", "parameter", "value", *std, "unit", "meaning")
+    return Table("Values", headings, rows, texts=("parameter", *std, "unit", "meaning"))
+
+
+def _written(value: float, std: float | None) -> tuple[str, str]:
+    if std is None:
+        return plain(value), ""
+    if not isfinite(std):
+        return plain(value), "not determined"
+    if std == 0:
+        return plain(value), "0"
+    number, spread = apart(value, std)
+    return number, f"± {spread}"
+
+
+def percent(share: float) -> str:
+    """A share in percent, to a tenth below 100 %."""
+    return f"{100 * share:.1f} %" if share < 1 else f"{100 * share:.0f} %"
+
+
+def version_tables(versions: Sequence[Version], earthquakes: Earthquakes) -> tuple[Table, ...]:
+    """Errors of versions beside each other: of the force, and of the response predicted from the ground alone."""
+    headings, sums = ("earthquake", *(version.name for version in versions)), _sums(earthquakes)
+    force = Table(
+        "Error of the force, driven by the measured motion",
+        headings,
+        _rows(versions, earthquakes, _force),
+        "Root mean square, in percent of the force and, in brackets, in multiples of the noise floor.",
+        sums=sums,
+    )
+    if not any(version.errors.predictions for version in versions):
+        return (force,)
+    predicted = Table(
+        "Error of the response predicted from the ground motion alone",
+        headings,
+        _rows(versions, earthquakes, _response),
+        "Root mean square, in percent of what was measured: displacement of the layer / acceleration of the floors.",
+        sums=sums,
+    )
+    return force, predicted
+
+
+def gain(before: Version, after: Version, earthquakes: Earthquakes) -> tuple[str, ...]:
+    """Sentences on the change of the error, with a warning if only the fitted earthquakes profit."""
+    errors = {
+        group: (before.error(names).nrmse, after.error(names).nrmse) for group, names in earthquakes.groups.items()
+    }
+    changes = [_change(group, *errors[group]) for group in errors]
+    opening = f"The error of the force goes {' and '.join(changes)}."
+    if LEFT_OUT not in errors:
+        return opening, "No earthquake was left out: whether it holds for another one is open; leaving one out tells."
+    if helps(before, after, earthquakes):
+        return (opening,)
+    return opening, "It helps only the earthquakes it was fitted to: do not trust it elsewhere."
+
+
+def _change(group: str, before: float, after: float) -> str:
+    where = "where it was fitted" if group == FITTED else "on earthquakes left out"
+    return f"from {percent(before)} to {percent(after)} {where}"
+
+
+def _rows(
+    versions: Sequence[Version], earthquakes: Earthquakes, cell: Callable[[ModelErrors], str]
+) -> tuple[tuple[str, ...], ...]:
+    groups = earthquakes.groups
+    seen = dict.fromkeys((one.name, one.direction) for one in earthquakes.observations)
+    each = tuple(
+        (
+            f"{earthquakes.label(name, direction)}{' (left out)' if name in earthquakes.held_out else ''}",
+            *(cell(version.errors.of([name]).along(direction)) for version in versions),
+        )
+        for group in groups.values()
+        for name, direction in seen
+        if name in group
+    )
+    sums = groups.items() if _sums(earthquakes) else ()
+    return (*each, *((group, *(cell(version.errors.of(names)) for version in versions)) for group, names in sums))
+
+
+def _sums(earthquakes: Earthquakes) -> int:
+    return len(earthquakes.groups) if len(earthquakes.observations) > 1 else 0
+
+
+def _force(errors: ModelErrors) -> str:
+    return f"{percent(force_misfit(errors.forces).nrmse)} ({errors.noise_ratio:.3g})"
+
+
+def _response(errors: ModelErrors) -> str:
+    if not errors.predictions:
+        return "not predicted"
+    floors = [of.misfit for one in errors.predictions for of in one.accelerations.values()]
+    of_floors = percent(pooled(floors).nrmse) if floors else "none"
+    return f"{percent(predicted_displacement(errors.predictions).nrmse)} / {of_floors}"
