@@ -1,1 +1,139 @@
-"""Numerics of base-isolated buildings: values in, values out."""
+"""Numerics of base-isolated buildings: values in, values out.
+
+The names below are the library. Each is imported at its first use, so that `import core` costs nothing; the laws of
+the effects are compiled when a model is first driven. All quantities are in SI units, and every result prints a report.
+
+From arrays: `restoring_force`, `layer_motion`, `equivalents`, `Observation`.
+From records: `BuildingDescription`, `Level`, `IsolationLayer`, `IsolationDesign`, `Channel`, `Segment`, `analyse`,
+`AnalysisSettings`, `EventAnalysis`, `observations`.
+Models: `Isolator`, `first_model`, `EFFECTS`, `Effect`, `Parameter`, `LogNormal`, `Normal`, `add_effect`.
+Simulation: `ShearBuilding`, `simulate`.
+The workbench: `fit`, `compare`, `diagnose`, `add`, `improve`, `Earthquakes`.
+Errors: `CoreError`, `RecordError`, `ModelError`, `IdentificationError`.
+"""
+
+from importlib import import_module
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from core.analysis import AnalysisSettings, EventAnalysis, analyse
+    from core.building import ShearBuilding
+    from core.description import BuildingDescription, IsolationDesign, IsolationLayer, Level
+    from core.effect import Effect, LogNormal, Normal, Parameter
+    from core.effects import EFFECTS, add_effect
+    from core.errors import CoreError, IdentificationError, ModelError, RecordError
+    from core.estimates import equivalents, layer_motion, restoring_force
+    from core.fitting.first_model import first_model
+    from core.fitting.observation import Observation, observations
+    from core.model.isolator import Isolator
+    from core.model.simulation import simulate
+    from core.record import Channel, Segment
+    from core.workbench import Earthquakes, add, compare, diagnose, fit, improve
+
+__all__ = [
+    "EFFECTS",
+    "AnalysisSettings",
+    "BuildingDescription",
+    "Channel",
+    "CoreError",
+    "Earthquakes",
+    "Effect",
+    "EventAnalysis",
+    "IdentificationError",
+    "IsolationDesign",
+    "IsolationLayer",
+    "Isolator",
+    "Level",
+    "LogNormal",
+    "ModelError",
+    "Normal",
+    "Observation",
+    "Parameter",
+    "RecordError",
+    "Segment",
+    "ShearBuilding",
+    "add",
+    "add_effect",
+    "analyse",
+    "compare",
+    "diagnose",
+    "equivalents",
+    "first_model",
+    "fit",
+    "improve",
+    "layer_motion",
+    "observations",
+    "restoring_force",
+    "simulate",
+]
+
+_MODULES = MappingProxyType(
+    {
+        "core.analysis": (
+            "AnalysisSettings",
+            "EventAnalysis",
+            "analyse",
+        ),
+        "core.building": ("ShearBuilding",),
+        "core.description": (
+            "BuildingDescription",
+            "IsolationDesign",
+            "IsolationLayer",
+            "Level",
+        ),
+        "core.effect": (
+            "Effect",
+            "LogNormal",
+            "Normal",
+            "Parameter",
+        ),
+        "core.effects": (
+            "EFFECTS",
+            "add_effect",
+        ),
+        "core.errors": (
+            "CoreError",
+            "IdentificationError",
+            "ModelError",
+            "RecordError",
+        ),
+        "core.estimates": (
+            "equivalents",
+            "layer_motion",
+            "restoring_force",
+        ),
+        "core.fitting.first_model": ("first_model",),
+        "core.fitting.observation": (
+            "Observation",
+            "observations",
+        ),
+        "core.model.isolator": ("Isolator",),
+        "core.model.simulation": ("simulate",),
+        "core.record": (
+            "Channel",
+            "Segment",
+        ),
+        "core.workbench": (
+            "Earthquakes",
+            "add",
+            "compare",
+            "diagnose",
+            "fit",
+            "improve",
+        ),
+    }
+)
+"""Names of the library by the module that defines them."""
+
+
+def __getattr__(name: str) -> Any:  # noqa: ANN401  whatever the name stands for
+    module = next((module for module, names in _MODULES.items() if name in names), None)
+    if module is None:
+        raise AttributeError(f"module 'core' has no attribute {name!r}")
+    found = globals()[name] = getattr(import_module(module), name)
+    return found
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

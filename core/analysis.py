@@ -30,6 +30,8 @@ from core.sensors.preparation import prepared
 from core.sensors.reconciliation import reconciled
 from core.sensors.sensor_health import SensorHealth, sensor_health
 from core.signals.conditioning import band_passed
+from core.tables import Table, report
+from core.units import quantity
 
 ABOVE_NOISE = 10.0
 """Of the displacement's noise: the smallest amplitude of a cycle that is reported."""
@@ -105,6 +107,17 @@ class EventAnalysis:
     sensors: tuple[SensorHealth, ...] = ()
     """Noise and gain of every channel that could be used."""
 
+    def __str__(self) -> str:
+        title = f"Analysis of the event of {self.start:%Y-%m-%d %H:%M:%S} UTC"
+        opening = [f"{self.count} samples at {self.rate:g} Hz, {self.count / self.rate:.4g} s."]
+        opening += [] if self.pga is None else [f"Peak ground acceleration: {quantity(self.pga, 'm/s²')}."]
+        opening += [] if self.temperature is None else [f"Temperature: {quantity(self.temperature, '°C')}."]
+        opening += [] if self.refusal is None else [f"Rejected: {self.refusal}."]
+        headings = ("direction", "peak force", "peak displacement", "modes", "cycles")
+        rows = tuple(_row(direction, found) for direction, found in self.directions.items())
+        table = Table("Isolation layer", headings, rows) if rows else None
+        return report(title, opening, table, [f"{one.severity.capitalize()}: {one.message}" for one in self.quality])
+
     @property
     def orbit(self) -> Matrix | None:
         """(2, n) m, displacement of the isolation layer in x and y; None unless both are known."""
@@ -116,6 +129,13 @@ class EventAnalysis:
     def peak_resultant(self) -> float | None:
         """m, farthest that the isolation layer went in plan; None unless both directions are known."""
         return None if self.orbit is None else float(np.hypot(*self.orbit).max())
+
+
+def _row(direction: Direction, found: DirectionAnalysis) -> tuple[str, ...]:
+    force, force_std = found.restoring_force.peak
+    moved = "not measured" if found.motion is None else quantity(found.motion.peak[0], "m", found.motion.peak[1])
+    modes, cycles = len(found.restoring_force.modes), len(found.equivalent)
+    return (direction, quantity(force, "N", force_std), moved, str(modes), str(cycles))
 
 
 def analyse(segments: Sequence[Segment], description: BuildingDescription, settings: AnalysisSettings) -> EventAnalysis:
@@ -191,7 +211,7 @@ def _direction(
     findings += reliance_findings(force.reliance, direction)
     if motion is None:
         return DirectionAnalysis(_slim(force), None, ()), findings
-    equivalent = _equivalent(force, motion, record.rate, description, settings)
+    equivalent = equivalent_cycles(force, motion, record.rate, settings.band, description.isolation.rubber_height)
     return DirectionAnalysis(_slim(force), motion, equivalent), findings
 
 
@@ -200,20 +220,27 @@ def _slim(force: RestoringForce) -> RestoringForce:
     return replace(force, systematic=None)
 
 
-def _equivalent(
+def equivalent_cycles(
     force: RestoringForce,
     motion: MeasuredMotion,
     rate: float,
-    description: BuildingDescription,
-    settings: AnalysisSettings,
+    band: tuple[float, float],
+    rubber_height: float | None = None,
 ) -> tuple[EquivalentSegment, ...]:
-    """Of every cycle that determines them.
+    """Equivalent stiffness and damping of every cycle that determines them.
 
     Only the instants at which one begins come from the band-passed displacement: the regressions have an intercept.
+
+    Args:
+        force: of the isolation layer.
+        motion: of the isolation layer, as many samples.
+        rate: Hz.
+        band: Hz, pass band of the force.
+        rubber_height: m, displacement of 100 % shear strain.
     """
-    within = band_passed(motion.displacement, rate, settings.band)
+    within = band_passed(motion.displacement, rate, band)
     spans = cycles(within, max(SMALLEST_CYCLE, ABOVE_NOISE * motion.noise))
-    found = determined(equivalent_segments(force.force, motion, rate, spans, description.isolation.rubber_height))
+    found = determined(equivalent_segments(force.force, motion, rate, spans, rubber_height))
     if force.systematic is not None:
         found = with_force_errors(found, force.systematic, motion, rate)
     return with_slow_errors(found, motion, rate)

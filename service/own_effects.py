@@ -12,7 +12,7 @@ from pathlib import Path
 from types import ModuleType
 
 from core.effect import Effect
-from core.effects import add
+from core.effects import add_effect
 from core.errors import ModelError
 
 GROUP = "menshin.effects"
@@ -30,7 +30,7 @@ def add_own_effects(folder: Path | None) -> None:
     for name, effect in (*_installed(), *([] if folder is None else _written(folder))):
         if not isinstance(effect, Effect):
             raise ModelError(f"the effect {name} must be a core.effect.Effect, got {effect!r}")
-        add(name, effect)
+        add_effect(name, effect)
 
 
 def _installed() -> Iterator[tuple[str, object]]:

@@ -172,7 +172,7 @@ def _step(evidence: Evidence, now: Descent) -> tuple[Point | None, float]:
     slope, values, damping = now.slope, now.point.values, now.damping
     for _ in range(8):
         change = slope.step(damping)
-        change *= min(1.0, LONGEST_STEP / np.abs(change).max())
+        change *= LONGEST_STEP / max(LONGEST_STEP, float(np.abs(change).max()))
         moved = {now.search.nonlinear[row]: step for row, step in zip(slope.free, change, strict=True)}
         tried = projected(evidence, now.search, {**values, **dict(_moved(values, moved))})
         if tried.cost < now.point.cost:

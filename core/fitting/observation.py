@@ -1,19 +1,26 @@
-"""What was measured of the isolation layer in one earthquake and one direction?"""
+"""Observations of the isolation layer: one earthquake in one direction, as models are compared with it."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from core.analysis import EventAnalysis
 from core.arrays import Matrix, Vector
 from core.description import BuildingDescription
+from core.errors import RecordError
+from core.estimates import EPOCH, ForceHistory, MotionHistory, check_alike, sampled
+from core.isolation_layer.motion import MeasuredMotion
 from core.model.isolator import Conditions
 from core.record import Direction, Record
 from core.restoring_force.error_spectrum import ErrorSpectrum
 from core.restoring_force.estimator import RestoringForce
 from core.sensors.integrated_channel import transducer_reading
+from core.signals.conditioning import without_baseline
+from core.tables import report
+from core.units import quantity
 
 USUAL_TEMPERATURE = 20.0
 """°C, where none was measured."""
@@ -69,6 +76,84 @@ class Observation:
     estimate: RestoringForce | None = None
     """The force as it was estimated, with its superstructure; None as above."""
 
+    @classmethod
+    def of(
+        cls,
+        force: ForceHistory,
+        motion: MotionHistory,
+        *,
+        ground: ArrayLike | None = None,
+        name: str = "earthquake",
+        direction: Direction = "x",
+        start: datetime = EPOCH,
+        reference: datetime | None = None,
+        across: MotionHistory | None = None,
+        axial_load: ArrayLike | None = None,
+        temperature: float = USUAL_TEMPERATURE,
+    ) -> "Observation":
+        """An observation from a force and a motion that were computed from arrays.
+
+        Args:
+            force: of the isolation layer.
+            motion: of the isolation layer, as many samples at the same rate.
+            ground: (n,) m/s², acceleration of the ground; without it nothing predicts the response.
+            name: of the earthquake, unique among those of a building.
+            direction: horizontal.
+            start: time of the first sample, aware; several earthquakes need it for their order.
+            reference: instant from which effects count time; None for the start.
+            across: motion in the other horizontal direction; None where there is none.
+            axial_load: (n,) vertical force over weight; None for 1.
+            temperature: °C, of the isolators.
+
+        Raises:
+            RecordError: histories have other lengths or rates, gaps, or a start without a time zone.
+        """
+        check_alike(force, motion)
+        if across is not None:
+            check_alike(force, across)
+        if start.tzinfo is None:
+            raise RecordError(f"the start {start} has no time zone; UTC would do")
+        count, rate = force.force.size, force.rate
+        later = 0.0 if reference is None else (start - reference).total_seconds()
+        conditions = Conditions(
+            u_cross=np.zeros(count) if across is None else across.displacement,
+            v_cross=np.zeros(count) if across is None else across.velocity,
+            axial_load=np.ones(count) if axial_load is None else sampled("axial_load", axial_load, count),
+            temperature=np.full(count, float(temperature)),
+            time=np.arange(count) / rate + later,
+        )
+        levels = tuple(channel.level for channel in force.record.channels)
+        moved = None if ground is None else without_baseline(sampled("ground", ground, count), rate)
+        return cls(
+            name=name,
+            direction=direction,
+            start=start,
+            rate=rate,
+            layer=_history(force, motion, force.band),
+            conditions=conditions,
+            ground_acceleration=moved,
+            accelerations=force.record.samples,
+            levels=levels,
+            transducer=motion.is_by_transducer,
+            building=force.building,
+            estimate=force,
+        )
+
+    def __str__(self) -> str:
+        layer, count = self.layer, self.layer.force.size
+        at = int(np.argmax(np.abs(layer.displacement)))
+        std = None if layer.displacement_std is None else float(layer.displacement_std[at])
+        strongest = int(np.argmax(np.abs(layer.force)))
+        peak, force_std = float(abs(layer.force[strongest])), float(layer.force_std[strongest])
+        ground = "measured" if self.ground_acceleration is not None else "not measured"
+        sentences = [
+            f"{count} samples at {self.rate:g} Hz, {count / self.rate:.4g} s, from {self.start:%Y-%m-%d %H:%M:%S} UTC.",
+            f"Peak displacement of the layer: {quantity(float(abs(layer.displacement[at])), 'm', std)}.",
+            f"Peak restoring force: {quantity(peak, 'N', force_std)}.",
+            f"Ground: {ground}. Accelerations: {', '.join(self.levels) or 'none'}.",
+        ]
+        return report(f"Observation of {self.name}, direction {self.direction}", sentences)
+
 
 def observations(
     analysis: EventAnalysis, description: BuildingDescription, name: str, reference: datetime
@@ -112,19 +197,23 @@ def observations(
 
 def _histories(analysis: EventAnalysis) -> Mapping[Direction, LayerHistory]:
     return {
-        direction: LayerHistory(
-            displacement=found.motion.displacement,
-            velocity=found.motion.velocity,
-            force=found.restoring_force.force,
-            force_std=found.restoring_force.fitting_std,
-            displacement_std=found.motion.fitting_std[0],
-            velocity_std=found.motion.fitting_std[1],
-            force_error=found.restoring_force.error,
-            band=analysis.band,
-        )
+        direction: _history(found.restoring_force, found.motion, analysis.band)
         for direction, found in analysis.directions.items()
         if found.motion is not None
     }
+
+
+def _history(force: RestoringForce, motion: MeasuredMotion, band: tuple[float, float] | None) -> LayerHistory:
+    return LayerHistory(
+        displacement=motion.displacement,
+        velocity=motion.velocity,
+        force=force.force,
+        force_std=force.fitting_std,
+        displacement_std=motion.fitting_std[0],
+        velocity_std=motion.fitting_std[1],
+        force_error=force.error,
+        band=band,
+    )
 
 
 def _measured(record: Record, description: BuildingDescription, direction: Direction) -> tuple[tuple[str, Vector], ...]:

@@ -7,10 +7,14 @@ from typing import TypeVar
 import numpy as np
 
 from core.arrays import Indices, Matrix, Vector
+from core.effect import Parameter
 from core.effects import EFFECTS, Laws, laws
 from core.errors import ModelError
 from core.frozen import FrozenDict
 from core.model.program import in_opcode_order, opcodes
+from core.rounding import plain
+from core.tables import Table, report
+from core.units import shown, unit
 
 Key = tuple[str, str]
 """Names of an effect and of one of its parameters or states."""
@@ -22,13 +26,35 @@ class Isolator:
     """Effects by name, each with the values of all its parameters."""
 
     effects: Mapping[str, Mapping[str, float]]
+    """Values by effect and parameter; parameters that are not given take the median of their prior."""
 
     def __post_init__(self) -> None:
-        for name, values in self.effects.items():
+        complete = {name: _completed(name, values) for name, values in self.effects.items()}
+        for name, values in complete.items():
             _check(name, values)
-        object.__setattr__(
-            self, "effects", FrozenDict({name: FrozenDict(values) for name, values in self.effects.items()})
+        effects = FrozenDict({name: FrozenDict(values) for name, values in complete.items()})
+        object.__setattr__(self, "effects", effects)
+
+    @classmethod
+    def of_all_values(cls, effects: Mapping[str, Mapping[str, float]]) -> "Isolator":
+        """A model whose effects have a value for every parameter.
+
+        Raises:
+            ModelError: an effect or a value is missing, unknown or out of its range.
+        """
+        for name, values in effects.items():
+            _check(name, values)
+        return cls(effects)
+
+    def __str__(self) -> str:
+        rows = tuple(
+            (name, one.name, plain(shown(values[one.name], one.unit)), unit(one.unit), one.meaning)
+            for name, values in self.effects.items()
+            for one in EFFECTS[name].parameters
         )
+        headings = ("effect", "parameter", "value", "unit", "meaning")
+        values_table = Table("Values", headings, rows, texts=("parameter", "unit", "meaning"))
+        return report(f"Isolation layer: {', '.join(self.effects)}", values_table)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -123,10 +149,21 @@ def _packing(isolator: Isolator) -> tuple[str, ...]:
     return in_opcode_order({name: EFFECTS[name] for name in isolator.effects})
 
 
-def _check(name: str, values: Mapping[str, float]) -> None:
+def _parameters(name: str) -> Mapping[str, Parameter]:
     if name not in EFFECTS:
         raise ModelError(f"there is no effect {name!r}; there are {', '.join(sorted(EFFECTS))}")
-    parameters = {parameter.name: parameter for parameter in EFFECTS[name].parameters}
+    return {parameter.name: parameter for parameter in EFFECTS[name].parameters}
+
+
+def _completed(name: str, values: Mapping[str, float]) -> Mapping[str, float]:
+    parameters = _parameters(name)
+    if len(values) >= len(parameters):
+        return values
+    return {one.name: one.prior.median for one in parameters.values()} | dict(values)
+
+
+def _check(name: str, values: Mapping[str, float]) -> None:
+    parameters = _parameters(name)
     if set(values) != set(parameters):
         raise ModelError(f"{name} takes values for {sorted(parameters)}, got {sorted(values)}")
     for key, value in values.items():

@@ -14,8 +14,9 @@ from core.comparison.prediction import Prediction, predicted_accelerations, pred
 from core.fitting.observation import Observation
 from core.model.isolator import Isolator
 from core.rounding import plain
+from core.tables import Table, report
 from core.workbench.earthquakes import Earthquakes, ModelErrors, Progress, model_errors, silent
-from core.workbench.tables import Table, percent
+from core.workbench.tables import percent
 
 SEED = 1
 """Seed of the intervals: the same records give the same report."""
@@ -38,9 +39,8 @@ class ComparisonResult:
 
     def __str__(self) -> str:
         tables = (force_table(self), prediction_table(self, outer_levels(self)))
-        parts = [f"Comparison of {', '.join(self.model.effects)} with {counted(self.earthquakes)}"]
-        parts += [str(table) for table in tables if table is not None]
-        return "\n\n".join([*parts, "\n".join(self.text), *self.errors.remarks])
+        title = f"Comparison of {', '.join(self.model.effects)} with {counted(self.earthquakes)}"
+        return report(title, *tables, self.text, self.errors.remarks)
 
 
 def compare(

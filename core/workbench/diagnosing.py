@@ -22,12 +22,13 @@ from core.fitting.fit import Fit
 from core.fitting.observation import Observation
 from core.model.isolator import Isolator
 from core.rounding import plain
+from core.tables import Table, report
 from core.workbench.candidates import Candidate, Stage, candidates, stages, version_name
 from core.workbench.comparing import ComparisonResult, compare, counted
 from core.workbench.earthquakes import LEFT_OUT, Earthquakes, Progress, Version, lowers, model_errors, silent
 from core.workbench.effect_sentences import evidence, lowers_error, missing, titled
 from core.workbench.fitting import deviations, readable
-from core.workbench.tables import Deviations, Table, gain, percent, values_table, version_tables
+from core.workbench.tables import Deviations, gain, percent, values_table, version_tables
 
 RUNNERS_UP = 2
 """Number of effects that are named although something speaks against them."""
@@ -93,8 +94,8 @@ class DiagnosisResult:
         versions = (*self.versions[:2], *self.versions[2:][-1:])
         tables = [candidate_table(self, self.candidates[:BRIEF]), *version_tables(versions, self.earthquakes)]
         tables += [values_table(self.model, self.std)] if self.stages else []
-        opening = f"Diagnosis of {', '.join(self.given.effects)} by {counted(self.earthquakes)}"
-        return "\n\n".join([opening, "\n".join(self.text), *map(str, tables)])
+        title = f"Diagnosis of {', '.join(self.given.effects)} by {counted(self.earthquakes)}"
+        return report(title, self.text, *tables)
 
 
 def diagnose(

@@ -15,6 +15,7 @@ from core.fitting.weighed_fit import weighed_fit
 from core.frozen import FrozenDict
 from core.model.isolator import Isolator, Key
 from core.rounding import plain
+from core.tables import report
 from core.units import shown, unit
 from core.workbench.comparing import counted
 from core.workbench.earthquakes import Earthquakes, Progress, Version, model_errors, silent
@@ -61,9 +62,9 @@ class FitResult:
         return (*self.fit_text, *gain(before, after, self.earthquakes))
 
     def __str__(self) -> str:
-        parts = [f"Fit of {', '.join(self.model.effects)} to {counted(self.earthquakes)}"]
-        parts += map(str, (values_table(self.model, self.std), *version_tables(self.versions, self.earthquakes)))
-        return "\n\n".join([*parts, "\n".join(self.text)])
+        title = f"Fit of {', '.join(self.model.effects)} to {counted(self.earthquakes)}"
+        tables = (values_table(self.model, self.std), *version_tables(self.versions, self.earthquakes))
+        return report(title, *tables, self.text)
 
 
 def fit(

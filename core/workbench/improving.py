@@ -18,6 +18,7 @@ from core.fitting.layer_columns import Evidence
 from core.fitting.observation import Observation
 from core.model.isolator import Isolator
 from core.rounding import plain
+from core.tables import report
 from core.workbench.candidates import Candidate, candidates
 from core.workbench.comparing import counted
 from core.workbench.diagnosing import NONE_TO_FIT, DiagnosisResult, diagnose, last_fit
@@ -68,9 +69,8 @@ class ExtensionResult:
 
     def __str__(self) -> str:
         tables = (values_table(self.model, self.std), *version_tables(self.versions, self.earthquakes))
-        opening = f"{EFFECTS[self.effect].title} added to {', '.join(self.given.effects)}"
-        parts = [f"{opening}, fitted to {counted(self.earthquakes)}", "\n".join(self.text), *map(str, tables)]
-        return "\n\n".join(parts)
+        title = f"{EFFECTS[self.effect].title} added to {', '.join(self.given.effects)}"
+        return report(f"{title}, fitted to {counted(self.earthquakes)}", self.text, *tables)
 
 
 def add(
@@ -165,8 +165,8 @@ class ImprovementResult:
 
     def __str__(self) -> str:
         tables = (values_table(self.model, self.std), *version_tables(self.versions, self.earthquakes))
-        opening = f"Improvement of {', '.join(self.given.effects)} by {counted(self.earthquakes)}"
-        return "\n\n".join([opening, "\n".join(self.text), *map(str, tables)])
+        title = f"Improvement of {', '.join(self.given.effects)} by {counted(self.earthquakes)}"
+        return report(title, self.text, *tables)
 
 
 def improve(

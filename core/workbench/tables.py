@@ -1,4 +1,4 @@
-"""Tables of errors and of parameter values, as engineers read them."""
+"""Tables of a model's errors and of its values, as engineers read them."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -10,43 +10,12 @@ from core.comparison.prediction import predicted_displacement
 from core.effects import EFFECTS
 from core.model.isolator import Isolator
 from core.rounding import apart, plain
+from core.tables import Table
 from core.units import shown, unit
 from core.workbench.earthquakes import FITTED, LEFT_OUT, Earthquakes, ModelErrors, Version, helps
 
 Deviations = Mapping[str, Mapping[str, float]]
 """Standard deviations by effect and parameter, of those that were fitted; infinite where the records leave it open."""
-
-
-@dataclass(frozen=True, slots=True)
-class Table:
-    """Cells as text; the first column names the rows, the others are numbers unless listed in `texts`."""
-
-    caption: str
-    headings: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
-    note: str = ""
-    sums: int = 0
-    """Number of rows at the end that are over several earthquakes."""
-    texts: tuple[str, ...] = ()
-    """Headings of columns of text, besides the first."""
-
-    def __str__(self) -> str:
-        return "\n".join(self._lines())
-
-    def _lines(self) -> Iterator[str]:
-        widths = [max(map(len, column)) for column in zip(self.headings, *self.rows, strict=True)]
-        is_text = [not number or heading in self.texts for number, heading in enumerate(self.headings)]
-
-        def line(cells: Sequence[str]) -> str:
-            each = zip(cells, widths, is_text, strict=True)
-            return "  ".join(c.ljust(w) if text else c.rjust(w) for c, w, text in each).rstrip()
-
-        yield self.caption
-        yield f"  {line(self.headings)}"
-        yield f"  {'  '.join('-' * width for width in widths)}"
-        yield from (f"  {line(row)}" for row in self.rows)
-        if self.note:
-            yield f"  {self.note}"
 
 
 @dataclass(frozen=True, slots=True)

@@ -96,7 +96,7 @@ def work_inputs(session: Session, claim: Claim, settings: Settings) -> WorkInput
         RecordError: none of the events can be compared.
     """
     model = session.get_one(ModelVersion, claim.model_id)
-    isolator = Isolator(model.effects)
+    isolator = Isolator.of_all_values(model.effects)
     asked, hold_out = claim.arguments.get("events"), claim.arguments.get("hold_out") or ()
     there = queries.comparable(session, model.building_id, DIRECTIONS[model.direction], None)
     wanted = {event.id for event in there if asked is None or event.id in {*asked, *hold_out}}

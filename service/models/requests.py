@@ -57,7 +57,7 @@ def _begun(
         first = first_model(description)
         return first.isolator, first.assumed
     try:
-        return Isolator(effects), ()
+        return Isolator.of_all_values(effects), ()
     except ModelError as error:
         raise ConflictError(f"The values make no model: {error}.") from None
 

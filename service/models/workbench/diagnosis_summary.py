@@ -6,8 +6,9 @@ from dataclasses import replace
 from rich.console import Group, RenderableType
 from rich.text import Text
 
+from core.tables import Table
 from core.workbench.diagnosing import BRIEF, DiagnosisResult, candidate_table
-from core.workbench.tables import Table, version_tables
+from core.workbench.tables import version_tables
 from service.models.workbench.fit_summary import values_table
 from service.models.workbench.summary import shown
 from service.models.workbench.work import Work

@@ -6,8 +6,8 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from core.tables import Table as ErrorsTable
 from core.workbench.comparing import ComparisonResult, force_table, outer_levels, prediction_table
-from core.workbench.tables import Table as ErrorsTable
 from service.models.workbench.work import Work
 
 

@@ -121,7 +121,7 @@ from pathlib import Path
 
 import numpy as np
 
-from core.effects import EFFECTS, add
+from core.effects import EFFECTS, add_effect
 from core.fitting.fit import fitted
 from core.fitting.layer_columns import Evidence
 from core.model.isolator import Isolator
@@ -154,7 +154,7 @@ def left(effects):
 without, _ = left({})
 add_own_effects(Path(sys.argv[1]))
 cell(1, sys.argv[2].replace("Water drag", "Drag again"))
-add("drag_of_a_cell", EFFECT)
+add_effect("drag_of_a_cell", EFFECT)
 with_file, values = left({"drag": {"drag": 1e6}})
 with_cell, again = left({"drag_of_a_cell": {"drag": 1e6}})
 assert with_file < 0.6 * without, (with_file, without)
