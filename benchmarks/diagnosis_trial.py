@@ -18,13 +18,13 @@ from core.diagnosis.missing_effects import Diagnosis, diagnosed
 from core.diagnosis.suspect import Suspect
 from core.diagnosis.suspicion import suspicions
 from core.effects import EFFECTS
+from core.estimators.known_superstructure import known_superstructure
 from core.fitting.first_model import first_model
 from core.fitting.observation import Observation, observations
 from core.model.force_response import force_response
 from core.model.isolator import Isolator, carried
 from core.model.modal_response import Axis, respond
 from core.record import Segment
-from core.restoring_force.known_superstructure import known_superstructure
 
 REFUSED = "refused"
 """Outcome where no earthquake can be used and nothing is suspected."""

@@ -9,7 +9,11 @@ import numpy as np
 from core.arrays import Matrix, Vector
 from core.description import BuildingDescription
 from core.errors import CoreError, ModelError
-from core.estimators import ESTIMATORS
+from core.estimators.by_name import ESTIMATORS
+from core.estimators.estimator import RestoringForce
+from core.estimators.instrumentation import instrumented_superstructure
+from core.estimators.mass_error import with_mass_errors
+from core.estimators.reliance import reliance_findings
 from core.isolation_layer.equivalent import (
     EquivalentSegment,
     cycles,
@@ -22,10 +26,6 @@ from core.isolation_layer.layer import AxialLoad, axial_load, layer_motion, laye
 from core.isolation_layer.motion import MeasuredMotion
 from core.quality import Finding
 from core.record import Direction, Record, Segment
-from core.restoring_force.estimator import RestoringForce
-from core.restoring_force.instrumentation import instrumented_superstructure
-from core.restoring_force.mass_error import with_mass_errors
-from core.restoring_force.reliance import reliance_findings
 from core.sensors.preparation import prepared
 from core.sensors.reconciliation import reconciled
 from core.sensors.sensor_health import SensorHealth, sensor_health

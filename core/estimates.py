@@ -16,14 +16,14 @@ from core.analysis import equivalent_cycles
 from core.arrays import Vector
 from core.description import BuildingDescription, IsolationLayer, Level
 from core.errors import ModelError, RecordError
-from core.estimators import ESTIMATORS
+from core.estimators.by_name import ESTIMATORS
+from core.estimators.estimator import RestoringForce
+from core.estimators.instrumentation import instrumented_superstructure
+from core.estimators.reliance import reliance_findings
 from core.isolation_layer.equivalent import EquivalentSegment
 from core.isolation_layer.layer import layer_motion as measured_motion
 from core.isolation_layer.motion import MeasuredMotion
 from core.record import Channel, Quantity, Record
-from core.restoring_force.estimator import RestoringForce
-from core.restoring_force.instrumentation import instrumented_superstructure
-from core.restoring_force.reliance import reliance_findings
 from core.rounding import with_std
 from core.sensors.integrated_channel import transducer_reading
 from core.signals.conditioning import without_baseline

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.arrays import Matrix, Vector
-from core.restoring_force.storeys import StoreyStiffness
+from core.estimators.storeys import StoreyStiffness
 
 COMMON = 0.5
 """Of the logarithm of the factor by which all storeys differ from the design: standard deviation."""

@@ -16,12 +16,12 @@ import numpy as np
 from core.arrays import Matrix, Vector
 from core.effect import RESULTS, YIELDED
 from core.effects import EFFECTS
+from core.estimators.error_spectrum import of_fused_displacement, white
 from core.fitting.observation import LayerHistory, Observation
 from core.fitting.record_ends import relied_on
 from core.model.force_response import Excitation, ForceResponse, excitation, response_to
 from core.model.isolator import Isolator, Key, carried
 from core.record import Direction
-from core.restoring_force.error_spectrum import of_fused_displacement, white
 from core.signals.whitening import BAND, Whitening, shrunk, whitening
 
 KEPT = 2e8

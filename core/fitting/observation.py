@@ -12,11 +12,11 @@ from core.arrays import Matrix, Vector
 from core.description import BuildingDescription
 from core.errors import RecordError
 from core.estimates import EPOCH, ForceHistory, MotionHistory, check_alike, sampled
+from core.estimators.error_spectrum import ErrorSpectrum
+from core.estimators.estimator import RestoringForce
 from core.isolation_layer.motion import MeasuredMotion
 from core.model.isolator import Conditions
 from core.record import Direction, Record
-from core.restoring_force.error_spectrum import ErrorSpectrum
-from core.restoring_force.estimator import RestoringForce
 from core.sensors.integrated_channel import transducer_reading
 from core.signals.conditioning import without_baseline
 from core.tables import report

@@ -13,11 +13,11 @@ from core.comparison.predictions import predict_all
 from core.description import BuildingDescription
 from core.diagnosis.missing_effects import LOWERS
 from core.errors import IdentificationError, RecordError
+from core.estimators.estimator import RestoringForce
+from core.estimators.known_superstructure import KnownSuperstructure, known_superstructure
 from core.fitting.observation import Observation, observations
 from core.model.isolator import Isolator
 from core.record import Direction
-from core.restoring_force.estimator import RestoringForce
-from core.restoring_force.known_superstructure import KnownSuperstructure, known_superstructure
 
 EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 USUAL_BAND = (0.1, 30.0)

@@ -9,11 +9,11 @@ from scipy.ndimage import uniform_filter1d
 
 from core.arrays import ComplexMatrix, Indices, Vector
 from core.building import fixed_base_modes
+from core.estimators.cms import channel_weights
+from core.estimators.estimator import InstrumentedSuperstructure
+from core.estimators.expansion import assumed_stiffness, static_shapes
 from core.model.simulation import simulate
 from core.paper import BUILDING, FOURTH_STOREY, ISOLATOR, RATE, ground_motion
-from core.restoring_force.cms import channel_weights
-from core.restoring_force.estimator import InstrumentedSuperstructure
-from core.restoring_force.expansion import assumed_stiffness, static_shapes
 from service.akt013 import recorded
 
 TARGET = Path(__file__).parents[1] / "reference" / "theory.svg"

@@ -4,7 +4,7 @@ from typing import Annotated
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, Strict, WithJsonSchema
 
-from core.estimators import ESTIMATORS
+from core.estimators.by_name import ESTIMATORS
 
 
 def known_estimator(name: str) -> str:

@@ -8,10 +8,10 @@ from rich.text import Text
 
 from core.analysis import DirectionAnalysis, EventAnalysis
 from core.description import BuildingDescription
+from core.estimators.reliance import Reliance
 from core.isolation_layer.equivalent import EquivalentSegment
 from core.isolation_layer.motion import MeasuredMotion
 from core.quality import Finding
-from core.restoring_force.reliance import Reliance
 from core.rounding import significant, with_std
 
 STYLES = {"note": "dim", "warning": "yellow", "fatal": "bold red"}

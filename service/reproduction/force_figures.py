@@ -6,8 +6,8 @@ from altair import LayerChart
 
 from core.arrays import Vector
 from core.comparison.fitting_rate import fitting_rate
+from core.estimators import cms
 from core.paper import RATE
-from core.restoring_force import cms
 from service.reproduction import published
 from service.reproduction.drawing import FORCE, Curve, Figure, estimates, exact, histories, loops, strongest
 from service.reproduction.simulated import LOW, Forces, Simulated, scattered_total

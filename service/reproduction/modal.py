@@ -1,10 +1,10 @@
 """What are the accelerations of the modes that the paper's method identifies?"""
 
 from core.arrays import Matrix
+from core.estimators import cms
+from core.estimators.estimator import InstrumentedSuperstructure, RestoringForce
+from core.estimators.expansion import modal_acceleration
 from core.identification.modes import mass_normalised
-from core.restoring_force import cms
-from core.restoring_force.estimator import InstrumentedSuperstructure, RestoringForce
-from core.restoring_force.expansion import modal_acceleration
 
 MODES = 2
 """Modes that the paper shows, at most."""

@@ -10,11 +10,11 @@ from core.analysis import AnalysisSettings, DirectionAnalysis, analyse
 from core.arrays import Matrix, Vector
 from core.description import BuildingDescription
 from core.errors import RecordError
-from core.estimators import ESTIMATORS
+from core.estimators import cms
+from core.estimators.by_name import ESTIMATORS
+from core.estimators.estimator import InstrumentedSuperstructure
+from core.estimators.instrumentation import instrumented_superstructure
 from core.record import Direction, Record
-from core.restoring_force import cms
-from core.restoring_force.estimator import InstrumentedSuperstructure
-from core.restoring_force.instrumentation import instrumented_superstructure
 from core.sensors.preparation import prepared
 from service.records.event_files import EventFiles
 from service.reproduction.modal import identified_shapes, modal_accelerations

@@ -4,7 +4,7 @@ import numpy as np
 from altair import LayerChart
 
 from core.comparison.fitting_rate import fitting_rate
-from core.restoring_force import cms
+from core.estimators import cms
 from service.reports import charts as report_charts
 from service.reproduction.drawing import (
     FORCE,

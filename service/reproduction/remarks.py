@@ -6,7 +6,7 @@ import numpy as np
 
 from core.arrays import Vector
 from core.comparison.fitting_rate import fitting_rate
-from core.restoring_force import cms
+from core.estimators import cms
 from service.reproduction import published
 from service.reproduction.real import RealBuilding
 from service.reproduction.simulated import HIGH, LOW, Simulated, scattered_total

@@ -7,11 +7,11 @@ import numpy as np
 
 from core.arrays import Matrix, Vector
 from core.building import fixed_base_modes
-from core.estimators import ESTIMATORS
+from core.estimators import cms
+from core.estimators.by_name import ESTIMATORS
+from core.estimators.estimator import InstrumentedSuperstructure, RestoringForce
 from core.model.simulation import Response, simulate
 from core.paper import BUILDING, FOURTH_STOREY, ISOLATOR, RATE
-from core.restoring_force import cms
-from core.restoring_force.estimator import InstrumentedSuperstructure, RestoringForce
 from service.reproduction.ground import Ground
 from service.reproduction.modal import identified_shapes, modal_accelerations
 from service.reproduction.published import MASS_SCALE, SCATTERED_MASS

@@ -7,8 +7,8 @@ import numpy as np
 from core.arrays import Vector
 from core.building import fixed_base_modes
 from core.comparison.fitting_rate import fitting_rate
+from core.estimators import cms
 from core.paper import BUILDING, FOURTH_STOREY, ISOLATOR, PEAK
-from core.restoring_force import cms
 from service.reproduction import published
 from service.reproduction.modal import MODES
 from service.reproduction.simulated import HIGH, KG_PER_T, LEVELS, LOW, ROOF, Forces, Simulated, scattered_total

@@ -16,12 +16,12 @@ from core.comparison.failure import failure
 from core.comparison.predictions import predict_all
 from core.diagnosis.missing_effects import diagnosed
 from core.effects import EFFECTS
+from core.estimators.known_superstructure import known_superstructure
 from core.fitting.fit import at_values
 from core.fitting.layer_columns import Evidence
 from core.fitting.observation import observations as observations_of
 from core.fitting.weighed_fit import weighed_fit
 from core.model.isolator import Isolator
-from core.restoring_force.known_superstructure import known_superstructure
 
 BAND = (0.1, 30.0)
 HARD = Isolator({**BOUC_WEN.effects, "hardening": {"k3": 2e10, "k5": 0.0}})

@@ -13,14 +13,14 @@ import pytest
 from core.arrays import Vector
 from core.building import fixed_base_modes as analytic_modes
 from core.comparison.fitting_rate import fitting_rate as fit
+from core.estimators.cms import at_all_floors, estimate, fixed_base_modes, force_of_shapes, shape_matrix
+from core.estimators.estimator import InstrumentedSuperstructure
+from core.estimators.expansion import modal_acceleration
 from core.identification.identified_modes import Identification, identified_modes
 from core.identification.modes import Mode, mass_normalised
 from core.identification.refinement import Refinement
 from core.model.simulation import Response, simulate
 from core.paper import BUILDING, ISOLATOR
-from core.restoring_force.cms import at_all_floors, estimate, fixed_base_modes, force_of_shapes, shape_matrix
-from core.restoring_force.estimator import InstrumentedSuperstructure
-from core.restoring_force.expansion import modal_acceleration
 
 MEASURED = np.array([2, 6])  # fourth storey and roof
 POINTS = 0.3  # what the project asks for, of the reference's one decimal

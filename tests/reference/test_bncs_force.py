@@ -10,8 +10,8 @@ from scipy import signal
 from shared import BNCS, needs_shared
 
 from core.arrays import Matrix, Vector
-from core.restoring_force.cms import estimate
-from core.restoring_force.estimator import InstrumentedSuperstructure
+from core.estimators.cms import estimate
+from core.estimators.estimator import InstrumentedSuperstructure
 
 
 @cache

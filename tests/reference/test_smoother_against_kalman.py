@@ -9,11 +9,11 @@ from truths import IN_CLASS, KINDS, RATE, SENSORS, instrumented, recorded, truth
 
 from core.building import fixed_base_modes
 from core.comparison.fitting_rate import fitting_rate
+from core.estimators.frame.hypotheses import chosen
+from core.estimators.frame.smoother import CALIBRATED, estimate, ringing
+from core.estimators.frame.spectral_lines import spectral_lines, within
+from core.estimators.frame.superstructure_model import Design, Superstructure
 from core.paper import BUILDING
-from core.smoothing.hypotheses import chosen
-from core.smoothing.smoother import CALIBRATED, estimate, ringing
-from core.smoothing.spectral_lines import spectral_lines, within
-from core.smoothing.superstructure_model import Design, Superstructure
 
 CUT = KINDS["cut to its strongest 15 s"]
 SHORT = pytest.mark.xfail(strict=True, reason="98.40 %, where the smoother in time comes to 98.67")

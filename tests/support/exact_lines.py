@@ -7,10 +7,10 @@ from scipy.linalg import eigh
 
 from core.arrays import ComplexMatrix, ComplexVector, Matrix, Vector
 from core.building import storey_stiffness_matrix
+from core.estimators.frame.frame import heights, lateral_stiffness
+from core.estimators.frame.spectral_lines import Lines
+from core.estimators.frame.superstructure_model import Design
 from core.paper import BUILDING
-from core.smoothing.frame import heights, lateral_stiffness
-from core.smoothing.spectral_lines import Lines
-from core.smoothing.superstructure_model import Design
 
 RATE = 100.0
 SAMPLES = 6000
@@ -42,7 +42,7 @@ PAPER = Known(
 
 
 def of_parameters(parameters: Vector, design: Design) -> Known:
-    """The superstructure that core.smoothing.superstructure_model's parameters mean, in words of its docstrings."""
+    """The superstructure of parameters, in words of the docstrings of core.estimators.frame.superstructure_model."""
     layout = design.layout
     stiffness = design.storey_stiffness * np.exp(parameters[layout.scale] + np.cumsum(parameters[layout.storeys]))
     mass = design.floor_mass * np.exp(parameters[layout.masses])

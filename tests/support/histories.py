@@ -13,11 +13,11 @@ from sqlalchemy.orm import Session, sessionmaker
 
 from core.analysis import AnalysisSettings, DirectionAnalysis, EventAnalysis
 from core.building import fixed_base_modes
+from core.estimators.estimator import RestoringForce
 from core.identification.modes import Mode
 from core.isolation_layer.equivalent import EquivalentSegment
 from core.isolation_layer.motion import MeasuredMotion, ResidualDisplacement
 from core.paper import BUILDING
-from core.restoring_force.estimator import RestoringForce
 from core.sensors.sensor_health import SensorHealth
 from service.analyses.store import Inputs
 from service.buildings import store as building_store

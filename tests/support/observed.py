@@ -6,10 +6,10 @@ from datetime import UTC, datetime, timedelta
 import numpy as np
 
 from core.arrays import Vector
+from core.estimators.error_spectrum import white
 from core.fitting.observation import LayerHistory, Observation
 from core.model.force_response import force_response
 from core.model.isolator import Conditions, Isolator, carried
-from core.restoring_force.error_spectrum import white
 from core.signals.whitening import BAND, whitening
 
 RATE = 100.0

@@ -16,8 +16,8 @@ from scipy.linalg import eigh
 from core.analysis import AnalysisSettings
 from core.arrays import Matrix, Vector
 from core.building import storey_stiffness_matrix
+from core.estimators.estimator import InstrumentedSuperstructure
 from core.paper import BUILDING, FOURTH_STOREY
-from core.restoring_force.estimator import InstrumentedSuperstructure
 from core.signals.conditioning import Samples, band_passed, without_baseline
 
 MOTIONS: Mapping[str, Callable[[], Vector]] = MappingProxyType(

@@ -6,7 +6,7 @@ from hypothesis import given, settings, strategies as st
 
 from core.arrays import Matrix, Vector
 from core.diagnosis.softened_storey import softened_storey
-from core.restoring_force.storeys import StoreyStiffness
+from core.estimators.storeys import StoreyStiffness
 
 FLOORS = 7
 STEPS = np.tril(np.ones((FLOORS, FLOORS)))

@@ -15,13 +15,13 @@ from core.arrays import Vector
 from core.description import BuildingDescription, IsolationDesign
 from core.diagnosis.suspect import Cause
 from core.diagnosis.suspicion import suspicions
+from core.estimators.estimator import RestoringForce
+from core.estimators.storeys import StoreyStiffness
 from core.fitting.descent import Outcome
 from core.fitting.first_model import first_model
 from core.fitting.fit import Fit
 from core.model.isolator import Isolator
 from core.quality import Finding
-from core.restoring_force.estimator import RestoringForce
-from core.restoring_force.storeys import StoreyStiffness
 
 DESIGN = IsolationDesign(k_b=475e6, c_b=6e6, F_y=655e3, D_y=1.5e-3)
 SOUND: dict[str, Vector] = {}

@@ -7,13 +7,13 @@ import orjson
 from building_files import FOLDER, SMALL
 
 from core.analysis import AnalysisSettings, DirectionAnalysis, EventAnalysis
+from core.estimators.estimator import RestoringForce
+from core.estimators.reliance import Reliance
 from core.identification.modes import Mode
 from core.isolation_layer.equivalent import EquivalentSegment
 from core.isolation_layer.layer import AxialLoad
 from core.isolation_layer.motion import MeasuredMotion, ResidualDisplacement
 from core.quality import Finding
-from core.restoring_force.estimator import RestoringForce
-from core.restoring_force.reliance import Reliance
 from service.analyses.document import as_json
 from service.buildings.description import read
 

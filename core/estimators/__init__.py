@@ -1,0 +1,1 @@
+"""Estimators of the isolation layer's restoring force: component mode synthesis, and the frame estimator."""

@@ -1,0 +1,176 @@
+"""The restoring force and its uncertainty, all floors estimated together from those measured."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy import ndimage
+
+from core.arrays import ComplexMatrix, ComplexVector, Matrix, Vector
+from core.estimators.error_spectrum import ErrorSpectrum
+from core.estimators.frame.calibration import Calibration
+from core.estimators.frame.evaluation import sensor_errors
+from core.estimators.frame.free_vibration import floors_free_vibration
+from core.estimators.frame.line_weights import LinearModel, LineWeights, common_factor, line_weights
+from core.estimators.frame.shape_error import local_mean_square, shape_error
+from core.estimators.frame.spectral_lines import Lines
+from core.estimators.frame.superstructure_model import Design, Superstructure, superstructure
+
+AVERAGED = 9
+"""Lines over which the force's error is averaged."""
+MOVING = 15.0
+"""Hz, above which the force moves too little for the parameters' uncertainty to matter."""
+COUNTED = 0.999
+"""Of the force's variance by the parameters: further directions of their uncertainty are left out."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Smoothed:
+    """What the floors' estimate says of the isolation layer."""
+
+    force: Vector
+    """(n,) N."""
+    rigid: Vector
+    """(n,) N, of that: the whole building moving as the base slab."""
+    std: Vector
+    """(n,) N, standard deviation of the force."""
+    noise_std: Vector
+    """(n,) N, of that: without errors of shape, and with the noise that the quiet part of the record shows."""
+    error: ErrorSpectrum
+    """N²/Hz, `noise_std` by frequency; what the parameters' uncertainty does, as patterns."""
+    systematic: Matrix
+    """(p, n) N, effect on the force of one standard deviation of each parameter direction and of the shape."""
+
+
+def smoothed(
+    lines: Lines, design: Design, calibration: Calibration, base_mass: float, shape: float | None = 0.0
+) -> Smoothed:
+    """The force F = -Σ m_i a_i over all levels, by the posterior mean of every level's acceleration.
+
+    The standard deviation holds the channels' noise, the motion of the floors without a sensor, and the uncertainty
+    of the calibrated parameters; where the model does not hold they grow with its misfit.
+
+    Args:
+        lines: all of the record's spectrum, from zero to half the rate.
+        design: of the building.
+        calibration: of the superstructure.
+        base_mass: kg.
+        shape: as of core.estimators.frame.shape_error.
+    """
+    model = LinearModel(lines, design, calibration, calibration.parameters, calibration.structure, base_mass)
+    weights, spectra = (
+        line_weights(model),
+        without_free_vibration(lines, design, calibration.structure, model.parameters),
+    )
+    base = np.einsum("lc,cl->l", weights.base, spectra)
+    total = base_mass + design.floor_mass.sum()
+    shape_history = shape_error(model, spectra, shape)
+    shapes = local_mean_square(shape_history[None], lines.rate)
+    motion = _stationary(weights.motion, lines.samples) * _envelope(lines)
+    noise = _stationary(weights.noise, lines.samples)
+    patterns = np.sqrt(max(1.0, calibration.chi_square)) * _by_parameters(model)
+    unknown = np.sum(patterns**2, axis=0)
+    variance = _excess_noise(lines, calibration) * noise + np.maximum(motion, shapes) + unknown
+    force = _history(_force(model, weights, spectra), lines.samples)
+    return Smoothed(
+        force,
+        -total * _history(base, lines.samples),
+        np.sqrt(variance),
+        np.sqrt(noise + motion + unknown),
+        _error(weights.noise + weights.motion, patterns, lines),
+        np.vstack([patterns, shape_history]),
+    )
+
+
+def force_history(model: LinearModel) -> Vector:
+    """(n,) N, that force alone."""
+    spectra = without_free_vibration(model.lines, model.design, model.structure, model.parameters)
+    return _history(_force(model, line_weights(model), spectra), model.lines.samples)
+
+
+def _excess_noise(lines: Lines, calibration: Calibration) -> float:
+    """Power of the noise that the calibration left over, over that of which the quiet part of the record told.
+
+    That part is short; where noise explains all that is left, thousands of lines tell the noise better.
+    """
+    if calibration.hypothesis.is_random:
+        return 1.0
+    return calibration.chi_square * float(calibration.noise[0] / lines.noise[0])
+
+
+def without_free_vibration(
+    lines: Lines, design: Design, structure: Superstructure, parameters: Vector
+) -> ComplexMatrix:
+    """(channels, lines) spectra less the modes' free vibration, as the sensors see it."""
+    layout, spectra = design.layout, lines.spectra.copy()
+    free = floors_free_vibration(structure, lines, design.measured, parameters[layout.transients])
+    spectra[1:] -= sensor_errors(parameters, layout, lines.angular)[1:] * free
+    return spectra
+
+
+def _force(model: LinearModel, weights: LineWeights, spectra: ComplexMatrix) -> ComplexVector:
+    """(lines,) spectrum of the force."""
+    layout, structure = model.design.layout, model.structure
+    every, amplitudes = np.arange(layout.floors), model.parameters[layout.transients]
+    free = common_factor(model) * floors_free_vibration(structure, model.lines, every, amplitudes)
+    return np.asarray(np.einsum("lc,cl->l", weights.force, spectra) - structure.mass @ free)
+
+
+def _error(power: Vector, patterns: Matrix, lines: Lines) -> ErrorSpectrum:
+    """From the mean square at every line of what has no pattern, and from the patterns.
+
+    A superstructure that is none of the model's class errs in other shapes than the parameters' uncertainty does, if
+    about as much: half of its power is told by frequency alone.
+    """
+    every = power + np.sum(np.abs(np.fft.rfft(patterns, axis=1)) ** 2, axis=0) / 2
+    density = 2 * ndimage.uniform_filter1d(every, AVERAGED, mode="nearest") / (lines.samples * lines.rate)
+    return ErrorSpectrum(lines.angular / (2 * np.pi), density, patterns / np.sqrt(2), is_shrunk=True)
+
+
+def _by_parameters(model: LinearModel) -> Matrix:
+    """(directions, n) N, what standard deviations of the parameters do to the force, to first order.
+
+    Of the covariance's principal directions only those count that move the force; which, a few lines tell.
+    """
+    lines, calibration = model.lines, model.calibration
+    moving = np.flatnonzero(lines.angular < 2 * np.pi * MOVING)
+    slow = replace(model, lines=lines.chosen(moving))
+    free = calibration.hypothesis.free
+    values, directions = np.linalg.eigh(calibration.covariance[np.ix_(free, free)])
+    moves = np.zeros((free.size, calibration.parameters.size))
+    moves[:, free] = (np.sqrt(np.maximum(values, 0.0)) * directions).T
+    few = replace(model, lines=slow.lines.every(max(1, moving.size // 400)))
+    strength = np.sum(np.abs(_changes(few, moves)) ** 2, axis=1)
+    order = np.argsort(strength)[::-1]
+    counted = order[: 1 + int(np.searchsorted(np.cumsum(strength[order]), COUNTED * strength.sum()))]
+    spectra = np.zeros((counted.size, lines.angular.size), dtype=complex)
+    spectra[:, moving] = _changes(slow, moves[counted])
+    return np.asarray(np.fft.irfft(spectra, lines.samples, axis=1))
+
+
+def _changes(model: LinearModel, moves: Matrix) -> ComplexMatrix:
+    """(moves, lines) by how much each move of the parameters changes the force's spectrum."""
+
+    def force(parameters: Vector) -> ComplexVector:
+        structure = superstructure(parameters, model.design)
+        moved = replace(model, parameters=parameters, structure=structure)
+        spectra = without_free_vibration(model.lines, model.design, structure, parameters)
+        return _force(moved, line_weights(moved), spectra)
+
+    here = force(model.parameters)
+    return np.array([force(model.parameters + move) - here for move in moves])
+
+
+def _stationary(variance: Vector, samples: int) -> float:
+    """Variance in time of what has the given one at every line of a real history's one-sided spectrum."""
+    return float((2 * variance.sum() - variance[0]) / samples**2)
+
+
+def _envelope(lines: Lines) -> Vector:
+    """(n,) mean square of the channels about each instant, over that of the record."""
+    histories = np.fft.irfft(lines.spectra, lines.samples, axis=1)
+    strength = local_mean_square(histories, lines.rate)
+    return np.asarray(strength / strength.mean())
+
+
+def _history(spectrum: ComplexVector, samples: int) -> Vector:
+    return np.asarray(np.fft.irfft(spectrum, samples))

@@ -1,0 +1,117 @@
+"""How do the channels' spectral lines, and the variance at them, change with the parameters of a superstructure?"""
+
+import numpy as np
+
+from core.arrays import ComplexMatrix, ComplexTensor, Indices, Matrix, Vector
+from core.estimators.frame.damping_coupling import damping_coupling
+from core.estimators.frame.line_misfit import Responses, real_times
+from core.estimators.frame.superstructure_model import Superstructure, loads
+
+
+def structural_derivatives(
+    structure: Superstructure, given: Responses, angular: Vector, measured: Indices, amplitudes: ComplexMatrix
+) -> ComplexTensor:
+    """Derivatives of the channels by the structure's parameters, in the order of superstructure_model.Layout.
+
+    Args:
+        structure: of the building.
+        given: its responses.
+        angular: (lines,) rad/s.
+        measured: (channels - 1,) floors with a sensor.
+        amplitudes: (inputs, lines) of the inputs.
+
+    Returns:
+        (structural, channels, lines), 0 for the masses: those are `mass_derivatives`.
+    """
+    α, η, β = structure.damping
+    w, compliance = angular, given.compliance
+    coordinate = w**2 * compliance * real_times(structure.inputs[:, : len(amplitudes)], amplitudes)
+    coupling, by = damping_coupling(structure), structure.stiffness_derivatives
+    by_stiffness = real_times(by, coordinate)
+    by_stiffness = by_stiffness + 1j * (w * α + η) * real_times(by * coupling.stiff, coordinate)
+    by_stiffness = -compliance * (by_stiffness + 1j * w * β * real_times(by * coupling.uneven, coordinate))
+    damped = -1j * structure.modal_damping[:, None] * coordinate * compliance
+    stiff = structure.squared[:, None] * damped
+    by_damping = np.array([α * w * stiff, η * stiff, β * w * damped])
+    seen, floors = structure.shapes[measured], structure.mass.size
+    storeys, rates = 1 + floors, 4 + 2 * floors
+    at_channels = np.zeros((rates + 3 + floors, measured.size + 1, w.size), dtype=complex)
+    at_channels[:storeys, 1:] = real_times(seen, by_stiffness[:storeys])
+    at_channels[storeys + floors : rates, 1:] = real_times(seen, by_stiffness[storeys:])
+    at_channels[rates : rates + 3, 1:] = real_times(seen, by_damping)
+    at_channels[rates + 3 :, 1:] = seen.T[:, :, None] * by_damping.sum(axis=0)[:, None]
+    at_channels[:, 1:] *= given.sensors[1:]
+    return at_channels
+
+
+def mass_derivatives(
+    structure: Superstructure, given: Responses, angular: Vector, measured: Indices, amplitudes: ComplexMatrix
+) -> ComplexTensor:
+    """(floors, channels, lines) derivatives of the channels by the masses' logarithms, their total held.
+
+    Args: as of `structural_derivatives`.
+    """
+    w, compliance, shapes, (α, η, β) = angular, given.compliance, structure.shapes, structure.damping
+    inputs, λ, coupling = len(amplitudes), structure.squared, damping_coupling(structure)
+    coordinate = w**2 * compliance * real_times(structure.inputs[:, :inputs], amplitudes)
+    load = w**2 * (real_times(loads(structure.mass.size)[:inputs].T, amplitudes) + real_times(shapes, coordinate))
+    apart = shapes[:, None] * np.outer(λ, λ) * coupling.uneven
+    damped = (w * α + η) * real_times(apart, coordinate)
+    damped -= w * β * real_times(shapes[:, None] * coupling.crossed, coordinate)
+    answer = compliance * (load[:, None] + 1j * damped)
+    by_mass = structure.mass[:, None, None] * real_times(shapes[measured], shapes[:, :, None] * answer)
+    by_mass -= (structure.mass / structure.mass.sum())[:, None, None] * by_mass.sum(axis=0)
+    at_channels = np.zeros((len(by_mass), measured.size + 1, w.size), dtype=complex)
+    at_channels[:, 1:] = by_mass * given.sensors[1:]
+    return at_channels
+
+
+def determinant_descent(
+    structure: Superstructure,
+    given: Responses,
+    angular: Vector,
+    measured: Indices,
+    inverse: ComplexTensor,
+    weights: Matrix,
+) -> Vector:
+    """By how much a structural parameter lowers the log determinant of V, h held: -2 Re Σ S Bᴴ P dB.
+
+    Args:
+        structure: of the building.
+        given: its responses.
+        angular: (lines,) rad/s.
+        measured: (channels - 1,) floors with a sensor.
+        inverse: (1 + floors, channels, lines) P R, and P B for every floor.
+        weights: (1 + floors, lines) the variances S.
+
+    Returns:
+        (structural,) 0 for the masses, which are held wherever variances are not zero.
+    """
+    α, η, β = structure.damping
+    w, compliance, floors = angular, given.compliance, structure.mass.size
+    back = real_times(structure.shapes[measured].T, inverse[:, 1:].conj() * given.sensors[1:]) * compliance
+    forth = w**2 * compliance * structure.inputs.T[1:, :, None] * weights[:, None]
+    coupling, flat_forth = damping_coupling(structure), _flat(forth)
+    plain, stiff, uneven = (
+        (flat_forth @ _flat(back * by).T).real for by in (np.ones_like(w), 1j * (w * α + η), 1j * w * β)
+    )
+    through = plain + coupling.stiff * stiff + coupling.uneven * uneven
+    by_stiffness = 2 * np.einsum("krs,sr->k", structure.stiffness_derivatives, through)
+    own = 1j * structure.modal_damping[:, None] * np.einsum("irl,irl->rl", forth, back)
+    stiffly = structure.squared[:, None] * own
+    by_rates = 2 * np.array([w * α * stiffly, η * stiffly, w * β * own]).real.sum(axis=2)
+    parts = by_stiffness[: 1 + floors], np.zeros(floors), by_stiffness[1 + floors :], by_rates.sum(axis=1)
+    return np.concatenate([*parts, by_rates.sum(axis=0)])
+
+
+def _flat(series: ComplexTensor) -> ComplexMatrix:
+    """(modes, everything else) of (inputs, modes, lines)."""
+    return series.swapaxes(0, 1).reshape(series.shape[1], -1)
+
+
+def sensor_derivatives(series: ComplexMatrix, angular: Vector) -> ComplexTensor:
+    """(2 channels, channels, lines) derivatives of the channels by each one's gain, then by each one's delay."""
+    channels = len(series)
+    by_gain = np.zeros((channels, *series.shape), dtype=complex)
+    by_gain[np.arange(channels), np.arange(channels)] = series
+    return np.concatenate([by_gain, -1j * angular * by_gain])

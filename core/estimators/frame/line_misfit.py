@@ -1,0 +1,139 @@
+"""Misfit of a superstructure to the spectral lines of a record.
+
+At every line the channels are z = h a_b + R θ + B v + t + noise: the base slab's acceleration a_b, free; its rocking θ
+and accelerations v of single floors, random, with variances by frequency band; t the free vibration left by the
+record's ends. h, R and B are the structure's responses. V is the variance of all but a_b, and with
+P = V⁻¹ - V⁻¹ h (hᴴ V⁻¹ h)⁻¹ hᴴ V⁻¹ the misfit is Σ zᴴ P z: errors in variables (Pintelon and Schoukens 2012).
+All is in units of the channels' noise, whitened by W, Wᴴ W = V⁻¹, and then projected off h, so that P becomes a plain
+sum of squares.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.arrays import ComplexMatrix, ComplexTensor, ComplexVector, Indices, Matrix, Tensor, Vector
+from core.estimators.frame.superstructure_model import Superstructure, rigid_motion
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Responses:
+    """What inputs do at the channels, line by line."""
+
+    sensors: ComplexMatrix
+    """(channels, lines) gains and delays, over the noise's root mean square."""
+    compliance: ComplexMatrix
+    """(modes, lines) s²: modal coordinate by unit modal load."""
+    acting: ComplexTensor
+    """(inputs, channels, lines) of the base slab's acceleration h; then, where they are allowed for, of its rocking R
+    and of an acceleration of every floor alone B."""
+
+    @property
+    def base(self) -> ComplexMatrix:
+        """(channels, lines) h."""
+        return np.asarray(self.acting[0])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Whitened:
+    """The lines as independent unit variables, h taken out."""
+
+    whitening: ComplexTensor | None
+    """(lines, channels, channels) W; None where V is the noise alone, of which all is in units."""
+    direction: ComplexMatrix
+    """(channels, lines) W h, of unit length."""
+    length: Vector
+    """(lines,) of W h."""
+    log_determinant: Vector
+    """(lines,) of V."""
+
+    def of(self, series: ComplexTensor) -> ComplexTensor:
+        """(k, channels, lines) whitened, without its part along h."""
+        white = self.without_projection(series)
+        return np.asarray(white - self.direction * np.sum(self.direction.conj() * white, axis=1, keepdims=True))
+
+    def without_projection(self, series: ComplexTensor) -> ComplexTensor:
+        """(k, channels, lines) whitened."""
+        return series if self.whitening is None else np.einsum("lcd,kdl->kcl", self.whitening, series)
+
+    def back(self, white: ComplexTensor) -> ComplexTensor:
+        """(k, channels, lines) Wᴴ times what is white: P times a series of which that is the whitened one."""
+        return white if self.whitening is None else np.einsum("lcd,kcl->kdl", self.whitening.conj(), white)
+
+
+def responses(
+    structure: Superstructure, angular: Vector, measured: Indices, sensors: ComplexMatrix, inputs: int
+) -> Responses:
+    """Of the inputs at the channels.
+
+    Args:
+        structure: of the building.
+        angular: (lines,) rad/s.
+        measured: (channels - 1,) floors with a sensor.
+        sensors: (channels, lines) as in the result.
+        inputs: how many of the base slab's acceleration, its rocking, every floor's own.
+    """
+    α, η, β = structure.damping
+    damped = structure.squared[:, None] * (angular * α + η) + angular * β
+    dynamic = structure.squared[:, None] - angular**2 + 1j * structure.modal_damping[:, None] * damped
+    compliance = np.asarray(1 / dynamic, dtype=complex)
+    moved = structure.shapes[measured] * structure.inputs.T[:inputs, None]
+    seen = real_times(moved, angular**2 * compliance) + rigid_motion(structure.mass.size)[:inputs, measured, None]
+    acting = np.zeros((inputs, *sensors.shape), dtype=complex)
+    acting[0, 0] = 1.0
+    acting[:, 1:] = seen
+    acting *= sensors
+    return Responses(sensors, compliance, acting)
+
+
+def variance_at(
+    given: Responses, rocking: Vector, floors: Vector, local: Tensor, dynamic_share: float
+) -> ComplexTensor:
+    """(lines, channels, channels) V.
+
+    Args:
+        given: responses.
+        rocking: (lines,) variance of the rocking.
+        floors: (lines,) variance of the floors' own motion.
+        local: (lines, channels, channels) covariance of a motion seen at sensors alone, over the noise.
+        dynamic_share: of the floors' own motion that acts through the structure; the rest is local.
+    """
+    _, rocked_by, moved_by = np.split(given.acting, [1, 2])
+    through = np.einsum("icl,idl->lcd", moved_by, moved_by.conj(), optimize=True)
+    rocked = np.einsum("icl,idl->lcd", rocked_by, rocked_by.conj())
+    own = dynamic_share * through + (1 - dynamic_share) * local
+    return np.asarray(rocking[:, None, None] * rocked + floors[:, None, None] * own + np.eye(local.shape[1]))
+
+
+def whitened_by(variance: ComplexTensor, base: ComplexMatrix) -> Whitened:
+    """Whitening by the inverse of V's Cholesky factor.
+
+    Args:
+        variance: (lines, channels, channels) V.
+        base: (channels, lines) h.
+    """
+    whitening = np.asarray(np.linalg.inv(np.linalg.cholesky(variance)), dtype=complex)
+    direction = np.einsum("lcd,dl->cl", whitening, base)
+    length = np.linalg.norm(direction, axis=0)
+    diagonal = np.einsum("lcc->lc", whitening).real
+    return Whitened(whitening, direction / length, length, -2 * np.log(diagonal).sum(axis=1))
+
+
+def by_noise_alone(base: ComplexMatrix) -> Whitened:
+    """The same where V is the channels' noise: its determinant, a constant, is left out."""
+    length = np.linalg.norm(base, axis=0)
+    return Whitened(None, base / length, length, np.zeros_like(length))
+
+
+def projected(whitened: Whitened, spectra: ComplexMatrix) -> tuple[ComplexMatrix, ComplexVector]:
+    """(channels, lines) what h does not explain, whitened; (lines,) the amplitude a_b of what it does."""
+    white = whitened.without_projection(spectra[None])[0]
+    along = np.sum(whitened.direction.conj() * white, axis=0)
+    return white - whitened.direction * along, along / whitened.length
+
+
+def real_times(matrices: Tensor | Matrix, series: ComplexTensor | ComplexMatrix) -> ComplexTensor:
+    """Real matrices times complex series along their second last axis."""
+    parts = np.ascontiguousarray(series).view(float)
+    product: ComplexTensor = np.ascontiguousarray(matrices @ parts).view(complex)
+    return product

@@ -1,0 +1,121 @@
+"""Which weights give the restoring force from the channels, spectral line by spectral line?"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import ndimage
+
+from core.arrays import ComplexMatrix, ComplexTensor, ComplexVector, Matrix, Vector
+from core.estimators.frame.calibration import Calibration
+from core.estimators.frame.evaluation import sensor_errors
+from core.estimators.frame.line_misfit import Responses, responses
+from core.estimators.frame.spectral_lines import Lines
+from core.estimators.frame.superstructure_model import Design, Superstructure, rigid_motion
+from core.estimators.frame.unmodelled_motion import DYNAMIC_SHARE, static_flexibility
+
+NEIGHBOURS = 21
+"""Lines over which the spectrum of the base slab's motion is averaged."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LinearModel:
+    """What the estimate is linear by: lines, building, and one choice of parameters."""
+
+    lines: Lines
+    design: Design
+    calibration: Calibration
+    parameters: Vector
+    structure: Superstructure
+    base_mass: float
+
+    @property
+    def inputs(self) -> int:
+        """How many move: the base slab; beyond what the parameters explain also its rocking and every floor."""
+        return 2 + self.design.layout.floors if self.calibration.hypothesis.is_random else 1
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LineWeights:
+    """The linear estimate at every line."""
+
+    force: ComplexMatrix
+    """(lines, channels) kg, of the force."""
+    base: ComplexMatrix
+    """(lines, channels) of the base slab's acceleration."""
+    noise: Vector
+    """(lines,) N², variance of the force by the channels' noise."""
+    motion: Vector
+    """(lines,) N², variance of the force by motions that the channels do not tell."""
+
+
+def line_weights(model: LinearModel) -> LineWeights:
+    """Posterior mean of the force and of the base slab's acceleration, and the force's variance."""
+    lines, design, structure = model.lines, model.design, model.structure
+    given, variance = channel_responses(model), _input_variances(model)
+    weighted, inertia = given.acting * variance[:, None], _inertia(model, given)
+    local, carried = _local(model), structure.mass @ static_flexibility(design)
+    crossed = np.einsum("il,icl->lc", inertia, weighted.conj())
+    crossed[:, 1:] -= local[:, None] * carried[design.measured]
+    prior = np.sum(np.abs(inertia) ** 2 * variance, axis=0) + local * (carried @ structure.mass)
+    inverse = np.linalg.inv(_covariance(model, given.acting, weighted))
+    force = np.einsum("lc,lcd->ld", crossed, inverse)
+    base = np.einsum("cl,lcd->ld", weighted[0].conj(), inverse)
+    noise = np.sum(np.abs(force) ** 2 * lines.noise_at.T, axis=1)
+    posterior = prior - np.einsum("lc,lc->l", force, crossed.conj()).real
+    return LineWeights(force, base, noise, np.maximum(posterior - noise, 0.0))
+
+
+def channel_covariance(lines: Lines, design: Design, calibration: Calibration) -> ComplexTensor:
+    """(lines, channels, channels) of the channels' spectra, as calibrated."""
+    model = LinearModel(lines, design, calibration, calibration.parameters, calibration.structure, 0.0)
+    acting = channel_responses(model).acting
+    return _covariance(model, acting, acting * _input_variances(model)[:, None])
+
+
+def channel_responses(model: LinearModel) -> Responses:
+    """Of the channels to all that moves.
+
+    What gains and delays have in common is no sensor's error: it stays in the motion.
+    """
+    layout, lines = model.design.layout, model.lines
+    sensors = sensor_errors(model.parameters, layout, lines.angular) / common_factor(model)
+    return responses(model.structure, lines.angular, model.design.measured, sensors, model.inputs)
+
+
+def common_factor(model: LinearModel) -> ComplexVector:
+    """(lines,) what the channels' gains and delays have in common."""
+    layout = model.design.layout
+    gain, delay = (np.median(model.parameters[which]) for which in (layout.gains, layout.delays))
+    return np.asarray(np.exp(gain - 1j * delay * model.lines.angular))
+
+
+def _inertia(model: LinearModel, given: Responses) -> ComplexMatrix:
+    """(inputs, lines) kg, what the inputs do in the force."""
+    structure = model.structure
+    rigid = rigid_motion(structure.mass.size)[: model.inputs] @ structure.mass
+    rigid[0] += model.base_mass
+    carried = (structure.mass @ structure.shapes)[:, None] * structure.inputs[:, : model.inputs]
+    return np.asarray(-rigid[:, None] - carried.T @ (model.lines.angular**2 * given.compliance))
+
+
+def _covariance(model: LinearModel, acting: ComplexTensor, weighted: ComplexTensor) -> ComplexTensor:
+    """(lines, channels, channels) of the channels' spectra."""
+    measured = model.design.measured
+    covariance = np.einsum("icl,idl->lcd", weighted, acting.conj(), optimize=True)
+    flexibility = static_flexibility(model.design)[np.ix_(measured, measured)]
+    covariance[:, 1:, 1:] += _local(model)[:, None, None] * flexibility
+    return np.asarray(covariance + model.lines.noise_at.T[:, :, None] * np.eye(len(model.lines.noise)))
+
+
+def _local(model: LinearModel) -> Vector:
+    """(lines,) variance of the roof's unmodelled motion that does not act through the structure."""
+    return np.asarray((1 - DYNAMIC_SHARE) * model.calibration.variances.floors[model.lines.band])
+
+
+def _input_variances(model: LinearModel) -> Matrix:
+    """(inputs, lines) of the base slab's acceleration, its rocking, and single floors' accelerations."""
+    lines = model.lines
+    power = ndimage.uniform_filter1d(np.abs(lines.spectra[0]) ** 2, NEIGHBOURS, mode="nearest")
+    base = np.maximum(power - lines.noise_at[0], 1e-3 * power)
+    rocking, floors = model.calibration.variances.at(lines)
+    return np.vstack([base, rocking, np.tile(floors, (model.design.layout.floors, 1))])[: model.inputs]

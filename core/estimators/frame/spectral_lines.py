@@ -1,0 +1,98 @@
+"""A record as its discrete Fourier transform."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from core.arrays import ComplexMatrix, Indices, Matrix, Vector
+from core.estimators.estimator import InstrumentedSuperstructure
+from core.signals.noise import flicker, flicker_corner, noise_density
+
+BANDS = np.geomspace(0.3, 25.0, 16)
+"""Hz, between the bands in which unmodelled motion is of one strength."""
+AT_REST = 0.02
+"""Of the largest root mean square over half a second: no more than that above the quietest is rest."""
+LOWEST = 0.1
+"""Hz, below which the noise is taken to rise no further: what is slower is filtered out of records."""
+NOISELESS = 1e-6
+"""Of a channel's power: with less noise than a thousandth of its motion the misfit has too many valleys to search."""
+EDGE = 0.5
+"""s, of the record at either end."""
+QUIETEST = 0.02
+"""Share of the record that is taken for noise alone, in judging rest."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Lines:
+    """What a record says at the spectral lines that calibration uses."""
+
+    angular: Vector
+    """(lines,) rad/s."""
+    spectra: ComplexMatrix
+    """(channels, lines) discrete Fourier transform, the base slab first."""
+    noise: Vector
+    """(channels,) mean square of the transform of the noise's white part."""
+    colour: Vector
+    """(lines,) power of all noise over that of its white part."""
+    band: Indices
+    """(lines,) number of the frequency band, for variances."""
+    samples: int
+    rate: float
+    at_rest: bool
+    """Whether the record begins and ends at rest, so that no free vibration is to be allowed for."""
+
+    def every(self, stride: int) -> "Lines":
+        """Every so many of the lines, the last among them, so that no band is lost at the end."""
+        return self.chosen(np.arange(self.angular.size - 1, -1, -stride)[::-1])
+
+    def chosen(self, places: Indices) -> "Lines":
+        """Only the lines at these places."""
+        return replace(
+            self,
+            angular=self.angular[places],
+            spectra=self.spectra[:, places],
+            colour=self.colour[places],
+            band=self.band[places],
+        )
+
+    @property
+    def noise_at(self) -> Matrix:
+        """(channels, lines) mean square of the noise's transform."""
+        return self.noise[:, None] * self.colour
+
+
+def spectral_lines(superstructure: InstrumentedSuperstructure) -> Lines:
+    """All of the record's spectrum."""
+    series = np.vstack([superstructure.base_acceleration, superstructure.floor_acceleration])
+    samples, rate = series.shape[1], superstructure.rate
+    frequency = np.asarray(np.fft.rfftfreq(samples, 1 / rate), dtype=float)
+    angular = np.asarray(2 * np.pi * frequency)
+    spectra = np.fft.rfft(series, axis=1)
+    power = np.mean(np.abs(spectra) ** 2, axis=1)
+    angular[0] = 1e-3 * angular[1]  # the response at rest is the limit, not 0 / 0
+    noise = np.maximum(noise_density(series, rate) * samples * rate / 2, NOISELESS * power)
+    corner = flicker_corner(spectra, noise, frequency)
+    return Lines(
+        angular=angular,
+        spectra=spectra,
+        noise=noise,
+        colour=flicker(np.maximum(frequency, LOWEST), corner),
+        band=np.digitize(frequency, BANDS),
+        samples=samples,
+        rate=rate,
+        at_rest=_is_at_rest(series, rate),
+    )
+
+
+def within(lines: Lines, band: tuple[float, float]) -> Lines:
+    """The lines of a band of frequencies in Hz."""
+    inside = (lines.angular > 2 * np.pi * band[0]) & (lines.angular < 2 * np.pi * band[1])
+    return lines.chosen(np.flatnonzero(inside))
+
+
+def _is_at_rest(series: Matrix, rate: float) -> bool:
+    window = max(1, round(EDGE * rate))
+    energy = np.array([np.convolve(row**2, np.full(window, 1 / window), mode="valid") for row in series])
+    ends = np.maximum(energy[:, 0], energy[:, -1])
+    quiet = np.quantile(energy, QUIETEST, axis=1)
+    return bool(np.all(ends - quiet < AT_REST**2 * energy.max(axis=1)))

@@ -1,0 +1,91 @@
+"""How far may a static interpolation between measured floors be off?
+
+Guyan's interpolation leaves out the inertia of the floors without a sensor. A shear chain of the described masses, as
+stiff altogether as the record asks for, says at each frequency what that inertia does to the force. An even chain is
+not the building, so that it does not mend the force; but what it would change is of the size of the interpolation's
+error, if somewhat smaller: an uneven building adds errors of its own.
+"""
+
+import numpy as np
+from scipy import signal
+
+from core.arrays import ComplexMatrix, Matrix, Vector
+from core.building import FixedBaseModes, ShearBuilding, fixed_base_modes
+from core.estimators.estimator import InstrumentedSuperstructure
+
+DAMPING = 0.02
+"""Of critical, of the chain's modes."""
+FIRST = (0.4, 8.0)
+"""Hz, between which the chain's first fixed-base frequency lies."""
+TRIED = 30
+"""Frequencies between these, and then between the neighbours of the best."""
+JUDGED = (0.2, 15.0)
+"""Hz, of the lines by which it is chosen."""
+ENOUGH = 500
+"""Lines that are enough to choose it by."""
+UNEVEN = 1.25
+"""Standard deviation of the interpolation's error over that of the chain; chosen on even seeds of
+tests/support/covered.py, of which it was 1 to 1.5."""
+ENVELOPE = 2.0
+"""s, over which the strength of the error is averaged."""
+
+
+def interpolation_error(superstructure: InstrumentedSuperstructure, weights: Vector, noise: Vector) -> Vector:
+    """(n,) N, effect of one standard deviation of the interpolation's error on the force.
+
+    Args:
+        superstructure: what was measured.
+        weights: (1 + measured,) kg, by which the channels make the force.
+        noise: (1 + measured,) m/s², standard deviation of the channels' noise.
+    """
+    series: Matrix = np.vstack([superstructure.base_acceleration, superstructure.floor_acceleration])
+    if superstructure.measured.size == superstructure.floor_mass.size or not noise.all():
+        return np.zeros(series.shape[1])
+    frequency = np.asarray(np.fft.rfftfreq(series.shape[1], 1 / superstructure.rate), dtype=float)
+    spectra = np.fft.rfft(series, axis=1)
+    judged = np.flatnonzero((frequency > JUDGED[0]) & (frequency < JUDGED[1]))
+    few = judged[:: max(1, judged.size // ENOUGH)]
+    chain = _nearest_chain(superstructure, frequency[few], spectra[:, few] / noise[:, None], noise)
+    floors = _motion(chain, superstructure, frequency)
+    seen = np.vstack([np.ones(frequency.size), floors[superstructure.measured]]) / noise[:, None]
+    amplitude = np.sum(seen.conj() * spectra / noise[:, None], axis=0) / np.sum(np.abs(seen) ** 2, axis=0)
+    inertia = superstructure.base_mass + superstructure.floor_mass @ floors
+    return np.asarray(UNEVEN * np.fft.irfft((inertia + (weights * noise) @ seen) * amplitude, series.shape[1]))
+
+
+def variance_about(error: Vector, rate: float) -> Vector:
+    """(n,) N², mean square of an (n,) error about each instant, at a rate in Hz."""
+    window = signal.windows.hann(max(3, round(ENVELOPE * rate)))
+    return np.asarray(np.maximum(signal.fftconvolve(error**2, window / window.sum(), mode="same"), 0.0))
+
+
+def _nearest_chain(
+    superstructure: InstrumentedSuperstructure, frequency: Vector, whitened: ComplexMatrix, noise: Vector
+) -> FixedBaseModes:
+    """The even chain, or that of the design's storeys, which leaves least of the channels unexplained."""
+    mass, stiffness = superstructure.floor_mass, superstructure.storey_stiffness
+    storeys = np.ones_like(mass) if stiffness is None else stiffness
+    shape = fixed_base_modes(ShearBuilding(superstructure.base_mass, mass, storeys, 0.0))
+
+    def scaled(first: float) -> FixedBaseModes:
+        angular = shape.angular_frequency * (2 * np.pi * first / shape.angular_frequency[0])
+        return FixedBaseModes(angular, np.full_like(angular, DAMPING), shape.shape)
+
+    def explained(first: float) -> float:
+        floors = _motion(scaled(first), superstructure, frequency)[superstructure.measured]
+        seen = np.vstack([np.ones(frequency.size), floors]) / noise[:, None]
+        along = np.abs(np.sum(seen.conj() * whitened, axis=0)) ** 2 / np.sum(np.abs(seen) ** 2, axis=0)
+        return float(along.sum())
+
+    tried = np.geomspace(*FIRST, TRIED)
+    best = int(np.argmax([explained(first) for first in tried]))
+    finer = np.geomspace(tried[max(best - 1, 0)], tried[min(best + 1, TRIED - 1)], TRIED)
+    return scaled(finer[int(np.argmax([explained(first) for first in finer]))])
+
+
+def _motion(chain: FixedBaseModes, superstructure: InstrumentedSuperstructure, frequency: Vector) -> ComplexMatrix:
+    """(floors, k) absolute acceleration of every floor by that of the base slab."""
+    ω, own = 2 * np.pi * frequency, chain.angular_frequency[:, None]
+    gain = ω**2 / (own**2 - ω**2 + 2j * chain.damping_ratio[:, None] * own * ω)
+    load = chain.shape.T @ superstructure.floor_mass
+    return np.asarray(1 + (chain.shape * load) @ gain)

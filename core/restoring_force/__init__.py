@@ -1,1 +1,0 @@
-"""The isolation layer's restoring force: what an estimator of it is, and the paper's."""

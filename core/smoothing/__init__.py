@@ -1,1 +1,0 @@
-"""The estimator that tells all floors together, by a superstructure calibrated from the record."""
