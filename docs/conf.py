@@ -5,10 +5,12 @@ the docstrings of `core`. The site loads nothing from other hosts: formulas are 
 """
 
 import re
+from collections.abc import Iterator
 from importlib.metadata import version as installed_version
+from inspect import getdoc
 from pathlib import Path
 from pkgutil import iter_modules, resolve_name, walk_packages
-from types import GenericAlias
+from types import FunctionType, GenericAlias
 
 from docutils import nodes
 from latex2mathml.converter import convert
@@ -66,8 +68,12 @@ PYTHON = Path(__file__).parent / "reference" / "python"
 PYTHON_INDEX = """\
 # Python reference
 
-Every public function and class of `core`, from its docstring. Values go in and come out: `core` opens no files, and all
-units are SI.
+`core` takes values and returns values: it opens no files, and all units are SI. `import core` offers these names; the
+pages below describe every module, from its docstrings.
+
+| name | |
+|---|---|
+{names}
 
 ```{{toctree}}
 {pages}
@@ -92,9 +98,19 @@ def write_python_pages(_: Sphinx) -> None:
         inside = [found.name for found in walk_packages([str(package)], f"{room}.")] if package.is_dir() else []
         parts = [f"# `{room}`\n", _module(room), *(f"## `{name}`\n\n{_module(name)}" for name in inside)]
         _update(PYTHON / f"{room}.md", "\n".join(parts))
-    _update(PYTHON / "index.md", PYTHON_INDEX.format(pages="\n".join(rooms)))
+    _update(PYTHON / "index.md", PYTHON_INDEX.format(names="\n".join(_library()), pages="\n".join(rooms)))
     for page in set(PYTHON.glob("core.*.md")) - {PYTHON / f"{room}.md" for room in rooms}:
         page.unlink()
+
+
+def _library() -> Iterator[str]:
+    """Table rows of what `import core` offers, with links to the pages of its modules."""
+    for name in core.__all__:
+        offered = getattr(core, name)
+        described = isinstance(offered, type | FunctionType)
+        link = f"{{py:obj}}`{name} <{offered.__module__}.{name}>`" if described else f"`{name}`"
+        summary = (getdoc(offered) or "").partition("\n\n")[0].replace("\n", " ") if described else ""
+        yield f"| {link} | {summary} |"
 
 
 def _module(name: str) -> str:
