@@ -60,7 +60,8 @@ class RestoringForce:
 
     noise_std: Vector | None = None
     """(n,) N, standard deviation by the sensors' noise and by motion and parameters that the record leaves open. Models
-    are fitted and compared by it: the rest of `std` is no noise, but wrong alike from sample to sample. None: `std`."""
+    are fitted and compared by it: the rest of `std` is no noise, but wrong alike from sample to sample. It can exceed
+    `std` where left-out floors show less unmodelled motion than the calibration allows for. None: `std`."""
     systematic: Matrix | None = None
     """(p, n) N, effect of one standard deviation of each of p independent errors that are alike from sample to sample.
     They are part of `std`, and of the deviations of k_eq and c_eq. None of an estimator that does not know them."""

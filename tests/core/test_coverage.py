@@ -5,7 +5,7 @@ Seeds are odd: constants of the estimators were chosen on even ones.
 
 import numpy as np
 import pytest
-from covered import Case, covered, recorded
+from covered import Case, covered, covered_on_the_real_building, recorded
 from described import bncs, bncs_segments, paper, segments
 from shared import needs_shared
 
@@ -78,6 +78,24 @@ def test_the_stiffness_of_cycles(truth: str, noise: float) -> None:
     found = covered(Case(truth, "AKT013", WEAK, noise, 1))
     assert found.cycles > 30
     assert found.k_inside >= LOW * found.cycles
+
+
+@pytest.mark.parametrize("noise", [0.02, 0.05])
+def test_the_force_of_a_record_that_begins_and_ends_in_motion(noise: float) -> None:
+    """The filter's errors at the record's ends widen the band there alone: it covered all samples."""
+    found = [covered(Case("cut in motion", "AKT013", WEAK, noise, seed)).force for seed in (1, 3)]
+    assert all(one.inside >= LOW for one in found)
+    assert np.mean([one.inside for one in found]) <= HIGH
+    assert all(one.width < 2.0 * one.error for one in found)
+
+
+@needs_shared
+@pytest.mark.parametrize("floors", [("2", "roof"), ("3", "5"), ("4", "5", "roof"), ("2", "3", "4", "roof")])
+def test_the_real_building_from_several_floors(floors: tuple[str, ...]) -> None:
+    """Left-out floors set the width of the band: twice as much was too wide, too little from 4, 5 and roof."""
+    found = [covered_on_the_real_building(test, floors) for test in ("LAC100", "SP100")]
+    assert all(one.inside >= LOW for one in found)
+    assert np.mean([one.width / one.error for one in found]) < 2.5
 
 
 @needs_shared

@@ -42,7 +42,7 @@ class Smoothed:
 
 
 def smoothed(
-    lines: Lines, design: Design, calibration: Calibration, base_mass: float, shape: float | None = 0.0
+    lines: Lines, design: Design, calibration: Calibration, base_mass: float, share: float | None = 0.0
 ) -> Smoothed:
     """The force F = -Σ m_i a_i over all levels, by the posterior mean of every level's acceleration.
 
@@ -54,7 +54,7 @@ def smoothed(
         design: of the building.
         calibration: of the superstructure.
         base_mass: kg.
-        shape: as of core.estimators.frame.shape_error.
+        share: as of `shape_error`; where the record shows it, errors of shape replace unmodelled motion.
     """
     model = LinearModel(lines, design, calibration, calibration.parameters, calibration.structure, base_mass)
     weights, spectra = (
@@ -63,16 +63,17 @@ def smoothed(
     )
     base = np.einsum("lc,cl->l", weights.base, spectra)
     total = base_mass + design.floor_mass.sum()
-    shape_history = shape_error(model, spectra, shape)
+    force = _force(model, weights, spectra)
+    shape_history = shape_error(model, spectra, force, share)
     shapes = local_mean_square(shape_history[None], lines.rate)
     motion = _stationary(weights.motion, lines.samples) * _envelope(lines)
     noise = _stationary(weights.noise, lines.samples)
     patterns = np.sqrt(max(1.0, calibration.chi_square)) * _by_parameters(model)
     unknown = np.sum(patterns**2, axis=0)
-    variance = _excess_noise(lines, calibration) * noise + np.maximum(motion, shapes) + unknown
-    force = _history(_force(model, weights, spectra), lines.samples)
+    unmodelled = shapes if share and calibration.hypothesis.is_random else np.maximum(motion, shapes)
+    variance = _excess_noise(lines, calibration) * noise + unmodelled + unknown
     return Smoothed(
-        force,
+        _history(force, lines.samples),
         -total * _history(base, lines.samples),
         np.sqrt(variance),
         np.sqrt(noise + motion + unknown),

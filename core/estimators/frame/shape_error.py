@@ -1,14 +1,17 @@
-"""How far may floors without a sensor be from where a superstructure that does not explain its record puts them?
+"""Error of the force where noise does not explain what a superstructure leaves of its record.
 
-The modes' shapes are then wrong too, by some share of the motion. Such errors are taken to be those that uneven
-storeys make: independent from storey to storey, in proportion to the storey's flexibility, and none at the sensors. So
-they grow with the distance from the nearest sensor, and with the building's deformation at the moment.
+The modes' shapes are then wrong too, and floors without a sensor err by more than the sensors' noise. Measured floors
+between others show by how much: each is estimated from all channels but its own, by the model and by static
+interpolation. The model leaves a share r of the interpolation's error there. At the floors without a sensor it leaves
+between r and all of its correction; the standard deviation is the geometric mean √r of the two times the force's
+correction over static interpolation at each instant. Where no measured floor lies between others, errors are those of
+uneven storeys: independent from storey to storey and zero at the sensors.
 """
 
 import numpy as np
 from scipy import signal
 
-from core.arrays import ComplexMatrix, ComplexVector, Vector
+from core.arrays import ComplexMatrix, ComplexVector, Matrix, Vector
 from core.estimators.frame.line_misfit import responses
 from core.estimators.frame.line_weights import LinearModel, channel_responses
 from core.estimators.frame.unmodelled_motion import static_flexibility
@@ -18,27 +21,28 @@ SHARE = 0.1
 
 It holds where no floor lies between others, so that the record does not show it. Chosen by the first of the real
 building's three records; the other two and the simulated ones had no part in it."""
-UNSEEN = 2.0
-"""Standard deviation of shape errors at floors without a sensor over that at left-out floors, which are one or two."""
 ENVELOPE = 2.0
 """s, over which the motion's strength is judged."""
 
 
-def shape_error(model: LinearModel, spectra: ComplexMatrix, shape: float | None) -> Vector:
+def shape_error(model: LinearModel, spectra: ComplexMatrix, force: ComplexVector, share: float | None) -> Vector:
     """(n,) N, effect of one standard deviation on the force; 0 for a superstructure that explains its record.
 
     Args:
         model: of the record, at all of its lines.
         spectra: (channels, lines) without free vibration.
-        shape: share of the roof's deformation that the errors of left-out floors ask for; None where the record does
-            not show it, for SHARE.
+        force: (lines,) N, spectrum of the force by the model.
+        share: of the interpolation's error at left-out floors that the model leaves; None where the record does not
+            show it.
     """
     lines = model.lines
     if not model.calibration.hypothesis.is_random:
         return np.zeros(lines.samples)
-    share = SHARE if shape is None else UNSEEN * shape
-    deformed = share * _inertia_beside_sensors(model) * roof_deformation(model, spectra)
-    return np.asarray(np.fft.irfft(deformed, lines.samples))
+    if share is None:
+        error = SHARE * _inertia_beside_sensors(model) * _roof_deformation(model, spectra)
+    else:
+        error = np.sqrt(share) * (force - _interpolated_force(model))
+    return np.asarray(np.fft.irfft(error, lines.samples))
 
 
 def local_mean_square(histories: np.ndarray, rate: float) -> Vector:
@@ -48,16 +52,28 @@ def local_mean_square(histories: np.ndarray, rate: float) -> Vector:
     return np.asarray(np.maximum(strength, 0.0))
 
 
+def _interpolated_force(model: LinearModel) -> ComplexVector:
+    """(lines,) N, of floors that static interpolation (Guyan 1965) puts between those measured."""
+    base, floors = model.lines.spectra[0], model.lines.spectra[1:]
+    carried = model.structure.mass @ _to_sensors(model)
+    total = model.base_mass + model.structure.mass.sum()
+    return np.asarray(-total * base - carried @ (floors - base))
+
+
+def _to_sensors(model: LinearModel) -> Matrix:
+    """(floors, measured) static interpolation."""
+    flexibility, measured = static_flexibility(model.design), model.design.measured
+    return np.asarray(np.linalg.solve(flexibility[np.ix_(measured, measured)], flexibility[measured]).T)
+
+
 def _inertia_beside_sensors(model: LinearModel) -> float:
     """kg, standard deviation of the force over that of the roof's acceleration, no floor moving at the sensors."""
-    flexibility, measured = static_flexibility(model.design), model.design.measured
-    mass = model.structure.mass
-    to_sensors = flexibility[:, measured]
-    beside = flexibility - to_sensors @ np.linalg.solve(flexibility[np.ix_(measured, measured)], to_sensors.T)
+    flexibility, mass = static_flexibility(model.design), model.structure.mass
+    beside = flexibility - _to_sensors(model) @ flexibility[model.design.measured]
     return float(np.sqrt(np.maximum(mass @ beside @ mass, 0.0)))
 
 
-def roof_deformation(model: LinearModel, spectra: ComplexMatrix) -> ComplexVector:
+def _roof_deformation(model: LinearModel, spectra: ComplexMatrix) -> ComplexVector:
     """(lines,) m/s², acceleration of the roof relative to the base slab, the channels weighed by their noise."""
     lines = model.lines
     seen = channel_responses(model).base

@@ -61,7 +61,7 @@ def estimate(superstructure: InstrumentedSuperstructure) -> RestoringForce:
     if beside.model > beside.static:
         errors = f"{beside.model:.2g} by the model, of {beside.static:.2g} by interpolation"
         return _fallen_back(superstructure, lines, f"left-out floors are told with an error of {errors}", reliance)
-    return _force(superstructure, lines, design, choice, reliance, beside.shape)
+    return _force(superstructure, lines, design, choice, reliance, beside.share)
 
 
 def _force(
@@ -70,11 +70,11 @@ def _force(
     design: Design,
     choice: Choice,
     reliance: Reliance,
-    shape: float | None,
+    share: float | None,
 ) -> RestoringForce:
     bands = choice.lines.band
     whole = replace(lines, noise=choice.lines.noise, band=np.clip(lines.band, bands.min(), bands.max()))
-    found = smoothed(whole, design, choice.calibration, superstructure.base_mass, shape)
+    found = smoothed(whole, design, choice.calibration, superstructure.base_mass, share)
     rivals = rival_errors(whole, design, choice, superstructure.base_mass, found)
     return RestoringForce(
         estimator=NAME,
