@@ -21,7 +21,7 @@ def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
     """None beside this process for single files and tests, which would wait for the start of others."""
     if all(Path(one.partition("::")[0]).is_file() for one in config.args):
         return 0
-    return min(len(os.sched_getaffinity(0)), PROCESSES)
+    return min(os.cpu_count() or 1, PROCESSES)
 
 
 @pytest.hookimpl(tryfirst=True)  # before tests are selected by their marks

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import obspy
 import pytest
+from computed import Computed
 from obspy import Stream, UTCDateTime, read_inventory
 from obspy.core.event import Event as Earthquake, Origin
 from scipy.signal import butter, resample_poly, sosfiltfilt
@@ -27,6 +28,8 @@ from service.demo.archive import Archive
 from service.demo.listening import listening
 from service.demo.server import application
 from service.jobs import queue as job_queue
+from service.jobs.worker import Worker
+from service.kinds import KINDS
 from service.records import events
 from service.records.polling import Look
 from service.records.tables import Event, Waveform
@@ -58,8 +61,13 @@ def stored(folder: Path, source: str) -> Iterator[tuple[sessionmaker[Session], S
         Look(sessions, settings).at_all()
         with sessions.begin() as session:
             events.queue_now(session, found, datetime.now(UTC))
-        roles.worked_off(sessions, settings)
+        _work(sessions, settings)
         yield sessions, settings
+
+
+def _work(sessions: sessionmaker[Session], settings: Settings) -> None:
+    """Do all work that waits; equal records are analysed once."""
+    Worker(sessions, Computed, settings, KINDS).run_until_idle()
 
 
 @contextmanager
@@ -136,7 +144,7 @@ def test_the_force_fits_the_inertia_of_all_levels(
     with sessions.begin() as session:
         for event in session.scalars(select(Event)):
             job_queue.enqueue(session, event, {"sensors": list(sensors), "estimator": estimator}, datetime.now(UTC))
-    roles.worked_off(sessions, settings)
+    _work(sessions, settings)
     with sessions() as session:
         forces = session.scalars(
             select(DirectionResult.force).join(Analysis).join(Event).where(Analysis.current).order_by(Event.start)

@@ -69,6 +69,7 @@ def test_a_record_too_short_for_any_mode_still_gives_the_force() -> None:
     assert result.force == pytest.approx(interpolated_inertia(s))
 
 
+@pytest.mark.accuracy
 def test_std_is_that_of_the_sensors_noise_where_every_floor_is_measured() -> None:
     rng = np.random.default_rng(2)
     truth = simulate(BUILDING, ISOLATOR, motions.akt013(), motions.RATE)
