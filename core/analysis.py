@@ -28,7 +28,7 @@ from core.quality import Finding
 from core.record import Direction, Record, Segment
 from core.sensors.preparation import prepared
 from core.sensors.reconciliation import reconciled
-from core.sensors.sensor_health import SensorHealth, sensor_health
+from core.sensors.sensor_errors import SensorHealth, sensor_health
 from core.signals.conditioning import band_passed
 from core.tables import Table, report
 from core.units import quantity

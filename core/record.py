@@ -1,7 +1,7 @@
-"""What the sensors measured: samples, rate, start and channels, in SI units."""
+"""Samples of sensors, in SI units: segments as recorded, traces of one channel, and records of all channels."""
 
 from dataclasses import dataclass
-from datetime import datetime
+from datetime import datetime, timedelta
 from typing import Literal
 
 import numpy as np
@@ -15,7 +15,7 @@ Quantity = Literal["acceleration", "velocity", "displacement", "temperature"]
 
 @dataclass(frozen=True, slots=True)
 class Channel:
-    """One sensor component: where it sits and what it measures."""
+    """One sensor component: its place and the quantity that it measures."""
 
     id: str
     """Network, station, location and channel code, as in `XX.BNCS.01.HNX`."""
@@ -25,9 +25,9 @@ class Channel:
     direction: Direction | None = None
     """None for a temperature."""
     position: tuple[float, float] | None = None
-    """m, x and y of the sensor from the level's centre of mass; None where nobody gave it."""
+    """m, x and y of the sensor relative to the level's centre of mass; None if not given."""
     rotation: float = 0.0
-    """rad, by which the sensor's axes are turned against the building's, from x towards y."""
+    """rad, of the sensor's axes relative to the building's, from x towards y."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,6 +42,23 @@ class Segment:
     """Hz."""
     samples: Vector
     """(n,) SI units."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trace:
+    """All samples of one channel at its own rate."""
+
+    start: datetime
+    """Time of the first sample, aware."""
+    rate: float
+    """Hz."""
+    samples: Vector
+    """(n,) SI units; NaN where nothing was recorded."""
+
+    @property
+    def end(self) -> datetime:
+        """Time of the last sample."""
+        return self.start + timedelta(seconds=(self.samples.size - 1) / self.rate)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,7 +79,7 @@ class Record:
         if not self.rate > 0:
             raise RecordError(f"the sampling rate must be positive, got {self.rate} Hz")
         if self.start.tzinfo is None:
-            raise RecordError(f"the start {self.start} has no time zone; UTC would do")
+            raise RecordError(f"the start {self.start} has no time zone; give one, such as UTC")
 
     @property
     def time(self) -> Vector:

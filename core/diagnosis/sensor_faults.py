@@ -16,7 +16,7 @@ from core.diagnosis.suspect import Cause, Suspect
 from core.quality import Finding
 from core.record import Channel, Quantity
 from core.rounding import with_std
-from core.sensors.creep import Creep, creep
+from core.sensors.resting_level import BaselineDrift, baseline_drift
 from core.sensors.sensor_errors import SensorError, sensor_errors
 
 KINDS: Mapping[str, str] = MappingProxyType(
@@ -54,7 +54,7 @@ def sensor_faults(analyses: Sequence[EventAnalysis], description: BuildingDescri
         description: of the building.
     """
     records = [analysis.record for analysis in analyses if analysis.record is not None]
-    found = [*_screened(analyses), *_creeping(analyses, description)]
+    found = [*_screened(analyses), *_drifting_channels(analyses, description)]
     for direction in description.horizontal_directions:
         found += [s for error in sensor_errors(records, description, direction) if (s := _erring(error)) is not None]
     return tuple({(suspect.channel, suspect.kind): suspect for suspect in found}.values())
@@ -105,16 +105,16 @@ def _said(part: str, size: float, std: float) -> str:
     return f"its clock is {amount} against the others'; let its logger take the time from a common source"
 
 
-def _creeping(analyses: Sequence[EventAnalysis], description: BuildingDescription) -> list[Suspect]:
+def _drifting_channels(analyses: Sequence[EventAnalysis], description: BuildingDescription) -> list[Suspect]:
     """Sensors whose level changes at rest."""
-    known: dict[Channel, list[Creep]] = defaultdict(list)
+    known: dict[Channel, list[BaselineDrift]] = defaultdict(list)
     for analysis in analyses:
         if analysis.record is None:
             continue
         for channel, samples in zip(analysis.record.channels, analysis.record.samples, strict=True):
-            if _rests(channel, description) and (found := creep(samples, analysis.rate)) is not None:
+            if _rests(channel, description) and (found := baseline_drift(samples, analysis.rate)) is not None:
                 known[channel].append(found)
-    return [suspect for channel, all_ in known.items() if (suspect := _drifting(channel, all_)) is not None]
+    return [suspect for channel, all_ in known.items() if (suspect := _drift_suspect(channel, all_)) is not None]
 
 
 def _rests(channel: Channel, description: BuildingDescription) -> bool:
@@ -124,7 +124,7 @@ def _rests(channel: Channel, description: BuildingDescription) -> bool:
     return channel.quantity == "acceleration"
 
 
-def _drifting(channel: Channel, known: Sequence[Creep]) -> Suspect | None:
+def _drift_suspect(channel: Channel, known: Sequence[BaselineDrift]) -> Suspect | None:
     smallest = SMALLEST_CREEP[channel.quantity]
     certain = [one for one in known if abs(one.change) > CERTAIN * one.std and one.share > smallest]
     if not certain or len(certain) < AGAIN * len(known):

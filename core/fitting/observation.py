@@ -17,7 +17,7 @@ from core.estimators.estimator import RestoringForce
 from core.isolation_layer.motion import MeasuredMotion
 from core.model.isolator import Conditions
 from core.record import Direction, Record
-from core.sensors.integrated_channel import transducer_reading
+from core.sensors.layer_agreement import transducer_reading
 from core.signals.conditioning import without_baseline
 from core.tables import report
 from core.units import quantity

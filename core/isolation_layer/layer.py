@@ -10,8 +10,7 @@ from core.isolation_layer.fusion import differentiate, fuse, integrate
 from core.isolation_layer.motion import MeasuredMotion
 from core.quality import Finding
 from core.record import Direction, Record
-from core.sensors.integrated_channel import transducer_reading
-from core.sensors.layer_agreement import agreeing
+from core.sensors.layer_agreement import agreeing, transducer_reading
 from core.sensors.rigid import RigidLevels
 from core.signals.conditioning import band_passed, quiet_samples
 from core.signals.noise import noise_std, record_flicker

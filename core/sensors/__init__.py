@@ -1,1 +1,1 @@
-"""The sensors of a building: is each fit for use, and do they agree?"""
+"""Sensors: records on one time base, screened, oriented and compared, with one motion for each level and direction."""

@@ -1,12 +1,14 @@
-"""Do the channels' clocks agree?
+"""Clocks of the channels within one event: constant delays and jumps, window by window.
 
-Below the first fixed-base frequency every level above the isolators moves as the base slab does but for its
-quasi-static deflection, so that its delay shows. The layer's displacement x is bound to both its sides by
-x'' = a_base − a_ground. Without a displacement nothing binds the ground to the rest (the layer between them may do
-what it likes), and its clock cannot be judged.
+Below the first fixed-base frequency every level above the isolators moves as the base slab but for its quasi-static
+deflection, so that its delay shows. The layer's displacement x relates both sides: x'' = a_base − a_ground. Without a
+displacement, nothing relates the ground's clock to the others.
 
-All delays are found against the base slab, and told against the majority of the channels: if the base slab alone is
-late, it is the one that is named.
+All delays are estimated relative to the base slab, and reported relative to the median of the channels: if the base
+slab alone is late, it is the one that is named.
+
+core.sensors.layer_agreement and core.sensors.floor_agreement estimate delays too, with covariances, together with gains
+and clock rates. They need a whole record; a clock that jumps shows in single windows only, which are estimated here.
 """
 
 from collections.abc import Sequence
@@ -17,54 +19,55 @@ from core.arrays import ComplexMatrix, ComplexVector, Matrix, Vector
 from core.description import BuildingDescription
 from core.quality import Finding
 from core.record import Channel, Direction, Quantity, Record
+from core.signals.spectra import hann_spectra, second_derivative
 
 BAND = (0.2, 0.7)
 """Hz, above the accelerometers' drift and below the first fixed-base frequency."""
 UNEXPLAINED = 0.03
-"""Of a window's power, what may be left when its delays are taken out."""
+"""Share of a window's power that may remain with the delays removed. A choice."""
 LATE = 0.03
-"""s; the damping of a real building makes 0.007 s of it."""
+"""s, delay that is reported; the damping of a real building causes 0.007 s."""
 JUMP = 0.06
-"""s, between two windows of 20 s."""
+"""s, difference between two windows that is reported. A choice: twice LATE."""
 WINDOW = 20.0
-"""s."""
+"""s, duration of a window. A choice: ten lines in the band."""
 STRONG = 1e-3
-"""Of the strongest window's power: below, what earlier processing left of the motion is no motion."""
-CERTAIN = 0.01
-"""s, standard deviation up to which a delay counts."""
+"""Power over that of the strongest window, below which a window is residue of earlier processing. A choice."""
+LARGEST_STD = 0.01
+"""s, standard deviation up to which a delay counts. A choice: a third of LATE."""
 ROUNDS = 3
-"""Of Gauss and Newton's iteration: the phase of 0.15 s at 0.7 Hz is no longer small."""
+"""Gauss-Newton iterations after the first: the phase of 0.15 s at 0.7 Hz is not small."""
 MAJORITY = 3
-"""Clocks that it takes to outvote one."""
+"""Fewest clocks whose median is a reference: with two, neither outvotes the other."""
 
 
 def clock_faults(
     record: Record, description: BuildingDescription, direction: Direction, usable: Sequence[Channel]
 ) -> tuple[Finding, ...]:
-    """Warnings for channels whose clock differs from that of the others, all the time or from some time on.
+    """Warnings for channels whose clock differs from the others, throughout or from some time on.
 
     Args:
-        record: complete channels about their position at rest.
+        record: complete channels relative to their position at rest.
         description: of the building.
         direction: horizontal.
-        usable: those of the record's channels that are clear above their noise.
+        usable: channels of the record that are clear above their noise.
     """
     channels, delays = _delays(record, description, direction, usable)
     if len(channels) < 2:
         return ()
     if len(channels) >= MAJORITY:
-        delays = _against_the_majority(delays)
+        delays = _relative_to_median(delays)
     findings = (_fault(channel, own[np.isfinite(own)]) for channel, own in zip(channels, delays.T, strict=True))
     return tuple(finding for finding in findings if finding is not None)
 
 
-def _against_the_majority(delays: Matrix) -> Matrix:
-    """(windows, channels) s, less the median of the window; NaN where fewer than three clocks are known."""
-    told = np.full_like(delays, np.nan)
-    for window, own in zip(told, delays, strict=True):
+def _relative_to_median(delays: Matrix) -> Matrix:
+    """(windows, channels) s, less the median of the window; NaN where fewer than MAJORITY clocks are known."""
+    relative = np.full_like(delays, np.nan)
+    for window, own in zip(relative, delays, strict=True):
         if np.isfinite(own).sum() >= MAJORITY:
             window[:] = own - np.nanmedian(own)
-    return told
+    return relative
 
 
 def _fault(channel: Channel, delays: Vector) -> Finding | None:
@@ -72,10 +75,10 @@ def _fault(channel: Channel, delays: Vector) -> Finding | None:
         return None
     jump, delay = float(np.ptp(delays)), float(np.median(delays))
     if jump > JUMP:
-        message = f"its clock jumps by {jump:.3g} s against the others within the event; check the logger's clock"
+        message = f"its clock jumps by {jump:.3g} s relative to the others within the event; check the logger's clock"
         return Finding("clock", "warning", message, channel.id, jump)
     if abs(delay) > LATE:
-        message = f"is {delay:.3g} s late against the others; check the logger's clock"
+        message = f"is {delay:.3g} s late relative to the others; check the logger's clock"
         return Finding("delay", "warning", message, channel.id, delay)
     return None
 
@@ -83,7 +86,7 @@ def _fault(channel: Channel, delays: Vector) -> Finding | None:
 def _delays(
     record: Record, description: BuildingDescription, direction: Direction, usable: Sequence[Channel]
 ) -> tuple[list[Channel], Matrix]:
-    """Channels and (windows, channels) s, delay of each against the base slab; NaN where it is not certain."""
+    """Channels and (windows, channels) s, delay of each relative to the base slab; NaN where it is uncertain."""
     rows: dict[tuple[str, Quantity], tuple[Channel, Vector]] = {
         (channel.level, channel.quantity): (channel, samples)
         for channel, samples in zip(record.channels, record.samples, strict=True)
@@ -96,9 +99,9 @@ def _delays(
     layer = rows.get((description.base.name, "displacement"))
     ground = rows.get((description.ground.name, "acceleration"))
     sides = [ground, layer] if ground is not None and layer is not None else []
-    taken = [base, *floors, *sides]
-    ω, windows = _windowed(taken, record.rate)
-    delays = np.full((len(windows), len(taken)), np.nan)
+    used = [base, *floors, *sides]
+    ω, windows = _windowed(used, record.rate)
+    delays = np.full((len(windows), len(used)), np.nan)
     power = np.array([np.vdot(spectra[0], spectra[0]).real for _, spectra in windows])
     strong = power > STRONG * power.max(initial=0.0)
     for i in np.flatnonzero(strong):
@@ -106,58 +109,51 @@ def _delays(
         base_motion = np.vstack([spectra[0], slopes[0]])
         found[0] = 0.0
         for place in range(1, len(floors) + 1):
-            found[place] = _beside(ω, spectra[place], slopes[place + 1], base_motion)
+            found[place] = _floor_delay(ω, spectra[place], slopes[place + 1], base_motion)
         if sides:
-            found[-2:] = _across(ω, spectra[0], spectra[-2], spectra[-1])
-    return [channel for channel, _ in taken], delays
+            found[-2:] = _layer_delays(ω, spectra[0], spectra[-2], spectra[-1])
+    return [channel for channel, _ in used], delays
 
 
 def _windowed(
-    taken: Sequence[tuple[Channel, Vector]], rate: float
+    used: Sequence[tuple[Channel, Vector]], rate: float
 ) -> tuple[Vector, list[tuple[ComplexMatrix, ComplexMatrix]]]:
-    """(frequencies,) rad/s, and for each window spectra: of a_base'' and every slope; of every acceleration."""
-    accelerations = np.array([_acceleration(channel, samples, rate) for channel, samples in taken])
+    """(frequencies,) rad/s, and for each window the spectra of a_base'' and every slope, and of every acceleration."""
+    accelerations = np.array(
+        [own if channel.quantity == "acceleration" else second_derivative(own, rate) for channel, own in used]
+    )
     slopes = np.gradient(accelerations, axis=1) * rate
     rows = np.vstack([np.gradient(slopes[0]) * rate, slopes, accelerations])
     length = round(WINDOW * rate)
-    frequency = np.fft.rfftfreq(length, 1 / rate)
-    within = (frequency >= BAND[0]) & (frequency <= BAND[1])
-    windows = []
+    frequency, windows = hann_spectra(np.zeros((1, length)), rate, BAND).frequency, []
     for start in range(0, rows.shape[1] - length + 1, length // 2):
         piece = rows[:, start : start + length]
-        tapered = (piece - piece.mean(axis=1, keepdims=True)) * np.hanning(length)
-        spectra = np.fft.rfft(tapered, axis=1)[:, within]
-        windows.append((spectra[: -len(taken)], spectra[-len(taken) :]))
-    return np.asarray(2 * np.pi * frequency[within]), windows
+        spectra = hann_spectra(piece - piece.mean(axis=1, keepdims=True), rate, BAND).values
+        windows.append((spectra[: -len(used)], spectra[-len(used) :]))
+    return np.asarray(2 * np.pi * frequency), windows
 
 
-def _acceleration(channel: Channel, samples: Vector, rate: float) -> Vector:
-    if channel.quantity == "acceleration":
-        return samples
-    return np.asarray(np.gradient(np.gradient(samples)) * rate**2)
+def _floor_delay(ω: Vector, own: ComplexVector, slope: ComplexVector, base: ComplexMatrix) -> float:
+    """s, delay τ of a level above the isolators relative to the base slab; NaN where it is uncertain.
 
-
-def _beside(ω: Vector, own: ComplexVector, slope: ComplexVector, base: ComplexMatrix) -> float:
-    """s, delay τ of a level above the isolators against the base slab; NaN where it is not certain.
-
-    Least squares of a = p a_base + γ a_base'' − τ a': p and γ are the quasi-static deflection. The derivatives were
-    taken before the window, which would turn growing motion into delay.
+    Least squares of a = p a_base + γ a_base'' − τ a', where p and γ are the quasi-static deflection. The derivatives
+    are taken before the window is applied, which would turn growing motion into delay.
     """
     delay = 0.0
     for _ in range(ROUNDS + 1):
-        moved, across = np.array([own, slope]) * np.exp(1j * ω * delay)
-        columns = np.vstack([base, across])
+        moved, along = np.array([own, slope]) * np.exp(1j * ω * delay)
+        columns = np.vstack([base, along])
         gram = (columns @ columns.conj().T).real
         solution = np.linalg.lstsq(gram, (columns.conj() @ moved).real, rcond=None)[0]
         delay -= solution[2]
     residual = moved - solution @ columns
     left, power = np.vdot(residual, residual).real, np.vdot(own, own).real
     variance = left / (2 * ω.size - 3) * np.linalg.pinv(gram)[2, 2]
-    return float(delay) if left < UNEXPLAINED * power and variance < CERTAIN**2 else float("nan")
+    return float(delay) if left < UNEXPLAINED * power and variance < LARGEST_STD**2 else float("nan")
 
 
-def _across(ω: Vector, base: ComplexVector, ground: ComplexVector, layer: ComplexVector) -> tuple[float, float]:
-    """s, delays of the ground and of the layer's displacement against the base slab; NaN where they are not certain.
+def _layer_delays(ω: Vector, base: ComplexVector, ground: ComplexVector, layer: ComplexVector) -> tuple[float, float]:
+    """s, delays of the ground and of the layer's displacement relative to the base slab; NaN where uncertain.
 
     Least squares of a_base = a_ground exp(iω τ_ground) + x'' exp(iω τ_x).
     """
@@ -171,5 +167,5 @@ def _across(ω: Vector, base: ComplexVector, ground: ComplexVector, layer: Compl
         delays += step
     left = np.vdot(residual, residual).real
     variance = left / (2 * ω.size - 2) * np.diag(np.linalg.pinv(gram))
-    certain = left < UNEXPLAINED * np.vdot(layer, layer).real and (variance < CERTAIN**2).all()
+    certain = left < UNEXPLAINED * np.vdot(layer, layer).real and (variance < LARGEST_STD**2).all()
     return (float(delays[0]), float(delays[1])) if certain else (float("nan"), float("nan"))

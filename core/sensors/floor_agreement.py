@@ -1,8 +1,8 @@
-"""By which gains and delays do the floors' sensors disagree with the base slab's?
+"""Gains, delays and clock rates of the floors' sensors relative to the base slab's.
 
-Up to a little above the first fixed-base frequency a floor moves as the base slab, with the first mode and with what
-higher ones add as if they were static: a = g (a_base + c q'' − γ a_base''), q an oscillator driven by a_base that all
-floors have in common. Where the frequency goes to 0 both vanish: what is left is the gain g, and a delay beside.
+Up to slightly above the first fixed-base frequency a floor moves as the base slab, with the first mode and with the
+quasi-static part of higher ones: a = g (a_base + c q'' − γ a_base''), with an oscillator q driven by a_base that all
+floors have in common. Where the frequency goes to 0 both vanish: what remains is the gain g, and a delay.
 """
 
 from dataclasses import dataclass, replace
@@ -13,33 +13,38 @@ from scipy.optimize import least_squares
 from scipy.signal.windows import hann
 
 from core.arrays import ComplexMatrix, ComplexVector, Matrix, Vector
+from core.optimisation import scaled_inverse
 from core.signals.noise import noise_density
+from core.signals.spectra import HANN_CORRELATION
 
 LOWEST = 0.15
-"""Hz."""
+"""Hz, above the drift of accelerometers. A choice."""
 HIGHEST = 1.2
-"""Of the first fixed-base frequency: far enough below the second."""
+"""Highest frequency over the first fixed-base frequency: sufficiently below the second. A choice."""
 FREQUENCIES = np.geomspace(0.6, 4.0, 28)
-"""Hz, first fixed-base frequencies among which the search begins."""
+"""Hz, first fixed-base frequencies from which the search begins. A choice: steps of 7 %, the width of the minimum."""
 DAMPING = 0.02
-"""Of the first mode, with which the search begins."""
+"""Damping ratio of the first mode with which the search begins: that of most buildings."""
 SAMPLED = 25.0
-"""Hz, rate at which the mode's motion is computed: the lines that are looked at end at 4.8 Hz, and what is beyond half
-this rate leaks into them, through the window, by less than 1e-8."""
+"""Hz, rate at which the mode's motion is computed: the lines end at 4.8 Hz, and motion beyond half this rate leaks into
+them, through the window, by less than 1e-8."""
 BEGINNING = 2.0
-"""s, in which a record that begins at rest hardly moves."""
+"""s, in which a record that begins at rest hardly moves: the usual memory before the trigger."""
 AT_REST = 0.1
-"""Of a channel's standard deviation."""
-CORRELATED = 1 + 2 * (4 / 9 + 1 / 36)
-"""By how much neighbouring lines of a Hann window know less than as many free of each other (Harris, 1978)."""
+"""Standard deviation of the beginning over that of the channel, beside its noise, below which it is at rest. A choice.
+
+A weaker limit than core.signals.conditioning.AT_REST, which sets a baseline: motion before the record only biases the
+gain, and at a tenth by less than its uncertainty."""
 FEWEST_LINES = 20
+"""Fewest lines of the spectra. A choice."""
 PER_FLOOR = 5
-"""Unknowns of each floor: g, g c, g γ, a delay at the record's middle and its rate."""
+"""Unknowns of each floor: g, g c, g γ, the delay in the middle of the record and its rate."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FloorAgreement:
-    """Of each floor against the base slab: logarithm of gain, delay at the record's middle, rate of delay."""
+    """Differences of the floors from the base slab: logarithm of gain, delay in the middle of the record, rate of
+    delay."""
 
     value: Vector
     """(3 floors,) 1, s and s/s, floor by floor."""
@@ -54,20 +59,20 @@ class _Lines:
     frequency: Vector
     """(lines,) Hz."""
     base: ComplexMatrix
-    """(2, lines) of a_base, and of −a_base''."""
+    """(2, lines) a_base and −a_base''."""
     floors: ComplexMatrix
     """(floors, lines)."""
     lag: ComplexMatrix
-    """(floors, lines) of t times the slope, by which a rate of delay shows."""
+    """(floors, lines) t times the slope: the derivative by a rate of delay."""
     noise: Vector
-    """(1 + floors,) power that noise alone has in each line."""
-    driven: ComplexVector
-    """(m + 1,) transform of a_base and as many zeros, up to SAMPLED / 2: by it the mode is driven from rest."""
+    """(1 + floors,) power of the noise alone in each line."""
+    excitation: ComplexVector
+    """(m + 1,) transform of a_base and as many zeros, up to SAMPLED / 2: it excites the mode from rest."""
     duration: float
     """s, of the record."""
 
     def up_to(self, highest: float) -> "_Lines":
-        """The lines from LOWEST up to a frequency in Hz."""
+        """Lines from LOWEST up to a frequency in Hz."""
         within = (self.frequency >= LOWEST) & (self.frequency <= highest)
         return replace(
             self,
@@ -79,7 +84,7 @@ class _Lines:
 
 
 def floor_agreement(base: Vector, floors: Matrix, rate: float) -> FloorAgreement | None:
-    """How far the floors' sensors agree with the base slab's in one event.
+    """Differences between the floors' sensors and the base slab's in one event.
 
     Args:
         base: (n,) m/s².
@@ -87,7 +92,7 @@ def floor_agreement(base: Vector, floors: Matrix, rate: float) -> FloorAgreement
         rate: Hz.
 
     Returns:
-        None where the record is too short, or begins in motion: the mode's own start would be taken for a gain.
+        None if the record is too short, or begins in motion: free vibration of the mode would appear as a gain.
 
     Raises:
         RecordError: the record is shorter than 10 s.
@@ -96,13 +101,13 @@ def floor_agreement(base: Vector, floors: Matrix, rate: float) -> FloorAgreement
     if not _begins_at_rest(np.vstack([base, floors]), whole.noise, rate):
         return None
     searched = whole.up_to(HIGHEST * FREQUENCIES[-1])
-    first = min(FREQUENCIES, key=lambda frequency: _left(searched, frequency))
+    first = min(FREQUENCIES, key=lambda frequency: _remainder(searched, frequency))
     lines = whole.up_to(HIGHEST * first)
     if lines.frequency.size < FEWEST_LINES:
         return None
     shares = _shares(lines, _columns(lines, first, DAMPING))
     start = [np.log(first), np.log(DAMPING), *np.ravel([[*own, 0.0, 0.0] for own in shares])]
-    columns = cache(partial(_columns, lines))  # most of the unknowns, which are changed in turn, leave the mode alone
+    columns = cache(partial(_columns, lines))  # most of the unknowns do not affect the mode
 
     def residual(unknown: Vector) -> Vector:
         frequency, damping = np.exp(unknown[:2]).tolist()
@@ -110,9 +115,7 @@ def floor_agreement(base: Vector, floors: Matrix, rate: float) -> FloorAgreement
 
     found = least_squares(residual, start, x_scale="jac", method="lm")
     left = 2 * found.cost / max(1, found.fun.size - found.x.size)
-    normal = found.jac.T @ found.jac
-    scale = 1 / np.sqrt(np.maximum(np.diag(normal), np.finfo(float).tiny))
-    covariance = np.linalg.pinv(normal * np.outer(scale, scale), hermitian=True) * np.outer(scale, scale)
+    covariance = scaled_inverse(found.jac.T @ found.jac)
     gains = found.x[2::PER_FLOOR]
     if not (gains > 0).all():
         return None
@@ -120,7 +123,7 @@ def floor_agreement(base: Vector, floors: Matrix, rate: float) -> FloorAgreement
     value, change = found.x[places], np.ones(places.size)
     value[::3], change[::3] = np.log(gains), 1 / gains
     own = covariance[np.ix_(places, places)] * np.outer(change, change)
-    return FloorAgreement(value, own * CORRELATED * max(left, 1.0))
+    return FloorAgreement(value, own * HANN_CORRELATION * max(left, 1.0))
 
 
 def _begins_at_rest(samples: Matrix, noise: Vector, rate: float) -> bool:
@@ -138,16 +141,16 @@ def _lines(base: Vector, floors: Matrix, rate: float) -> _Lines:
     noise = noise_density(np.vstack([base, floors]), rate) * rate / 2 * np.sum(window**2)
     time = (np.arange(count) - (count - 1) / 2) / rate
     lag = np.fft.rfft(window * time * np.gradient(floors, axis=1) * rate, axis=1)
-    driven = np.fft.rfft(base, 2 * count)[: min(count, round(SAMPLED * count / rate)) + 1]
-    return _Lines(frequency, np.array([spectra[0], bend]), spectra[1:], lag, noise, driven, count / rate)
+    excitation = np.fft.rfft(base, 2 * count)[: min(count, round(SAMPLED * count / rate)) + 1]
+    return _Lines(frequency, np.array([spectra[0], bend]), spectra[1:], lag, noise, excitation, count / rate)
 
 
 def _mode(lines: _Lines, frequency: float, damping: float) -> ComplexVector:
     """(lines,) spectrum of q'' under the window; the oscillator is at rest before the record."""
-    count = lines.driven.size - 1
+    count = lines.excitation.size - 1
     f = np.arange(count + 1) / (2 * lines.duration)
     transfer = f**2 / (frequency**2 - f**2 + 2j * damping * frequency * f)
-    history = np.fft.irfft(lines.driven * transfer, 2 * count)[:count]
+    history = np.fft.irfft(lines.excitation * transfer, 2 * count)[:count]
     spectrum = np.fft.rfft(hann(count, sym=False) * history)
     first = round(lines.frequency[0] * lines.duration)
     return np.asarray(spectrum[first : first + lines.frequency.size])
@@ -159,17 +162,17 @@ def _columns(lines: _Lines, frequency: float, damping: float) -> ComplexMatrix:
 
 def _shares(lines: _Lines, columns: ComplexMatrix) -> Matrix:
     """(floors, 3) g, g c and g γ without delay."""
-    known, sought = (columns @ columns.conj().T).real, (columns.conj() @ lines.floors.T).real
-    return np.asarray(np.linalg.lstsq(known, sought, rcond=None)[0].T)
+    normal, right = (columns @ columns.conj().T).real, (columns.conj() @ lines.floors.T).real
+    return np.asarray(np.linalg.lstsq(normal, right, rcond=None)[0].T)
 
 
-def _left(lines: _Lines, frequency: float) -> float:
+def _remainder(lines: _Lines, frequency: float) -> float:
     columns = _columns(lines, frequency, DAMPING)
     return float(np.linalg.norm(lines.floors - _shares(lines, columns) @ columns))
 
 
 def _residual(lines: _Lines, columns: ComplexMatrix, unknown: Matrix) -> Vector:
-    """What is left of all floors in standard deviations of the noise, real and imaginary parts."""
+    """Residuals of all floors in standard deviations of the noise, real and imaginary parts."""
     ω, parts = 2 * np.pi * lines.frequency, []
     for own, lag, power, (*shares, delay, slow) in zip(lines.floors, lines.lag, lines.noise[1:], unknown, strict=True):
         expected = np.array(shares) @ columns

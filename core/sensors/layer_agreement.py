@@ -1,12 +1,15 @@
-"""By which gains, delays and clock rates do the sensors at the layer disagree?
+"""The three sensors of a layer compared: gains, delays and clock rates, and displacement channels that are integrals.
 
-Without any model the layer's displacement x is bound to the accelerations of its sides, x'' = a_base − a_ground. What
-is measured of base slab and ground is therefore held against the transducer's: by a gain, a delay and a rate of delay
-each. All three have noise, so the squares of what is left are weighed with all of it, and what the noise of base slab
-and ground would take from their gains is given back (errors in variables: Deming, 1943; Fuller, 1987, ch. 1-2).
+The layer's displacement x determines the difference of the accelerations of its sides, x'' = a_base − a_ground, without
+any model. The accelerations of base slab and ground are therefore compared with the transducer's displacement, with a
+gain, a delay and a rate of delay each. All three have noise: the residuals are weighted with all of it, and the bias
+that the noise of base slab and ground causes in their gains is removed (errors in variables: Deming, 1943; Fuller,
+1987, chapters 1-2). The displacement is differentiated within each window by parts, ∫ φ x'' = ∫ φ'' x with
+φ = w exp(−iωt): the Hann window w and its slope vanish at its ends.
 
-The displacement is differentiated within each window by parts, ∫ φ x'' = ∫ φ'' x with φ = w exp(−iωt): the Hann window
-w and its slope vanish at its ends.
+Some acquisition systems record the accelerations integrated twice as a channel of displacement, which is independent of
+nothing. It follows them far above the frequency where a transducer's noise would hide the motion, and its filter has
+removed slow motion that the accelerations contain. A transducer does neither; an integral does both.
 """
 
 from collections.abc import Sequence
@@ -16,51 +19,69 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from core.arrays import ComplexMatrix, Matrix, Vector
-from core.signals.noise import noise_density
+from core.description import BuildingDescription
+from core.optimisation import scaled_inverse
+from core.record import Direction, Record
+from core.signals.noise import noise_density, noise_std
+from core.signals.spectra import HANN_CORRELATION, hann_spectra
 
 BANDS = ((0.3, 1.5), (0.3, 6.0))
-"""Hz, in turn: a delay of 50 ms is first found where its phase is small."""
+"""Hz, in turn: a delay of 50 ms is estimated first where its phase is small."""
 WINDOW = 20.0
-"""s, half of which each window has in common with the next."""
+"""s; each window overlaps the next by half. A choice: five periods of the slowest isolation layers."""
 ROUNDS = 8
-"""Of Gauss and Newton's iteration in each band."""
+"""Gauss-Newton iterations in each band at most. A choice."""
 OCTAVE = 0.5
-"""Octaves, over which what is left is averaged to tell its level."""
+"""Octaves over which squared residuals are averaged. A choice."""
 FEWEST_LINES = 40
-"""Of the spectra, for six unknowns."""
+"""Fewest lines of the spectra, for six unknowns. A choice."""
 SETTLED = 0.02
-"""Standard deviations, of a step that is the last."""
-CORRELATED = (1 + 2 * (4 / 9 + 1 / 36)) * (1 + 2 / 36)
-"""By how much the lines of Hann windows, and windows that have half in common, know less than as many free of each
-other: squares of the correlations 2/3 and 1/6 of neighbouring lines and 1/6 of windows (Harris, 1978)."""
+"""Standard deviations, largest step of the last iteration. A choice."""
+CORRELATED = HANN_CORRELATION * (1 + 2 / 36)
+"""Factor by which the lines of half-overlapping Hann windows hold less information than independent ones: windows have
+a correlation of 1/6 (Harris, 1978)."""
 LARGEST_STEP = np.array([0.5, 0.05, 1e-3] * 2)
-"""Of each unknown in a round."""
+"""Largest change of each unknown in an iteration. A choice."""
 PRIOR = np.array([0.02, 5e-3, 1e-4])
-"""Standard deviations of sound sensors' gain, delay in s, and rate of delay."""
+"""Standard deviations of the gain (1), delay (s) and rate of delay (s/s) of sound sensors. A choice, from data
+sheets."""
+FOLLOWED = 12.0
+"""Hz; no transducer in use has less noise than the accelerometers' integral up to this frequency."""
+SLOW = (0.05, 0.5)
+"""Hz, range in which an integral's filter begins to remove motion."""
+STARTS = 9
+"""Bands that begin in SLOW, evenly spaced in the logarithm. A choice."""
+FEWEST_BAND_LINES = 4
+"""Fewest lines of the spectrum in a band; a quarter of an octave if that is more. A choice."""
+FILTERED = 0.8
+"""Share of a slow motion below which a channel has been filtered. A choice."""
+COHERENT = 0.9
+"""Least coherence of two records that contain the same motion. A choice."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LayerAgreement:
-    """Of base slab, then ground, against the displacement transducer: logarithm of gain, delay, rate of delay."""
+    """Differences of base slab, then ground, from the displacement transducer: logarithm of gain, delay, rate of
+    delay."""
 
     value: Vector
-    """(6,) 1, s and s/s, twice; the delay is that at the record's middle."""
+    """(6,) 1, s and s/s, twice; the delay is that in the middle of the record."""
     covariance: Matrix
     """(6, 6)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Lines:
-    """Spectra of all windows, one after the other."""
+    """Spectra of all windows in sequence."""
 
     columns: ComplexMatrix
     """(8, lines): x'', base slab, its slope, that times t, ground, its slope, that times t, and ω."""
     noise: Matrix
-    """(3, lines) power that noise alone has in x'', base slab and ground."""
+    """(3, lines) power of the noise alone in x'', base slab and ground."""
 
 
 def layer_agreement(displacement: Vector, base: Vector, ground: Vector, rate: float) -> LayerAgreement | None:
-    """How far the three sensors of a layer agree in one event.
+    """Differences between the three sensors of a layer in one event.
 
     Args:
         displacement: (n,) m.
@@ -69,7 +90,7 @@ def layer_agreement(displacement: Vector, base: Vector, ground: Vector, rate: fl
         rate: Hz.
 
     Returns:
-        None where the record is too short, the layer hardly moves, or noise is all that base slab and ground tell.
+        None if the record is too short, the layer hardly moves, or base slab and ground contain noise alone.
 
     Raises:
         RecordError: the record is shorter than 10 s.
@@ -83,10 +104,10 @@ def layer_agreement(displacement: Vector, base: Vector, ground: Vector, rate: fl
             lines = _lines(displacement, sides, found, density, rate, band)
             if lines.columns.shape[1] < FEWEST_LINES:
                 return None
-            taken = _step(lines, found)
-            if taken is None:
+            solved = _step(lines, found)
+            if solved is None:
                 return None
-            step, covariance = taken
+            step, covariance = solved
             found = found + np.clip(step, -LARGEST_STEP, LARGEST_STEP)
             if (np.abs(step) < SETTLED * np.sqrt(np.diag(covariance))).all():
                 break
@@ -94,27 +115,27 @@ def layer_agreement(displacement: Vector, base: Vector, ground: Vector, rate: fl
 
 
 def agreeing(displacement: Vector, base: Vector, ground: Vector, rate: float) -> tuple[Vector, Vector]:
-    """The accelerations as sensors that agree with the transducer would have recorded them.
+    """The accelerations as recorded by sensors that agree with the transducer.
 
-    Where the two are fused, a gain of one percent would else make a step in the displacement where the one takes over
-    from the other, and a model that is driven by it a force that the layer did not have. Of what the record tells as
-    much is believed as it outweighs PRIOR (the posterior mean of normal errors).
+    In the fusion of the two, an error of the gain by one percent would cause a step in the displacement at the
+    crossover frequency, and in a model of the layer a spurious force. The differences are shrunk by PRIOR (posterior
+    mean with normal errors).
 
-    Args: as of `layer_agreement`.
+    Args: as for `layer_agreement`.
 
     Returns:
-        (n,) m/s² each; as they came where the record is too short, or tells nothing.
+        (n,) m/s² each; unchanged if the record does not determine the differences.
     """
     if displacement.size < WINDOW * rate or (found := layer_agreement(displacement, base, ground, rate)) is None:
         return base, ground
     prior = np.diag(np.tile(PRIOR, 2) ** 2)
-    believed = prior @ np.linalg.solve(prior + found.covariance, found.value)
+    posterior = prior @ np.linalg.solve(prior + found.covariance, found.value)
     time = _time(base.size, rate)
-    mended = [
+    corrected = [
         np.exp(-gain) * CubicSpline(time, own)(np.clip(time + delay + slow * time, time[0], time[-1]))
-        for own, (gain, delay, slow) in zip((base, ground), believed.reshape(2, 3), strict=True)
+        for own, (gain, delay, slow) in zip((base, ground), posterior.reshape(2, 3), strict=True)
     ]
-    return mended[0], mended[1]
+    return corrected[0], corrected[1]
 
 
 def _lines(
@@ -125,7 +146,7 @@ def _lines(
     rate: float,
     band: tuple[float, float],
 ) -> _Lines:
-    """Spectra of the displacement and of both sides' accelerations, with the delays that were found taken out."""
+    """Spectra of the displacement and of both sides' accelerations, with the estimated delays removed."""
     count = displacement.size
     time = _time(count, rate)
     rows = [displacement]
@@ -147,7 +168,7 @@ def _lines(
 
 
 def _time(count: int, rate: float) -> Vector:
-    """s, from the record's middle."""
+    """(count,) s, from the middle of the record."""
     return np.asarray((np.arange(count) - (count - 1) / 2) / rate)
 
 
@@ -160,13 +181,13 @@ def _test_function(length: int, rate: float, ω: Vector) -> tuple[Matrix, Comple
 
 
 def _power(window: Matrix, ω: Vector) -> Vector:
-    """(frequencies,) that φ'' gives white noise of variance 1."""
+    """(frequencies,) power of white noise of variance 1 after multiplication by φ''."""
     w, slope, bend = window
     return np.asarray([np.sum((bend - o**2 * w) ** 2 + (2 * o * slope) ** 2) for o in ω])
 
 
 def _step(lines: _Lines, found: Vector) -> tuple[Vector, Matrix] | None:
-    """Gauss and Newton's step, and the covariance of what it leads to; None where nothing but noise is left."""
+    """Gauss-Newton step, and the covariance of the result; None if only noise is left."""
     layer, base, ground = lines.columns[0], lines.columns[1:4], lines.columns[4:7]
     shares = np.exp(-found[[0, 3]])
     residual = layer - shares[0] * base[0] + shares[1] * ground[0]
@@ -176,18 +197,65 @@ def _step(lines: _Lines, found: Vector) -> tuple[Vector, Matrix] | None:
     weight = 1 / (level * noise.sum(axis=0))
     normal = (jacobian * weight @ jacobian.conj().T).real
     descent = (jacobian.conj() * weight @ residual).real
-    taken = np.sum(noise[1:] * level * weight, axis=1)  # by the noise of base slab and ground from their gains
-    descent[[0, 3]] += taken
-    normal[[0, 3], [0, 3]] -= taken
+    bias = np.sum(noise[1:] * level * weight, axis=1)  # of the gains, by the noise of base slab and ground
+    descent[[0, 3]] += bias
+    normal[[0, 3], [0, 3]] -= bias
     if not (np.diag(normal) > 0).all():
         return None
-    scale = 1 / np.sqrt(np.diag(normal))
-    inverse = np.linalg.pinv(normal * np.outer(scale, scale), hermitian=True) * np.outer(scale, scale)
+    inverse = scaled_inverse(normal)
     return -inverse @ descent, inverse * CORRELATED / 2
 
 
 def _level(excess: Vector, ω: Vector) -> Vector:
-    """(lines,) what is left over its expectation, averaged over half an octave and all windows; at least 1."""
+    """(lines,) squared residual over its expectation, averaged over half an octave and all windows; at least 1."""
     bands = np.floor(np.log2(ω / ω.min()) / OCTAVE + 1e-9).astype(int)
     mean = np.bincount(bands, excess) / np.maximum(np.bincount(bands), 1)
     return np.asarray(np.maximum(mean[bands], 1.0))
+
+
+def transducer_reading(record: Record, description: BuildingDescription, direction: Direction) -> Vector | None:
+    """(n,) m, displacement of the layer measured by a transducer; None without one.
+
+    Raises:
+        RecordError: the record is shorter than 10 s.
+    """
+    base, ground = description.base.name, description.ground.name
+    displacement = record.find(base, "displacement", direction)
+    above, below = (record.find(level, "acceleration", direction) for level in (base, ground))
+    if displacement is None or above is None or below is None:
+        return displacement
+    return None if is_integral(displacement, above - below, record.rate) else displacement
+
+
+def is_integral(displacement: Vector, relative_acceleration: Vector, rate: float) -> bool:
+    """True if a channel of displacement was computed from the accelerations.
+
+    Args:
+        displacement: (n,) m, of the base slab relative to the ground.
+        relative_acceleration: (n,) m/s², base slab minus ground.
+        rate: Hz.
+
+    Raises:
+        RecordError: the record is shorter than 10 s.
+    """
+    own, other = noise_std(np.array([displacement, relative_acceleration]), rate)
+    follows = other > own * (2 * np.pi * FOLLOWED) ** 2
+    return bool(follows and _smallest_share(displacement, relative_acceleration, rate) < FILTERED)
+
+
+def _smallest_share(displacement: Vector, relative: Vector, rate: float) -> float:
+    """Least share that the channel has of the slow motion common to both records; 1 if there is none.
+
+    The accelerations' noise does not lower it: the integral is regressed on the channel.
+    """
+    centred = np.array([row - row.mean() for row in (displacement, relative)])
+    spectra = hann_spectra(centred, rate)
+    frequency, (moved, bent) = spectra.frequency[1:], spectra.values[:, 1:]
+    integral, share = -bent / (2 * np.pi * frequency) ** 2, 1.0
+    for start in np.searchsorted(frequency, np.geomspace(*SLOW, STARTS)):
+        band = slice(start, max(start + FEWEST_BAND_LINES, int(np.searchsorted(frequency, 2**0.25 * frequency[start]))))
+        common = float(np.abs(np.vdot(integral[band], moved[band])))
+        own, other = (float(np.linalg.norm(row[band])) for row in (moved, integral))
+        if common > COHERENT * own * other > 0:
+            share = min(share, own**2 / common)
+    return share

@@ -1,9 +1,13 @@
-"""Whose axes are turned against the building's?
+"""Orientation of the sensors' horizontal axes relative to the building's, estimated and corrected.
 
-Above the isolators every sensor of two axes is compared with the base slab's; the one that stands apart is turned,
-and if all stand apart alike it is the base slab's own. The ground is compared with what base slab and displacement
-transducers say of it, or, without transducers, with the base slab itself, which leaves open whether its axes are
-reversed besides. Nothing tells whether all are turned alike, and nothing is said where the motion lay along one line.
+Along each of the building's axes every level responds to the motion of the base slab along that axis alone, whatever
+its transfer function. Of all angles by which a sensor's record can be turned back, the right one therefore leaves the
+smallest residual of such a pair of transfer functions: the record is then most coherent with the reference.
+
+Above the isolators every sensor of two axes is compared with the base slab's; the one that differs is turned, and if
+all differ alike it is the base slab's own. The ground is compared with the difference of base slab and displacement
+transducers, or, without transducers, with the base slab itself, which does not show whether its axes are reversed. No
+comparison shows that all sensors are turned alike, and none is possible where the motion lay along one line.
 """
 
 from collections.abc import Mapping
@@ -11,59 +15,78 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from core.arrays import Matrix
+from core.arrays import ComplexMatrix, ComplexTensor, Matrix, Tensor
 from core.description import BuildingDescription
 from core.quality import Finding
 from core.record import Channel, Direction, Quantity, Record
 from core.rounding import with_std
-from core.sensors.azimuth import RelativeAngle, relative_angle, turned_back
 from core.sensors.screening import loss
+from core.signals.spectra import hann_spectra, second_derivative
 
+BAND = (0.1, 1.0)
+"""Hz, above the accelerometers' drift and below the coupled modes of the superstructure."""
+BINS = 8
+"""Lines of the spectrum over which a transfer function is constant. A choice: 0.1 Hz of 80 s."""
+UNEXPLAINED = 0.2
+"""Share of the sensor's power that may remain at the best angle. A choice."""
 TURNED = np.deg2rad(3.0)
-"""rad: smaller angles are mounting; of the other direction's motion a twentieth is then read."""
-CERTAIN = 5.0
-"""Standard deviations by which an angle must exceed 0."""
+"""rad; smaller angles are mounting tolerance, with which a twentieth of the other direction's motion is read."""
 ALIKE = np.deg2rad(3.0)
-"""rad, within which all others stand to the base slab alike."""
+"""rad, difference within which two angles agree: of x and y alone, and of the floors relative to the base slab."""
+LARGEST_STD = np.deg2rad(10.0)
+"""rad, largest standard deviation of the angle from x or y alone. A choice."""
+CERTAIN_ANGLE = 5.0
+"""Standard deviations by which an angle must exceed 0. A choice; measured on the motions of the tests."""
 FEWEST_FLOORS = 2
-"""Sensors above that it takes to say that the base slab's is the one that is turned."""
+"""Fewest sensors above the base slab that can show that the base slab's own is turned."""
+
+Pair = tuple[tuple[Channel, Channel], Matrix]
+"""The x and y channels of a sensor, and (2, n) their samples."""
+
+
+@dataclass(frozen=True, slots=True)
+class RelativeAngle:
+    """Angle between the axes of a sensor and those of a reference, up to their signs."""
+
+    angle: float
+    """rad in (−π/2, π/2], of the sensor's axes, from x towards y."""
+    std: float
+    """rad, standard deviation; large if the motion lay along one line."""
+    signs: tuple[float, float]
+    """For x and y, 1 if the turned record mostly moves with the reference, −1 if it moves against it."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Turn:
-    """By how much a sensor's axes are turned."""
+    """Rotation of a sensor's axes."""
 
     angle: float
     """rad in (−π, π], from x towards y."""
     std: float
     mirrored: bool
-    """Whether y is reversed besides."""
+    """True if y is reversed as well."""
 
     @property
     def counts(self) -> bool:
-        """Whether it is more than mounting, and more than whole axes reversed or exchanged: their names say it all."""
+        """True if it exceeds mounting tolerance, and is more than whole axes reversed or exchanged."""
         whole = np.pi / 2 if self.mirrored else np.pi
         beside = abs((self.angle + whole / 2) % whole - whole / 2)
-        return bool(beside > max(TURNED, CERTAIN * self.std))
+        return bool(beside > max(TURNED, CERTAIN_ANGLE * self.std))
 
     @property
     def upright(self) -> bool:
-        """Whether the two sensors compared agree, so that other sensors may be judged by them."""
+        """True if the two sensors agree, so that others may be compared with them."""
         return not self.mirrored and abs(self.angle) < TURNED
 
 
-Pair = tuple[tuple[Channel, Channel], Matrix]
-"""The x and y channels of a sensor, and (2, n) what they measured."""
-
-
 def oriented(record: Record, description: BuildingDescription) -> tuple[Record, tuple[Finding, ...]]:
-    """The record along the building's axes, and a warning for every channel whose axes were turned by 3 degrees.
+    """The record along the building's axes, and a warning for every channel whose axes are turned by 3 degrees or more.
 
-    Axes that are turned are turned back; a sensor that is turned and mirrored is left out. One that is only mirrored,
-    or whose x and y are only exchanged, is left to `core.sensors.consistency`, which names it more simply.
+    Turned axes are turned back; a sensor that is turned and mirrored is left out. One that is only mirrored, or whose x
+    and y are only exchanged, is left to `core.sensors.reconciliation.disagreements`, whose message is simpler.
 
     Args:
-        record: complete channels about their position at rest, one for each level, quantity and direction.
+        record: complete channels relative to their position at rest, one per level, quantity and direction.
         description: of the building.
     """
     samples, lost, found = record.samples.copy(), set[Channel](), list[Finding]()
@@ -79,12 +102,12 @@ def oriented(record: Record, description: BuildingDescription) -> tuple[Record, 
 
 
 def along_described_axes(record: Record, description: BuildingDescription) -> tuple[Record, tuple[Finding, ...]]:
-    """The record along the building's axes as far as the description says how its sensors are turned.
+    """The record along the building's axes, by the rotations in the description.
 
     A channel whose other axis is missing cannot be turned back and is left out.
 
     Args:
-        record: complete channels about their position at rest, any number for each level and direction.
+        record: complete channels relative to their position at rest, any number per level and direction.
         description: of the building.
     """
     samples, found = record.samples.copy(), list[Finding]()
@@ -102,11 +125,29 @@ def along_described_axes(record: Record, description: BuildingDescription) -> tu
     return replace(record, channels=tuple(record.channels[row] for row in kept), samples=samples[kept]), tuple(found)
 
 
+def turned_back(samples: Matrix, angle: float) -> Matrix:
+    """(2, n) along the building's axes, from (2, n) along axes turned by an angle in rad, from x towards y."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.asarray(np.array([[c, -s], [s, c]]) @ samples)
+
+
 def _other_axis(record: Record, channel: Channel) -> int | None:
-    """Row of the channel that is the same sensor's other horizontal axis."""
+    """Row of the same sensor's other horizontal axis."""
     direction: Direction = "y" if channel.direction == "x" else "x"
     wanted = replace(channel, direction=direction)
     return next((row for row, one in enumerate(record.channels) if replace(one, id=channel.id) == wanted), None)
+
+
+def _pairs(record: Record) -> Mapping[tuple[str, Quantity], Pair]:
+    rows = {(c.level, c.quantity, c.direction): i for i, c in enumerate(record.channels)}
+    return {
+        (level, quantity): (
+            (record.channels[x], record.channels[rows[level, quantity, "y"]]),
+            record.samples[[x, rows[level, quantity, "y"]]],
+        )
+        for (level, quantity, direction), x in rows.items()
+        if direction == "x" and (level, quantity, "y") in rows
+    }
 
 
 def _turned(
@@ -124,32 +165,20 @@ def _turned(
     known = [(pair, turn) for pair in floors if (turn := _turn(base[1], pair[1], rate)) is not None]
     above = [turn for _, turn in known]
     if ground is not None and (not above or any(turn.upright for turn in above)):
-        of_ground = _of_ground(base[1], ground[1], layer, rate)
+        of_ground = _ground_turn(base[1], ground[1], layer, rate)
         known += [] if of_ground is None else [(ground, of_ground)]
-    own = _of_base(above)
+    own = _base_turn(above)
     if own is not None:
         return [(base, own)]
     turned = [(pair, turn) for pair, turn in known if turn.counts]
     if layer is not None and ground is not None and not turned:
-        turn = _turn(base[1] - ground[1], _twice_differentiated(layer[1], rate), rate)
+        turn = _turn(base[1] - ground[1], second_derivative(layer[1], rate), rate)
         turned = [(layer, turn)] if turn is not None and turn.counts else []
     return turned
 
 
-def _pairs(record: Record) -> Mapping[tuple[str, Quantity], Pair]:
-    rows = {(c.level, c.quantity, c.direction): i for i, c in enumerate(record.channels)}
-    return {
-        (level, quantity): (
-            (record.channels[x], record.channels[rows[level, quantity, "y"]]),
-            record.samples[[x, rows[level, quantity, "y"]]],
-        )
-        for (level, quantity, direction), x in rows.items()
-        if direction == "x" and (level, quantity, "y") in rows
-    }
-
-
 def _turn(reference: Matrix, sensor: Matrix, rate: float) -> _Turn | None:
-    """Of a sensor that moves with the reference, so that its signs count as well."""
+    """Rotation of a sensor that moves with the reference, so that its signs count."""
     found = relative_angle(reference, sensor, rate)
     return None if found is None else _signed(found)
 
@@ -161,19 +190,15 @@ def _signed(found: RelativeAngle) -> _Turn:
     return _Turn(float(np.pi - (np.pi - angle) % (2 * np.pi)), found.std, mirrored)
 
 
-def _of_ground(base: Matrix, ground: Matrix, layer: Pair | None, rate: float) -> _Turn | None:
+def _ground_turn(base: Matrix, ground: Matrix, layer: Pair | None, rate: float) -> _Turn | None:
     if layer is not None:
-        return _turn(base - _twice_differentiated(layer[1], rate), ground, rate)
-    found = relative_angle(base, ground, rate)  # across the layer signs say nothing
+        return _turn(base - second_derivative(layer[1], rate), ground, rate)
+    found = relative_angle(base, ground, rate)  # across the layer, signs have no meaning
     return None if found is None else _signed(replace(found, signs=(1.0, 1.0)))
 
 
-def _twice_differentiated(displacement: Matrix, rate: float) -> Matrix:
-    return np.asarray(np.gradient(np.gradient(displacement, axis=1), axis=1) * rate**2)
-
-
-def _of_base(others: list[_Turn]) -> _Turn | None:
-    """How the base slab's own sensor is turned: opposite to all others, if they agree."""
+def _base_turn(others: list[_Turn]) -> _Turn | None:
+    """Rotation of the base slab's own sensor: opposite to all others, if they agree."""
     if len(others) < FEWEST_FLOORS or not all(turn.counts for turn in others):
         return None
     first = others[0]
@@ -181,15 +206,95 @@ def _of_base(others: list[_Turn]) -> _Turn | None:
     if any(turn.mirrored != first.mirrored for turn in others) or max(np.abs(apart)) > ALIKE:
         return None
     angle = first.angle + float(np.mean(apart))
-    # what undoes a turn is the opposite turn, what undoes a turned mirror is that mirror
+    # the inverse of a turn is the opposite turn; a turned mirror is its own inverse
     return _Turn(angle if first.mirrored else -angle, min(turn.std for turn in others), first.mirrored)
 
 
 def _finding(channel: Channel, turn: _Turn, description: BuildingDescription) -> Finding:
     degrees, std = np.rad2deg([turn.angle, turn.std]).tolist()
-    turned = f"its axes are turned by {with_std(degrees, std)} degrees from x towards y against the other sensors'"
+    turned = f"its axes are turned by {with_std(degrees, std)} degrees from x towards y relative to the other sensors'"
     if turn.mirrored:
-        message = f"{turned} and mirrored. It is left out; turn the sign of its y, and see what is left of the angle"
+        message = f"{turned} and mirrored. The channel is left out; reverse the sign of its y and analyse again"
         return Finding("rotation", loss(channel, description), message, channel.id, turn.angle)
-    advice = f"rotation = {degrees:.0f} for its x and y in the building file does so for good"
+    advice = f"to make this permanent, set rotation = {degrees:.0f} for its x and y in the building file"
     return Finding("rotation", "warning", f"{turned}; they were turned back; {advice}", channel.id, turn.angle)
+
+
+def relative_angle(reference: Matrix, sensor: Matrix, rate: float) -> RelativeAngle | None:
+    """Angle of a sensor's axes relative to those of a reference.
+
+    The cost of the angle φ is A cos²φ + B sin²φ − 2 C cosφ sinφ, whose minimum has a closed form. Its standard
+    deviation is the larger of those from the cost's curvature and from its slopes over the parts of the spectrum; the
+    latter holds where the transfer functions miss more than noise (a nonlinear layer).
+
+    Args:
+        reference: (2, n) x and y of the reference.
+        sensor: (2, n) x and y of the sensor, of the same quantity.
+        rate: Hz.
+
+    Returns:
+        None if the record is too short, no angle makes the two coherent, or x and y imply different angles.
+    """
+    R, S = _blocks(reference, rate), _blocks(sensor, rate)
+    power = float(np.sum(np.abs(S) ** 2))
+    if R.shape[1] < 2 or not power > 0:
+        return None
+    φ, std, least = _least(_costs(R, S))
+    turned = np.cos(φ) * S + np.sin(φ) * np.array([-S[1], S[0]])
+    if not (np.isfinite(std) and least < UNEXPLAINED * power and _agree(R, turned)):
+        return None
+    x, y = np.sign(np.sum((turned * R.conj()).real, axis=(1, 2)))
+    return RelativeAngle(φ, std, (float(x), float(y)))
+
+
+def _blocks(samples: Matrix, rate: float) -> ComplexTensor:
+    """(2, blocks, BINS) spectrum of x and y within the band."""
+    spectra = hann_spectra(samples, rate, BAND).values
+    return np.asarray(spectra[:, : spectra.shape[1] // BINS * BINS].reshape(2, -1, BINS))
+
+
+def _costs(R: ComplexTensor, S: ComplexTensor) -> Tensor:
+    """(3, 2, blocks) A, B and C: residuals of S_x cosφ − S_y sinφ from R_x, and of S_x sinφ + S_y cosφ from R_y."""
+    (xx, yx), (xy, yy) = [[_residual(R[axis], own) for own in S] for axis in range(2)]
+    power = [[np.sum(np.abs(own) ** 2, axis=1) for own in axis] for axis in ((xx, yy), (yx, xy))]
+    mixed = [np.sum((xx * yx.conj()).real, axis=1), -np.sum((xy * yy.conj()).real, axis=1)]
+    return np.array([*power, mixed])
+
+
+def _least(costs: Tensor) -> tuple[float, float, float]:
+    """The best angle in rad, its standard deviation and the remaining cost, from (3, axes, blocks) A, B and C."""
+    A, B, C = costs
+    difference, mixed = float((B - A).sum()) / 2, float(C.sum())
+    depth = float(np.hypot(difference, mixed))
+    if depth == 0:
+        return 0.0, np.inf, 0.0
+    φ = float(np.arctan2(mixed, difference)) / 2
+    least = max(float((A + B).sum()) / 2 - depth, 0.0)
+    slopes = (B - A) / 2 * np.sin(2 * φ) - C * np.cos(2 * φ)
+    free = 2 * A.size * (BINS - 1) - 1
+    variance = max(least / free / (2 * depth), float(np.sum(slopes**2)) / (2 * depth) ** 2)
+    return φ, float(np.sqrt(variance)), least
+
+
+def _agree(R: ComplexTensor, turned: ComplexTensor) -> bool:
+    """True if x and y alone imply the same angle, which they do not for a sensor off the centre of a torsion.
+
+    Each implies the angle by its share of the other axis, once both are turned by the common angle.
+    """
+    for axis in range(2):
+        own, other = (_residual(R[axis], turned[one]) for one in (axis, 1 - axis))
+        power = max(float(np.sum(np.abs(other) ** 2)), np.finfo(float).tiny)
+        by_block = np.sum((own * other.conj()).real, axis=1)
+        leaked = float(by_block.sum()) / power
+        left = by_block - leaked * np.sum(np.abs(other) ** 2, axis=1)
+        std = float(np.sqrt(np.sum(left**2))) / power
+        if std > LARGEST_STD or abs(leaked) > max(ALIKE, 3 * std):
+            return False
+    return True
+
+
+def _residual(reference: ComplexMatrix, own: ComplexMatrix) -> ComplexMatrix:
+    """(blocks, BINS) remainder that no constant transfer function makes of the reference."""
+    power = np.sum(np.abs(reference) ** 2, axis=1, keepdims=True)
+    cross = np.sum(own * reference.conj(), axis=1, keepdims=True)
+    return np.asarray(own - cross / np.maximum(power, np.finfo(float).tiny) * reference)

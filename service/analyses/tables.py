@@ -142,7 +142,7 @@ class CycleResult(Base):
 
 
 class SensorResult(Base):
-    """How one channel did in an event (core.sensors.sensor_health)."""
+    """How one channel did in an event (core.sensors.sensor_errors)."""
 
     __tablename__ = "sensor_result"
     __table_args__ = (UniqueConstraint("analysis_id", "channel"),)

@@ -18,7 +18,7 @@ from core.identification.modes import Mode
 from core.isolation_layer.equivalent import EquivalentSegment
 from core.isolation_layer.motion import MeasuredMotion, ResidualDisplacement
 from core.paper import BUILDING
-from core.sensors.sensor_health import SensorHealth
+from core.sensors.sensor_errors import SensorHealth
 from service.analyses.store import Inputs
 from service.buildings import store as building_store
 from service.buildings.tables import Building

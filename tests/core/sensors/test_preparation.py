@@ -1,14 +1,18 @@
 """Segments of a channel make one trace, and channels of any rate and start come to one time base."""
 
-from datetime import timedelta
+import tracemalloc
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
 
 import numpy as np
 import pytest
+import simulated
 from described import START
 
 from core.errors import RecordError
 from core.record import Channel, Segment
-from core.sensors.assembly import joined, on_one_time_base
+from core.sensors.preparation import joined, on_one_time_base, prepared
+from service.buildings import description as building_description
 
 CHANNELS = (Channel("a", "1F", "acceleration", "x"), Channel("b", "RF", "acceleration", "x"))
 
@@ -72,3 +76,23 @@ def test_channels_without_common_time_are_refused() -> None:
     traces = {"a": joined([piece("a", 0, 10)])[0], "b": joined([piece("b", 20, 30)])[0]}
     with pytest.raises(RecordError, match="no time in common"):
         on_one_time_base(traces, CHANNELS, 100.0)
+
+
+FIRST = datetime(2024, 1, 1, tzinfo=UTC)
+
+
+def test_an_event_of_four_months_is_refused_with_its_length() -> None:
+    """At 0.0001 Hz: 1000 samples; at the chain's 100 Hz thousands of millions in each channel."""
+    description = building_description.read(simulated.building_file(), Path("/")).description
+    channels = [channel.id for channel in description.channels]
+    slow = [Segment(channel, FIRST, 1e-4, np.zeros(1000)) for channel in channels]
+    apart = [Segment(channels[0], FIRST + timedelta(days=n), 100.0, np.zeros(1000)) for n in (0, 116)]
+    tracemalloc.start()
+    for segments in (slow, apart):
+        preparation = prepared(segments, description, 100.0)
+        (finding,) = preparation.findings
+        assert preparation.record is None
+        assert finding.severity == "fatal"
+        assert finding.message.startswith("the event lasts 2.78e+03 h, 1e+09 samples a channel; at most 2.5e+07 are")
+    assert tracemalloc.get_traced_memory()[1] < 10_000_000
+    tracemalloc.stop()

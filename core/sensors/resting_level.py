@@ -1,0 +1,174 @@
+"""Resting level of a channel: its offset from zero, jumps of an acceleration, and baseline drift.
+
+An acceleration always rests at one level. A layer stays where an earthquake leaves it: the level of its displacement is
+constant before the motion and after it, though the two may differ. A sensor whose level changes otherwise jumps or
+drifts. The record is divided into blocks; the mean of each estimates the level, with an uncertainty from its motion.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import combinations, pairwise
+
+import numpy as np
+
+from core.arrays import Mask, Matrix, Vector
+from core.quality import Finding
+from core.record import Channel, Quantity, Trace
+from core.signals.conditioning import position_at_rest
+
+NOTABLE: Mapping[Quantity, float] = {"acceleration": 0.01, "velocity": 0.01, "displacement": 0.001}
+"""SI units, offset from zero that is noted: 1 gal, 1 cm/s, 1 mm. A choice."""
+SHARE_OF_PEAK = 0.5
+"""Offset over the largest motion that is noted too, for weak records. A choice."""
+SMALLEST_JUMP = 0.005
+"""m/s² (0.5 gal), jump of an acceleration's level below which no estimate is affected. A choice."""
+BLOCK = 5.0
+"""s, duration of a block. A choice: two periods of a usual isolation layer."""
+SWAY = 0.2
+"""Uncertainty of a level over the block's standard deviation: the mean of 5 s of motion at 0.5 Hz is at most
+√2 / (5 · 0.5 π) of it."""
+FEWEST_BLOCKS = 4
+"""Blocks of a record whose jumps are searched for. A choice."""
+RELATIVE_RESOLUTION = 1e-4
+"""Uncertainty of a level over the record's largest value, at least, in the search for jumps. A choice: 80 dB."""
+CERTAIN_JUMP = 8.0
+"""Standard deviations by which the levels before and after a jump must differ. A choice: the best of all instants is
+tested, and motion is not normal."""
+RESOLUTION = 1e-5
+"""m or m/s², uncertainty of a level at least, in the search for drift: the resolution of a good sensor."""
+QUIET = 0.1
+"""Standard deviation over that of the strongest block below which a block is at rest. A choice.
+
+A weaker limit than core.signals.conditioning.AT_REST: motion that is left here enlarges the level's uncertainty."""
+
+
+def without_jump(trace: Trace, channel: Channel) -> tuple[Trace, tuple[Finding, ...]]:
+    """The trace at one resting level; a note if that is far from zero, a warning if an acceleration's level jumped.
+
+    The residual offset of a displacement remains.
+
+    Args:
+        trace: of the channel without NaN, at its own rate.
+        channel: its description.
+    """
+    level, jump = trace, None
+    if channel.quantity == "acceleration":
+        level, jump = _levelled(trace, channel)
+    far = _far_from_zero(level, channel) if channel.quantity != "temperature" else None
+    return level, tuple(finding for finding in (far, jump) if finding is not None)
+
+
+def _far_from_zero(trace: Trace, channel: Channel) -> Finding | None:
+    rest = position_at_rest(trace.samples, trace.rate)
+    if abs(rest) < min(NOTABLE[channel.quantity], SHARE_OF_PEAK * float(np.abs(trace.samples - rest).max())):
+        return None
+    message = f"rests at {_with_unit(rest, channel.quantity)} instead of 0; the offset was removed"
+    return Finding("offset", "note", message, channel.id, rest)
+
+
+def _levelled(trace: Trace, channel: Channel) -> tuple[Trace, Finding | None]:
+    step, block = _step(trace)
+    if abs(step) < SMALLEST_JUMP:
+        return trace, None
+    at = _instant(trace, step, block)
+    message = (
+        f"its resting level jumped by {_with_unit(step, channel.quantity)} {at / trace.rate:.3g} s after its start; "
+        "the jump was removed. Check the sensor's fixing and cable"
+    )
+    samples = trace.samples - np.where(np.arange(trace.samples.size) < at, 0.0, step)
+    return Trace(trace.start, trace.rate, samples), Finding("offset", "warning", message, channel.id, step)
+
+
+def _step(trace: Trace) -> tuple[float, int]:
+    """The step that explains the levels of the record's blocks best, 0 if it is not certain; and its first block."""
+    blocks = _blocks(trace.samples, trace.rate)
+    if blocks.shape[0] < FEWEST_BLOCKS:
+        return 0.0, 0
+    levels, precision = blocks.mean(axis=1), _precision(blocks)
+    weight, total = np.cumsum(precision), np.cumsum(precision * levels)
+    before, after = weight[:-1], weight[-1] - weight[:-1]
+    steps = (total[-1] - total[:-1]) / after - total[:-1] / before
+    certainty = np.abs(steps) * np.sqrt(before * after / (before + after))
+    block = int(np.argmax(certainty))
+    return (float(steps[block]), block + 1) if certainty[block] > CERTAIN_JUMP else (0.0, 0)
+
+
+def _instant(trace: Trace, step: float, block: int) -> int:
+    """Sample at which the level jumps: the turning point of the cumulative sum about the two levels' mean (Page
+    1954)."""
+    length = _block_length(trace.rate)
+    start = (block - 1) * length
+    near = trace.samples[start : start + 2 * length]
+    middle = np.mean(trace.samples[start - length : start] if start else near[:length]) + step / 2
+    return start + int(np.argmin(np.cumsum(np.sign(step) * (near - middle)))) + 1
+
+
+def _precision(blocks: Matrix) -> Vector:
+    """(blocks,) 1 / variance of each block's mean as an estimate of the resting level."""
+    deviation = SWAY * blocks.std(axis=1) + RELATIVE_RESOLUTION * np.abs(blocks - np.median(blocks)).max()
+    return np.asarray(1 / np.maximum(deviation, np.finfo(float).tiny ** 0.25) ** 2)
+
+
+def _block_length(rate: float) -> int:
+    return max(1, round(BLOCK * rate))
+
+
+def _blocks(samples: Vector, rate: float) -> Matrix:
+    """(blocks, samples) successive blocks; the remainder is dropped."""
+    length = _block_length(rate)
+    return samples[: samples.size // length * length].reshape(-1, length)
+
+
+def _with_unit(value: float, quantity: Quantity) -> str:
+    if quantity == "acceleration":
+        return f"{value:.3g} m/s² ({100 * value:.3g} gal)"
+    if quantity == "displacement":
+        return f"{value:.3g} m ({1000 * value:.3g} mm)"
+    return f"{value:.3g} m/s ({100 * value:.3g} cm/s)"
+
+
+@dataclass(frozen=True, slots=True)
+class BaselineDrift:
+    """Difference between the two levels within one stretch at rest that differ most certainly."""
+
+    change: float
+    """m or m/s², from the earlier to the later."""
+    std: float
+    """In the same unit."""
+    share: float
+    """Absolute change over the record's largest absolute value."""
+
+
+def baseline_drift(samples: Vector, rate: float) -> BaselineDrift | None:
+    """Change of a sensor's level while the building is at rest; None without two successive blocks at rest.
+
+    Args:
+        samples: (n,) m of a transducer across the layer, or m/s².
+        rate: Hz.
+    """
+    blocks = _blocks(samples, rate)
+    levels, moving = blocks.mean(axis=1), _std_about_trend(blocks)
+    std = SWAY * moving + RESOLUTION
+    quiet = moving < QUIET * moving.max(initial=0.0)
+    changes = [
+        (float(levels[later] - levels[earlier]), float(np.hypot(std[earlier], std[later])))
+        for first, end in _runs(quiet)
+        for earlier, later in combinations(range(first, end), 2)
+    ]
+    if not changes:
+        return None
+    change, error = max(changes, key=lambda pair: abs(pair[0]) / pair[1])
+    return BaselineDrift(change, error, abs(change) / float(np.abs(samples).max()))
+
+
+def _std_about_trend(blocks: Matrix) -> Vector:
+    """(blocks,) standard deviation of each about its straight line."""
+    time = np.linspace(-1.0, 1.0, blocks.shape[1])
+    centred = blocks - blocks.mean(axis=1, keepdims=True)
+    return np.asarray((centred - np.outer(centred @ time / (time @ time), time)).std(axis=1))
+
+
+def _runs(quiet: Mask) -> list[tuple[int, int]]:
+    """First block of each stretch at rest, and one past its last."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], quiet, [False]])))
+    return [(int(first), int(end)) for first, end in list(pairwise(edges))[::2]]
