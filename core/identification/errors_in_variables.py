@@ -11,6 +11,7 @@ import numpy as np
 from scipy import linalg
 
 from core.arrays import ComplexMatrix, ComplexVector, Indices, Matrix, Vector
+from core.optimisation import damped_step
 
 RESIDUAL_TERMS = 4
 """Residual terms of a floor: 1 for its gain relative to the base slab's; ω², iω³ and ω⁴ for the stiffness, dashpots
@@ -21,8 +22,6 @@ MOST_STEPS = 60
 """Steps after which a fit ends without convergence."""
 FIRST_DAMPING = 1e-4
 """Initial Levenberg-Marquardt damping, relative to the diagonal of the information matrix."""
-MOST_INCREASES = 30
-"""Tenfold increases of the damping within one step; more would not change the step."""
 SMALL_DECREASE = 5e-2
 """Decrease of the cost at which a fit has converged, expected or achieved, in units of half the larger of one and
 chi-square per degree of freedom."""
@@ -198,7 +197,8 @@ def fit_transfer(start: ModalTransfer, lines: NoisySpectra) -> TransferFit:
     freedom = 2 * len(start.forced) * lines.angular_frequency.size - start.parameters.size
     damping, growth, converged = FIRST_DAMPING, 2.0, False
     for _ in range(MOST_STEPS):
-        step = _step(here, damping)
+        curvature = np.sqrt(np.diag(here.information))
+        step = damped_step(here.hessian, -here.gradient, damping, curvature)
         if step is None:
             break
         expected = -float(here.gradient @ step)
@@ -300,21 +300,6 @@ def _gram(rows: ComplexMatrix) -> Matrix:
     """(rows, rows) real part of the Hermitian products of all pairs."""
     parts = np.hstack([rows.real, rows.imag])
     return parts @ parts.T
-
-
-def _step(here: CostExpansion, damping: float) -> Vector | None:
-    """Damped Newton step, with more damping if the Hessian is not positive definite; None if there is no step."""
-    length = np.sqrt(np.diag(here.information))
-    if not (np.all(length > 0) and np.isfinite(here.hessian).all() and np.isfinite(here.gradient).all()):
-        return None
-    scaled = here.hessian / np.outer(length, length)
-    for raised in damping * 10.0 ** np.arange(MOST_INCREASES):
-        try:
-            factor = linalg.cho_factor(scaled + raised * np.eye(length.size), check_finite=False)
-        except linalg.LinAlgError:
-            continue
-        return np.asarray(-linalg.cho_solve(factor, here.gradient / length, check_finite=False) / length)
-    return None
 
 
 def _covariance(here: CostExpansion, freedom: int) -> tuple[Matrix, Matrix]:

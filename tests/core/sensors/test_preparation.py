@@ -93,6 +93,6 @@ def test_an_event_of_four_months_is_refused_with_its_length() -> None:
         (finding,) = preparation.findings
         assert preparation.record is None
         assert finding.severity == "fatal"
-        assert finding.message.startswith("the event lasts 2.78e+03 h, 1e+09 samples a channel; at most 2.5e+07 are")
+        assert finding.message.startswith("the event lasts 2.78e+03 h, 1e+09 samples per channel; the limit is 2.5e+07")
     assert tracemalloc.get_traced_memory()[1] < 10_000_000
     tracemalloc.stop()
