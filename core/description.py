@@ -1,4 +1,4 @@
-"""A building as its engineer describes it: levels, isolation layer and sensors."""
+"""Description of a building: levels, isolation layer and sensors."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -22,14 +22,14 @@ class Level:
     mass: float | None = None
     """kg; None for the ground only."""
     stiffness: float | None = None
-    """N/m, design value of the storey below this floor; None where nobody gave it."""
+    """N/m, design value of the storey below this floor; None if not given."""
     mass_uncertainty: float = 0.0
     """Standard deviation of the mass over the mass, the total of all masses being right."""
 
 
 @dataclass(frozen=True, slots=True)
 class IsolationDesign:
-    """The isolation layer's design values; None where nobody gave one."""
+    """The isolation layer's design values; None if not given."""
 
     k_b: float | None = None
     """N/m, post-yield stiffness."""
@@ -49,9 +49,9 @@ class IsolationLayer:
     """m, displacement of 100 % shear strain."""
     design: IsolationDesign = IsolationDesign()
     design_displacement: float | None = None
-    """m, largest horizontal displacement that the layer is designed for; None where the designer's is not given."""
+    """m, design displacement; None if not given."""
     moat_clearance: float | None = None
-    """m, smallest gap between the moving building and what surrounds it; None where it is not given."""
+    """m, smallest gap between the building and the surrounding wall; None if not given."""
 
 
 @dataclass(frozen=True, slots=True)

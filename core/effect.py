@@ -129,7 +129,7 @@ class Effect:
         if len(set(offered)) < len(offered):
             raise ModelError(f"{self.title}: a state or parameter takes the name of another offer, in {offered}")
         if self.acts_on not in CHANNELS:
-            raise ModelError(f"{self.title}: acts on {self.acts_on!r}; one of {', '.join(CHANNELS)} would do")
+            raise ModelError(f"{self.title}: acts on {self.acts_on!r}; it must act on one of {', '.join(CHANNELS)}")
         if strange := sorted({*self.absent, *self.linear, *self.held} - set(named)):
             raise ModelError(f"{self.title}: {strange} are no parameters of its own; those are {sorted(named)}")
         kept = {*self.carried, *([self.publishes] if self.publishes else [])}

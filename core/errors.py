@@ -1,9 +1,9 @@
-"""What core can refuse to do. Every message says what was found and what would do.
+"""Errors that core raises. Every message states the fault and what helps.
 
 CoreError
 ├── RecordError          the record cannot be used (gaps, clipping, wrong length, a missing channel)
 ├── ModelError           the model is not well posed (negative mass, unknown effect)
-└── IdentificationError  the record holds no mode that could be identified
+└── IdentificationError  the record does not determine what was to be identified
 """
 
 
@@ -20,4 +20,4 @@ class ModelError(CoreError):
 
 
 class IdentificationError(CoreError):
-    """The record does not determine what was asked of it."""
+    """The record does not determine what was to be identified."""

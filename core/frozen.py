@@ -1,4 +1,4 @@
-"""A mapping inside a frozen value: it cannot be changed, and can be hashed, copied and pickled."""
+"""A mapping for frozen values: immutable, and can be hashed, copied and pickled."""
 
 from typing import Any, NoReturn, TypeVar
 
@@ -7,7 +7,7 @@ V = TypeVar("V")
 
 
 class FrozenDict(dict[K, V]):
-    """A dict that stays as it was made; its values must be hashable for it to be."""
+    """An immutable dict; hashable if its values are."""
 
     def __hash__(self) -> int:  # type: ignore[override]
         return hash(frozenset(self.items()))
@@ -22,7 +22,7 @@ class FrozenDict(dict[K, V]):
         return f"FrozenDict({dict(self)!r})"
 
     def _refuse(self, *_: Any, **__: Any) -> NoReturn:  # noqa: ANN401  whatever a dict takes
-        raise TypeError("a frozen value cannot be changed; make another from it")
+        raise TypeError("a frozen value cannot be changed; make a new one from it")
 
     __setitem__ = __delitem__ = __ior__ = _refuse
     clear = pop = popitem = setdefault = update = _refuse

@@ -1,4 +1,4 @@
-"""The paper's simulated building and its earthquake (section 7): what demonstrations, tests and benchmarks share."""
+"""The paper's simulated building and its earthquake (section 7), for demonstrations, tests and benchmarks."""
 
 from fractions import Fraction
 
@@ -16,10 +16,10 @@ BUILDING = ShearBuilding(
     storey_stiffness=np.array([3.10e9, 2.93e9, 2.34e9, 1.97e9, 1.59e9, 1.46e9, 1.34e9]),
     damping_coefficient=0.002915,
 )
-"""Figure 5's masses and stiffnesses are lost: this is a consistent structure, not a recovery of theirs.
+"""The masses and stiffnesses of Figure 5 are lost; this structure is consistent with the paper, not a recovery.
 
-It has the paper's total mass and every printed digit of Table I; the shapes of Table III, which were identified from
-noisy records, it meets to 0.1 %.
+It has the paper's total mass and every printed digit of Table I. The shapes of Table III, which were identified from
+noisy records, agree to 0.1 %.
 """
 
 FOURTH_STOREY = 2
@@ -39,17 +39,16 @@ RATE = 100.0
 PEAK = 0.7013
 """m/s², of the ground acceleration observed at Hiyoshi (Figure 6)."""
 DURATION = 180.0
-"""s, of a ground motion and the rest around it."""
+"""s, of a ground motion and the time at rest around it. A choice."""
 LEAD = 10.0
-"""s at rest before the ground moves."""
+"""s at rest before the ground moves. A choice."""
 BAND = (0.1, 30.0)
-"""Hz, of a ground motion."""
+"""Hz, pass band of a ground motion: that of the analysis."""
 
 
 def ground_motion(acceleration: Vector, rate: float) -> Vector:
-    """A recorded motion made ready to stand in for the paper's, which is not to be had.
-
-    At RATE, at rest before and after, within BAND, its peak the paper's.
+    """A recorded motion in place of the paper's, which is not available: at RATE, at rest before and after, within
+    BAND, and with the paper's peak.
 
     Args:
         acceleration: (n,) any unit, as recorded.
@@ -66,11 +65,11 @@ def ground_motion(acceleration: Vector, rate: float) -> Vector:
     padded, lead = np.zeros(round(DURATION * RATE)), round(LEAD * RATE)
     if moving.size > padded.size - lead:
         raise RecordError(
-            f"the ground motion lasts {moving.size / RATE:.4g} s; its strongest {DURATION - LEAD:g} s or less would do"
+            f"the ground motion lasts {moving.size / RATE:.4g} s; cut it to its strongest {DURATION - LEAD:g} s or less"
         )
     padded[lead : lead + moving.size] = moving
     filtered = sosfiltfilt(butter(4, BAND, "bandpass", fs=RATE, output="sos"), padded)
     peak = np.abs(filtered).max()
     if not peak > 0:
-        raise RecordError("the ground does not move in this record; one with an earthquake would do")
+        raise RecordError("the ground does not move in this record; use one with an earthquake")
     return np.asarray(filtered * PEAK / peak)

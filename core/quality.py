@@ -1,22 +1,22 @@
-"""What screening has to say about a record, and how bad it is."""
+"""Data quality findings and their severity."""
 
 from dataclasses import dataclass
 from typing import Literal
 
 Severity = Literal["note", "warning", "fatal"]
-"""`note`: mended or harmless; `warning`: the results may be affected; `fatal`: its direction is left out; an
-event with no direction left is refused."""
+"""`note`: mended or harmless; `warning`: the results may be affected; `fatal`: its direction is left out. An event
+without any direction is rejected."""
 
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One thing that screening found."""
+    """One data quality finding."""
 
     kind: str
-    """What was found, one word that programs may rely on: `gap`, `spike`, `clipping`, `dead`, `swapped`, ..."""
+    """Kind of the finding, one word that programs may rely on: `gap`, `spike`, `clipping`, `dead`, `swapped`, ..."""
     severity: Severity
     message: str
-    """For an engineer: what was found, with its number and unit, and what would do."""
+    """For an engineer: the problem, with its number and unit, and what helps."""
     channel: str | None = None
     value: float | None = None
-    """The finding's number, in SI units, where it has one."""
+    """The finding's number in SI units, if it has one."""

@@ -15,13 +15,13 @@ the rule of the Review of Particle Physics (2024), introduction, section 5.3.
 import math
 
 LONG = 1e7
-"""From which on a number is written with a power of ten."""
+"""Smallest number that is written with a power of ten for its size. A choice."""
 SHORT = 1e-4
-"""Below which a number is written with a power of ten."""
+"""Number below which a power of ten is written. A choice."""
 LEAST = -300
-"""Least power of ten: 10 to a lesser one is not exact, and soon 0."""
+"""Least power of ten: smaller ones are not exact, and then 0."""
 SIGNIFICANT = 3
-"""Digits of a value whose uncertainty is unknown."""
+"""Digits of a value whose uncertainty is unknown. A choice."""
 TWO_DIGITS = 354
 """Largest first three digits of a standard deviation of which two are written."""
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")

@@ -83,7 +83,7 @@ def identified_modes(
     series = np.vstack([base_acceleration, floor_acceleration])
     scale = np.std(series, axis=1, keepdims=True)
     if not np.all(scale > 0):
-        raise IdentificationError("a channel does not move; a record with motion in every channel would do")
+        raise IdentificationError("a channel does not move; use a record with motion in every channel")
     factor = max(1, round(rate / identification.rate))
     # All channels pass the same anti-alias filter, which therefore does not change the modes.
     scaled = signal.resample_poly(series / scale, 1, factor, axis=1)
@@ -94,7 +94,7 @@ def identified_modes(
     stable = stable_modes(diagram, identification.stability)
     if not stable:
         raise IdentificationError(
-            f"no pole is stable over the orders up to {orders[-1]}; a longer or stronger record would do"
+            f"no pole is stable over the orders up to {orders[-1]}; use a longer or stronger record"
         )
     deviations = modal_deviations(stable, observability, orders[-1], rate / factor)
     # Each channel was divided by its scale; this restores the shapes to the record's units.
@@ -104,7 +104,7 @@ def identified_modes(
     )
     if not modes:
         raise IdentificationError(
-            f"{len(stable)} poles are stable, but noise explains them all; a longer or stronger record would do"
+            f"{len(stable)} poles are stable, but noise explains them all; use a longer or stronger record"
         )
     return modes
 

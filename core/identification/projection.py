@@ -126,7 +126,7 @@ def project(inputs: Matrix, outputs: Matrix, block_rows: int) -> Projection:
     if n - 2 * block_rows + 1 < rows:
         raise IdentificationError(
             f"{n} samples are too few for {block_rows} block rows of {m} inputs and {p} outputs; "
-            f"at least {rows + 2 * block_rows - 1} samples, or fewer block rows, would do"
+            f"at least {rows + 2 * block_rows - 1} samples, or fewer block rows, are needed"
         )
     L = lq_by_cholesky(inputs, outputs, block_rows)
     if L is None:

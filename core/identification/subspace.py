@@ -95,7 +95,7 @@ class ExtendedObservability:
             IdentificationError: the data supports fewer states.
         """
         if order > self.columns.shape[1]:
-            raise IdentificationError(f"the data holds {self.columns.shape[1]} states, {order} were asked for")
+            raise IdentificationError(f"the data supports {self.columns.shape[1]} states, {order} were requested")
         observability, p = self.columns[:, :order], len(self.projection.outputs)
         A = linalg.lstsq(observability[:-p], observability[p:], check_finite=False)[0]
         return A, observability[:p]
@@ -109,7 +109,7 @@ def extended_observability(projection: Projection, weighting: Weighting) -> Exte
     """
     weighted = weighting(projection)
     if not weighted.matrix.size or not np.any(weighted.matrix):
-        raise IdentificationError("the outputs do not depend on their past; a record with motion would do")
+        raise IdentificationError("the outputs do not depend on their past; use a record with motion")
     U, s, Vt = linalg.svd(weighted.matrix, full_matrices=False)
     kept = s > RANK_TOLERANCE * s[0]
     root = np.sqrt(s[kept])
@@ -164,7 +164,7 @@ def realise(A: Matrix, C: Matrix, inputs: Matrix, outputs: Matrix) -> StateSpace
     eigenvalues, vectors = linalg.eig(A, check_finite=False)
     kept = (np.abs(eigenvalues) < 1) & (eigenvalues.imag >= 0)
     if not kept.any():
-        raise IdentificationError("every mode of the system grows; another order would do")
+        raise IdentificationError("every mode of the system grows; try another order")
     eigenvalues, shapes = eigenvalues[kept], C @ vectors[:, kept]
     solution = _input_coefficients(_modal_responses(eigenvalues, inputs), shapes, inputs, outputs)
     m, p, modes = len(inputs), len(outputs), len(eigenvalues)

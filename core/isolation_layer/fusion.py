@@ -12,8 +12,8 @@ from core.signals.regression import mean_with_std
 from core.signals.spectra import smoothed
 
 START, END = 2.0, 10.0
-"""s, longest beginning and end of the record whose means give the residual displacement. A choice: recorders keep 2 s
-before the trigger at least, and 10 s are several periods of the layer."""
+"""s, longest beginning and end of the record whose means give the residual displacement. A choice: 10 s are several
+periods of the layer."""
 START_SHARE, END_SHARE = 0.02, 0.1
 """Largest shares of the record for beginning and end. A choice: 2 s and 10 s of a record of 100 s."""
 END_MEAN = 0.05

@@ -134,7 +134,7 @@ def _definition(law: Callable[..., Any]) -> ast.FunctionDef:
         source = dedent(inspect.getsource(law))
         definition = ast.parse(source).body[0]
     except (OSError, TypeError, SyntaxError) as error:
-        raise ModelError(f"the source of the law {law!r} cannot be read; a `def` in a file would do") from error
+        raise ModelError(f"the source of the law {law!r} cannot be read; write it as a `def` in a file") from error
     if not isinstance(definition, ast.FunctionDef):
         raise ModelError(f"the law `{source.strip()}` is no `def`; write it as one, in a file of its own")
     for node in ast.walk(definition):
@@ -161,7 +161,7 @@ def _block(tangent: Tangent, statements: list[ast.stmt]) -> None:
             case ast.If():
                 _if(tangent, statement)
             case _:
-                tangent.refuse(statement, "a law may hold assignments, `if` and `return` only")
+                tangent.refuse(statement, "a law may contain assignments, `if` and `return` only")
 
 
 def _assign(tangent: Tangent, target: ast.expr, value: ast.expr) -> None:

@@ -75,7 +75,7 @@ def respond_together(axes: Sequence[Axis], base_mass: float, isolator: Isolator,
         np.array([np.zeros(model.states) if one.states is None else one.states for one in axes]),
     )
     if not np.isfinite(force).all():
-        raise ModelError("the response grew beyond all bounds; a softer layer would do")
+        raise ModelError("the response grew beyond all bounds; try a softer layer")
     return tuple(
         Response(
             isolator_displacement=coordinates[n, 0],

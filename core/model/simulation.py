@@ -87,7 +87,7 @@ def simulate(
         model.states,
     )
     if not np.isfinite(force).all():
-        raise ModelError("the response grew beyond all bounds; more substeps, or a softer layer, would do")
+        raise ModelError("the response grew beyond all bounds; try more substeps or a softer layer")
     return Response(
         isolator_displacement=displacement[0],
         isolator_velocity=velocity,

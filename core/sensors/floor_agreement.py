@@ -22,19 +22,19 @@ LOWEST = 0.15
 HIGHEST = 1.2
 """Highest frequency over the first fixed-base frequency: sufficiently below the second. A choice."""
 FREQUENCIES = np.geomspace(0.6, 4.0, 28)
-"""Hz, first fixed-base frequencies from which the search begins. A choice: steps of 7 %, the width of the minimum."""
+"""Hz, first fixed-base frequencies from which the search begins. A choice: steps of 7 %."""
 DAMPING = 0.02
-"""Damping ratio of the first mode with which the search begins: that of most buildings."""
+"""Damping ratio of the first mode with which the search begins: a choice."""
 SAMPLED = 25.0
 """Hz, rate at which the mode's motion is computed: the lines end at 4.8 Hz, and motion beyond half this rate leaks into
 them, through the window, by less than 1e-8."""
 BEGINNING = 2.0
-"""s, in which a record that begins at rest hardly moves: the usual memory before the trigger."""
+"""s, in which a record that begins at rest hardly moves. A choice."""
 AT_REST = 0.1
 """Standard deviation of the beginning over that of the channel, beside its noise, below which it is at rest. A choice.
 
-A weaker limit than core.signals.conditioning.AT_REST, which sets a baseline: motion before the record only biases the
-gain, and at a tenth by less than its uncertainty."""
+A weaker limit than core.signals.conditioning.AT_REST, which decides on a baseline, and beside the noise, which is known
+here: earlier motion only biases a gain."""
 FEWEST_LINES = 20
 """Fewest lines of the spectra. A choice."""
 PER_FLOOR = 5

@@ -43,8 +43,7 @@ a correlation of 1/6 (Harris, 1978)."""
 LARGEST_STEP = np.array([0.5, 0.05, 1e-3] * 2)
 """Largest change of each unknown in an iteration. A choice."""
 PRIOR = np.array([0.02, 5e-3, 1e-4])
-"""Standard deviations of the gain (1), delay (s) and rate of delay (s/s) of sound sensors. A choice, from data
-sheets."""
+"""Standard deviations of the gain (1), delay (s) and rate of delay (s/s) of sound sensors. A choice."""
 FOLLOWED = 12.0
 """Hz; no transducer in use has less noise than the accelerometers' integral up to this frequency."""
 SLOW = (0.05, 0.5)

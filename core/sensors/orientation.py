@@ -36,7 +36,7 @@ ALIKE = np.deg2rad(3.0)
 LARGEST_STD = np.deg2rad(10.0)
 """rad, largest standard deviation of the angle from x or y alone. A choice."""
 CERTAIN_ANGLE = 5.0
-"""Standard deviations by which an angle must exceed 0. A choice; measured on the motions of the tests."""
+"""Standard deviations by which an angle must exceed 0. A choice (docs, decision 7)."""
 FEWEST_FLOORS = 2
 """Fewest sensors above the base slab that can show that the base slab's own is turned."""
 

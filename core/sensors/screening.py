@@ -27,8 +27,7 @@ SPIKE_WINDOW = 7
 MOST_SPIKES = 10
 """Spikes of a channel that are interpolated at most. A choice."""
 LARGEST = {"acceleration": 30.0, "velocity": 10.0, "displacement": 2.0, "temperature": 80.0}
-"""SI units (°C for a temperature), largest plausible values; beyond, the unit is wrong. A choice: three times the
-largest recorded ground motions, and the largest moats."""
+"""SI units (°C for a temperature), largest plausible values; beyond, the unit is wrong. A choice."""
 RUN = 3
 """Successive samples at a channel's largest value, which no analogue signal has. A choice."""
 RESOLVED = 50

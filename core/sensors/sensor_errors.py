@@ -21,8 +21,8 @@ from core.sensors.layer_agreement import layer_agreement
 from core.signals.noise import noise_std
 
 SOUND_STD = np.array([0.01, 1e-3, 2e-5])
-"""1, s and s/s: prior standard deviations of gain, delay and rate of delay of a sound sensor. A choice, from data
-sheets: 1 %, a tenth of a sample at 100 Hz, 20 ppm."""
+"""1, s and s/s: prior standard deviations of gain, delay and rate of delay of a sound sensor. A choice: 1 %, a tenth of
+a sample at 100 Hz, 20 ppm."""
 ERRING_STD = np.array([0.2, 0.03, 1e-3])
 """The same of a sensor that errs. A choice."""
 PARTS: Mapping[str, slice] = {"gain": slice(0, 1), "delay": slice(1, 2), "clock": slice(1, 3)}

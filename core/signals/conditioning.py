@@ -14,8 +14,7 @@ Samples = TypeVar("Samples", Vector, Matrix)
 QUIET_SHARE = 0.02
 """Share of the record whose beginning counts as the time before the event. A choice: 2 s of 100 s."""
 LONGEST_QUIET = 2.0
-"""s, longest time before the event that is averaged. A choice: pre-event memories of recorders hold at least as
-much."""
+"""s, longest time before the event that is averaged. A choice."""
 AT_REST = 0.05
 """Standard deviation of the beginning over that of the record below which the record begins at rest. A choice.
 
@@ -24,7 +23,7 @@ from it: there the noise is known and allowed for, or a wrong answer only leaves
 PASSED = 0.8
 """Share of the lower Nyquist frequency that passes unchanged, 40 Hz at 100 Hz; that frequency and above are stopped."""
 ATTENUATION = 80.0
-"""dB, of the stop band: an alias stays below 1/10000, a recorder's resolution at small amplitudes."""
+"""dB, of the stop band: an alias stays below 1/10000."""
 SAME_INSTANT = 1e-3
 """Samples. A delay below it shifts the phase at the highest passed frequency by less than 0.3 %."""
 LARGEST_FACTOR = 1000

@@ -40,7 +40,7 @@ COMMON_BASE = 2.0
 """Factor by which floors compared with one base slab hold less information than as many independent comparisons."""
 CERTAIN_FLICKER = 4.0
 """Standard deviations by which the noise at low frequencies must exceed the white noise to count as flicker. A choice:
-no false detection in the accuracy studies."""
+normal errors exceed them once in 30,000."""
 
 
 def noise_std(samples: Matrix, rate: float) -> Vector:

@@ -80,7 +80,7 @@ def test_refuses_a_dead_channel_and_says_what_would_do() -> None:
     channels = record(np.random.default_rng(3), [0, 3, 7])
     with pytest.raises(IdentificationError, match="a channel does not move"):
         identified_modes(channels[0], 0 * channels[1:], 100.0, Identification())
-    with pytest.raises(IdentificationError, match="fewer block rows, would do"):
+    with pytest.raises(IdentificationError, match="fewer block rows, are needed"):
         identified_modes(channels[0, :500], channels[1:, :500], 100.0, replace(Identification(), block_rows=40))
 
 
