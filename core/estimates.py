@@ -25,7 +25,7 @@ from core.isolation_layer.layer import layer_motion as measured_motion
 from core.isolation_layer.motion import MeasuredMotion
 from core.record import Channel, Quantity, Record
 from core.rounding import with_std
-from core.sensors.integrated_channel import transducer_reading
+from core.sensors.layer_agreement import transducer_reading
 from core.signals.conditioning import without_baseline
 from core.tables import Table, report
 from core.units import quantity
