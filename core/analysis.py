@@ -36,6 +36,7 @@ from core.units import quantity
 ABOVE_NOISE = 10.0
 """Of the displacement's noise: the smallest amplitude of a cycle that is reported."""
 HORIZONTAL: tuple[Direction, Direction] = ("x", "y")
+"""Horizontal directions of the building."""
 SMALLEST_CYCLE = 1e-5
 """m, the resolution of a good transducer: no smaller cycle is reported."""
 

@@ -25,6 +25,7 @@ SIGNIFICANT = 3
 TWO_DIGITS = 354
 """Largest first three digits of a standard deviation of which two are written."""
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+"""Superscripts of exponents."""
 
 
 def with_std(value: float, std: float | None, unit: str = "", *, digits: int = SIGNIFICANT) -> str:

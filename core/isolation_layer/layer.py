@@ -27,6 +27,7 @@ ROUNDING = 1e-6
 
 NO_CHANNEL = "no displacement was measured"
 INTEGRAL_CHANNEL = "the displacement channel contains accelerations integrated twice, so no displacement was measured"
+"""Reasons for integrating the accelerations."""
 
 
 def layer_motion(

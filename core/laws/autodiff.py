@@ -54,6 +54,7 @@ RESERVED = ("change_of_", "part_")
 ATOM = re.compile(r"\w+|\d+\.\d*")
 """A name or a number."""
 ALLOWED = f"+ - * / ** and {', '.join(sorted(function.__name__ for function in PARTIAL_DERIVATIVES))} of module math"
+"""Operations and functions that can be differentiated, for messages."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,7 +17,6 @@ from core.isolation_layer.equivalent import (
     cycles,
     determined,
     equivalent_segments,
-    regression,
     windows,
     with_force_errors,
 )
@@ -118,30 +117,6 @@ def test_noise_that_crosses_zero_makes_no_cycle() -> None:
 
 def test_the_papers_windows_follow_each_other() -> None:
     assert windows(1050, 100.0, 2.0) == ((0, 200), (200, 400), (400, 600), (600, 800), (800, 1000))
-
-
-def test_standard_deviations_hold_when_residuals_are_autocorrelated() -> None:
-    """Coverage of ± 1.96 standard deviations is never below 95 %, at the price of about three times their width."""
-    rng = np.random.default_rng(2)
-    time = np.arange(200) / 100
-    regressors = np.column_stack([np.sin(np.pi * time), np.cos(np.pi * time), np.ones(200)])
-    covered = plain = 0
-    width, estimate = [], []
-    for _ in range(1000):
-        noise = np.zeros(300)
-        for i, shock in enumerate(rng.standard_normal(299), start=1):
-            noise[i] = 0.8 * noise[i - 1] + shock
-        solution, covariance = regression(regressors, regressors @ [3.0, 1.0, 0.5] + noise[100:])
-        covered += abs(solution[0] - 3.0) < 1.96 * np.sqrt(covariance[0, 0])
-        width.append(np.sqrt(covariance[0, 0]))
-        estimate.append(solution[0])
-        residual = regressors @ (solution - [3.0, 1.0, 0.5]) - noise[100:]
-        plain += abs(solution[0] - 3.0) < 1.96 * np.sqrt(
-            residual.var() * np.linalg.inv(regressors.T @ regressors)[0, 0]
-        )
-    assert covered / 1000 >= 0.95
-    assert np.mean(width) < 3.5 * np.std(estimate)
-    assert plain / 1000 < 0.65
 
 
 def test_an_error_of_the_force_that_looks_like_a_spring_and_one_like_a_dashpot_are_part_of_the_deviations() -> None:
