@@ -21,7 +21,7 @@ from service.db import leases
 from service.db.leases import POLLING, POLLING_LEASE
 from service.db.outage import Attempts
 from service.records.lanes import Lanes
-from service.records.polling import Look
+from service.records.polling import SourcePoller
 from service.records.tables import SourceState
 from service.settings import Settings
 
@@ -66,8 +66,8 @@ class Poller:
 
     def run(self, stop: Signal) -> None:
         """Poll until `stop` is set; looks under way are left at their next step, or where their server keeps them."""
-        look = Look(self.sessions, self.settings, self.clock, stop.wait, stop.is_set)
-        lanes = Lanes(lambda code: self._look(look, code), self.settings.polling.interval)
+        sources = SourcePoller(self.sessions, self.settings, self.clock, stop.wait, stop.is_set)
+        lanes = Lanes(lambda code: self._poll(sources, code), self.settings.polling.interval)
         scheduler = BackgroundScheduler(
             executors={"default": ThreadPoolExecutor(1), "checks": ThreadPoolExecutor(1)},
             job_defaults={"coalesce": True, "max_instances": 1, "misfire_grace_time": None},
@@ -77,7 +77,7 @@ class Poller:
         try:
             while not stop.is_set():
                 with self.attempts.one():
-                    self._round(scheduler, look, lanes, stop)
+                    self._round(scheduler, sources, lanes, stop)
                 stop.wait(min(ROUND, self.settings.polling.interval))
         finally:
             scheduler.shutdown(wait=True)
@@ -86,7 +86,7 @@ class Poller:
             with self.attempts.one(), self.sessions.begin() as session:
                 leases.give_up(session, POLLING, self.holder)
 
-    def _round(self, scheduler: BackgroundScheduler, look: Look, lanes: Lanes, stop: Signal) -> None:
+    def _round(self, scheduler: BackgroundScheduler, sources: SourcePoller, lanes: Lanes, stop: Signal) -> None:
         """Keep the right to poll, and one clock for every building while it is ours."""
         with self.sessions.begin() as session:
             holds = leases.hold(session, POLLING, self.holder, self.clock(), POLLING_LEASE)
@@ -104,7 +104,7 @@ class Poller:
         self._mind_the_clock(scheduler)
         lanes.go_on()
         if holds:
-            look.queue_ready()
+            sources.queue_ready()
 
     def _start(self, scheduler: BackgroundScheduler, lanes: Lanes, name: str, stopped: Callable[[], bool]) -> None:
         """A clock for a building, or for the checks, which take long and have a thread of their own."""
@@ -142,11 +142,11 @@ class Poller:
             except Exception:  # like the one below: the next round tries again
                 log.exception("looking whether data stopped went wrong")
 
-    def _look(self, look: Look, code: str) -> bool:
+    def _poll(self, sources: SourcePoller, code: str) -> bool:
         """Whether the source answered; what is no fault of the source does not count as a failure."""
         with self.attempts.one():
             try:
-                return look.at(code)
+                return sources.poll(code)
             except OperationalError:
                 raise
             except Exception:  # a bug at one building stops no other, and is shown each time

@@ -15,7 +15,7 @@ from service.buildings.description import BuildingFile
 from service.buildings.tables import Building
 from service.db.disk import free_bytes
 from service.health import queries as health_queries
-from service.records import recording_queries
+from service.records import queries as record_queries
 from service.records.tables import SourceState
 from service.settings import Settings
 
@@ -84,7 +84,7 @@ def _rejected(session: Session, building: Building, settings: Settings, now: dat
     """Rejected files that count: not too old, and later than the last time that somebody ended the alert."""
     ended = [inspection.at for cause, inspection in queries.inspections(session, building.id) if cause == "rejected"]
     since = max([now - timedelta(seconds=settings.data_health.rejected_age), *ended])
-    rows = recording_queries.rejected(session, building.id, since)
+    rows = record_queries.rejected(session, building.id, since)
     return [Rejected(name=row.name, at=row.received_at, reason=(row.reason or "").rstrip(".")) for row in rows]
 
 

@@ -26,7 +26,7 @@ from service.buildings.tables import Building
 from service.http.forms import NOT_REFUSED, Form, Refused, checked, taken
 from service.http.parameters import Code, Reading, Writing
 from service.http.rendering import page
-from service.records import event_queries
+from service.records import queries as record_queries
 from service.verdict import reading
 
 router = APIRouter(include_in_schema=False)
@@ -175,7 +175,7 @@ def _results(session: Session, alert: Alert) -> list[DirectionResult]:
     """What the event that raised it showed, in the direction that it is about; all where it is of none."""
     if alert.raised_event_id is None:
         return []
-    analyses = [one for one in event_queries.analyses(session, alert.raised_event_id) if one.current]
+    analyses = [one for one in record_queries.analyses(session, alert.raised_event_id) if one.current]
     results = [one for analysis in analyses for one in analysis_queries.direction_results(session, analysis.id)]
     measured = [one for one in results if one.peak_displacement is not None]
     return [one for one in measured if one.direction in alert.cause.split("/")] or measured

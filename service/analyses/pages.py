@@ -14,7 +14,7 @@ from service.buildings.api import following
 from service.db.select import Span
 from service.http.parameters import Code, Cursor, Id, Reading, place
 from service.http.rendering import page
-from service.records import event_queries
+from service.records import queries as record_queries
 from service.records.tables import Event
 from service.verdict import reading
 
@@ -66,8 +66,8 @@ class EventLine:
 def of_event(request: Request, event_id: Id, sessions: Reading) -> Response:
     """One earthquake and what came of it, with the ways to those before and after it."""
     with sessions() as session:
-        event, analysis = event_queries.event_with_analysis(session, event_id)
-        before, after = event_queries.neighbours(session, event)
+        event, analysis = record_queries.event_with_analysis(session, event_id)
+        before, after = record_queries.neighbours(session, event)
         return page(
             request,
             "event",
@@ -85,7 +85,7 @@ def of_building(request: Request, code: Code, sessions: Reading, cursor: Cursor 
     """The building's earthquakes, the latest first."""
     with sessions() as session:
         building, _ = building_queries.building(session, code)
-        pairs = event_queries.events(session, building.id, Span(), None, place(cursor), LISTED)
+        pairs = record_queries.events(session, building.id, Span(), None, place(cursor), LISTED)
         peaks = queries.peaks(session, [analysis.id for _, analysis in pairs if analysis])
         directions = sorted({direction for _, direction in peaks})
         return page(

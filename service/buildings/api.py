@@ -24,7 +24,7 @@ from service.http.parameters import (
     place,
 )
 from service.http.responses import Format, document, responses, table
-from service.records import event_queries
+from service.records import queries as record_queries
 from service.verdict import reading
 from service.verdict.documents import assessment_json
 from service.verdict.schema import VerdictOut
@@ -85,7 +85,7 @@ def events(
     """The building's events, the latest first."""
     with sessions() as session:
         found, _ = queries.building(session, code)
-        pairs = event_queries.events(session, found.id, span, min_pga, place(cursor), limit)
+        pairs = record_queries.events(session, found.id, span, min_pga, place(cursor), limit)
     rows = [
         (e.id, e.start, e.end, e.state, e.reason, a and a.pga, a and a.id)
         for e, a in pairs

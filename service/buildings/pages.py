@@ -21,7 +21,7 @@ from service.http.rendering import page
 from service.models import answers as model_answers, queries as model_queries
 from service.models.schema import Trend
 from service.models.tables import ModelVersion
-from service.records import event_queries, recording_queries
+from service.records import queries as record_queries
 from service.verdict import reading
 
 JUDGED = 50
@@ -72,7 +72,7 @@ class Trouble:
 
 def troubles(session: Session) -> list[Trouble]:
     """Of every building whose monitoring server fails, or that has rejected files."""
-    rejected = recording_queries.rejected_counts(session)
+    rejected = record_queries.rejected_counts(session)
     every = [
         Trouble(
             code=building.code,
@@ -95,10 +95,10 @@ def failing_models(session: Session, building: Building) -> list[tuple[ModelVers
 
 def last_events(session: Session, building: Building) -> list[View]:
     """The last event, and where it has no result the last one that has."""
-    last = [viewed(session, *pair) for pair in event_queries.events(session, building.id, Span(), None, None, limit=1)]
+    last = [viewed(session, *pair) for pair in record_queries.events(session, building.id, Span(), None, None, limit=1)]
     if any(view.results for view in last):
         return last
-    return last + [viewed(session, *pair) for pair in event_queries.last_analysed(session, building.id)]
+    return last + [viewed(session, *pair) for pair in record_queries.last_analysed(session, building.id)]
 
 
 @router.get("/alerts")

@@ -89,10 +89,10 @@ def poll(
 
     settings = settings_in_force()
     if once:
-        from service.records.polling import Look
+        from service.records.polling import SourcePoller
 
         with migrated(settings) as sessions:
-            Look(sessions, settings).at_all()
+            SourcePoller(sessions, settings).poll_all()
         return
     with signalled() as stop, running(settings, stop, poll=True):
         wait_for(stop)
@@ -142,26 +142,26 @@ def import_files(
     """Put files into the database, by the poller's own path."""
     from service.buildings.store import BuildingError, find
     from service.records import events
-    from service.records.polling import Look
-    from service.records.sources.arrival import Arrival
+    from service.records.polling import SourcePoller
+    from service.records.sources.source import Arrival
     from service.roles import migrated
 
     settings = settings_in_force()
     refused = False
     with migrated(settings) as opened:
         sessions = of_command(context, opened)
-        look = Look(sessions, settings)
+        poller = SourcePoller(sessions, settings)
         try:
             with sessions() as session:
                 found = find(session, building)
         except BuildingError as error:
             raise typer.BadParameter(str(error)) from None
         arrivals = tuple(Arrival(name=f.name, origin=str(f.resolve()), data=f.read_bytes()) for f in files)
-        for recording in look.bring(found, arrivals):
+        for recording in poller.receive(found, arrivals):
             typer.echo(f"{recording.name}: {recording.state}{f': {recording.reason}' if recording.reason else ''}")
             refused = refused or recording.state != "read"
         with sessions.begin() as session:
-            events.queue_now(session, found, look.clock())
+            events.queue_now(session, found, poller.clock())
     raise typer.Exit(1 if refused else 0)
 
 

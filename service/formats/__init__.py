@@ -1,4 +1,4 @@
-"""Formats of records: bytes in; traces, or what is wrong with the bytes, out."""
+"""Formats of records: bytes in, traces out, without a database or settings; `read` recognises the format itself."""
 
 from service.formats.errors import FormatError, UnknownFormatError, UnknownUnitError
 from service.formats.matching import of_building

@@ -7,13 +7,14 @@ numbers from 1. Version 1.00 numbers them otherwise.
 
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
+from math import isfinite
 
 import numpy as np
 
 from core.arrays import Vector
 from core.record import Quantity
-from service.formats.cosmos_header import LAYOUT, Header, header_of
 from service.formats.errors import FormatError
 from service.formats.trace import Contents, Trace
 from service.formats.units import Gain, unit_gain
@@ -28,6 +29,13 @@ SENSOR = re.compile(r"Sta Cha\w{0,8}:?\s*+[\d?]{1,8}\s*+:(.*)")
 RECORDER = re.compile(r"\(Rcrdr Chan[^)]*\)$")
 CODES = re.compile(r"^\s*\|\s*<SCNL>\s*\w+\.(\w+)\.\w+\.([\w-]*)", re.IGNORECASE)
 """Station, channel, network and location, in the comments of networks that give channels no number."""
+UNKNOWN = re.compile(r"unknown/unspecified:\s*(-?\d+)[,\s]+(-?\d+\.?\d*)", re.IGNORECASE)
+LAYOUT = (
+    r"Format\s*+(?:=\s*+)?\(\s*+(?:\d++P,?)?"
+    r"(?P<columns>[1-9]\d?)?(?P<kind>[EFGI])(?P<width>[1-9]\d?)(?:\.(?P<decimals>\d))?"
+)
+"""Fortran's layout of numbers in columns. Repetitions are possessive (`*+`): a search takes linear time."""
+TABLE = r"^\s*(?P<count>\d{1,9})\s+%s-header values follow on\s+(?P<rows>\d{1,9})\s+lines,?\s*+" + LAYOUT
 SERIES = re.compile(
     r"^\s*+(?P<count>[1-9]\d{0,8})\s++[a-z](?>[^|]*?pts,).*"
     r"units\s*+=\s*+(?P<unit>[^\s,(]{0,40}+)\s*+(?:\(\s*+(?P<code>\d{1,3})\s*+\)\s*+)?,\s*+" + LAYOUT,
@@ -56,7 +64,7 @@ SECOND, INTERVAL, LENGTH, PEAK = 30, 62, 63, 64
 
 
 def is_cosmos(data: bytes) -> bool:
-    """Whether these bytes begin as a COSMOS volume 2 file does, of any version."""
+    """True if these bytes begin as a COSMOS volume 2 file does, of any version."""
     return FIRST.match(data) is not None
 
 
@@ -68,7 +76,7 @@ def read_cosmos(name: str, data: bytes, gains: Mapping[str, Gain]) -> Contents:
 def _trace(name: str, lines: Sequence[str]) -> Trace:
     _, version = first_match(name, lines, VERSION, "(Format v01.20 with 13 text lines)")
     if version[1] != "01.20":
-        raise FormatError(f"{name} is in version {version[1]} of the COSMOS format, with other headers; 01.20 would do")
+        raise FormatError(f"{name} is in version {version[1]} of the COSMOS format, with other headers; use 01.20")
     at, series = first_match(name, lines, SERIES, "... acceleration pts, ..., units=cm/sec2 (04), Format=(8F10.5)")
     header = header_of(name, lines[:at])
     quantity, code = _parameter(header)
@@ -87,8 +95,62 @@ def _trace(name: str, lines: Sequence[str]) -> Trace:
     )
 
 
+@dataclass(frozen=True, slots=True)
+class Header:
+    """Header of a series."""
+
+    name: str
+    lines: Sequence[str]
+    unknown: float
+    """Value that marks an unknown real or sample."""
+    integers: Mapping[int, float]
+    """Known entries by number."""
+    reals: Mapping[int, float]
+    """Known entries by number."""
+
+    def integer(self, number: int, meaning: str) -> int:
+        """A required integer."""
+        if number not in self.integers:
+            raise FormatError(f"{self.name} has no {meaning} (integer {number} of its header), which is needed")
+        return int(self.integers[number])
+
+    def real(self, number: int, meaning: str) -> float:
+        """A required real."""
+        if number not in self.reals:
+            raise FormatError(f"{self.name} has no {meaning} (real {number} of its header), which is needed")
+        return self.reals[number]
+
+
+def header_of(name: str, lines: Sequence[str]) -> Header:
+    """The header in the lines above a series.
+
+    Raises:
+        FormatError: a table is missing or damaged, or the mark of unknown values is not stated.
+    """
+    _, unknown = first_match(name, lines, UNKNOWN, "Values used when parameter or data value is unknown/unspecified:")
+    return Header(
+        name=name,
+        lines=lines,
+        unknown=float(unknown[2]),
+        integers=_table(name, lines, "Integer", float(unknown[1])),
+        reals=_table(name, lines, "Real", float(unknown[2])),
+    )
+
+
+def _table(name: str, lines: Sequence[str], kind: str, unknown: float) -> Mapping[int, float]:
+    """Known entries by number."""
+    pattern = re.compile(TABLE % kind, re.IGNORECASE)
+    at, table = first_match(name, lines, pattern, f"100 {kind}-header values follow on ... lines, Format= (...)")
+    rows = lines[at + 1 : at + 1 + int(table["rows"])]
+    what = f"the table of {kind.lower()}s of {name}"
+    values = numbers_in_columns(what, rows, int(table["count"]), int(table["columns"] or 1), int(table["width"]))
+    return {
+        number: float(value) for number, value in enumerate(values, start=1) if value != unknown and isfinite(value)
+    }
+
+
 def _sensor(text: str) -> tuple[str, str]:
-    """Orientation and location, as the line of a channel says them beside its number on the recorder."""
+    """Orientation and location from the line of a channel, beside its number on the recorder."""
     orientation, _, location = text.partition("Location:")
     return RECORDER.sub("", orientation.strip()).strip(), location.strip()
 
@@ -98,7 +160,7 @@ def _parameter(header: Header) -> tuple[Quantity, str]:
     if stage != CORRECTED or parameter not in PARAMETERS:
         raise FormatError(
             f"{header.name} holds physical parameter {parameter} in stage of processing {stage}; acceleration (1), "
-            f"velocity (2), displacement (3) or relative displacement (4), corrected (2), would do"
+            f"velocity (2), displacement (3) or relative displacement (4) is needed, corrected (2)"
         )
     return PARAMETERS[parameter]
 
@@ -122,20 +184,20 @@ def _unit(what: str, header: Header, quantity: Quantity, series: re.Match[str]) 
     if unit.quantity != quantity or any(code not in UNITS or unit_gain(UNITS[code]) != unit for code in coded):
         raise FormatError(
             f"{what} is one of {quantity}, its unit {series['unit']!r}, and its units' codes {sorted(coded)}; "
-            f"a file that agrees with itself would do"
+            f"use a file that agrees with itself"
         )
     return unit
 
 
 def _start(header: Header) -> datetime:
-    """UTC: the tables', which tell the second best, where the text says the same hour and minute and that it is UTC."""
+    """UTC, from the tables with their precise seconds; the text must state UTC and the same hour and minute."""
     day = (header.integer(YEAR, "start year"), header.integer(MONTH, "start month"), header.integer(DAY, "start day"))
     time = (header.integer(HOUR, "start hour"), header.integer(MINUTE, "start minute"))
     _, text = first_match(header.name, header.lines, START, "Rcrd start time: date, hour:minute:second UTC")
     try:
         start = datetime(*day, *time, tzinfo=UTC) + timedelta(seconds=header.real(SECOND, "start second"))
     except (ValueError, OverflowError):
-        raise FormatError(f"the start of {header.name}, {day} {time}, is no date and time; one would do") from None
+        raise FormatError(f"the start of {header.name}, {day} {time}, is no date and time") from None
     if (int(text[1]), int(text[2])) != time:
         raise FormatError(f"{header.name} starts at {time} by its integers, and at {text[1]}:{text[2]} by its text")
     return start
@@ -145,7 +207,7 @@ def _numbers(what: str, header: Header, rows: Sequence[str], series: re.Match[st
     """(n,) in the file's units, as many as count, length and interval of the header say; NaN where not known."""
     count, columns = int(series["count"]), int(series["columns"] or 1)
     if len(rows) != -(-count // columns):
-        raise FormatError(f"{what} has {len(rows)} lines of {columns} numbers; {count} numbers would do")
+        raise FormatError(f"{what} has {len(rows)} lines of {columns} numbers; {count} numbers are needed")
     numbers = numbers_in_columns(what, rows, count, columns, int(series["width"]))
     interval = header.real(INTERVAL, "interval between samples") / 1000
     length = header.reals.get(LENGTH, count * interval)
@@ -157,6 +219,6 @@ def _numbers(what: str, header: Header, rows: Sequence[str], series: re.Match[st
 
 
 def _last_digit(series: re.Match[str], value: float) -> float:
-    """What the last printed digit of a value stands for, in the file's units, at most."""
+    """Largest value of the last printed digit, in the file's units."""
     digit = 10.0 ** -int(series["decimals"] or 0)
     return digit if series["kind"].upper() in "FI" else 10 * abs(value) * digit

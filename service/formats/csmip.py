@@ -38,7 +38,7 @@ CODES = {"acceleration": "ACC", "velocity": "VEL", "displacement": "DIS"}
 
 
 def is_csmip(data: bytes) -> bool:
-    """Whether these bytes begin as a CSMIP volume 2 file does."""
+    """True if these bytes begin as a CSMIP volume 2 file does."""
     return FIRST.match(data) is not None
 
 
@@ -53,7 +53,7 @@ def _channel(name: str, lines: Sequence[str]) -> list[Trace]:
     header = [line.rstrip() for line in lines[:HEADER_LINES]]
     found = [(at, series) for at, line in enumerate(lines) if (series := SERIES.match(line))]
     if not found:
-        raise FormatError(f"{name} has no line 'points of accel data equally spaced at ...'; corrected data would do")
+        raise FormatError(f"{name} has no line 'points of accel data equally spaced at ...', which corrected data have")
     return [_series(name, header, lines[at + 1 :], series) for at, series in found]
 
 
@@ -90,7 +90,7 @@ def _printed(what: str, peak: str | None) -> float | None:
     try:
         return None if peak is None else float(peak)
     except ValueError:
-        raise FormatError(f"{what} is damaged: its header prints the peak {peak!r}; a number would do") from None
+        raise FormatError(f"{what} is damaged: its header prints the peak {peak!r}, which is no number") from None
 
 
 def _start(name: str, header: Sequence[str]) -> datetime:
@@ -99,4 +99,4 @@ def _start(name: str, header: Sequence[str]) -> datetime:
     try:
         return datetime.strptime(found[1].replace(" ", ""), "%m/%d/%y,%H:%M:%S.%f").replace(tzinfo=zone).astimezone(UTC)
     except ValueError:
-        raise FormatError(f"the start of {name} is {found[1]!r}; month/day/year, hour:minute:second would do") from None
+        raise FormatError(f"the start of {name} is {found[1]!r}; write month/day/year, hour:minute:second") from None

@@ -30,7 +30,7 @@ AT_ONCE = 2**17
 
 
 def is_csv(data: bytes) -> bool:
-    """Whether these bytes begin with the header of such a file."""
+    """True if these bytes begin with the header of such a file."""
     return data.removeprefix(b"\xef\xbb\xbf").startswith(b"#")
 
 
@@ -66,21 +66,21 @@ def _start_and_rate(name: str, heading: Sequence[str]) -> tuple[datetime, float]
     try:
         start = datetime.fromisoformat(values["start"])
     except ValueError:
-        raise FormatError(f"the start of {name} is {values['start']!r}; 2024-01-01T00:00:00Z would do") from None
+        raise FormatError(f"the start of {name} is {values['start']!r}; write 2024-01-01T00:00:00Z") from None
     if start.tzinfo is None:
         raise FormatError(f"the start {values['start']!r} of {name} has no offset; a Z at its end means UTC")
     try:
         return start.astimezone(UTC), float(values["rate"])
     except ValueError:
-        raise FormatError(f"the rate of {name} is {values['rate']!r}; a number of Hz would do") from None
+        raise FormatError(f"the rate of {name} is {values['rate']!r}; write a number of Hz") from None
 
 
 def _column(name: str, cell: str) -> tuple[str, Gain]:
     found = COLUMN.fullmatch(cell.strip()) if len(cell) <= LONGEST_COLUMN else None
     if not found:
         raise FormatError(
-            f"column {cell.strip()[:LONGEST_COLUMN]!r} of {name} is no channel with its unit; XX.TOWER.01.HNX [gal] "
-            f"would do"
+            f"column {cell.strip()[:LONGEST_COLUMN]!r} of {name} is no channel with its unit; write "
+            f"XX.TOWER.01.HNX [gal]"
         )
     try:
         return found[1], unit_gain(found[2])
@@ -94,7 +94,7 @@ def _samples(name: str, first: int, columns: int, rows: Sequence[str]) -> Matrix
         raise FormatError(f"{name} holds no samples below its header; leave it out")
     for number, row in enumerate(rows, start=first):
         if row.count(",") != columns - 1:
-            raise FormatError(f"line {number} of {name} has {row.count(',') + 1} numbers; {columns} would do")
+            raise FormatError(f"line {number} of {name} has {row.count(',') + 1} numbers; {columns} are needed")
     samples = np.empty((columns, len(rows)))
     together = max(1, AT_ONCE // columns)
     try:

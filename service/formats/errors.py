@@ -1,8 +1,8 @@
-"""What the formats refuse. Every message says what was found and what would do.
+"""Errors of the formats. Every message gives the cause and the remedy.
 
 FormatError
-├── UnknownFormatError  not the beginning of any format that is known here
-└── UnknownUnitError    the samples are sound, but nothing says what they are
+├── UnknownFormatError  the bytes begin as no known format does
+└── UnknownUnitError    the samples are sound, but their unit is not known
 """
 
 
@@ -15,11 +15,11 @@ class UnknownFormatError(FormatError):
 
 
 class UnknownUnitError(FormatError):
-    """Sound samples of channels whose unit nothing gives, yet: a StationXML file may still arrive."""
+    """Sound samples of channels whose unit is not known yet: a StationXML file may still arrive."""
 
     def __init__(self, channels: tuple[str, ...]) -> None:
         super().__init__(
-            f"nothing says what the numbers of {', '.join(channels)} are; a StationXML file with these channels, or "
-            f"the keys gain and unit of these channels in the building file, would do"
+            f"the unit of {', '.join(channels)} is not known; send a StationXML file with these channels, or give "
+            f"their gain and unit in the building file"
         )
         self.channels = channels

@@ -1,4 +1,4 @@
-"""Which traces of a file are the building's, and whether they can be what it says."""
+"""Selection of a building's traces, with checks of their quantity, rate and size."""
 
 from collections.abc import Iterable, Mapping, Sequence
 
@@ -10,7 +10,7 @@ from service.formats.trace import Trace
 
 SI: Mapping[Quantity, str] = {"acceleration": "m/s²", "velocity": "m/s", "displacement": "m", "temperature": "°C"}
 LARGEST: Mapping[Quantity, float] = {"acceleration": 50.0, "velocity": 20.0, "displacement": 10.0, "temperature": 200.0}
-"""SI: no building has seen this; a tenth of all samples beyond it are in another unit."""
+"""SI: beyond any building's motion; if a tenth of the samples exceed it, the unit is wrong."""
 RATES: Mapping[Quantity, tuple[float, float]] = {
     "acceleration": (10.0, 2000.0),
     "velocity": (10.0, 2000.0),
@@ -28,7 +28,7 @@ def of_building(traces: Iterable[Trace], channels: Sequence[Channel]) -> tuple[T
     """The traces of the building's channels.
 
     Raises:
-        FormatError: none is the building's, or one measures another quantity or is too large for its own.
+        FormatError: none is the building's, or one has another quantity, an impossible rate or impossible values.
     """
     known = {channel.id: channel for channel in channels}
     found = tuple(traces)
@@ -45,7 +45,7 @@ def _check(trace: Trace, channel: Channel) -> None:
     if trace.quantity != channel.quantity:
         raise FormatError(
             f"{channel.id} measures {channel.quantity} according to the building file, but the unit of its records is "
-            f"one of {trace.quantity}; one of the two must be mended"
+            f"one of {trace.quantity}; correct one of the two"
         )
     lowest, highest = RATES[trace.quantity]
     if not lowest <= trace.rate <= highest:

@@ -1,6 +1,7 @@
-"""What is wrong with a TOML document: every problem at once, each with its line and its key."""
+"""Checks of TOML documents that report every problem at once, each with its line and its key."""
 
 import tomllib
+from bisect import bisect_left
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from difflib import get_close_matches
 from typing import Any, get_args
@@ -8,10 +9,10 @@ from typing import Any, get_args
 from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic_core import ErrorDetails
 
-from service.formats.toml_lines import Path, line_of
-
+Path = tuple[str | int, ...]
+"""Keys and positions from the document down, as in `("level", 3, "mass")`."""
 Problem = tuple[Path, str]
-"""Where, as keys and positions from the document down, and what is wrong there."""
+"""A path, and what is wrong there."""
 Check = Callable[[Mapping[str, Any]], Iterator[Problem]]
 
 
@@ -24,20 +25,20 @@ class TomlError(Exception):
 
 
 class Table(BaseModel):
-    """A table of a file: its keys are these and no others, and a text is no number."""
+    """A table of a file: other keys than its fields are errors, and so is a text in place of a number."""
 
     model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False, frozen=True)
 
 
 def checked(text: str, checks: Sequence[Check]) -> dict[str, Any]:
-    """The document that a text is.
+    """A document without problems.
 
     Args:
         text: TOML.
-        checks: each gives the problems it finds.
+        checks: functions that yield the problems of a document.
 
     Raises:
-        TomlError: with every problem, not only the first, in the order of the text.
+        TomlError: there are problems; the message lists every one, in the order of the text.
     """
     try:
         document = tomllib.loads(text)
@@ -60,7 +61,7 @@ def wrong_keys(document: Mapping[str, Any], table: type[BaseModel]) -> Iterator[
 
 
 def unknown(key: str, known: Sequence[str]) -> str:
-    """What to say of a key that nobody knows."""
+    """Message for an unknown key."""
     near = get_close_matches(key, known, n=1)
     return f"no such key; did you mean {near[0]!r}?" if near else f"no such key; known here: {', '.join(known)}"
 
@@ -72,7 +73,7 @@ def _spelled(path: Path) -> str:
 
 
 def _wanted(detail: ErrorDetails, document: type[BaseModel]) -> str:
-    """What was found at a key and what is wanted."""
+    """Message for a key: the problem, the value and the key's meaning."""
     path = detail["loc"]
     while isinstance(path[-1], int) and len(path) > 1 and path[-2] == "position":  # one of a key's numbers
         path = path[:-1]
@@ -90,7 +91,7 @@ def _wanted(detail: ErrorDetails, document: type[BaseModel]) -> str:
 
 
 def _table_of(path: Path, document: type[BaseModel]) -> type[BaseModel]:
-    """The table in which the last key of a path stands."""
+    """The table that the last key of a path belongs to."""
     table = document
     for key in path[:-1]:
         if isinstance(key, str):
@@ -103,3 +104,45 @@ def _tables(annotation: Any) -> Iterator[type[BaseModel]]:  # noqa: ANN401  a ty
         yield annotation
     for argument in get_args(annotation):
         yield from _tables(argument)
+
+
+def line_of(text: str, path: Path) -> int:
+    """The line, counted from 1, where the key at `path` begins, or the nearest table around it that exists.
+
+    TOML parsers keep no positions. But the text up to a line contains exactly the keys begun so far, so the line is
+    the first at which the key is there.
+    """
+    lines = text.splitlines()
+    while path and not _has(tomllib.loads(text), path):
+        path = path[:-1]
+    if not path:
+        return 1
+    end = bisect_left(range(len(lines) + 1), True, key=lambda count: _has(_beginning(lines, count), path))
+    while end > 1 and _parsed_lines(lines, end - 1) is None:  # a value of several lines begins above its end
+        end -= 1
+    return end
+
+
+def _beginning(lines: list[str], count: int) -> dict[str, Any]:
+    """The document made of the first `count` lines, without an unfinished value."""
+    while (document := _parsed_lines(lines, count)) is None:
+        count -= 1
+    return document
+
+
+def _parsed_lines(lines: list[str], count: int) -> dict[str, Any] | None:
+    try:
+        return tomllib.loads("\n".join(lines[:count]))
+    except tomllib.TOMLDecodeError:
+        return None
+
+
+def _has(document: Any, path: Path) -> bool:  # noqa: ANN401  any value of TOML
+    for key in path:
+        if isinstance(key, int):
+            if not isinstance(document, list) or key >= len(document):
+                return False
+        elif not isinstance(document, dict) or key not in document:
+            return False
+        document = document[key]
+    return True

@@ -1,9 +1,10 @@
-"""What a file of records holds, whatever its format."""
+"""Traces, the common form of all formats, and the contents of a file."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from datetime import datetime
-from typing import Literal
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from datetime import datetime, timedelta
+from math import ceil, floor
+from typing import Literal, TypeVar
 
 import numpy as np
 
@@ -13,6 +14,11 @@ from service.formats.errors import FormatError
 from service.formats.units import Gain
 
 Numbers = np.ndarray[tuple[int], np.dtype[np.int32 | np.float32 | np.float64]]
+Span = tuple[datetime, datetime]
+"""First and last time, aware."""
+Piece = TypeVar("Piece")
+ROUNDING = 0.01
+"""Samples: times are rounded to microseconds, and a sample at the border must not be lost by that."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -20,7 +26,7 @@ class Trace:
     """An unbroken piece of one channel, in the file's own numbers, and what they mean."""
 
     channel: str
-    """Network, station, location and channel code: docs/operate/formats.md tells how each format's ids are made."""
+    """Network, station, location and channel code, made for each format as docs/operate/formats.md describes."""
     start: datetime
     """Time of the first sample, UTC."""
     rate: float
@@ -31,11 +37,11 @@ class Trace:
     """SI units per number."""
     quantity: Quantity
     sensor: str = ""
-    """What the file says of the sensor's place and orientation."""
+    """The sensor's place and orientation, in the file's words."""
 
     def __post_init__(self) -> None:
         if self.numbers.dtype not in (np.int32, np.float32, np.float64):
-            raise FormatError(f"samples of {self.channel} are {self.numbers.dtype}; integers or floats would do")
+            raise FormatError(f"samples of {self.channel} are {self.numbers.dtype}; use integers or floats")
         if not self.rate > 0:
             raise FormatError(f"the sampling rate of {self.channel} is {self.rate} Hz; it must be above 0")
         finite = np.isfinite(self.numbers)
@@ -44,6 +50,20 @@ class Trace:
                 f"{np.count_nonzero(~finite)} of {finite.size} samples of {self.channel} are not numbers, the first "
                 f"at sample {np.argmin(finite) + 1}; where nothing was recorded the file must have a gap"
             )
+
+    @property
+    def span(self) -> Span:
+        """Times of the first and of the last sample."""
+        return self.start, self.start + timedelta(seconds=(self.numbers.size - 1) / self.rate)
+
+    def cut(self, start: datetime, end: datetime) -> "Trace | None":
+        """The samples from `start` to `end`, both included; None if there are none."""
+        first = max(0, ceil((start - self.start).total_seconds() * self.rate - ROUNDING))
+        last = min(self.numbers.size - 1, floor((end - self.start).total_seconds() * self.rate + ROUNDING))
+        if first > last:
+            return None
+        begun = self.start + timedelta(seconds=first / self.rate)
+        return replace(self, start=begun, numbers=self.numbers[first : last + 1])
 
     def to_si(self) -> Vector:
         """(n,) samples in SI units."""
@@ -54,9 +74,40 @@ class Trace:
         return Segment(self.channel, self.start, self.rate, self.to_si())
 
 
+def overlapping(
+    pieces: Iterable[Piece], span: Callable[[Piece], Span], slack: timedelta = timedelta(0)
+) -> tuple[tuple[Piece, ...], ...]:
+    """Groups of pieces whose times overlap, directly or through others: each group belongs to one earthquake.
+
+    Args:
+        pieces: anything with a beginning and an end.
+        span: gives the first and last time of a piece.
+        slack: pieces this far apart still belong together, for loggers that cut their files.
+
+    Returns:
+        The groups, earliest first, each in order of time.
+    """
+    groups: list[list[Piece]] = []
+    latest: datetime | None = None
+    for piece in sorted(pieces, key=span):
+        start, end = span(piece)
+        if latest is None or start > latest + slack:
+            groups.append([])
+            latest = end
+        groups[-1].append(piece)
+        latest = max(latest, end)
+    return tuple(tuple(group) for group in groups)
+
+
+def extent(traces: Iterable[Trace]) -> Span:
+    """From the first sample of all traces to the last."""
+    spans = [trace.span for trace in traces]
+    return min(start for start, _ in spans), max(end for _, end in spans)
+
+
 @dataclass(frozen=True, slots=True)
 class Contents:
-    """What a file holds."""
+    """The contents of a file."""
 
     kind: Literal["waveforms", "station"]
     """`station`: gains only."""

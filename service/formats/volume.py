@@ -67,7 +67,7 @@ def first_match(name: str, lines: Sequence[str], pattern: re.Pattern[str], label
     for at, line in enumerate(lines[:HEADER_LINES]):
         if found := pattern.search(line):
             return at, found
-    raise FormatError(f"the header of {name} has no {label!r}; a volume 2 file with it would do")
+    raise FormatError(f"the header of {name} has no {label!r}; which a volume 2 file needs")
 
 
 def numbers_in_columns(what: str, lines: Sequence[str], count: int, columns: int, width: int) -> Vector:
@@ -75,14 +75,14 @@ def numbers_in_columns(what: str, lines: Sequence[str], count: int, columns: int
     rows = lines[: -(-count // columns)]
     together = max(1, AT_ONCE // (columns * width))
     if count > min(len(rows) * columns, sum(map(len, rows))):  # a number has one character at least
-        raise FormatError(f"{what} is truncated or damaged: {count} numbers of {width} columns would do")
+        raise FormatError(f"{what} is truncated or damaged: {count} numbers of {width} columns are needed")
     numbers = np.empty(count)
     try:
         for first in range(0, len(rows), together):
             place = slice(first * columns, min((first + together) * columns, count))
             numbers[place] = _fields(rows[first : first + together], columns, width)[: place.stop - place.start]
     except ValueError:
-        raise FormatError(f"{what} is truncated or damaged: {count} numbers of {width} columns would do") from None
+        raise FormatError(f"{what} is truncated or damaged: {count} numbers of {width} columns are needed") from None
     return numbers
 
 
@@ -97,7 +97,7 @@ def sampling_rate(what: str, interval: str) -> float:
     try:
         return 1 / float(interval)
     except (ValueError, ZeroDivisionError):
-        raise FormatError(f"the interval between samples of {what} is {interval} s; one above 0 would do") from None
+        raise FormatError(f"the interval between samples of {what} is {interval} s; it must be above 0") from None
 
 
 def check_peak(what: str, numbers: Vector, printed: float | None, digit: float = PRINTED) -> None:

@@ -4,7 +4,8 @@ import re
 import struct
 import warnings
 from collections.abc import Mapping
-from datetime import UTC
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
 from io import BytesIO
 from threading import Lock
 
@@ -20,7 +21,7 @@ SAC_HEADER = 632  # bytes
 SAC_VERSION_AT = 304  # byte of NVHDR, which is 6 or 7
 
 OBJECT = re.compile(r"<[\w.]+ object at 0x[0-9a-fA-F]+>")
-"""What a message of ObsPy's has in place of the file's name."""
+"""ObsPy's messages have this in place of the file's name."""
 FORMS = {"MSEED": "miniSEED", "SAC": "SAC", "KNET": "K-NET or KiK-net ASCII"}
 
 ONE_READER = Lock()
@@ -28,18 +29,18 @@ ONE_READER = Lock()
 
 
 def is_miniseed(data: bytes) -> bool:
-    """Whether these bytes begin as a miniSEED 2 record does."""
+    """True if these bytes begin as a miniSEED 2 record does."""
     return MINISEED.match(data) is not None
 
 
 def is_sac(data: bytes) -> bool:
-    """Whether these bytes have a binary SAC header."""
+    """True if these bytes have a binary SAC header."""
     version = data[SAC_VERSION_AT : SAC_VERSION_AT + 4]
     return len(version) == 4 and any(struct.unpack(f"{order}i", version)[0] in (6, 7) for order in "<>")
 
 
 def is_knet(data: bytes) -> bool:
-    """Whether these bytes begin as K-NET and KiK-net ASCII files do."""
+    """True if these bytes begin as K-NET and KiK-net ASCII files do."""
     return data.startswith(b"Origin Time")
 
 
@@ -53,7 +54,7 @@ def read_miniseed(name: str, data: bytes, gains: Mapping[str, Gain]) -> Contents
 
 
 def read_sac(name: str, data: bytes, gains: Mapping[str, Gain]) -> Contents:
-    """The record of a SAC file; its units come from elsewhere, for hardly any writer states them."""
+    """The record of a SAC file; its units come from elsewhere, because few writers state them."""
     return _with_gains(_stream(name, data, "SAC"), gains)
 
 
@@ -72,7 +73,7 @@ def read_knet(name: str, data: bytes, gains: Mapping[str, Gain]) -> Contents:
 
 
 def _stream(name: str, data: bytes, form: str) -> obspy.Stream:
-    """What ObsPy reads; what it only warns of is an error to us: no sample is left out silently."""
+    """ObsPy's traces; its warnings are errors here, so that no sample is left out silently."""
     try:
         with ONE_READER, warnings.catch_warnings():
             warnings.filterwarnings("error", module=r"obspy\.")
@@ -128,3 +129,34 @@ def _trace(trace: obspy.Trace, gain: Gain) -> Trace:
         gain=gain.si_per_count,
         quantity=gain.quantity,
     )
+
+
+@dataclass(frozen=True, slots=True)
+class Piece:
+    """A channel without a gap, from half an interval before its first sample to half of one after its last."""
+
+    channel: str
+    start: datetime
+    end: datetime
+    interval: timedelta
+    """Between two samples."""
+
+
+def covered(data: bytes) -> tuple[Piece, ...]:
+    """The pieces in a file of waveforms, whatever their unit.
+
+    Raises:
+        FormatError: ObsPy cannot read it.
+    """
+    found = []
+    try:
+        for trace in obspy.read(BytesIO(data), headonly=True):
+            half = trace.stats.delta / 2
+            start, end = ((trace.stats.starttime - half).datetime, (trace.stats.endtime + half).datetime)
+            interval = timedelta(seconds=trace.stats.delta)
+            found.append(Piece(trace.id, start.replace(tzinfo=UTC), end.replace(tzinfo=UTC), interval))
+    except MemoryError:
+        raise
+    except Exception as error:  # ObsPy's readers raise whatever a broken file makes them stumble over
+        raise FormatError(f"the waveforms cannot be read: {error}") from error
+    return tuple(found)

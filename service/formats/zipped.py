@@ -6,7 +6,7 @@ from io import BytesIO
 from zipfile import ZipFile
 
 from service.formats.errors import FormatError, UnknownFormatError
-from service.formats.stationxml import is_stationxml
+from service.formats.fdsn_xml import is_stationxml
 from service.formats.trace import Contents
 from service.formats.units import Gain
 
@@ -22,12 +22,12 @@ Reader = Callable[[str, bytes, Mapping[str, Gain]], Contents]
 
 
 def is_zip(data: bytes) -> bool:
-    """Whether these bytes begin as a zip archive does."""
+    """True if these bytes begin as a zip archive does."""
     return data.startswith((b"PK\x03\x04", b"PK\x05\x06"))
 
 
 def read_zip(name: str, data: bytes, gains: Mapping[str, Gain], read: Reader) -> Contents:
-    """What the members hold together, as `read` reads each; StationXML among them serves the others.
+    """The joint contents of the members, each read by `read`; StationXML among them serves the others.
 
     A member of no known format is left out with a remark, as archives carry spectra and notes beside their records.
     """
@@ -66,15 +66,15 @@ def _members(name: str, data: bytes) -> Iterator[tuple[str, bytes]]:
         archive = ZipFile(BytesIO(data))
         infos = [info for info in archive.infolist() if not info.is_dir()]
     if len(infos) > MOST_MEMBERS:
-        raise FormatError(f"{name} has {len(infos)} members; at most {MOST_MEMBERS} would do")
+        raise FormatError(f"{name} has {len(infos)} members; at most {MOST_MEMBERS} are accepted")
     left = bound
     for member, info in {info.filename: info for info in infos}.items():
         with _readable(name), archive.open(info) as opened:
             content = opened.read(left + 1)  # the directory's sizes are only claims
         if len(content) > left:
             raise FormatError(
-                f"{name} has {len(data)} bytes and unpacks to more than {bound}; smaller archives, or ones packed at "
-                f"most {LARGEST_RATIO} times, would do"
+                f"{name} has {len(data)} bytes and unpacks to more than {bound}; use smaller archives, or ones packed "
+                f"at most {LARGEST_RATIO} times"
             )
         left -= len(content)
         yield member, content
@@ -82,7 +82,7 @@ def _members(name: str, data: bytes) -> Iterator[tuple[str, bytes]]:
 
 @contextmanager
 def _readable(name: str) -> Iterator[None]:
-    """Whatever a damaged archive makes the reader of archives stumble over is a refusal."""
+    """Turn any error of the zip reader into a FormatError."""
     try:
         yield
     except MemoryError:

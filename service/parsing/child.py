@@ -14,8 +14,8 @@ from math import ceil
 from typing import Any, BinaryIO
 
 from service.formats import FormatError, read
-from service.formats.coverage import covered
-from service.formats.quakeml import origins
+from service.formats.fdsn_xml import origins
+from service.formats.waveforms import covered
 from service.parsing import wire
 
 LARGEST_QUESTION = 2**32  # bytes; the settings bound what is fetched

@@ -13,8 +13,8 @@ from datetime import datetime, timedelta
 from threading import BoundedSemaphore, Lock, Timer
 
 from service.formats import Contents, Gain
-from service.formats.coverage import Piece
-from service.formats.quakeml import Origin
+from service.formats.fdsn_xml import Origin
+from service.formats.waveforms import Piece
 from service.parsing import wire
 from service.settings import Settings
 

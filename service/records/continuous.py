@@ -1,4 +1,4 @@
-"""Events cut from continuous records, across the borders of files."""
+"""Events cut out of continuous records, across the borders of files."""
 
 from collections.abc import Sequence
 from datetime import datetime, timedelta
@@ -8,18 +8,17 @@ from sqlalchemy.orm import Session
 
 from service import parsing
 from service.buildings.tables import Building
-from service.formats import Trace
+from service.formats.trace import Span, Trace, extent
 from service.jobs import queue as job_queue
 from service.records import events
-from service.records.contents import traces_of
-from service.records.spans import cut
+from service.records.recordings import traces_of
 from service.records.tables import Event, Recording
 from service.records.trigger import TriggerSettings, Window, windows
 from service.settings import Settings
 
 
 def trigger_settings(settings: Settings) -> TriggerSettings:
-    """The trigger as it is set."""
+    """The trigger's settings."""
     return TriggerSettings(
         short=settings.trigger.short_window,
         long=settings.trigger.long_window,
@@ -41,9 +40,9 @@ def take_in(
     *,
     settings: Settings,
 ) -> None:
-    """Cut the earthquakes that a new recording holds, begins or ends.
+    """Cut out the earthquakes that a new recording contains, begins or ends.
 
-    The recordings around it are read again from their bytes: what the trigger needs to remember is there.
+    The recordings around it are read again from their bytes, so the trigger needs no state of its own.
 
     Args:
         session: of the transaction.
@@ -89,20 +88,20 @@ def _cut(
     event: Event | None = None
     reached = window.start
     for recording, traces in pieces:
-        cuts = [piece for trace in traces if (piece := cut(trace, window.start, window.end)) is not None]
+        cuts = [piece for trace in traces if (piece := trace.cut(window.start, window.end)) is not None]
         if not cuts:
             continue
         event = event or events.at(session, building, window.start, window.end, now, longest)
         events.add(session, event, recording, cuts, now)
-        reached = max(reached, events.extent(cuts)[1])
+        reached = max(reached, extent(cuts)[1])
     if event is None or event.state != "gathering":
         return
     if reached >= window.end - timedelta(seconds=1) and events.is_complete(session, event):
         job_queue.enqueue(session, event, {}, now)
 
 
-def _extent(recording: Recording) -> tuple[datetime, datetime]:
-    """Its times, which a recording has once it was read."""
+def _extent(recording: Recording) -> Span:
+    """First and last time of a recording that was read."""
     if recording.start is None or recording.end is None:
         raise ValueError(f"recording {recording.id} was not read")
     return recording.start, recording.end

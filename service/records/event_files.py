@@ -1,4 +1,4 @@
-"""Which files make up which event, and what of them is the building's: paths in, segments out."""
+"""Files grouped into events without a database: paths in, segments of the building's channels out."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -8,11 +8,11 @@ from pathlib import Path
 from core.record import Segment
 from service.buildings.description import BuildingFile
 from service.formats import FormatError, Gain, Trace, UnknownUnitError, of_building, read
-from service.formats.stationxml import is_stationxml
-from service.records.grouping import overlapping
+from service.formats.fdsn_xml import is_stationxml
+from service.formats.trace import Span, overlapping
 
 OUTAGE = timedelta(seconds=60)
-"""A logger that was away no longer than this is still in the same event."""
+"""Longest interruption of a logger within one event."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,12 +25,12 @@ class EventFiles:
 
 
 def events(paths: Sequence[Path], building: BuildingFile) -> tuple[EventFiles, ...]:
-    """The events that some files hold, earliest first.
+    """The events in some files, earliest first.
 
-    StationXML is taken from among the files, else from beside them and from the building's folder.
+    StationXML comes from among the files, otherwise from the folders they lie in and from the building's folder.
 
     Raises:
-        FormatError: a file that cannot be used, or that is not this building's.
+        FormatError: a file that cannot be used, or belongs to another building.
         OSError: a file that cannot be opened.
     """
     contents = {path: path.read_bytes() for path in paths}
@@ -44,7 +44,7 @@ def events(paths: Sequence[Path], building: BuildingFile) -> tuple[EventFiles, .
     )
 
 
-def _span(trace: Trace) -> tuple[datetime, datetime]:
+def _span(trace: Trace) -> Span:
     return trace.start, trace.start + timedelta(seconds=trace.numbers.size / trace.rate)
 
 

@@ -1,4 +1,4 @@
-"""Which earthquake a record belongs to, and when its event is ready to be analysed."""
+"""Events: records of one earthquake joined together, and queued for analysis when they are complete."""
 
 import logging
 from collections.abc import Iterable, Sequence
@@ -11,11 +11,9 @@ from service.buildings import store as building_store
 from service.buildings.tables import Building
 from service.db.blobs import decode, encode
 from service.db.deadlines import is_wrong
-from service.formats import Trace
+from service.formats.trace import Trace, extent, overlapping
 from service.jobs import queue as job_queue
 from service.jobs.tables import Job
-from service.records.grouping import overlapping
-from service.records.spans import cut, span
 from service.records.tables import Event, EventRecording, Recording, Waveform
 from service.settings import Settings
 
@@ -31,9 +29,9 @@ def take_in(
     *,
     settings: Settings,
 ) -> None:
-    """Join the traces of a recording to their events; events that miss nothing any more are queued."""
+    """Join the traces of a recording to their events, and queue the events that are complete."""
     tolerance = timedelta(seconds=settings.event.tolerance)
-    for group in overlapping(traces, span, tolerance):
+    for group in overlapping(traces, lambda trace: trace.span, tolerance):
         start, end = extent(group)
         longest = timedelta(seconds=settings.event.longest) + 2 * tolerance
         event = at(session, building, start - tolerance, end + tolerance, now, longest)
@@ -43,7 +41,11 @@ def take_in(
 
 
 def queue_ready(session: Session, now: datetime, *, settings: Settings) -> int:
-    """Queue the events that have waited long enough for missing channels; the number of them."""
+    """Queue the events that have waited long enough for missing channels.
+
+    Returns:
+        The number of them.
+    """
     patience = timedelta(seconds=settings.event.grace)
     came = Event.updated_at
     has_waited = or_(came <= now - patience, is_wrong(came, now - patience, patience))
@@ -55,14 +57,14 @@ def queue_ready(session: Session, now: datetime, *, settings: Settings) -> int:
 
 
 def queue_now(session: Session, building: Building, now: datetime) -> None:
-    """Queue the building's events with what they have: nothing more is coming."""
+    """Queue the building's events as they are: no further files will come."""
     waiting = select(Event).where(Event.building_id == building.id, Event.state == "gathering")
     for event in session.scalars(waiting.with_for_update(skip_locked=True)):
         job_queue.enqueue(session, event, {}, now)
 
 
 def add(session: Session, event: Event, recording: Recording, traces: Iterable[Trace], now: datetime) -> None:
-    """Add a recording's traces to an event; what it has already is not added again."""
+    """Add a recording's traces to an event, without samples that the event already has."""
     if session.get(EventRecording, (event.id, recording.id)) is None:
         session.add(EventRecording(event_id=event.id, recording_id=recording.id))
     added = [_add(session, event, trace) for trace in traces]
@@ -75,22 +77,16 @@ def add(session: Session, event: Event, recording: Recording, traces: Iterable[T
 
 
 def is_complete(session: Session, event: Event) -> bool:
-    """Whether the event has something of each of the building's channels."""
+    """True if the event has samples of every channel of the building."""
     channels = building_store.described(session, session.get_one(Building, event.building_id)).description.channels
     there = session.scalars(select(Waveform.channel).where(Waveform.event_id == event.id).distinct())
     return {channel.id for channel in channels} <= set(there)
 
 
-def extent(traces: Iterable[Trace]) -> tuple[datetime, datetime]:
-    """From the first sample of all to the last."""
-    spans = [span(trace) for trace in traces]
-    return min(start for start, _ in spans), max(end for _, end in spans)
-
-
 def at(
     session: Session, building: Building, start: datetime, end: datetime, now: datetime, longest: timedelta
 ) -> Event:
-    """The building's event between two times; several that have not been queued yet become one, none a new one.
+    """The building's event between two times: a new one, or the existing ones merged if they were never queued.
 
     An event that would become longer than `longest` stays as it is.
     """
@@ -124,7 +120,7 @@ def _ever_queued(session: Session, event: Event) -> bool:
 
 
 def _merge(session: Session, event: Event, *, into: Event) -> None:
-    """A file has closed the time between two events that were thought apart: they are one earthquake."""
+    """Merge two events after a file has closed the gap between them: they are one earthquake."""
     session.execute(update(Waveform).where(Waveform.event_id == event.id).values(event_id=into.id))
     for link in session.scalars(select(EventRecording).where(EventRecording.event_id == event.id)):
         if session.get(EventRecording, (into.id, link.recording_id)) is None:
@@ -136,7 +132,7 @@ def _merge(session: Session, event: Event, *, into: Event) -> None:
 
 
 def _add(session: Session, event: Event, trace: Trace) -> bool:
-    """Store what the event does not have of a trace; whether there was any."""
+    """Store the samples that the event does not have yet; False if there are none."""
     new: Trace | None = trace
     for had in session.scalars(
         select(Waveform)
@@ -164,17 +160,17 @@ def _add(session: Session, event: Event, trace: Trace) -> bool:
 
 
 def _unknown_part(trace: Trace, had: Waveform) -> Trace | None:
-    """What a stored piece does not hold of a trace: all of it unless they agree where they overlap."""
-    end = _end(had)
-    if had.rate != trace.rate or had.gain != trace.gain or end < trace.start or span(trace)[1] < had.start:
+    """The part of a trace beyond a stored piece: all of it unless the two agree where they overlap."""
+    start, end = had.start, _end(had)
+    if had.rate != trace.rate or had.gain != trace.gain or end < trace.start or trace.span[1] < start:
         return trace
-    shared = cut(trace, had.start, end)
-    offset = round((max(trace.start, had.start) - had.start).total_seconds() * had.rate)
+    shared = trace.cut(start, end)
+    offset = round((max(trace.start, start) - start).total_seconds() * had.rate)
     if shared is None or not _equal(decode(had.samples)[offset : offset + shared.numbers.size], shared):
         return trace
-    if had.start > trace.start:
+    if start > trace.start:
         return trace
-    return cut(trace, end + timedelta(seconds=0.5 / trace.rate), span(trace)[1])
+    return trace.cut(end + timedelta(seconds=0.5 / trace.rate), trace.span[1])
 
 
 def _equal(stored: object, shared: Trace) -> bool:

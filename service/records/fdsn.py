@@ -1,11 +1,11 @@
-"""What is stored, as FDSN web services hand it out: StationXML and miniSEED (FDSN Web Service Specifications 1.2)."""
+"""Stored channels and samples as StationXML and miniSEED (FDSN Web Service Specifications 1.2, 2019)."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from io import BytesIO
 from itertools import groupby, zip_longest
-from operator import attrgetter, itemgetter
+from operator import attrgetter
 from time import monotonic
 from typing import Any
 
@@ -28,7 +28,7 @@ from service.buildings.store import described
 from service.buildings.tables import Building
 from service.db.blobs import decode
 from service.db.select import Line
-from service.records import waveform_queries
+from service.records import queries
 from service.records.fdsn_query import Area, Selection, TooMuchError, codes, is_match
 
 UNITS: dict[Quantity, str] = {
@@ -40,13 +40,13 @@ UNITS: dict[Quantity, str] = {
 
 
 DEADLINE = 10.0
-"""s that finding what is wanted may take."""
-UNKNOWN = "The place is not known: latitude and longitude stand at 0 because StationXML wants numbers."
+"""s that the search may take."""
+UNKNOWN = "The place is not known: latitude and longitude are 0 because StationXML requires numbers."
 
 
 @dataclass(frozen=True, slots=True)
 class Epoch:
-    """A channel as long as its gain and rate stay what they are."""
+    """A span of time in which a channel's gain and rate do not change."""
 
     building: Building
     file: BuildingFile
@@ -60,21 +60,23 @@ class Epoch:
 
 
 def inventory(session: Session, wanted: Sequence[Selection], area: Area | None) -> Inventory:
-    """Networks, stations and channels of which something is stored; a channel's epoch ends where its gain changes."""
+    """Networks, stations and channels with stored samples; a channel's epoch ends where its gain changes."""
     chooser = Chooser()
-    chosen = [epoch for epoch in _epochs(session) if any(_is_of(epoch, one, chooser) for one in wanted)]
-    if area is not None:
-        chosen = [epoch for epoch in chosen if area.holds(epoch.file.latitude, epoch.file.longitude)]
+    epochs = _epochs(session, wanted, area, chooser)
+    chosen = [epoch for epoch in epochs if any(_is_of(epoch, one, chooser) for one in wanted)]
     chosen.sort(key=lambda epoch: (epoch.row.channel, epoch.row.start))
     networks = groupby(chosen, key=lambda epoch: epoch.codes[0])
     return Inventory([Network(code, list(_stations(epochs))) for code, epochs in networks], source="menshin")
 
 
-def _epochs(session: Session) -> Iterator[Epoch]:
-    """All epochs; none of a channel reaches into its next one."""
-    for building, rows in groupby(waveform_queries.epochs(session), key=itemgetter(0)):
+def _epochs(session: Session, wanted: Sequence[Selection], area: Area | None, chooser: "Chooser") -> Iterator[Epoch]:
+    """Epochs of the wanted channels in the area; an epoch ends where the channel's next one begins."""
+    for building, stored in queries.stored_channels(session).items():
+        channels = [channel for channel in stored if any(chooser.is_wanted(channel, one) for one in wanted)]
         file = described(session, building)
-        for _, spans in groupby((row for _, row in rows), key=attrgetter("channel")):
+        if not channels or (area is not None and not area.holds(file.latitude, file.longitude)):
+            continue
+        for _, spans in groupby(queries.epochs(session, building.id, channels), key=attrgetter("channel")):
             epochs = list(spans)
             for row, following in zip_longest(epochs, epochs[1:]):
                 yield Epoch(building, file, row, min(row.end, following.start) if following else row.end)
@@ -104,7 +106,7 @@ def _is_placed(file: BuildingFile) -> bool:
 
 
 def _place(file: BuildingFile) -> dict[str, Any]:
-    """Where it is; where that is not known a comment says so."""
+    """Coordinates, with a comment where they are not known."""
     comments = [] if _is_placed(file) else [Comment(UNKNOWN)]
     return {
         "latitude": file.latitude or 0.0,
@@ -137,24 +139,24 @@ def _response(unit: str, counts: float) -> Response:
 
 
 class Chooser:
-    """Which channels are wanted, each looked at once for each selection; it gives up at a deadline."""
+    """Matches channels against selections, each pair once, until a deadline."""
 
     def __init__(self, seconds: float = DEADLINE) -> None:
         self._end = monotonic() + seconds
         self._found: dict[tuple[str, ...], bool] = {}
 
     def is_wanted(self, channel: str, wanted: Selection) -> bool:
-        """Whether an id's four codes match the lists of wildcards.
+        """True if an id's four codes match the lists of wildcards.
 
         Raises
         ------
         TooMuchError
-            The deadline is over.
+            The deadline has passed.
         """
         lists = (wanted.network, wanted.station, wanted.location, wanted.channel)
         found = self._found.get((channel, *lists))
         if found is None:
-            self.look_at_the_clock()
+            self.check_time()
             names = ("network", "station", "location", "channel")
             found = self._found[channel, *lists] = all(
                 any(is_match(code, pattern) for pattern in codes(name, patterns))
@@ -162,8 +164,8 @@ class Chooser:
             )
         return found
 
-    def look_at_the_clock(self) -> None:
-        """Go on if there is time left.
+    def check_time(self) -> None:
+        """Continue if there is time left.
 
         Raises
         ------
@@ -171,33 +173,33 @@ class Chooser:
             There is none.
         """
         if monotonic() > self._end:
-            raise TooMuchError("the question takes too long to answer; fewer channels or less time would do")
+            raise TooMuchError("the request takes too long; ask for fewer channels or less time")
 
 
 def miniseed(session: Session, selections: Sequence[Selection], most: int) -> bytes | None:
-    """The wanted samples as they came, numbers not yet multiplied by their gain; None if there are none.
+    """The wanted samples as recorded, not multiplied by their gain; None if there are none.
 
     Raises
     ------
     TooMuchError
-        They are more than `most`.
+        There are more than `most`.
     """
     chooser = Chooser()
     found, count = [], 0
     stored = _pieces(session, selections)
     for wanted in selections:
-        chooser.look_at_the_clock()
+        chooser.check_time()
         pieces = [one for one in stored if _overlaps(one, wanted) and chooser.is_wanted(one.row.channel, wanted)]
         count += sum(_count(piece.row, wanted) for piece in pieces)
         if count > most:
             raise TooMuchError(
-                f"{count} samples match, and {most} are given at once; fewer channels or less time would do"
+                f"{count} samples match, and {most} are returned at once; ask for fewer channels or less time"
             )
         found.append((wanted, pieces))
     stream = Stream()
     for wanted, chosen in found:
-        for piece in waveform_queries.samples(session, [piece.row.id for piece in chosen]):
-            chooser.look_at_the_clock()
+        for piece in queries.samples(session, [piece.row.id for piece in chosen]):
+            chooser.check_time()
             trace = Trace(decode(piece.samples), _header(piece.channel, piece.start, piece.rate))
             stream.append(trace.trim(wanted.start, wanted.end))
     stream.traces = [trace for trace in stream if trace.stats.npts]
@@ -219,11 +221,11 @@ class Piece:
 
 
 def _pieces(session: Session, selections: Sequence[Selection]) -> list[Piece]:
-    """All that is stored between the first start and the last end of the selections."""
+    """All waveforms between the first start and the last end of the selections."""
     start, end = (min(one.start for one in selections), max(one.end for one in selections))
     return [
         Piece(row, (begun := row.start.timestamp()), begun + row.count / row.rate)
-        for row in waveform_queries.pieces(session, _time(start), _time(end))
+        for row in queries.pieces(session, _time(start), _time(end))
     ]
 
 
@@ -232,7 +234,7 @@ def _overlaps(piece: Piece, wanted: Selection) -> bool:
 
 
 def _count(piece: Line, wanted: Selection) -> int:
-    """Number of samples of a piece in the wanted time, give or take one."""
+    """Number of samples of a piece in the wanted time, accurate to one."""
     start = UTCDateTime(piece.start)
     seconds = min(wanted.end, start + piece.count / piece.rate) - max(wanted.start, start)
     return max(0, int(seconds * piece.rate))

@@ -1,4 +1,4 @@
-"""What a client of an FDSN web service asks for, read from its address or its posted lines.
+"""Requests to an FDSN web service, read from an address or from posted lines.
 
 International Federation of Digital Seismograph Networks, FDSN Web Service Specifications 1.2 (2019).
 """
@@ -39,26 +39,26 @@ PARAMETERS = {
 
 
 MOST_CODES, MOST_LINES = 50, 500
-"""Codes of one list, and selections of one question."""
+"""Codes in one list, and selections in one request."""
 CODE = re.compile(r"[A-Za-z0-9?*-]{0,8}")
 """A code with wildcards; of the specifications' codes the longest have 5 characters, of SEED's newest identifiers 8."""
 
 
 class QueryError(Exception):
-    """The question is not one of the service's; the message says what would do."""
+    """An invalid request; the message gives the remedy."""
 
     status = 400
 
 
 class TooMuchError(QueryError):
-    """More was asked for than is answered at once."""
+    """A request for more than is returned at once."""
 
     status = 413
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Selection:
-    """Which channels, and from when to when; the codes are lists with wildcards as the specification has them."""
+    """Channels and a span of time; the codes are lists with wildcards as in the specification."""
 
     network: str = "*"
     station: str = "*"
@@ -79,15 +79,15 @@ def codes(name: str, text: str) -> tuple[str, ...]:
     """The codes of a list, each at most 8 letters, digits, hyphens and wildcards; `--` is an empty one."""
     found = tuple(dict.fromkeys(one.strip() for one in text.split(",", MOST_CODES + 1)))
     if text.count(",") >= MOST_CODES:
-        raise TooMuchError(f"{name} lists more than {MOST_CODES} codes; wildcards or several questions need fewer")
+        raise TooMuchError(f"{name} lists more than {MOST_CODES} codes; use wildcards or several requests")
     if wrong := next((one for one in found if not CODE.fullmatch(one)), None):
-        raise QueryError(f"{name} {wrong[:20]!r} is no code: up to 8 letters, digits, hyphens, ? and *")
+        raise QueryError(f"{name} {wrong[:20]!r} is no code: use up to 8 letters, digits, hyphens, ? and *")
     return tuple("" if one == "--" else one for one in found)
 
 
 @lru_cache(maxsize=2**16)
 def is_match(code: str, pattern: str) -> bool:
-    """Whether a code is as its pattern says, in time that grows with the product of their lengths."""
+    """True if a code matches a pattern; the time grows with the product of their lengths."""
     reached = {0}
     for character in code:
         after = {i + 1 for i in _spread(reached, pattern) if i < len(pattern) and pattern[i] in ("?", character)}
@@ -96,7 +96,7 @@ def is_match(code: str, pattern: str) -> bool:
 
 
 def _spread(reached: set[int], pattern: str) -> set[int]:
-    """Places in the pattern that are reached without a further character, past stars."""
+    """Positions in the pattern that are reached past stars, without a further character."""
     found = set(reached)
     for i in sorted(reached):
         while i < len(pattern) and pattern[i] == "*":
@@ -107,7 +107,7 @@ def _spread(reached: set[int], pattern: str) -> set[int]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Area:
-    """Where stations may lie, °; a station whose place is not known lies in none."""
+    """Limits of the stations' coordinates, °; a station without coordinates lies in no area."""
 
     south: float = -90.0
     north: float = 90.0
@@ -115,14 +115,14 @@ class Area:
     east: float = 180.0
 
     def holds(self, latitude: float | None, longitude: float | None) -> bool:
-        """Whether a place lies in it."""
+        """True if a place lies in the area."""
         if latitude is None or longitude is None:
             return False
         return self.south <= latitude <= self.north and self.west <= longitude <= self.east
 
 
 def parameters(service: str, given: Iterable[tuple[str, str]]) -> dict[str, str]:
-    """The parameters by their long names, without what is empty; those the service does not know are refused."""
+    """The parameters by their long names, without empty ones; unknown ones are errors."""
     named = {ALIASES.get(name.lower(), name.lower()): value for name, value in given}
     if unknown := sorted(set(named) - set(PARAMETERS[service])):
         raise QueryError(f"the {service} service has no parameter {', '.join(unknown)}")
@@ -132,7 +132,7 @@ def parameters(service: str, given: Iterable[tuple[str, str]]) -> dict[str, str]
 
 
 def selection(named: Mapping[str, str]) -> Selection:
-    """The channels and times that the parameters ask for."""
+    """The channels and times in the parameters."""
     return Selection(
         network=named.get("network", "*"),
         station=named.get("station", "*"),
@@ -144,7 +144,7 @@ def selection(named: Mapping[str, str]) -> Selection:
 
 
 def area(named: Mapping[str, str]) -> Area | None:
-    """The area that the parameters ask for; None if they name no limit of it."""
+    """The area in the parameters; None if they set no limit."""
     limits = {side: degrees(named, name) for name, side in _PLACE.items() if name in named}
     return Area(**limits) if limits else None
 
@@ -162,13 +162,13 @@ def degrees(named: Mapping[str, str], name: str) -> float:
 
 
 def posted(body: str) -> tuple[dict[str, str], list[Selection]]:
-    """Parameters and selections of a posted question: `name=value` lines, then a line per selection."""
+    """Parameters and selections of a posted request: `name=value` lines, then a line per selection."""
     named: dict[str, str] = {}
     selections: list[Selection] = []
     for line in filter(None, map(str.strip, body.splitlines())):
         words = line.split()
         if len(selections) >= MOST_LINES or len(named) > MOST_LINES:
-            raise TooMuchError(f"more than {MOST_LINES} lines were posted; several questions would do")
+            raise TooMuchError(f"more than {MOST_LINES} lines were posted; use several requests")
         if "=" in line:
             name, _, value = line.partition("=")
             named[name.strip().lower()] = value.strip()
@@ -185,4 +185,4 @@ def time(text: str) -> UTCDateTime:
     try:
         return UTCDateTime(text)
     except (TypeError, ValueError) as error:
-        raise QueryError(f"'{text[:40]}' is not a time; 2024-01-31T12:00:00 would do") from error
+        raise QueryError(f"'{text[:40]}' is not a time; write 2024-01-31T12:00:00") from error

@@ -1,6 +1,6 @@
-"""The one way in for files, from the poller, the import command or a test: bytes first, then what they hold."""
+"""Intake of files, for the poller and the import command alike: the bytes first, then their contents."""
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 
@@ -12,28 +12,26 @@ from service.buildings import store as building_store
 from service.buildings.description import BuildingFile
 from service.buildings.tables import Building
 from service.formats import Contents, FormatError, Gain, Trace, UnknownUnitError
+from service.formats.trace import extent, overlapping
 from service.parsing import ParserDiedError
 from service.records import continuous, events
-from service.records.contents import data_of, gains
-from service.records.grouping import overlapping
-from service.records.recordings import storable, store
-from service.records.spans import span
+from service.records.recordings import data_of, gains, storable, store
 from service.records.tables import Recording
 from service.records.trigger import check_gaps
 from service.settings import Settings
 from service.version import VERSION
 
 CLOCK_SET = datetime(1980, 1, 1, tzinfo=UTC)
-"""No strong-motion logger with a clock is older: earlier times are those of a clock that was never set."""
+"""No strong-motion logger with a clock is older: an earlier time means a clock that was never set."""
 CLOCK_SLACK = timedelta(days=1)
 
 
 @dataclass(frozen=True, slots=True)
 class Parsed:
-    """What is in a recording's bytes, as long as its channels have these gains."""
+    """The contents of a recording's bytes, valid as long as its channels have these gains."""
 
     gains: Mapping[str, Gain]
-    found: Contents | FormatError
+    contents: Contents | FormatError
 
 
 def ingest(
@@ -51,7 +49,7 @@ def ingest(
 
 
 def next_stored(session: Session, building: Building, passed: Collection[int] = ()) -> Recording | None:
-    """What is to be read next of the building: station files first; none of the ids that are passed over."""
+    """The building's next recording to read, station files first, except those whose ids are passed over."""
     waiting = select(Recording).where(
         Recording.building_id == building.id, Recording.state == "stored", Recording.id.not_in(passed)
     )
@@ -59,9 +57,10 @@ def next_stored(session: Session, building: Building, passed: Collection[int] = 
 
 
 def begin(session: Session, recording: Recording, *, settings: Settings) -> bool:
-    """Count an attempt at reading a recording before it is made; False where it was the last one that is not made.
+    """Count an attempt at reading a recording before making it, so that a file that ends the process is given up too.
 
-    A file that ends the whole service is thus given up too, after as many attempts as any other.
+    Returns:
+        False if all attempts are used up: the recording is rejected.
     """
     recording.version = VERSION
     if recording.failures < settings.jobs.attempts:
@@ -72,10 +71,10 @@ def begin(session: Session, recording: Recording, *, settings: Settings) -> bool
 
 
 def parse(session: Session, recording: Recording, *, settings: Settings) -> Parsed:
-    """Read the bytes of a recording, in another process and within its limits; give a session that holds up no writer.
+    """Read the bytes of a recording in another process and within its limits; use a session that blocks no writer.
 
     Raises:
-        ParserDiedError: they are too much for it.
+        ParserDiedError: the process ended or exceeded its limits.
     """
     building, limits = session.get_one(Building, recording.building_id), parsing.limits(settings)
     data, known = data_of(session, recording), gains(session, building, limits)
@@ -86,7 +85,7 @@ def parse(session: Session, recording: Recording, *, settings: Settings) -> Pars
 
 
 def take_in(session: Session, recording: Recording, parsed: Parsed, now: datetime, *, settings: Settings) -> None:
-    """Let the traces of a recording join their events; a refusal is kept with its reason."""
+    """Join the traces of a recording to their events, or reject the recording with a reason."""
     building = session.get_one(Building, recording.building_id, with_for_update=True)
     session.refresh(recording)
     if recording.state != "stored":  # another process was quicker
@@ -95,19 +94,12 @@ def take_in(session: Session, recording: Recording, parsed: Parsed, now: datetim
     if parsed.gains != gains(session, building, parsing.limits(settings)):  # a station file came meanwhile
         return
     described = building_store.described(session, building)
-    recording.kind, recording.state, recording.reason = "unknown", "read", None
-    recording.version = VERSION
+    recording.kind, recording.state, recording.reason, recording.version = "unknown", "read", None, VERSION
     try:
-        if isinstance(parsed.found, FormatError):
-            raise parsed.found
-        contents = parsed.found
-        recording.kind = contents.kind
-        traces = formats.of_building(contents.traces, described.description.channels)
-        _check_clock(traces, now)
-        _check_length(traces, described, settings)
+        contents, traces = _usable(recording, parsed.contents, described, now, settings)
     except FormatError as error:
-        unit_is_missing = isinstance(error, UnknownUnitError)
-        recording.kind = "waveforms" if unit_is_missing else recording.kind
+        if isinstance(error, UnknownUnitError):
+            recording.kind = "waveforms"
         recording.state, recording.reason = "refused", storable(_refusal(recording.name, error, described))
         return
     left_out = _left_out(contents, described)
@@ -116,15 +108,27 @@ def take_in(session: Session, recording: Recording, parsed: Parsed, now: datetim
         session.flush()
         _read_again_with_gains(session, building)
     if traces:
-        spans = [span(trace) for trace in traces]
-        recording.start, recording.end = min(start for start, _ in spans), max(end for _, end in spans)
+        recording.start, recording.end = extent(traces)
         session.flush()
         join = continuous.take_in if _is_continuous(described) else events.take_in
         join(session, building, recording, traces, now, settings=settings)
 
 
+def _usable(
+    recording: Recording, contents: Contents | FormatError, described: BuildingFile, now: datetime, settings: Settings
+) -> tuple[Contents, Sequence[Trace]]:
+    """The contents and the building's traces, once they pass every check."""
+    if isinstance(contents, FormatError):
+        raise contents
+    recording.kind = contents.kind
+    traces = formats.of_building(contents.traces, described.description.channels)
+    _check_clock(traces, now)
+    _check_length(traces, described, settings)
+    return contents, traces
+
+
 def went_wrong(recording: Recording, error: Exception, *, settings: Settings) -> None:
-    """An attempt at a recording failed: it is tried again at the next look, and refused after as many as are set."""
+    """Note a failed attempt at a recording: it is tried again at the next look, and rejected after the last attempt."""
     is_too_much = isinstance(error, ParserDiedError)
     found = str(error) if is_too_much else f"reading it went wrong ({type(error).__name__}: {error})"
     if recording.failures < settings.jobs.attempts:
@@ -139,13 +143,13 @@ def _give_up(recording: Recording, found: str) -> None:
 
 
 def read_again_with_this_version(session: Session, building: Building) -> None:
-    """What an earlier version of the code failed at may go better now."""
+    """Read again the recordings at which an earlier version of the code failed."""
     failed = (Recording.building_id == building.id, Recording.state == "refused", Recording.failures > 0)
     session.execute(update(Recording).where(*failed, Recording.version != VERSION).values(state="stored", failures=0))
 
 
 def _read_again_with_gains(session: Session, building: Building) -> None:
-    """What was refused, or left out in part, for want of a unit may be read now."""
+    """Read again the recordings that were rejected, or used in part, because a unit was missing."""
     wanting = select(Recording).where(
         Recording.building_id == building.id, Recording.kind == "waveforms", Recording.reason.is_not(None)
     )
@@ -160,21 +164,21 @@ def _is_continuous(described: BuildingFile) -> bool:
 
 def _check_clock(traces: Iterable[Trace], now: datetime) -> None:
     for trace in traces:
-        start, end = span(trace)
+        start, end = trace.span
         if start < CLOCK_SET or end > now + CLOCK_SLACK:
             raise FormatError(
                 f"{trace.channel} was recorded from {start:%Y-%m-%d %H:%M:%S} to {end:%Y-%m-%d %H:%M:%S} UTC by its "
-                f"clock, but it is {now:%Y-%m-%d %H:%M} now; set the logger's clock and mend the times of this file"
+                f"clock, but it is {now:%Y-%m-%d %H:%M} now; set the logger's clock and correct the times of this file"
             )
 
 
 def _check_length(traces: Iterable[Trace], described: BuildingFile, settings: Settings) -> None:
-    """Refuse what is no earthquake for its length, or what would fill the memory with the gaps in it."""
+    """Reject records too long for one earthquake, or too long for the memory once their gaps are filled."""
     if _is_continuous(described):
         check_gaps([trace for trace in traces if trace.quantity == "acceleration"])
         return
-    for group in overlapping(traces, span, timedelta(seconds=settings.event.tolerance)):
-        start, end = events.extent(group)
+    for group in overlapping(traces, lambda trace: trace.span, timedelta(seconds=settings.event.tolerance)):
+        start, end = extent(group)
         if (length := (end - start).total_seconds()) > settings.event.longest:
             raise FormatError(
                 f"the record lasts {length / 3600:.3g} h, from {start:%Y-%m-%d %H:%M:%S} to {end:%Y-%m-%d %H:%M:%S} "
@@ -184,7 +188,7 @@ def _check_length(traces: Iterable[Trace], described: BuildingFile, settings: Se
 
 
 def _refusal(name: str, error: FormatError, described: BuildingFile) -> str:
-    """The file, and why nothing of it could be used; channels that are not the building's go before their unit."""
+    """The file, and why it cannot be used; channels of another building are reported before a missing unit."""
     known, found = [channel.id for channel in described.description.channels], str(error)
     if isinstance(error, UnknownUnitError) and not set(error.channels) & set(known):
         found = f"no channel of this building: found {', '.join(error.channels)}; the building has {', '.join(known)}"
@@ -192,7 +196,7 @@ def _refusal(name: str, error: FormatError, described: BuildingFile) -> str:
 
 
 def _left_out(contents: Contents, described: BuildingFile) -> str | None:
-    """What of a file that was read could not be used, for the engineer; None if nothing."""
+    """The parts of a file that could not be used, for the engineer; None if all could."""
     known = {channel.id for channel in described.description.channels}
     there = [*(trace.channel for trace in contents.traces), *contents.without_unit]
     strangers = [channel for channel in dict.fromkeys(there) if channel not in known]

@@ -1,4 +1,4 @@
-"""One look at a building's source: what is new there is stored, then read; how it went is remembered."""
+"""Polling of a building's source: new files are stored, then read, and the state of the source is kept."""
 
 import logging
 from collections.abc import Callable
@@ -16,44 +16,42 @@ from service.buildings.tables import Building
 from service.db.sessions import reading
 from service.parsing import ParserDiedError
 from service.records import events
-from service.records.fetched_files import Fetched, remember
 from service.records.ingest import begin, next_stored, parse, read_again_with_this_version, take_in, went_wrong
-from service.records.recordings import refuse_unseen, store
-from service.records.sources.arrival import Arrival, SourceError, Step
-from service.records.sources.http import Manners
+from service.records.recordings import Fetched, refuse_unseen, remember, store
+from service.records.sources.http import Manners, ServerClock
 from service.records.sources.opening import opened
-from service.records.sources.server_clock import ServerClock
+from service.records.sources.source import Arrival, SourceError, Step
 from service.records.tables import Recording, SourceState
 from service.settings import Settings
 
 log = logging.getLogger(__name__)
 
 LONGEST_LOOK = 20
-"""Times http_timeout: a look that lasts longer is left between two steps, and the next one goes on there."""
+"""Times http_timeout: a longer look is left between two steps, and the next one continues there."""
 
 
 @dataclass(frozen=True, slots=True)
-class Look:
-    """How to look at sources."""
+class SourcePoller:
+    """Polls the sources of buildings."""
 
     sessions: sessionmaker[Session]
     settings: Settings
     clock: Callable[[], datetime] = lambda: datetime.now(UTC)
     sleep: Callable[[float], object] = sleep
-    """Waits so many seconds between two attempts; True if there is to be no other."""
+    """Waits so many seconds between two attempts; True if no other attempt may follow."""
     stopped: Callable[[], bool] = lambda: False
-    """Asked between two steps: a look may then be left, and goes on where it was the next time."""
+    """Called between two steps: True leaves the look, and the next one continues there."""
 
-    def at_all(self) -> None:
-        """Look at every building's source once."""
+    def poll_all(self) -> None:
+        """Poll every building's source once."""
         with self.sessions() as session:
             codes = [building.code for building in session.query(Building).order_by(Building.code)]
         for code in codes:
-            self.at(code)
+            self.poll(code)
         self.queue_ready()
 
-    def at(self, code: str) -> bool:
-        """Look at one building's source; a source that fails is remembered, and logged once.
+    def poll(self, code: str) -> bool:
+        """Poll one building's source; that a source begins to fail is stored, and logged once.
 
         Returns:
             False if the source failed.
@@ -64,7 +62,7 @@ class Look:
             cursor, is_failing = ({}, False) if state is None else (state.cursor, state.failing_since is not None)
         with self.sessions.begin() as session:
             read_again_with_this_version(session, building)
-        self._read(building)  # what an interrupted look has stored, or a new description lets be read
+        self._read(building)  # files stored by an interrupted look, or readable with a new description
         if described.source is None:
             return True
         self._remember(building, attempted_at=self.clock())
@@ -77,8 +75,8 @@ class Look:
         self._succeeded(building, server)
         return True
 
-    def bring(self, building: Building, arrivals: tuple[Arrival, ...]) -> list[Recording]:
-        """Store files, and only when they are safe read them: the one path for whatever comes in."""
+    def receive(self, building: Building, arrivals: tuple[Arrival, ...]) -> list[Recording]:
+        """Store files, and read them only once they are safe; every file takes this path."""
         with self.sessions.begin() as session:
             recordings = [self._store(session, building, arrival) for arrival in arrivals]
         self._read(building)
@@ -100,14 +98,14 @@ class Look:
         manners: Manners,
     ) -> None:
         memory = Fetched(self.sessions, building.id)
-        with opened(described, source, self.settings, memory, manners, server.hear) as found:
+        with opened(described, source, self.settings, memory, manners, server.note) as found:
             for step in found.steps(cursor, self.clock()):
                 self._take(building, step)
                 if self.stopped() or manners.is_over:
                     return
 
     def _manners(self, is_failing: bool) -> Manners:
-        """A source that fails is tried once: it is tried again at the next look."""
+        """Requests to a failing source are not repeated: it is tried again at the next look."""
         given = self.settings
         retries = 0 if is_failing else given.polling.retries
         return Manners(self.sleep, retries, monotonic() + LONGEST_LOOK * given.polling.timeout)
@@ -126,11 +124,11 @@ class Look:
         name, origin, now = arrival.name, arrival.origin, self.clock()
         if arrival.data is None:
             log.warning("%s of %s was rejected: %s", name, building.code, arrival.refusal)
-            return refuse_unseen(session, building, name, origin, arrival.refusal or "not taken", now)
+            return refuse_unseen(session, building, name, origin, arrival.refusal or "not fetched", now)
         return store(session, building, name, origin, arrival.data, now)
 
     def _read(self, building: Building) -> None:
-        """Read what is stored, each in a transaction of its own: one that the code fails at holds up no other."""
+        """Read the stored files, each in a transaction of its own, so that a failure does not block the others."""
         failed: list[int] = []
         while (recording := self._next_stored(building, failed)) is not None:
             with self.sessions.begin() as session:
@@ -140,7 +138,7 @@ class Look:
                 self._read_one(recording)
             except (OperationalError, InterfaceError):  # the database is away
                 raise
-            except Exception as error:  # the one place that outlives a bug
+            except Exception as error:  # the only place that survives a bug
                 if isinstance(error, ParserDiedError):
                     log.warning("recording %d of %s: %s", recording.id, building.code, error)
                 else:
@@ -150,7 +148,7 @@ class Look:
                     went_wrong(session.get_one(Recording, recording.id), error, settings=self.settings)
 
     def _read_one(self, recording: Recording) -> None:
-        """Parse the bytes while no writer waits for it, then take in what they hold."""
+        """Parse the bytes while no writer waits, then take in their contents."""
         with reading(self.sessions)() as session:
             parsed = parse(session, session.get_one(Recording, recording.id), settings=self.settings)
         with self.sessions.begin() as session:

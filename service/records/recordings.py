@@ -1,34 +1,47 @@
-"""Files as they came: their bytes are stored once, by SHA-256, before anything is read from them."""
+"""Recordings: files as they came, stored once by SHA-256 before they are read, and read again on demand."""
 
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass
 from datetime import datetime
 from hashlib import sha256
 from typing import Any
 
 from sqlalchemy import select
 from sqlalchemy.dialects import postgresql, sqlite
-from sqlalchemy.orm import Session
+from sqlalchemy.orm import Session, sessionmaker, undefer
 
+from service import formats, parsing
+from service.buildings import store as building_store
 from service.buildings.tables import Building
-from service.records.tables import Content, Recording
+from service.db.sessions import reading
+from service.formats import Gain, Trace
+from service.parsing import Limits
+from service.records.sources.source import Known
+from service.records.tables import Content, FetchedFile, Recording
 from service.shown_addresses import without_credentials
+
+READ_STATIONS: dict[tuple[str, Limits], Mapping[str, Gain]] = {}
+"""Gains of the StationXML files that this process has read, by the SHA-256 of their bytes."""
+MOST_STATIONS = 256
 
 
 def store(session: Session, building: Building, name: str, origin: str, data: bytes, now: datetime) -> Recording:
-    """Keep a file; one that the building has already is not kept again."""
+    """Keep a file; one that the building already has is not kept again."""
     session.get_one(Building, building.id, with_for_update=True)  # one at a time, or two would both keep it
     digest = sha256(data).hexdigest()
     had = select(Recording).where(Recording.building_id == building.id, Recording.sha256 == digest)
     if (recording := session.scalar(had)) is not None:
         return recording
     content = {"sha256": digest, "size": len(data), "data": data}
-    session.execute(_insert(session, Content).values(content).on_conflict_do_nothing())
+    dialect: Any = postgresql if session.get_bind().dialect.name == "postgresql" else sqlite
+    session.execute(dialect.insert(Content).values(content).on_conflict_do_nothing())
     return _recorded(session, building, name, origin, now, sha256=digest, state="stored")
 
 
 def refuse_unseen(
     session: Session, building: Building, name: str, origin: str, reason: str, now: datetime
 ) -> Recording:
-    """Remember a file whose bytes were not taken, and why."""
+    """Remember a file whose bytes were not fetched, and why."""
     had = select(Recording).where(
         Recording.building_id == building.id,
         Recording.sha256.is_(None),
@@ -38,11 +51,11 @@ def refuse_unseen(
     if (recording := session.scalar(had)) is not None:
         recording.reason = storable(reason)
         return recording
-    return _recorded(session, building, name, origin, now, sha256=None, state="refused", reason=reason)
+    return _recorded(session, building, name, origin, now, sha256=None, state="refused", reason=storable(reason))
 
 
 def storable(text: str) -> str:
-    """A text from outside as every database takes it: without NUL, and with names that are no Unicode written out."""
+    """A text from outside in a form every database accepts: no NUL, and invalid Unicode written out."""
     return text.encode("utf-8", "backslashreplace").decode().replace("\0", "\N{REPLACEMENT CHARACTER}")
 
 
@@ -65,7 +78,7 @@ def _recorded(
         received_at=now,
         kind="unknown",
         state=state,
-        reason=None if reason is None else storable(reason),
+        reason=reason,
         failures=0,
     )
     session.add(recording)
@@ -73,6 +86,68 @@ def _recorded(
     return recording
 
 
-def _insert(session: Session, table: type[Any]) -> Any:  # noqa: ANN401  the dialects share no type for it
-    dialect = postgresql if session.get_bind().dialect.name == "postgresql" else sqlite
-    return dialect.insert(table)
+def data_of(session: Session, recording: Recording) -> bytes:
+    """The bytes as they came."""
+    content = select(Content).where(Content.sha256 == recording.sha256).options(undefer(Content.data))
+    return session.scalars(content).one().data
+
+
+def traces_of(session: Session, recording: Recording, limits: Limits) -> tuple[Trace, ...]:
+    """The building's traces in a recording that was read before."""
+    building = session.get_one(Building, recording.building_id)
+    described = building_store.described(session, building)
+    contents = parsing.read(recording.name, data_of(session, recording), gains(session, building, limits), limits)
+    return formats.of_building(contents.traces, described.description.channels)
+
+
+def gains(session: Session, building: Building, limits: Limits) -> Mapping[str, Gain]:
+    """By channel id: from the building file, otherwise from the latest StationXML."""
+    stations = (
+        select(Recording.sha256)
+        .where(Recording.building_id == building.id, Recording.kind == "station", Recording.state == "read")
+        .order_by(Recording.id)
+    )
+    found: dict[str, Gain] = {}
+    for digest in session.scalars(stations):
+        found.update(_station_gains(session, str(digest), limits))
+    return {**found, **building_store.described(session, building).gains}
+
+
+def _station_gains(session: Session, digest: str, limits: Limits) -> Mapping[str, Gain]:
+    """The gains in a StationXML file; its bytes are fetched and read only once by a process."""
+    known = READ_STATIONS.get((digest, limits))
+    if known is None:
+        data = session.scalars(select(Content.data).where(Content.sha256 == digest)).one()
+        if len(READ_STATIONS) >= MOST_STATIONS:
+            READ_STATIONS.clear()
+        known = READ_STATIONS[digest, limits] = parsing.read("station", data, {}, limits).gains
+    return known
+
+
+@dataclass(frozen=True, slots=True)
+class Fetched:
+    """The files of one building's source that were fetched already."""
+
+    sessions: sessionmaker[Session]
+    building_id: int
+
+    def known(self, addresses: Sequence[str]) -> Mapping[str, Known]:
+        """The known files by address, without their beginnings."""
+        stored = {storable(address): address for address in addresses}
+        rows = select(FetchedFile).where(FetchedFile.building_id == self.building_id, FetchedFile.address.in_(stored))
+        with reading(self.sessions)() as session:
+            known = {stored[row.address]: row for row in session.scalars(rows)}
+            return {address: Known(address, row.mark, row.attempts, row.version) for address, row in known.items()}
+
+    def beginning(self, address: str) -> bytes:
+        """The beginning of a body that broke off."""
+        with reading(self.sessions)() as session:
+            key = (self.building_id, storable(address))
+            return session.get_one(FetchedFile, key, options=[undefer(FetchedFile.beginning)]).beginning or b""
+
+
+def remember(session: Session, building: Building, files: Iterable[Known]) -> None:
+    """Keep the present state of files of the building's source."""
+    for file in files:
+        columns = asdict(file) | {"address": storable(file.address)}
+        session.merge(FetchedFile(building_id=building.id, **columns))

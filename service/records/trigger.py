@@ -1,4 +1,4 @@
-"""Where in a continuous record the earthquakes are: STA/LTA on several channels together.
+"""Earthquakes in a continuous record, detected by STA/LTA on several channels together.
 
 Allen (1978), Bull. Seism. Soc. Am. 68, 1521; the ratio and the coincidence are ObsPy's.
 """
@@ -14,33 +14,32 @@ from obspy.signal.trigger import coincidence_trigger
 
 from core.record import Segment
 from service.formats import FormatError, Trace as Recorded
-from service.records.grouping import overlapping
-from service.records.spans import span
+from service.formats.trace import Span, overlapping
 
 LOWEST = 0.5
 """Hz, of the high-pass filter before the ratio: an offset or a drift would hide the shaking."""
 LONGEST_GAP = timedelta(hours=6)
 """The ratio begins anew behind a longer one."""
 MOST_SAMPLES = 200_000_000
-"""Of all channels of one file, with its gaps filled."""
+"""Largest number, over all channels of one file with its gaps filled."""
 MEDIAN_TO_RMS = 1.4826
-"""Of Gaussian noise; an earthquake in less than half of the record hardly changes it."""
+"""Ratio for Gaussian noise; an earthquake in less than half of the record changes the median little."""
 
 
 @dataclass(frozen=True, slots=True)
 class TriggerSettings:
-    """When shaking is an earthquake, and how much is kept around it."""
+    """Conditions under which shaking is an earthquake, and the margins kept around it."""
 
     short: float
     """s, short-term window."""
     long: float
-    """s, long-term window: nothing triggers before one of it has been recorded; a gap later on blinds nothing."""
+    """s, long-term window: nothing triggers before one has been recorded; later gaps do not matter."""
     on: float
     """Ratio that begins an event."""
     off: float
     """Ratio that ends it."""
     channels: int
-    """That must trigger together; all of them, if the building has fewer."""
+    """Number that must trigger together; all, if the building has fewer."""
     floor: float
     """m/s², peak below which nothing is an event."""
     before: timedelta
@@ -49,21 +48,21 @@ class TriggerSettings:
 
 @dataclass(frozen=True, slots=True)
 class Window:
-    """A time that holds one earthquake, with its memory before and after."""
+    """The time of one earthquake, with its margins before and after."""
 
     start: datetime
     end: datetime
 
 
 def check_gaps(traces: Sequence[Recorded]) -> None:
-    """Refuse records so far apart that the memory would not hold them with their gaps filled.
+    """Reject records so far apart that they would not fit into memory with their gaps filled.
 
     Raises:
-        FormatError: it says how many samples they would be.
+        FormatError: they do not; the message gives the number of samples.
     """
     count = 0.0
-    for group in overlapping(traces, span, LONGEST_GAP):
-        start, end = min(trace.start for trace in group), max(span(trace)[1] for trace in group)
+    for group in overlapping(traces, lambda trace: trace.span, LONGEST_GAP):
+        start, end = min(trace.start for trace in group), max(trace.span[1] for trace in group)
         rates = {(trace.channel, trace.rate) for trace in group}
         count += (end - start).total_seconds() * sum(rate for _, rate in rates)
     if count > MOST_SAMPLES:
@@ -78,7 +77,7 @@ def windows(segments: Sequence[Segment], settings: TriggerSettings) -> tuple[Win
 
     Args:
         segments: accelerations, SI, any number of pieces a channel; pieces may overlap.
-        settings: when shaking is an earthquake.
+        settings: of the trigger.
     """
     groups = overlapping(segments, _span, LONGEST_GAP)
     return _joined([window for group in groups for window in _windows(group, settings)])
@@ -101,7 +100,7 @@ def _windows(segments: Sequence[Segment], settings: TriggerSettings) -> Sequence
     return found
 
 
-def _span(segment: Segment) -> tuple[datetime, datetime]:
+def _span(segment: Segment) -> Span:
     return segment.start, segment.start + timedelta(seconds=segment.samples.size / segment.rate)
 
 

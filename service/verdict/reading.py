@@ -14,7 +14,7 @@ from service.buildings.tables import Building
 from service.db.select import Span
 from service.drift.tables import DriftValue
 from service.jobs import queue as job_queue
-from service.records import event_queries
+from service.records import queries as record_queries
 from service.records.tables import Event
 from service.verdict.assessment import ACTIVE, Assessment, Facts, OpenAlert, assess
 from service.verdict.checks import LEVELS, Lacking, Level, Measured
@@ -66,7 +66,7 @@ def of_event(session: Session, event: Event, at: datetime | None = None) -> Asse
 
 def of_building(session: Session, building: Building) -> Assessment:
     """The assessment of a building now: of its last earthquake, what is open, and whether records arrive."""
-    last = event_queries.events(session, building.id, Span(), None, None, limit=1)
+    last = record_queries.events(session, building.id, Span(), None, None, limit=1)
     found = peak_queries.open_at(session, building.id, None)
     silence = next((one.summary for one, state in found if one.cause in SILENT and state in ACTIVE), "")
     if last:
@@ -107,7 +107,7 @@ def motion(session: Session, analysis: Analysis | None) -> tuple[Measured | Lack
 def _event_facts(session: Session, event: Event, at: datetime | None, silence: str = "") -> Facts:
     building = session.get_one(Building, event.building_id)
     file = building_store.described(session, building)
-    analysis = event_queries.event_with_analysis(session, event.id).Analysis
+    analysis = record_queries.event_with_analysis(session, event.id).Analysis
     if analysis is not None and analysis.refusal is not None:
         analysis = None
     is_pending = analysis is None and event.state in STATES

@@ -31,7 +31,7 @@ from service.jobs import queue as job_queue
 from service.jobs.worker import Worker
 from service.kinds import KINDS
 from service.records import events
-from service.records.polling import Look
+from service.records.polling import SourcePoller
 from service.records.tables import Event, Waveform
 from service.settings import Settings
 
@@ -58,7 +58,7 @@ def stored(folder: Path, source: str) -> Iterator[tuple[sessionmaker[Session], S
     with roles.migrated(settings) as sessions:
         with sessions.begin() as session:
             found = building_store.add(session, text, BNCS, datetime.now(UTC))
-        Look(sessions, settings).at_all()
+        SourcePoller(sessions, settings).poll_all()
         with sessions.begin() as session:
             events.queue_now(session, found, datetime.now(UTC))
         _work(sessions, settings)

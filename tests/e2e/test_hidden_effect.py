@@ -18,8 +18,8 @@ from service.jobs.executors import executors
 from service.jobs.worker import Worker
 from service.kinds import KINDS
 from service.records import events
-from service.records.polling import Look
-from service.records.sources.arrival import Arrival
+from service.records.polling import SourcePoller
+from service.records.sources.source import Arrival
 from service.settings import Settings
 
 pytestmark = pytest.mark.slow
@@ -67,7 +67,9 @@ def engineer(of: Trial, folder: Path) -> Iterator[Engineer]:
         with sessions.begin() as session:
             building = building_store.add(session, (folder / files.BUILDING).read_text("utf-8"), folder, now)
         brought = tuple(Arrival(name=one.name, origin=str(one), data=one.read_bytes()) for one in records)
-        assert [one.state for one in Look(sessions, settings).bring(building, brought)] == ["read"] * len(records)
+        assert [one.state for one in SourcePoller(sessions, settings).receive(building, brought)] == ["read"] * len(
+            records
+        )
         with sessions.begin() as session:
             events.queue_now(session, building, now)
         processes = executors(settings)

@@ -12,7 +12,7 @@ from io import BytesIO
 import numpy as np
 from obspy import Stream, Trace, UTCDateTime
 
-from service.records.sources.memory import Known
+from service.records.sources.source import Known
 
 BUILDING = """
 code = "TOWER"

@@ -17,7 +17,7 @@ from sqlalchemy.orm import Session, sessionmaker
 from service.buildings import store as building_store
 from service.jobs.worker import Worker
 from service.kinds import KINDS
-from service.records.polling import Look
+from service.records.polling import SourcePoller
 from service.settings import Settings
 
 NOW = simulated.START + timedelta(days=200)
@@ -52,9 +52,9 @@ def watch(sessions: sessionmaker[Session], folder: Path, files: Sequence[bytes] 
         write(folder / f"{number}.mseed", data)
     with sessions.begin() as session:
         building_store.add(session, building_file(folder), folder, NOW)
-    look = Look(sessions, SETTINGS, lambda: NOW, lambda _: None, lambda: False)
-    look.at("PAPER")
-    look.queue_ready()
+    poller = SourcePoller(sessions, SETTINGS, lambda: NOW, lambda _: None, lambda: False)
+    poller.poll("PAPER")
+    poller.queue_ready()
     work(sessions)
 
 

@@ -31,7 +31,7 @@ from service.http.parameters import AnalysisId, Id, Reading, Writing
 from service.http.responses import document, responses
 from service.jobs import queue as job_queue
 from service.jobs.schema import JobOut
-from service.records import event_queries
+from service.records import queries as record_queries
 from service.settings import Settings
 from service.verdict import reading
 from service.verdict.documents import assessment_json
@@ -46,8 +46,8 @@ LOCATION = {"description": "Address of the job.", "schema": {"type": "string"}}
 def event(request: Request, event_id: Id, sessions: Reading, analysis: AnalysisId = None) -> Response:
     """An event: channels, quality, peaks, modes, and what the analysis was made from."""
     with sessions() as session:
-        found = event_queries.event(session, event_id)
-        made = event_queries.analyses(session, event_id)
+        found = record_queries.event(session, event_id)
+        made = record_queries.analyses(session, event_id)
         shown = chosen(made, analysis)
         answer = EventOut(
             id=found.id,
@@ -146,7 +146,7 @@ def analyse(
     What is asked must fit the building and, with what is not asked, the settings in force; else 409 says what would.
     """
     with sessions.begin() as session:
-        found = event_queries.event(session, event_id)
+        found = record_queries.event(session, event_id)
         arguments = checked(wanted, described(session, found.building).description, request.app.state.settings)
         job = job_queue.enqueue(session, found, arguments, datetime.now(UTC), by.name)
         answer = JobOut.model_validate(job)

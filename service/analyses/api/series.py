@@ -27,7 +27,7 @@ from service.http.responses import (
     wants_csv,
     written,
 )
-from service.records import waveform_queries
+from service.records import queries as record_queries
 from service.records.tables import Waveform
 from service.reports.thinning import extremes
 from service.version import VERSION
@@ -127,7 +127,7 @@ def waveform(
 ) -> Response:
     """A channel as recorded, in SI units; CSV counts time from the event's start."""
     with sessions() as session:
-        event, pieces = waveform_queries.channel(session, event_id, channel)
+        event, pieces = record_queries.channel(session, event_id, channel)
         etag = tag(VERSION, [piece.id for piece in pieces], points, wants_csv(request, format))
         if is_known(request, etag):
             return unchanged(etag)

@@ -1,4 +1,4 @@
-"""FDSN web services for what is stored; their own documents (application.wadl) describe them, as clients expect."""
+"""FDSN web services for stored records; their own documents (application.wadl) describe them, as clients expect."""
 
 from collections import Counter
 from collections.abc import Callable, Sequence
@@ -32,7 +32,7 @@ Service = Literal["station", "dataselect"]
 Given = Sequence[tuple[str, str]]
 TIMES = ("starttime", "endtime")
 AT_ONCE = 2
-"""Questions of one key that are answered at the same time."""
+"""Requests with one key that are answered at the same time."""
 COUNTING = Lock()
 FORMS: dict[str, tuple[Callable[[], BytesIO | StringIO], str, str]] = {
     "xml": (BytesIO, "STATIONXML", "application/xml"),
@@ -48,7 +48,7 @@ async def version(service: Service) -> Response:
 
 @router.get("/{service}/1/application.wadl")
 async def description(service: Service, request: Request) -> Response:
-    """What the service understands, for programs."""
+    """Parameters of the service, for programs."""
     short = {long: name for name, long in ALIASES.items()}
     names = [name for long in PARAMETERS[service] for name in (long, short.get(long)) if name]
     rows = "".join(
@@ -92,12 +92,12 @@ async def dataselect_posted(request: Request, sessions: Reading) -> Response:
 
 
 def answered(request: Request, answer: Callable[[], Response]) -> Response:
-    """The answer, or why there is none in the words that the specification lays down."""
+    """The answer, or an error in the form of the specification."""
     under_way: Counter[str] = request.app.state.questions
     name = caller(request).name
     with COUNTING:
         if under_way[name] >= AT_ONCE:
-            return refusal(request, 429, f"{AT_ONCE} questions of the same key are being answered; ask again then")
+            return refusal(request, 429, f"{AT_ONCE} requests with the same key are being answered; try again later")
         under_way[name] += 1
     try:
         return answer()
@@ -106,11 +106,11 @@ def answered(request: Request, answer: Callable[[], Response]) -> Response:
     finally:
         with COUNTING:
             under_way[name] -= 1
-            under_way += Counter()  # names without a question go
+            under_way += Counter()  # drops names without a request
 
 
 async def answered_post(request: Request, answer: Callable[[str], Response]) -> Response:
-    """The answer to what was posted, or why there is none."""
+    """The answer to a posted request, or an error."""
     try:
         body = await bodies.text(request, QUESTION)
     except HTTPException as error:  # the guard's, which counts the body as it comes
@@ -119,17 +119,17 @@ async def answered_post(request: Request, answer: Callable[[str], Response]) -> 
 
 
 def wanted(body: str) -> tuple[Given, list[Selection]]:
-    """Parameters and selections that were posted; one at least."""
+    """Posted parameters and selections, at least one."""
     given, selections = posted(body)
     if not selections:
-        raise QueryError("no selection was posted; a line 'NET STA LOC CHA START END' would do")
+        raise QueryError("no selection was posted; post a line 'NET STA LOC CHA START END'")
     return list(given.items()), selections
 
 
 def stations(
     request: Request, sessions: Reading, given: Given, selections: Sequence[Selection] | None = None
 ) -> Response:
-    """The wanted networks, stations and channels, or that there are none."""
+    """The wanted networks, stations and channels, or the answer for no data."""
     named = parameters("station", given)
     level = one_of(named, "level", ("station", "network", "channel", "response"))
     form = one_of(named, "format", ("xml", "text"))
@@ -148,7 +148,7 @@ def stations(
 def samples(
     request: Request, sessions: Reading, given: Given, selections: Sequence[Selection] | None = None
 ) -> Response:
-    """The wanted samples, or that there are none."""
+    """The wanted samples, or the answer for no data."""
     named = parameters("dataselect", given)
     one_of(named, "format", ("miniseed",))
     most = request.app.state.settings.max_dataselect_samples
@@ -160,7 +160,7 @@ def samples(
 
 
 def one_of(named: dict[str, str], name: str, known: tuple[str, ...]) -> str:
-    """The value of a parameter, the first of those known unless it is given."""
+    """The value of a parameter; by default the first known one."""
     value = named.get(name, known[0])
     if value not in known:
         raise QueryError(f"{name} must be {', '.join(known)}, got {value}")
@@ -168,17 +168,17 @@ def one_of(named: dict[str, str], name: str, known: tuple[str, ...]) -> str:
 
 
 def nothing(request: Request, status: str) -> Response:
-    """Nothing matches: 204, or 404 where the client asked for that."""
+    """The answer for no data: 204, or 404 if the client chose that."""
     return Response(status_code=204) if status == "204" else refusal(request, 404, "nothing stored matches")
 
 
 def base(request: Request) -> str:
-    """The address that the settings name; the Host header is whatever the client likes."""
+    """The address in the settings, because a client may write any Host header."""
     return (request.app.state.settings.public_url or "").rstrip("/")
 
 
 def refusal(request: Request, status: int, reason: str) -> Response:
-    """An error in the words that the specification lays down."""
+    """An error in the form of the specification."""
     asked = f"{base(request)}{request.url.path}?{request.url.query}"
     text = f"Error {status}: {reason}\n\nRequest:\n{asked}\n\nService version: {VERSION}\n"
     return Response(text, status, media_type="text/plain")

@@ -1,8 +1,10 @@
-"""Files as they came, by the API and on a page: which were read, which were rejected, and why."""
+"""Files as they came, in the API and on a page: which were read, which were rejected, and why."""
 
+from datetime import datetime
 from typing import Annotated, Literal
 
 from fastapi import APIRouter, Depends, Query, Request, Response
+from pydantic import Field
 
 from service.access.pages import reader
 from service.alerts.api import AnyBuilding
@@ -11,9 +13,9 @@ from service.buildings.store import described
 from service.http.parameters import Before, Code, Limit, Reading
 from service.http.rendering import page
 from service.http.responses import Format, responses, table
-from service.records import recording_queries as files
-from service.records.schema import RecordingOut, Recordings
+from service.records import queries
 from service.records.tables import Recording, SourceState
+from service.schema import Answer
 from service.shown_addresses import without_credentials
 
 router = APIRouter(tags=["operations"])
@@ -22,6 +24,31 @@ pages = APIRouter(include_in_schema=False, dependencies=[Depends(reader)])
 LISTED = 100
 """Files of one page."""
 AnyFileState = Annotated[Literal["waiting", "read", "rejected"] | None, Query(description="Only files in this state.")]
+
+
+class RecordingOut(Answer):
+    """A file, or an answer of a monitoring server, as it came."""
+
+    id: int = Field(description="Number of the recording.", examples=[1])
+    building: str = Field(description="Code of the building.")
+    name: str = Field(description="Name of the file.", examples=["2024-01-01.mseed"])
+    origin: str = Field(description="Where it came from: a path, or an address without user name, password and query.")
+    received_at: datetime = Field(description="When it came.")
+    size: int | None = Field(description="Bytes; null where they were not fetched, because there were too many.")
+    kind: str = Field(description="`waveforms`, `station` or `unknown`.")
+    state: str = Field(description="`waiting` (to be read), `read` or `rejected`.", examples=["rejected"])
+    reason: str | None = Field(
+        description="Why it was rejected, or what of a file that was read could not be used; null where nothing was."
+    )
+    start: datetime | None = Field(description="First sample; null where none could be used.")
+    end: datetime | None = Field(description="Last sample; null where none could be used.")
+
+
+class Recordings(Answer):
+    """A page of recordings, the latest first."""
+
+    items: list[RecordingOut] = Field(description="The rows of this page.")
+    next: str | None = Field(description="Cursor of the next page; null after the last.")
 
 
 @router.get("/recordings", operation_id="list_recordings", **responses(Recordings, 404, csv=True))
@@ -37,7 +64,7 @@ def every(
     """Files as they came, the latest first, with the reason why one could not be used."""
     with sessions() as session:
         of = None if building is None else building_queries.building(session, building)[0].id
-        rows = [row(one) for one in files.recordings(session, of, state, cursor, limit)]
+        rows = [row(one) for one in queries.recordings(session, of, state, cursor, limit)]
     last = str(rows[-1].id) if len(rows) == limit and rows[-1].id > 1 else None
     return table(request, format, tuple(RecordingOut.model_fields), [tuple(dict(one).values()) for one in rows], last)
 
@@ -46,10 +73,10 @@ def every(
 def of_building(
     request: Request, code: Code, sessions: Reading, state: AnyFileState = None, cursor: Before = None
 ) -> Response:
-    """The building's monitoring server, how it is doing, and the files that came from it."""
+    """The state of the building's monitoring server, and the files received from it."""
     with sessions() as session:
         found, _ = building_queries.building(session, code)
-        rows = [row(one) for one in files.recordings(session, found.id, state, cursor, LISTED)]
+        rows = [row(one) for one in queries.recordings(session, found.id, state, cursor, LISTED)]
         source = described(session, found).source
         return page(
             request,
@@ -60,7 +87,7 @@ def of_building(
             doing=session.get(SourceState, found.id),
             rows=rows,
             state=state,
-            rejected=files.rejected_counts(session).get(found.id, 0),
+            rejected=queries.rejected_counts(session).get(found.id, 0),
             is_later=cursor is not None,
             following=rows[-1].id if len(rows) == LISTED and rows[-1].id > 1 else None,
         )
@@ -76,7 +103,7 @@ def row(recording: Recording) -> RecordingOut:
         received_at=recording.received_at,
         size=None if recording.content is None else recording.content.size,
         kind=recording.kind,
-        state=files.STATES[recording.state],
+        state=queries.STATES[recording.state],
         reason=recording.reason,
         start=recording.start,
         end=recording.end,

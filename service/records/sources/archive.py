@@ -1,4 +1,4 @@
-"""An HTTP server that lists files of events: a directory page, or an index in JSON or text."""
+"""An HTTP server that lists files of events, on directory pages or in an index in JSON or text."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -8,48 +8,54 @@ from multiprocessing.pool import ThreadPool
 from urllib.parse import unquote
 
 from service import parsing
-from service.records.sources.arrival import Arrival, Cursor, SourceError, Step, TooLargeError
 from service.records.sources.http import Answer, Client, Partial, UnansweredError
-from service.records.sources.listing import Listed
-from service.records.sources.memory import Known, Memory, in_batches
-from service.records.sources.miniseed import problem
-from service.records.sources.pages import Page, pages, remembered
-from service.records.sources.unreachable import is_page, titled
+from service.records.sources.listing import Listed, Page, pages, remembered
+from service.records.sources.problems import incomplete, is_page, titled
+from service.records.sources.source import (
+    Arrival,
+    Cursor,
+    Known,
+    Memory,
+    SourceError,
+    Step,
+    TooLargeError,
+    in_batches,
+)
 from service.shown_addresses import without_credentials
 
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What came of asking for one file."""
+    """The outcome of one request for a file."""
 
     arrival: Arrival | None = None
     known: Known | None = None
-    """What is known of the file now; None where nothing was learnt."""
+    """New state of the file; None where it did not change."""
     grows: bool = False
-    """Whether it is left for the next look."""
+    """True if the file is left for the next look."""
     error: SourceError | None = None
-    """Why it is asked for again."""
+    """Why it is requested again."""
 
 
 @dataclass(frozen=True, slots=True)
 class Archive:
-    """Every file that the server lists, fetched once, and again when the listing marks it as changed."""
+    """Every file that the server lists, fetched once, and again when its mark in the listing changes."""
 
     address: str
     client: Client
     memory: Memory
 
     def steps(self, cursor: Cursor, now: datetime) -> Iterator[Step]:
-        """New and changed files; one that still grows, or cannot be had, is left for the next look.
+        """New and changed files; one that is still growing, or cannot be fetched, is left for the next look.
 
         Raises:
-            SourceError: after all others, the first file that could not be had; at once if the server is away.
+            SourceError: for the first file that could not be fetched, after all others; at once if the server is away.
         """
         listings = list(pages(self.client, self.address, cursor.get("listings", {})))
         seen: dict[str, str] = cursor.get("seen", {})
         growing: dict[str, str] = {}
         errors: list[SourceError] = []
-        with ThreadPool(self.client.settings.polling.concurrency) as pool:  # its threads never delay the end
+        with ThreadPool(self.client.settings.polling.concurrency) as pool:  # whose threads hold up no end of the process
             for batch in self._wanted(listings):
                 outcomes = pool.map(lambda wanted: self._outcome(wanted[0], wanted[1], seen, now), batch)
                 growing |= {e.address: e.mark for (e, _), out in zip(batch, outcomes, strict=True) if out.grows}
@@ -67,7 +73,7 @@ class Archive:
             raise errors[0]
 
     def _wanted(self, listings: Sequence[Page]) -> Iterator[Sequence[tuple[Listed, Known]]]:
-        """Files whose mark is not the one that is known, as many at a time as may be held in memory."""
+        """New and changed files, as many at a time as fit into memory."""
         count = self.client.settings.polling.concurrency
         files = [file for page in listings for file in page.files]
         for batch in in_batches(files):
@@ -91,11 +97,12 @@ class Archive:
             return Outcome(grows=True)
         arrival = Arrival(name=name, origin=entry.address, data=answer.body)
         if is_page(answer.body):
-            told = f"{entry.address} answered with {titled(answer.body)} in place of a file; it is asked for again"
-            return Outcome(arrival, Known(entry.address, known.mark), error=SourceError(told))
-        if known.attempts + 1 < self.client.settings.jobs.attempts and (found := self._half(name, answer)) is not None:
-            told = f"{entry.address} may have broken off ({found}); it is asked for again"
-            return Outcome(arrival, Known(entry.address, known.mark, known.attempts + 1), error=SourceError(told))
+            reason = f"{entry.address} answered with {titled(answer.body)} in place of a file; it is requested again"
+            return Outcome(arrival, Known(entry.address, known.mark), error=SourceError(reason))
+        is_last = known.attempts + 1 >= self.client.settings.jobs.attempts
+        if not is_last and (found := self._incomplete(name, answer)) is not None:
+            reason = f"{entry.address} may have broken off ({found}); it is requested again"
+            return Outcome(arrival, Known(entry.address, known.mark, known.attempts + 1), error=SourceError(reason))
         return Outcome(arrival, taken)
 
     def _partial(self, known: Known) -> Partial | None:
@@ -103,9 +110,9 @@ class Archive:
             return None
         return Partial(bytearray(self.memory.beginning(known.address)), known.version)
 
-    def _half(self, name: str, answer: Answer) -> str | None:
-        """Why a body whose end the server did not tell seems not to be whole."""
-        return None if answer.is_delimited else problem(name, answer.body, parsing.limits(self.client.settings))
+    def _incomplete(self, name: str, answer: Answer) -> str | None:
+        """Why a body seems incomplete whose end the server did not state."""
+        return None if answer.is_delimited else incomplete(name, answer.body, parsing.limits(self.client.settings))
 
     def _is_young(self, answer: Answer, now: datetime) -> bool:
         if answer.modified is None:
@@ -119,7 +126,7 @@ class Archive:
 
 
 def _begun(known: Known, partial: Partial) -> Known | None:
-    """A body that broke off and can be gone on with."""
+    """A body that broke off and can be resumed."""
     if not partial.body or partial.version is None:
         return None
     return Known(known.address, known.mark, known.attempts, partial.version, bytes(partial.body))

@@ -1,4 +1,4 @@
-"""Which earthquakes happened, by an FDSN event service."""
+"""Earthquakes from an FDSN event service."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -6,15 +6,15 @@ from datetime import datetime, timedelta
 
 from service import parsing
 from service.formats import FormatError
-from service.formats.quakeml import Origin
+from service.formats.fdsn_xml import Origin
 from service.parsing import ParserDiedError
-from service.records.sources.arrival import SourceError
 from service.records.sources.http import Client
+from service.records.sources.source import SourceError
 
 
 @dataclass(frozen=True, slots=True)
 class Catalogue:
-    """An event service and what is asked of it."""
+    """An event service, and the earthquakes to request from it."""
 
     address: str
     """Of the server; its service is at /fdsnws/event/1."""
@@ -27,15 +27,15 @@ class Catalogue:
     """Latitude, longitude and radius in degrees."""
     client: Client
     is_named: bool = False
-    """Whether the building file names it; else it is the waveform server's own, if that has one."""
+    """True if the building file names it; otherwise it is the waveform server's own, if that has one."""
     patience: timedelta = timedelta(days=1)
-    """Records and earthquakes may appear this much later than they happened."""
+    """Longest delay with which records and earthquakes may appear."""
 
     def is_offered(self) -> bool:
-        """Whether the server has an event service.
+        """True if the server has an event service.
 
         Raises:
-            SourceError: the server cannot be asked, or it has none although the building file names it.
+            SourceError: the request fails, or the server that the building file names has no event service.
         """
         try:
             answer = self.client.get(f"{self.address}/fdsnws/event/1/version")

@@ -13,13 +13,13 @@ from typing import Any
 
 from service import parsing
 from service.db.deadlines import has_passed
+from service.formats.waveforms import Piece
 from service.parsing import Limits
-from service.records.sources.arrival import Arrival, Cursor, SourceError, Step, TooLargeError
 from service.records.sources.catalogue import Catalogue
 from service.records.sources.http import Client
-from service.records.sources.late_data import Gap, gaps, noted, reached, still_open, written
-from service.records.sources.miniseed import Piece, pieces, problem
-from service.records.sources.unreachable import LOCATION, is_page, titled
+from service.records.sources.late_data import Gap, gaps, noted, pieces, reached, still_open, written
+from service.records.sources.problems import LOCATION, incomplete, is_page, titled
+from service.records.sources.source import Arrival, Cursor, SourceError, Step, TooLargeError
 
 EARLIEST = datetime(1990, 1, 1, tzinfo=UTC)
 FIRST_WINDOW = timedelta(hours=1)
@@ -27,7 +27,7 @@ LONGEST_WINDOW = timedelta(days=366)
 SHORTEST_WINDOW = timedelta(seconds=60)
 STATIONS_HOLD = timedelta(days=1)
 A_MOMENT = timedelta(seconds=60)
-"""By which a recorder's clock may be ahead of ours."""
+"""Lead of a recorder's clock over ours that is no error."""
 WRITTEN = re.compile(rb"<Created>[^<]{0,100}</Created>")
 
 
@@ -35,8 +35,7 @@ WRITTEN = re.compile(rb"<Created>[^<]{0,100}</Created>")
 class FdsnWebServices:
     """Stations first, then waveforms: around the catalogue's earthquakes, or all of them in windows of time.
 
-    What a channel lacks of a time that was asked for is asked for again at each look, until it has come or the setting
-    `late_data` has passed.
+    A gap in a channel is requested again at each look, until it is filled or the setting `late_data` has passed.
     """
 
     address: str
@@ -48,7 +47,7 @@ class FdsnWebServices:
     client: Client
 
     def steps(self, cursor: Cursor, now: datetime) -> Iterator[Step]:
-        """What is new of stations and waveforms."""
+        """New stations and waveforms."""
         for step in self._stations(cursor, now):
             cursor = step.cursor
             yield step
@@ -65,12 +64,12 @@ class FdsnWebServices:
         if looked is not None and not has_passed(datetime.fromisoformat(looked) + STATIONS_HOLD, now, STATIONS_HOLD):
             return
         codes = [channel.split(".") for channel in self.channels]
-        asked = {
+        parameters = {
             "network": _either(code[0] for code in codes),
             "station": _either(code[1] for code in codes),
             "level": "response",
         }
-        answer = self.client.get(f"{self.address}/fdsnws/station/1/query", asked)
+        answer = self.client.get(f"{self.address}/fdsnws/station/1/query", parameters)
         if answer.status == HTTPStatus.NOT_FOUND and cursor.get("server") != self.address:
             self._check_services()  # some FDSN servers answer 404 where there is no result, others have no stations
             cursor = {**cursor, "server": self.address}
@@ -79,7 +78,7 @@ class FdsnWebServices:
                 f"{self.address} answered with {titled(answer.body)} in place of StationXML: this is not an "
                 f"FDSN server; correct {LOCATION}"
             )
-        digest = sha256(WRITTEN.sub(b"", answer.body)).hexdigest()  # it is written anew for every question
+        digest = sha256(WRITTEN.sub(b"", answer.body)).hexdigest()  # it is written anew for every request
         if answer.is_empty or digest == cursor.get("stations"):
             yield Step((), {**cursor, **({} if answer.is_empty else {"stations_at": now.isoformat()})})
             return
@@ -87,7 +86,7 @@ class FdsnWebServices:
         yield Step((arrival,), {**cursor, "stations": digest, "stations_at": now.isoformat()})
 
     def _check_services(self) -> None:
-        """Refuse a server that does not even have the service that every FDSN server has.
+        """Refuse a server without the service that every FDSN server has.
 
         Raises:
             SourceError: there is none.
@@ -99,7 +98,7 @@ class FdsnWebServices:
             )
 
     def _late(self, cursor: Cursor, now: datetime) -> Iterator[Step]:
-        """What has come since of the gaps that are open."""
+        """Waveforms that have come since for the open gaps."""
         had = still_open(noted(cursor.get("open", [])), now, self._lateness)
         left: list[Gap] = []
         for number, gap in enumerate(had, start=1):
@@ -110,7 +109,7 @@ class FdsnWebServices:
             yield Step(arrivals, cursor)
 
     def _open(self, cursor: Cursor, more: Iterable[Gap], now: datetime) -> list[dict[str, Any]]:
-        """What is asked for again at the next looks."""
+        """The gaps to request again at the next looks, as JSON."""
         return written(still_open([*noted(cursor.get("open", [])), *more], now, self._lateness))
 
     def _pieces(self, arrivals: Iterable[Arrival]) -> tuple[Piece, ...]:
@@ -130,96 +129,92 @@ class FdsnWebServices:
         resume = max(self.since, now - catalogue.patience - catalogue.before - catalogue.after)
         until = min(until, resume)  # later only if the clock was ahead, and has been set back
         for origin in catalogue.origins(until, now):
-            asked = Gap(origin.time - catalogue.before, origin.time + catalogue.after, self.channels)
-            if origin.id in done or asked.end > now:
+            wanted = Gap(origin.time - catalogue.before, origin.time + catalogue.after, self.channels)
+            if origin.id in done or wanted.end > now:
                 continue
-            arrivals = tuple(self._arrivals(asked))
+            arrivals = tuple(self._arrivals(wanted))
             yield from self._broken(arrivals, cursor)
-            if arrivals or now - asked.end > catalogue.patience:
+            if arrivals or now - wanted.end > catalogue.patience:
                 done[origin.id] = origin.time.isoformat()
-                cursor = {**cursor, "open": self._open(cursor, gaps(self._pieces(arrivals), asked), now)}
+                cursor = {**cursor, "open": self._open(cursor, gaps(self._pieces(arrivals), wanted), now)}
             cursor = {**cursor, "earthquakes": dict(done)}
             yield Step(arrivals, cursor)
         kept = {key: time for key, time in done.items() if datetime.fromisoformat(time) >= resume}
         yield Step((), {**cursor, "earthquakes": kept, "catalogue_until": resume.isoformat()})
 
     def _in_windows(self, cursor: Cursor, now: datetime) -> Iterator[Step]:
-        """Windows that double over silence, so that years of it cost a few questions, and halve on large answers."""
+        """Windows that double over silence, so that years of it cost a few requests, and halve on large answers."""
         start = datetime.fromisoformat(cursor["until"]) if "until" in cursor else self.since
-        if start > now + A_MOMENT:  # the clock was ahead when that was asked for, and has been set back
+        if start > now + A_MOMENT:  # the clock was ahead at the last look, and has been set back
             start = max(self.since, now - self._lateness)
         window = timedelta(seconds=cursor.get("window", FIRST_WINDOW.total_seconds()))
         while start < now:
-            end = min(start + window, now)
+            end, limit = min(start + window, now), self.client.settings.polling.max_answer_bytes
             try:
                 body = self._waveforms(Gap(start, end, self.channels))
-                arrivals = () if body is None else (self._named(start, end, body),)
+                arrivals = () if body is None else (self._arrival(start, end, body),)
             except TooLargeError as error:
                 if end - start > SHORTEST_WINDOW:
                     window = max((end - start) / 2, SHORTEST_WINDOW)
                     continue
-                body, arrivals = None, (self._refused(start, end, error),)
+                body, arrivals = None, (self._arrival(start, end, None, str(error)),)
             yield from self._broken(arrivals, cursor)
-            there, until = self._pieces(arrivals), end
-            if end >= now and not (arrivals and arrivals[0].refusal):
-                until = reached(there, start, max(start, now - self._lateness))
-            if body is None or len(body) < self.client.settings.polling.max_answer_bytes // 16:
+            if body is None or len(body) < limit // 16:
                 window = min(2 * window, LONGEST_WINDOW)
-            elif len(body) > self.client.settings.polling.max_answer_bytes // 4:
+            elif len(body) > limit // 4:
                 window = max(window / 2, SHORTEST_WINDOW)
-            lacking = gaps(there, Gap(start, until, self.channels))
-            cursor = {**cursor, "until": until.isoformat(), "open": self._open(cursor, lacking, now)}
-            cursor["window"] = window.total_seconds()
+            progress = self._progress(Gap(start, end, self.channels), arrivals, cursor, now)
+            cursor = {**cursor, **progress, "window": window.total_seconds()}
             yield Step(arrivals, cursor)
             start = end
 
+    def _progress(self, window: Gap, arrivals: tuple[Arrival, ...], cursor: Cursor, now: datetime) -> dict[str, Any]:
+        """Start of the next window, and the gaps left in this one."""
+        there, until = self._pieces(arrivals), window.end
+        if window.end >= now and not (arrivals and arrivals[0].refusal):
+            until = reached(there, window.start, max(window.start, now - self._lateness))
+        left = gaps(there, Gap(window.start, until, self.channels))
+        return {"until": until.isoformat(), "open": self._open(cursor, left, now)}
+
     def _broken(self, arrivals: tuple[Arrival, ...], cursor: Cursor) -> Iterator[Step]:
-        """A page or half a file in place of waveforms is kept, but the cursor stays: they are asked for again.
+        """Keep a page or half a file that came in place of waveforms; the cursor stays, so they are requested again.
 
         Raises:
-            SourceError: there was one.
+            SourceError: there is one.
         """
         for arrival in arrivals:
-            if arrival.data is not None and (found := problem(arrival.name, arrival.data, self._limits)) is not None:
+            if arrival.data is not None and (found := incomplete(arrival.name, arrival.data, self._limits)) is not None:
                 yield Step((arrival,), cursor)
                 raise SourceError(f"{arrival.origin} answered with no whole miniSEED: {found}")
 
-    def _arrivals(self, asked: Gap) -> Iterator[Arrival]:
-        """The waveforms of a time, in halves where they are too large in one."""
+    def _arrivals(self, wanted: Gap) -> Iterator[Arrival]:
+        """The waveforms of a span of time, in halves where they are too large in one."""
         try:
-            body = self._waveforms(asked)
+            body = self._waveforms(wanted)
         except TooLargeError as error:
-            if asked.end - asked.start <= SHORTEST_WINDOW:
-                yield self._refused(asked.start, asked.end, error)
+            if wanted.end - wanted.start <= SHORTEST_WINDOW:
+                yield self._arrival(wanted.start, wanted.end, None, str(error))
                 return
-            middle = asked.start + (asked.end - asked.start) / 2
-            yield from self._arrivals(Gap(asked.start, middle, asked.channels))
-            yield from self._arrivals(Gap(middle, asked.end, asked.channels))
+            middle = wanted.start + (wanted.end - wanted.start) / 2
+            yield from self._arrivals(Gap(wanted.start, middle, wanted.channels))
+            yield from self._arrivals(Gap(middle, wanted.end, wanted.channels))
             return
         if body is not None:
-            yield self._named(asked.start, asked.end, body)
+            yield self._arrival(wanted.start, wanted.end, body)
 
     def _waveforms(self, wanted: Gap) -> bytes | None:
         codes = list(zip(*(channel.split(".") for channel in wanted.channels), strict=True))
         names = ("network", "station", "location", "channel")
-        asked = {name: _either(code or "--" for code in column) for name, column in zip(names, codes, strict=True)}
-        asked |= {"starttime": _written(wanted.start), "endtime": _written(wanted.end)}
-        answer = self.client.get(f"{self.address}/fdsnws/dataselect/1/query", asked)
+        parameters = {name: _either(code or "--" for code in column) for name, column in zip(names, codes, strict=True)}
+        parameters |= {"starttime": _written(wanted.start), "endtime": _written(wanted.end)}
+        answer = self.client.get(f"{self.address}/fdsnws/dataselect/1/query", parameters)
         if answer.status not in (200, 204, 404):
-            raise SourceError(f"{self.address} answered {answer.status} to a question without a condition")
+            raise SourceError(f"{self.address} answered {answer.status} to a request without a condition")
         return None if answer.is_empty or not answer.body else answer.body
 
-    def _named(self, start: datetime, end: datetime, body: bytes) -> Arrival:
+    def _arrival(self, start: datetime, end: datetime, data: bytes | None, refusal: str | None = None) -> Arrival:
         name = f"{start:%Y%m%dT%H%M%S}-{end:%Y%m%dT%H%M%S}.mseed"
-        return Arrival(name=name, origin=self._origin, data=body)
-
-    def _refused(self, start: datetime, end: datetime, error: SourceError) -> Arrival:
-        name = f"{start:%Y%m%dT%H%M%S}-{end:%Y%m%dT%H%M%S}.mseed"
-        return Arrival(name=name, origin=self._origin, data=None, refusal=str(error))
-
-    @property
-    def _origin(self) -> str:
-        return f"{self.address}/fdsnws/dataselect/1/query"
+        return Arrival(name=name, origin=f"{self.address}/fdsnws/dataselect/1/query", data=data, refusal=refusal)
 
 
 def _either(codes: Iterator[str]) -> str:

@@ -9,19 +9,27 @@ from pathlib import Path
 from stat import S_ISREG
 from typing import NamedTuple
 
-from service.records.sources.arrival import Arrival, Cursor, SourceError, Step, TooLargeError
-from service.records.sources.memory import Known, Memory, in_batches
+from service.records.sources.source import (
+    Arrival,
+    Cursor,
+    Known,
+    Memory,
+    SourceError,
+    Step,
+    TooLargeError,
+    in_batches,
+)
 
 SAFELY = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
 """A link or a pipe that takes the file's place at the last moment is neither followed nor waited for."""
 DOCUMENTS = {".toml", ".md", ".pdf", ".rst"}
-"""What lies beside records and is none."""
+"""Suffixes of files that lie beside records and are no records."""
 RIGHTS = "give the service's account the right to read it"
 DOCUMENT_NAMES = {"license", "readme", "copying"}
 
 
 class Mark(NamedTuple):
-    """Tells a file's version."""
+    """Version of a file."""
 
     size: int
     """Bytes."""
@@ -31,12 +39,12 @@ class Mark(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Folder:
-    """Every file in a folder and below; hidden files and documents are none of it."""
+    """Every file in a folder and below, except hidden files and documents."""
 
     path: Path
     max_bytes: int
     settle_time: float
-    """s that a file must have been left unchanged."""
+    """s for which a file must have stayed unchanged."""
     memory: Memory
 
     def steps(self, cursor: Cursor, now: datetime) -> Iterator[Step]:
@@ -81,7 +89,7 @@ class Folder:
             raise SourceError(f"the folder {self.path} {found}; make it, or correct location in the building file")
 
     def _new_files(self, unreadable: list[OSError]) -> Iterator[tuple[Path, Mark]]:
-        """Those that are not known by the mark that they have now, with it; what cannot be read is noted."""
+        """New and changed files with their marks; files that cannot be read are noted."""
         for batch in in_batches(self._files(unreadable)):
             known = self.memory.known([str(file) for file in batch])
             for file in batch:
@@ -120,7 +128,7 @@ class Folder:
 
 
 def _mark(file: Path) -> Mark | None:
-    """None if the file is gone, or is something else."""
+    """None if the file is gone, or is no regular file."""
     try:
         status = file.stat()
     except FileNotFoundError:

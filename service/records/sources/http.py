@@ -1,11 +1,11 @@
-"""How a server is asked: bounded, patient, and going on where an answer broke off."""
+"""Requests to a monitoring server: bounded, repeated with patience, and resumed where an answer broke off."""
 
 import logging
 import random
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from datetime import timedelta
+from datetime import datetime, timedelta
 from email.utils import parsedate_to_datetime
 from http import HTTPStatus
 from itertools import count
@@ -13,8 +13,8 @@ from time import monotonic
 
 import httpx
 
-from service.records.sources.arrival import SourceError, TooLargeError
-from service.records.sources.unreachable import LOCATION, refusal, unreachable
+from service.records.sources.problems import LOCATION, refusal, unreachable
+from service.records.sources.source import SourceError, TooLargeError
 from service.settings import Settings
 from service.version import VERSION
 
@@ -29,23 +29,23 @@ AGAIN = "it is tried again at the next look"
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """What a server answered, with its body whole."""
+    """A server's answer with its complete body."""
 
     status: int
-    """200, 204 and 404 (there is nothing), 304 (nothing has changed)."""
+    """200, 204 and 404 (nothing there), or 304 (unchanged)."""
     body: bytes
     etag: str | None
-    """A mark of this version."""
+    """Mark of this version."""
     modified: str | None
-    """When it was changed last, as the server says it."""
+    """Time of the last change, as the server writes it."""
     is_delimited: bool = True
-    """Whether the server said where the body ends: without that, half a body looks like a whole one."""
+    """False if the server did not state where the body ends: then half a body looks like a whole one."""
     age: timedelta | None = None
-    """How long ago it was changed, by the server's own clock."""
+    """Time since the last change, by the server's own clock."""
 
     @property
     def is_empty(self) -> bool:
-        """Whether there is nothing, or nothing new."""
+        """True if there is nothing, or nothing new."""
         return self.status != HTTPStatus.OK
 
 
@@ -55,7 +55,7 @@ class Partial:
 
     body: bytearray = field(default_factory=bytearray)
     version: str | None = None
-    """What the server must still have for the rest to fit."""
+    """Version that the server must still have for the rest to fit."""
 
 
 class UnansweredError(SourceError):
@@ -64,11 +64,11 @@ class UnansweredError(SourceError):
     def __init__(self, message: str, partial: Partial) -> None:
         super().__init__(message)
         self.partial = partial
-        """What came of it; the next look may go on with it."""
+        """The part that came; the next look may resume after it."""
 
 
 class BrokenError(SourceError):
-    """An attempt that may go better the next time."""
+    """A failed attempt that is worth repeating."""
 
     def __init__(self, message: str, after: float | None = None, helps: str = AGAIN) -> None:
         super().__init__(message)
@@ -78,30 +78,30 @@ class BrokenError(SourceError):
 
 @dataclass(frozen=True, slots=True)
 class Manners:
-    """How patiently a source is asked at one look."""
+    """Patience with a source at one look."""
 
     sleep: Callable[[float], object]
-    """Waits so many seconds; True if there is to be no other attempt."""
+    """Waits so many seconds; True if no other attempt may follow."""
     retries: int
-    """Times that a failed request is repeated."""
+    """Number of times that a failed request is repeated."""
     until: float
-    """s of the monotonic clock, after which nothing is repeated and no step is begun."""
+    """s of the monotonic clock, after which no request is repeated and no step begins."""
 
     @property
     def is_over(self) -> bool:
-        """Whether the look has lasted as long as it may."""
+        """True if the look has used up its time."""
         return monotonic() > self.until
 
 
 @dataclass(frozen=True, slots=True)
 class Client:
-    """Asks servers, as the settings say."""
+    """Requests to a server, as bounded by the settings."""
 
     http: httpx.Client
     settings: Settings
     manners: Manners
     logins: Mapping[httpx.URL, httpx.BasicAuth] = field(default_factory=dict, repr=False)
-    """By origin: addresses themselves carry no password, for they are stored and shown."""
+    """By origin. Addresses carry no password, because they are stored and shown."""
 
     def get(
         self,
@@ -111,18 +111,18 @@ class Client:
         unless: Mapping[str, str] | None = None,
         partial: Partial | None = None,
     ) -> Answer:
-        """The answer to a question, asked again while that may help.
+        """The answer to a request, repeated while that may help.
 
         Args:
             address: absolute.
             parameters: of the query.
-            unless: headers (If-None-Match, If-Modified-Since) that name the version that is had already.
+            unless: headers (If-None-Match, If-Modified-Since) that name the version fetched before.
             partial: the beginning of an earlier answer.
 
         Raises:
-            TooLargeError: it has more bytes than are accepted; its body is not read.
+            TooLargeError: the answer has more bytes than are accepted; its body is not read.
             UnansweredError: no answer after all attempts.
-            SourceError: a refusal.
+            SourceError: the server refuses.
         """
         try:
             url = httpx.URL(address, params=parameters) if parameters else httpx.URL(address)
@@ -142,7 +142,7 @@ class Client:
         raise AssertionError("unreachable")
 
     def _delay(self, attempt: int, wanted: float | None) -> float:
-        """s; ever longer, and scattered, so that many clients do not come back together."""
+        """s, growing and scattered, so that many clients do not come back together."""
         delay: float = self.settings.polling.retry_delay * 2.0**attempt * random.uniform(0.5, 1.5)
         return min(max(delay, wanted or 0.0), LONGEST_DELAY)
 
@@ -212,7 +212,7 @@ def origin(url: httpx.URL) -> httpx.URL:
 
 
 def _check_redirect(url: httpx.URL, target: httpx.URL, redirects: int) -> None:
-    """Refuse a way to another server, which the building file does not name and which may be an inside one."""
+    """Refuse a redirect to another server: the building file does not name it, and it may be an internal one."""
     if origin(target) != origin(url):
         raise SourceError(
             f"{url} redirects to another server, {target}, which is not asked; if that is the right one, give its "
@@ -223,12 +223,12 @@ def _check_redirect(url: httpx.URL, target: httpx.URL, redirects: int) -> None:
 
 
 def _seconds(written: str) -> float | None:
-    """Of a header Retry-After; None if it is a date, or nothing."""
+    """Seconds in a Retry-After header; None if it is a date, or missing."""
     return float(written) if re.fullmatch(r"[0-9]{1,9}", written) else None
 
 
 def _between(earlier: str | None, later: str | None) -> timedelta | None:
-    """Between two times of HTTP; None if one of them is missing or is none."""
+    """Time between two HTTP dates; None if one of them is missing or invalid."""
     try:
         return (
             None if earlier is None or later is None else parsedate_to_datetime(later) - parsedate_to_datetime(earlier)
@@ -237,13 +237,33 @@ def _between(earlier: str | None, later: str | None) -> timedelta | None:
         return None
 
 
+@dataclass(slots=True)
+class ServerClock:
+    """Lead of a server's clock over ours, from its latest answer."""
+
+    clock: Callable[[], datetime]
+    """Ours."""
+    ahead: timedelta | None = None
+    """None as long as no answer gave its time."""
+
+    def note(self, response: httpx.Response) -> None:
+        """Note the time of an answer; one kept by a proxy (header Age) is ignored."""
+        written = response.headers.get("date")
+        if written is None or "age" in response.headers:
+            return
+        try:
+            self.ahead = parsedate_to_datetime(written) - self.clock()
+        except (ValueError, TypeError):  # no date, or one without a zone
+            return
+
+
 def client(
     settings: Settings,
     manners: Manners,
-    hear: Callable[[httpx.Response], None] | None = None,
+    note: Callable[[httpx.Response], None] | None = None,
     logins: Mapping[httpx.URL, httpx.BasicAuth] | None = None,
 ) -> Client:
-    """A client for one source, which passes every answer to `hear`; close its `http` afterwards.
+    """A client for one source, which passes every answer to `note`; close its `http` afterwards.
 
     Redirects are followed within one origin only (RFC 6454).
     """
@@ -252,6 +272,6 @@ def client(
         limits=httpx.Limits(max_connections=settings.polling.concurrency),
         headers={"User-Agent": f"menshin/{VERSION}", "Accept-Encoding": "identity"},
         follow_redirects=False,
-        event_hooks={"response": [] if hear is None else [hear]},
+        event_hooks={"response": [] if note is None else [note]},
     )
     return Client(http, settings, manners, logins or {})

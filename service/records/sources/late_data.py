@@ -1,4 +1,4 @@
-"""Which times of which channels a server may still come to have."""
+"""Gaps in fetched waveforms that a server may still fill."""
 
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -6,25 +6,39 @@ from dataclasses import dataclass
 from datetime import datetime, timedelta
 from typing import Any
 
-from service.records.sources.miniseed import Piece
+from service import parsing
+from service.formats import FormatError
+from service.formats.waveforms import Piece
+from service.parsing import Limits, ParserDiedError, ParserFailedError
 
 TOGETHER = timedelta(seconds=60)
-"""Gaps nearer to each other than this are asked for as one, and channels that lag by less are waited for together."""
+"""Gaps closer than this are requested as one, and channels that lag by less share one next request."""
 FURTHEST_BACK = timedelta(hours=1)
-"""A gap that gets longer and longer, of a dead channel, is asked for over no more than this, or the lateness."""
+"""Longest request for the growing gap of a dead channel, unless the lateness is longer."""
 
 
 @dataclass(frozen=True, slots=True)
 class Gap:
-    """A time of which channels are missing."""
+    """A span of time in which channels are missing."""
 
     start: datetime
     end: datetime
     channels: tuple[str, ...]
 
 
+def pieces(bodies: Iterable[bytes], limits: Limits) -> tuple[Piece, ...]:
+    """The pieces in whole files of waveforms, leaving out files that exceed the parser's limits."""
+    found: list[Piece] = []
+    for body in bodies:
+        try:
+            found += parsing.covered("an answer", body, limits)
+        except (FormatError, ParserDiedError, ParserFailedError):
+            continue
+    return tuple(found)
+
+
 def gaps(pieces: Sequence[Piece], asked: Gap) -> Iterator[Gap]:
-    """What is still missing of what was asked for."""
+    """The parts of a request that are still missing."""
     for channel in asked.channels:
         covered = asked.start
         for piece in sorted((p for p in pieces if p.channel == channel), key=lambda piece: piece.start):
@@ -36,9 +50,9 @@ def gaps(pieces: Sequence[Piece], asked: Gap) -> Iterator[Gap]:
 
 
 def reached(pieces: Sequence[Piece], start: datetime, silent: datetime) -> datetime:
-    """From when to ask next, after a question that began at `start` and went up to now.
+    """Start of the next request, after one from `start` until now.
 
-    The newest sample of the channel that lags most, of those that lag little; `silent` where there is nothing.
+    It is the newest sample of the channel that lags most among those that lag little; `silent` where nothing came.
     """
     ends: dict[str, datetime] = {}
     for piece in pieces:
@@ -48,7 +62,7 @@ def reached(pieces: Sequence[Piece], start: datetime, silent: datetime) -> datet
 
 
 def still_open(found: Iterable[Gap], now: datetime, late: timedelta) -> tuple[Gap, ...]:
-    """The gaps that may still be filled; near ones of a channel are one, and equal ones of channels too."""
+    """The gaps that may still be filled, with near ones of a channel and equal ones of several channels joined."""
     longest = max(late, FURTHEST_BACK)
     of_channels: dict[str, list[tuple[datetime, datetime]]] = defaultdict(list)
     for gap in sorted(found, key=lambda gap: gap.start):
@@ -67,11 +81,11 @@ def still_open(found: Iterable[Gap], now: datetime, late: timedelta) -> tuple[Ga
 
 
 def written(found: Iterable[Gap]) -> list[dict[str, Any]]:
-    """As JSON, for a cursor."""
+    """Gaps as JSON, for a cursor."""
     return [{"from": gap.start.isoformat(), "to": gap.end.isoformat(), "channels": [*gap.channels]} for gap in found]
 
 
 def noted(rows: Iterable[Mapping[str, Any]]) -> tuple[Gap, ...]:
-    """From a cursor."""
+    """Gaps from a cursor."""
     times = datetime.fromisoformat
     return tuple(Gap(times(row["from"]), times(row["to"]), tuple(row["channels"])) for row in rows)

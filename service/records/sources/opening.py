@@ -9,12 +9,11 @@ import httpx
 
 from service.buildings.description import BuildingFile, SourceFile
 from service.records.sources.archive import Archive
-from service.records.sources.arrival import Source, SourceError
 from service.records.sources.catalogue import Catalogue
 from service.records.sources.fdsnws import EARLIEST, FdsnWebServices
 from service.records.sources.folder import Folder
 from service.records.sources.http import Client, Manners, client, origin
-from service.records.sources.memory import Memory
+from service.records.sources.source import Memory, Source, SourceError
 from service.settings import Settings
 from service.web_addresses import wrong_web_address
 
@@ -26,12 +25,12 @@ def opened(
     settings: Settings,
     memory: Memory,
     manners: Manners,
-    hear: Callable[[httpx.Response], None] | None = None,
+    note: Callable[[httpx.Response], None] | None = None,
 ) -> Iterator[Source]:
-    """The source, with its connections closed afterwards; somebody may hear of every answer.
+    """The source, with its connections closed afterwards; `note` is called with every answer.
 
     Raises:
-        SourceError: its address is none, as an earlier version let a building file say.
+        SourceError: its address is invalid, which an earlier version accepted in a building file.
     """
     if source.kind == "folder":
         yield Folder(Path(source.location), settings.polling.max_answer_bytes, settings.polling.settle_time, memory)
@@ -40,27 +39,27 @@ def opened(
         if address is not None and (problem := wrong_web_address(address)):
             raise SourceError(f"{key} in the building file: {problem}")
     logins = dict(filter(None, (_login(address) for address in (source.location, source.catalogue) if address)))
-    asking = client(settings, manners, hear, logins)
+    http_client = client(settings, manners, note, logins)
     try:
         if source.kind == "archive":
-            yield Archive(_without_login(source.location), asking, memory)
+            yield Archive(_without_login(source.location), http_client, memory)
         else:
-            yield _fdsnws(building, source, asking)
+            yield _fdsnws(building, source, http_client)
     finally:
-        asking.http.close()
+        http_client.http.close()
 
 
-def _fdsnws(building: BuildingFile, source: SourceFile, asking: Client) -> FdsnWebServices:
+def _fdsnws(building: BuildingFile, source: SourceFile, http_client: Client) -> FdsnWebServices:
     return FdsnWebServices(
         address=_server(source.location),
         channels=tuple(channel.id for channel in building.description.channels),
         since=source.since or EARLIEST,
-        catalogue=_catalogue(building, source, asking) if source.data == "events" else None,
-        client=asking,
+        catalogue=_catalogue(building, source, http_client) if source.data == "events" else None,
+        client=http_client,
     )
 
 
-def _catalogue(building: BuildingFile, source: SourceFile, asking: Client) -> Catalogue:
+def _catalogue(building: BuildingFile, source: SourceFile, http_client: Client) -> Catalogue:
     within = None
     if source.maximum_radius is not None and building.latitude is not None and building.longitude is not None:
         within = (building.latitude, building.longitude, source.maximum_radius)
@@ -70,7 +69,7 @@ def _catalogue(building: BuildingFile, source: SourceFile, asking: Client) -> Ca
         after=timedelta(seconds=source.after),
         minimum_magnitude=source.minimum_magnitude,
         within=within,
-        client=asking,
+        client=http_client,
         is_named=source.catalogue is not None,
     )
 
@@ -80,7 +79,7 @@ def _server(location: str) -> str:
 
 
 def _login(address: str) -> tuple[httpx.URL, httpx.BasicAuth] | None:
-    """The name and password that an address carries, with the origin that they are for."""
+    """The name and password in an address, with the origin they belong to."""
     url = _parsed(address)
     return (origin(url), httpx.BasicAuth(url.username, url.password)) if url.userinfo else None
 

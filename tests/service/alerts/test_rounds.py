@@ -24,7 +24,7 @@ from service.jobs import queue as job_queue
 from service.jobs.tables import Job
 from service.notify.tables import Message
 from service.poller import Poller
-from service.records.polling import Look
+from service.records.polling import SourcePoller
 from service.records.tables import Event, Recording, SourceState, Waveform
 from service.settings import Settings
 
@@ -51,13 +51,13 @@ def test_a_source_that_stops_is_told_once_and_resolves_by_itself(
     folder, now = tmp_path / "records", NOW
     with sessions.begin() as session:
         building_store.add(session, watched.building_file(folder), tmp_path, NOW)
-    look = Look(sessions, SETTINGS, lambda: now)
-    look.at("PAPER")
+    poller = SourcePoller(sessions, SETTINGS, lambda: now)
+    poller.poll("PAPER")
     for now in (NOW + HOUR, NOW + 1.1 * HOUR, NOW + 2 * HOUR):
         go_round(sessions, SETTINGS, now)
     assert states(sessions) == {"source": "active"}
     folder.mkdir()
-    look.at("PAPER")
+    poller.poll("PAPER")
     for now in (NOW + 3 * HOUR, NOW + 4 * HOUR):
         go_round(sessions, SETTINGS, now)
     assert states(sessions) == {"source": "resolved"}
@@ -194,7 +194,7 @@ def test_a_server_whose_clock_differs_is_told_until_it_is_set(sessions: sessionm
 
 
 def look_at(sessions: sessionmaker[Session], now: datetime) -> None:
-    Look(sessions, SETTINGS, lambda: now).at("TOWER")
+    SourcePoller(sessions, SETTINGS, lambda: now).poll("TOWER")
 
 
 def test_the_poller_makes_the_rounds(sessions: sessionmaker[Session], tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ from asking import TestClient, client
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.buildings import store as building_store
-from service.records.polling import Look
+from service.records.polling import SourcePoller
 
 MOTION = "/api/v1/events/1/layer-motion"
 
@@ -24,9 +24,9 @@ def asking(database_url: str, sessions: sessionmaker[Session], tmp_path: Path) -
     with sessions.begin() as session:
         text = plan.building_file().replace("[isolation]", source + "[isolation]", 1)
         building_store.add(session, text, tmp_path, watched.NOW)
-    look = Look(sessions, watched.SETTINGS, lambda: watched.NOW, lambda _: None, lambda: False)
-    look.at("PAPER")
-    look.queue_ready()
+    poller = SourcePoller(sessions, watched.SETTINGS, lambda: watched.NOW, lambda _: None, lambda: False)
+    poller.poll("PAPER")
+    poller.queue_ready()
     watched.work(sessions)
     with client(database_url) as made:
         yield made

@@ -19,7 +19,7 @@ from service.demo.listening import listening
 from service.demo.server import application
 from service.jobs.worker import Worker
 from service.kinds import KINDS
-from service.records.polling import Look
+from service.records.polling import SourcePoller
 from service.records.tables import Event
 from service.settings import Settings
 
@@ -51,7 +51,7 @@ def test_folder_and_fdsn_web_services(sessions: sessionmaker[Session]) -> None:
             building_store.add(
                 session, server.replace('code = "BNCS"', 'code = "SERVED"'), Path("/"), datetime.now(UTC)
             )
-        Look(sessions, settings).at_all()
+        SourcePoller(sessions, settings).poll_all()
     assert Worker(sessions, Computed, settings, KINDS).run_until_idle() == 8  # and a look for drift at each
     found = forces(sessions)
     assert len(found) == 6

@@ -86,7 +86,7 @@ def test_a_small_archive_does_not_become_a_large_table() -> None:
     assert len(buffer.getvalue()) < 2**17
     tracemalloc.start()
     with pytest.raises(
-        FormatError, match="unpacks to more than 33554432; smaller archives, or ones packed at most 100"
+        FormatError, match="unpacks to more than 33554432; use smaller archives, or ones packed at most 100"
     ):
         read("bomb.zip", buffer.getvalue(), {})
     peak = tracemalloc.get_traced_memory()[1]

@@ -145,7 +145,7 @@ def test_files_of_a_zip_archive_and_their_companions() -> None:
 
 
 def test_uncorrected_records_are_refused() -> None:
-    with pytest.raises(UnknownFormatError, match=r"begins with b'Uncorrected acceleration.*COSMOS V2.* would do"):
+    with pytest.raises(UnknownFormatError, match=r"begins with b'Uncorrected acceleration.*COSMOS V2.*"):
         traces(record().replace("Corrected", "Uncorrected"))
 
 
@@ -154,7 +154,7 @@ WRONG = {
     "a second record without end": (lambda text: text + text[: len(text) // 2], "truncated: no line says 'End of data"),
     "a row lost": (replaced(r"(\(8F10.5\)\n).*\n", r"\1"), "CE.58658.07.ACC in CE58658.V2C has 2 lines of 8 numbers"),
     "a row cut": (replaced(r".{12}\nEnd", r"\nEnd"), "CE.58658.07.ACC in CE58658.V2C is truncated or damaged"),
-    "too many rows": (replaced("End-of", "   1.00000\nEnd-of"), "has 4 lines of 8 numbers; 20 numbers would do"),
+    "too many rows": (replaced("End-of", "   1.00000\nEnd-of"), "has 4 lines of 8 numbers; 20 numbers are needed"),
     "another count": (replaced("20 acc", "24 acc"), "truncated or damaged: 24 numbers"),
     "another interval": (real(62, 20.0), "has 20 samples at 0.02 s, but lasts 0.1 s"),
     "another length": (real(63, 0.2), "has 20 samples at 0.005 s, but lasts 0.2 s"),

@@ -71,7 +71,7 @@ WRONG = {
         lambda text: text + text[: len(text) // 2],
         "truncated: no line says 'End of data",
     ),
-    "an interval of nothing": (replaced(r"at  \.005", "at  .000"), "is .000 s; one above 0 would do"),
+    "an interval of nothing": (replaced(r"at  \.005", "at  .000"), "is .000 s; it must be above 0"),
     "a row lost": (without_a_row, "accel of channel 7"),
     "no start": (replaced("Start time", "Time"), "no 'Start time"),
     "odd start": (replaced("1/04/18", "31/31/18"), "the start of CHAN007.V2 is '31/31/18"),

@@ -59,7 +59,7 @@ WRONG = {
     "no unit": (r" \[gal\]", "", "column 'XX.TOWER.00.HNX' of a.csv is no channel with its unit"),
     "empty unit": (r"\[gal\]", "[]", "the unit is missing"),
     "unknown unit": (r"\[gal\]", "[furlong]", "unit 'furlong' is not known"),
-    "short row": (", 20.5", "", "line 6 of a.csv has 2 numbers; 3 would do"),
+    "short row": (", 20.5", "", "line 6 of a.csv has 2 numbers; 3 are needed"),
     "word among numbers": ("20.5", "warm", "no number"),
     "empty cell": ("20.5", "", "no number"),
     "NaN": ("20.5", "nan", "1 of 2 samples of XX.TOWER.01.KO are not numbers"),

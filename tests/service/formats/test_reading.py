@@ -1,3 +1,5 @@
+import subprocess
+import sys
 from io import BytesIO
 from zipfile import ZIP_DEFLATED, ZipFile
 
@@ -138,3 +140,11 @@ def test_a_member_without_a_name_is_refused() -> None:
     nameless = data[:central] + directory + data[end : end + 12] + size.to_bytes(4, "little") + data[end + 16 :]
     with pytest.raises(FormatError, match="no readable zip archive"):
         read("event.zip", nameless, {})
+
+
+def test_the_example_runs_without_a_database_or_settings() -> None:
+    code = (
+        "import doctest, sys; from service.formats import reading; failed, tried = doctest.testmod(reading); "
+        "assert tried and not failed; assert not {'sqlalchemy', 'service.settings'} & set(sys.modules)"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)

@@ -89,7 +89,7 @@ def test_what_is_no_number_is_refused(bad: float) -> None:
 
 
 def test_text_in_miniseed_is_refused() -> None:
-    with pytest.raises(FormatError, match=r"\|S1; integers or floats would do"):
+    with pytest.raises(FormatError, match=r"\|S1; use integers or floats"):
         read("a", written("MSEED", np.frombuffer(b"a log line", dtype="|S1")), GAINS)
 
 

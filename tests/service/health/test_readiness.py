@@ -23,7 +23,7 @@ from service.db.leases import POLLING, POLLING_LEASE, WORKING
 from service.jobs import queue as job_queue
 from service.jobs.tables import Job, Lease
 from service.notify.housekeeping import Upkeep
-from service.records.polling import Look
+from service.records.polling import SourcePoller
 from service.records.tables import Event, SourceState
 from service.settings import Settings
 
@@ -61,7 +61,7 @@ def sessions(url: str) -> Iterator[sessionmaker[Session]]:
             session.query(table).delete()
         for right, length in ((POLLING, POLLING_LEASE), (WORKING, timedelta(seconds=SETTINGS.jobs.lease))):
             leases.hold(session, right, "host:1", datetime.now(UTC), length)
-    Look(made, SETTINGS).at_all()
+    SourcePoller(made, SETTINGS).poll_all()
     yield made
     made.kw["bind"].dispose()
 
@@ -104,7 +104,7 @@ def test_a_poller_that_lives_but_does_not_look_is_not_ready(url: str, sessions: 
     with sessions.begin() as session:
         session.execute(update(SourceState).values(failing_since=NOW))
     assert failing(url) == [], "a source that fails rests"
-    Look(sessions, SETTINGS).at_all()
+    SourcePoller(sessions, SETTINGS).poll_all()
     assert failing(url) == []
 
 
@@ -117,7 +117,7 @@ def test_a_building_without_a_source_lacks_no_look(url: str, sessions: sessionma
     with sessions.begin() as session:
         building_store.update_description(session, text, Path("/"), NOW - timedelta(hours=1))
     assert failing(url) == ["looks"]
-    Look(sessions, SETTINGS).at_all()
+    SourcePoller(sessions, SETTINGS).poll_all()
     assert failing(url) == []
 
 
@@ -127,7 +127,7 @@ def test_a_clock_that_was_set_back_is_not_ready_until_looks_have_its_time(
     looked(sessions, datetime.now(UTC) + timedelta(hours=2))
     assert failing(url) == ["clock"]
     assert re.search(r" 7[12]\d\d s later", answered(url)[1]["clock"]["found"])
-    Look(sessions, SETTINGS).at_all()
+    SourcePoller(sessions, SETTINGS).poll_all()
     assert failing(url) == []
 
 

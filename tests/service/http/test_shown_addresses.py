@@ -16,7 +16,7 @@ from service.alerts import periodic_checks
 from service.alerts.tables import Alert, AlertChange
 from service.buildings import store as building_store
 from service.notify.tables import Message
-from service.records.polling import Look
+from service.records.polling import SourcePoller
 from service.records.tables import FetchedFile, Recording, SourceState
 from service.settings import Settings
 from service.shown_addresses import without_credentials
@@ -76,12 +76,12 @@ def test_no_password_of_a_source_is_stored_shown_or_logged(
         server.pages["/events/c.mseed"] = Page(b"no record")
         location = f"{server.address}/events/?token={TOKEN}".replace("//", f"//{NAME}:{PASSWORD}@")
         add(sessions, location)
-        Look(sessions, SETTINGS, clock=lambda: NOW).at_all()
+        SourcePoller(sessions, SETTINGS, clock=lambda: NOW).poll_all()
         assert all("Basic " in headers["Authorization"] for _, headers in server.asked)
         assert any(TOKEN in path for path, _ in server.asked)
         server.pages["/events/"] = Page(b"", status=403)
-        Look(sessions, SETTINGS, clock=lambda: NOW + timedelta(minutes=1)).at_all()
-    Look(sessions, SETTINGS, clock=lambda: NOW + timedelta(minutes=2)).at_all()
+        SourcePoller(sessions, SETTINGS, clock=lambda: NOW + timedelta(minutes=1)).poll_all()
+    SourcePoller(sessions, SETTINGS, clock=lambda: NOW + timedelta(minutes=2)).poll_all()
     periodic_checks.go_round(sessions, SETTINGS, NOW + timedelta(hours=1))
     with sessions() as session:
         assert {row.name: row.state for row in session.scalars(select(Recording))} == {

@@ -13,7 +13,7 @@ from fastapi.testclient import TestClient
 from sqlalchemy.orm import Session, sessionmaker
 
 from core.paper import ISOLATOR
-from service.records.polling import Look
+from service.records.polling import SourcePoller
 
 pytestmark = pytest.mark.slow
 
@@ -72,9 +72,9 @@ def test_the_model_in_force_is_held_against_every_new_event(
     assert asking.get(f"/api/v1/models/{model}/trend").json()["items"] == []
     asking.post(f"/api/v1/models/{model}/accept")
     watched.write(tmp_path / "records" / "new.mseed", watched.earthquakes()[2])
-    look = Look(sessions, watched.SETTINGS, lambda: watched.NOW, lambda _: None, lambda: False)
-    look.at("PAPER")
-    look.queue_ready()
+    poller = SourcePoller(sessions, watched.SETTINGS, lambda: watched.NOW, lambda _: None, lambda: False)
+    poller.poll("PAPER")
+    poller.queue_ready()
     work(sessions)
     trend = asking.get(f"/api/v1/models/{model}/trend").json()
     assert [(one["event"], one["fitted"], one["missed"]) for one in trend["items"]] == [(3, False, False)]

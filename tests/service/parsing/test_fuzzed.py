@@ -13,7 +13,6 @@ from service.buildings import description
 from service.buildings.description import BuildingFileError
 from service.formats import FormatError, of_building
 from service.parsing import Limits
-from service.records.spans import span
 
 LIMITS = Limits(5.0, 2**28)
 LONGEST = 5000
@@ -44,7 +43,7 @@ def test_a_spoilt_file_is_a_record_or_a_refusal(kind: str, data: st.DataObject) 
         contents = parsing.read("a", spoilt_file, GAINS, LIMITS)
         channels = [Channel(trace.channel, "roof", trace.quantity, "x") for trace in contents.traces]
         for trace in of_building(contents.traces, channels):
-            assert span(trace)[0] <= span(trace)[1]
+            assert trace.span[0] <= trace.span[1]
 
     assert len(refusal(taken)) < LONGEST
 

@@ -13,11 +13,14 @@ import obspy
 import pytest
 from obspy.clients.fdsn import Client
 from serving import served
+from sqlalchemy import event as sqlalchemy_event
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.buildings import store as building_store
 from service.buildings.tables import Building
 from service.db import blobs
+from service.records.fdsn import inventory
+from service.records.fdsn_query import Selection
 from service.records.tables import Event, Waveform
 
 BUILDING = """
@@ -219,3 +222,19 @@ def test_the_hardest_question_stops_nobody(address: str) -> None:
         statuses = Counter(one.result().status_code for one in asked)
     assert set(statuses) <= {204, 429}, statuses
     assert statuses[429], "one key has a share of them"
+
+
+def test_stations_are_searched_among_the_wanted_channels_only(sessions: sessionmaker[Session]) -> None:
+    with sessions.begin() as session:
+        for code in ("TWR", "OTHER"):
+            text = BUILDING.replace("TWR", code)
+            stored(session, building_store.add(session, text, Path("."), START), START, {f"XX.{code}.01.HNX": GAIN})
+    with sessions() as session:
+        executed: list[tuple[object, object]] = []
+        engine = session.get_bind()
+        sqlalchemy_event.listen(engine, "before_cursor_execute", lambda *given: executed.append(given[2:4]))
+        found = inventory(session, [Selection(station="TWR")], None)
+    assert [station.code for network in found for station in network] == ["TWR"]
+    windows = [str(values) for statement, values in executed if "row_number" in str(statement)]
+    assert len(windows) == 1
+    assert "XX.TWR.01.HNX" in windows[0]

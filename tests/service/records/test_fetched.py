@@ -8,9 +8,9 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session, sessionmaker, undefer
 
 from service.buildings import store as building_store
-from service.records.fetched_files import Fetched, remember
-from service.records.polling import Look
-from service.records.sources.memory import Known
+from service.records.polling import SourcePoller
+from service.records.recordings import Fetched, remember
+from service.records.sources.source import Known
 from service.records.tables import FetchedFile, Recording, SourceState
 from service.settings import Settings
 
@@ -26,12 +26,12 @@ def test_a_body_that_broke_off_is_kept_until_the_rest_has_come(sessions: session
         page.breaks_after, page.breaks = 1_000, 1 + SETTINGS.polling.retries
         with sessions.begin() as session:
             building_store.add(session, building_file("archive", f"{server.address}/events/"), Path("/"), NOW)
-        Look(sessions, SETTINGS, clock=lambda: NOW).at_all()
+        SourcePoller(sessions, SETTINGS, clock=lambda: NOW).poll_all()
         with sessions() as session:
             kept = session.scalars(select(FetchedFile).options(undefer(FetchedFile.beginning))).one()
             assert (kept.mark, kept.beginning) == (None, data[:2_000])
             assert session.scalars(select(Recording)).all() == []
-        Look(sessions, SETTINGS, clock=lambda: NOW).at_all()
+        SourcePoller(sessions, SETTINGS, clock=lambda: NOW).poll_all()
         assert server.asked[-1][1]["Range"] == "bytes=2000-"
     with sessions() as session:
         taken = session.scalars(select(FetchedFile).options(undefer(FetchedFile.beginning))).one()

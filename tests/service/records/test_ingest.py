@@ -12,15 +12,17 @@ from obspy import Inventory, UTCDateTime
 from obspy.core.inventory import Channel, Network, Response, Station
 from obspy.core.inventory.response import InstrumentSensitivity
 from shared import BNCS, needs_shared
-from sqlalchemy import func, select
+from sqlalchemy import event as sqlalchemy_event, func, select
 from sqlalchemy.orm import Session, sessionmaker, undefer
 
+from service import parsing
 from service.buildings import store as building_store
 from service.buildings.tables import Building
 from service.db.blobs import decode
 from service.jobs.tables import Job
 from service.records import events
 from service.records.ingest import ingest
+from service.records.recordings import gains
 from service.records.tables import Content, Event, Recording, Waveform
 from service.settings import Settings
 
@@ -248,3 +250,20 @@ def test_files_that_follow_each_other_do_not_become_an_endless_event(
         assert len(lengths) > 1
         assert max(lengths) <= SHORT["settings"].event.longest + 2 * SETTINGS.event.tolerance
         assert session.scalar(select(func.sum(Waveform.count))) == 8 * 2000 * len(LOCATIONS)
+
+
+def test_the_bytes_of_station_files_are_fetched_once(sessions: sessionmaker[Session], bring: Bring) -> None:
+    gain = InstrumentSensitivity(1e6, 1.0, "M/S**2", "COUNTS")
+    channel = Channel("HNX", "00", 0, 0, 0, 0, response=Response(instrument_sensitivity=gain))
+    out = BytesIO()
+    Inventory([Network("XX", [Station("TOWER", 0, 0, 0, channels=[channel])])]).write(out, format="STATIONXML")
+    bring(out.getvalue(), "station.xml")
+    with sessions() as session:
+        building, limits = building_store.find(session, "TOWER"), parsing.limits(SETTINGS)
+        before = gains(session, building, limits)
+        statements: list[str] = []
+        engine = session.get_bind()
+        sqlalchemy_event.listen(engine, "before_cursor_execute", lambda *given: statements.append(given[2]))
+        assert gains(session, building, limits) == before
+    assert statements
+    assert not [statement for statement in statements if "content" in statement]

@@ -14,7 +14,7 @@ from sqlalchemy.orm import Session, sessionmaker, undefer
 from service.buildings import store as building_store
 from service.jobs.tables import Job
 from service.records.ingest import begin, ingest
-from service.records.polling import Look
+from service.records.polling import SourcePoller
 from service.records.recordings import store
 from service.records.tables import Event, EventRecording, Recording, SourceState, Waveform
 from service.settings import Settings
@@ -32,7 +32,7 @@ def server() -> Iterator[Server]:
 
 
 def look(sessions: sessionmaker[Session], now: datetime = NOW) -> None:
-    Look(sessions, SETTINGS, clock=lambda: now).at_all()
+    SourcePoller(sessions, SETTINGS, clock=lambda: now).poll_all()
 
 
 def add(sessions: sessionmaker[Session], kind: str, location: str) -> None:
@@ -200,7 +200,7 @@ def test_a_file_that_is_too_much_for_its_parser_is_given_up_and_holds_up_no_othe
         for name, data in (("long", TOO_MUCH), ("sound", miniseed(stream()))):
             store(session, building_store.find(session, "TOWER"), name, f"/{name}", data, NOW)
     for looks in range(1, hasty.jobs.attempts + 3):
-        Look(sessions, hasty, clock=lambda: NOW).at_all()
+        SourcePoller(sessions, hasty, clock=lambda: NOW).poll_all()
         with sessions() as session:
             given_up, sound = session.scalars(select(Recording).order_by(Recording.name))
             assert (sound.state, sound.failures) == ("read", 0)

@@ -20,7 +20,7 @@ from service.alerts.tables import Alert
 from service.buildings import store as building_store
 from service.db import sessions as opened
 from service.formats import FormatError, read
-from service.records.polling import Look
+from service.records.polling import SourcePoller
 from service.records.tables import Recording
 from service.settings import Settings
 
@@ -57,7 +57,7 @@ def drop(tmp_path: Path, sessions: sessionmaker[Session]) -> Path:
 def look(sessions: sessionmaker[Session], later: timedelta = timedelta(0)) -> datetime:
     """A look at every source, and the checks a minute after it."""
     now = datetime.now(UTC) + later
-    Look(sessions, SETTINGS, lambda: now, lambda _: None).at("TOWER")
+    SourcePoller(sessions, SETTINGS, lambda: now, lambda _: None).poll("TOWER")
     periodic_checks.go_round(sessions, SETTINGS, now + timedelta(minutes=1))
     return now + timedelta(minutes=1)
 
@@ -177,7 +177,7 @@ def test_a_record_whose_unit_nothing_gives(
             session, building_file("folder", str(tmp_path / "drop"), gain=""), tmp_path, datetime.now(UTC)
         )
     look(sessions)
-    everywhere(url, sessions, caplog, "a.mseed", "a.mseed: nothing says what the numbers of XX.TOWER.00.HNX")
+    everywhere(url, sessions, caplog, "a.mseed", "a.mseed: the unit of XX.TOWER.00.HNX")
 
 
 def everywhere(

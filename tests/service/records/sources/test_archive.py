@@ -8,9 +8,9 @@ import pytest
 from monitoring import START, Page, Remembering, Server, miniseed, stream
 
 from service.records.sources.archive import Archive
-from service.records.sources.arrival import Arrival, SourceError, Step
 from service.records.sources.http import Client
 from service.records.sources.listing import listed
+from service.records.sources.source import Arrival, SourceError, Step
 
 NOW = START + timedelta(days=1)
 

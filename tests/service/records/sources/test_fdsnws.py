@@ -12,10 +12,10 @@ from monitoring import START, Page, Server, miniseed, stream
 from obspy import Stream, UTCDateTime, read
 from obspy.core.event import Catalog, Event, Magnitude, Origin
 
-from service.records.sources.arrival import Arrival, Source
 from service.records.sources.catalogue import Catalogue
 from service.records.sources.fdsnws import FdsnWebServices
 from service.records.sources.http import Client
+from service.records.sources.source import Arrival, Source
 from service.settings import Settings
 
 NOW = START + timedelta(days=1)

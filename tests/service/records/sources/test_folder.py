@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from monitoring import Remembering
 
-from service.records.sources.arrival import SourceError
 from service.records.sources.folder import Folder
+from service.records.sources.source import SourceError
 
 NOW = datetime(2024, 1, 1, tzinfo=UTC)
 

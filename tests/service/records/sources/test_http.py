@@ -5,8 +5,8 @@ import tracemalloc
 import pytest
 from monitoring import Page, Server, serving
 
-from service.records.sources.arrival import SourceError, TooLargeError
 from service.records.sources.http import Client
+from service.records.sources.source import SourceError, TooLargeError
 
 
 def test_an_error_that_passes_is_tried_again(server: Server, asking: Client) -> None:

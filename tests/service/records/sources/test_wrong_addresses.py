@@ -16,8 +16,8 @@ from sqlalchemy.orm import Session, sessionmaker
 
 from service.buildings import store as building_store
 from service.buildings.tables import Building
-from service.records.polling import Look
-from service.records.sources.unreachable import unreachable
+from service.records.polling import SourcePoller
+from service.records.sources.problems import unreachable
 from service.records.tables import SourceState
 from service.settings import Settings
 
@@ -58,7 +58,7 @@ def error(sessions: sessionmaker[Session], kind: str, location: str, now: dateti
     with sessions.begin() as session:
         building = building_store.add(session, building_file(kind, location, more), Path("/"), now)
         number = building.id
-    Look(sessions, SETTINGS, lambda: now, lambda _: None).at("TOWER")
+    SourcePoller(sessions, SETTINGS, lambda: now, lambda _: None).poll("TOWER")
     with sessions() as session:
         assert session.get_one(Building, number).code == "TOWER"
         state = session.get_one(SourceState, number)
@@ -140,7 +140,7 @@ def test_an_address_that_an_earlier_version_accepted(database: sessionmaker[Sess
         revision = building_store.current(session, building)
         revision.toml = revision.toml.replace("http://127.0.0.1:1/", "htp:/x")
         number = building.id
-    Look(database, SETTINGS, lambda: NOW, lambda _: None).at("TOWER")
+    SourcePoller(database, SETTINGS, lambda: NOW, lambda _: None).poll("TOWER")
     with database() as session:
         said = session.get_one(SourceState, number).error
     assert said == (

@@ -1,9 +1,13 @@
-"""Why a server cannot be asked, in words, and what helps."""
+"""Problems with a server or its answers, in words, with the remedy."""
 
 import re
 import socket
 import ssl
 from http import HTTPStatus
+
+from service import parsing
+from service.formats import FormatError, UnknownUnitError
+from service.parsing import Limits, ParserDiedError, ParserFailedError
 
 LOCATION = "location in the building file"
 REFUSED = f"check that the server runs, and the host and port of {LOCATION}"
@@ -13,12 +17,12 @@ HELPS = {
     HTTPStatus.NOT_FOUND: f"nothing is served at this path; correct {LOCATION}",
     HTTPStatus.PROXY_AUTHENTICATION_REQUIRED: "the proxy between here and there needs a password; ask its operator",
 }
-"""What helps against an answer that will not change by itself."""
+"""Remedies for answers that will not change by themselves."""
 TITLE = re.compile(rb"<title[^>]*>(.*?)</title>", re.IGNORECASE | re.DOTALL)
 
 
 def unreachable(error: BaseException) -> tuple[str, str]:
-    """What the server does (`cannot be reached: ...`) and what helps, by the error of the system behind an error."""
+    """The problem (`cannot be reached: ...`) and its remedy, from the system's error behind an exception."""
     for cause in _causes(error):
         if isinstance(cause, ssl.SSLError):
             found, helps = _tls(cause)
@@ -38,21 +42,36 @@ def unreachable(error: BaseException) -> tuple[str, str]:
 
 
 def refusal(status: int, reason: str) -> str:
-    """`answered 401 Unauthorized; ...` with what helps."""
+    """`answered 401 Unauthorized; ...` with the remedy."""
     helps = HELPS.get(HTTPStatus(status) if status in set(HTTPStatus) else HTTPStatus.OK)
     return f"answered {status} {reason}; {helps or f'correct {LOCATION}'}"
 
 
 def is_page(body: bytes) -> bool:
-    """Whether a server that asks for a login, or is under maintenance, has answered in place of the data."""
+    """True if a web page came in place of data, from a login form or a server under maintenance."""
     return body[:256].lstrip().lower().startswith((b"<!doctype html", b"<html"))
 
 
 def titled(page: bytes) -> str:
-    """`an HTML page ('Log in')`, of the beginning of one."""
+    """`an HTML page ('Log in')`, from the beginning of the page."""
     title = TITLE.search(page[:4096])
     named = " ".join(title[1].decode(errors="replace").split())[:100] if title else ""
     return f"an HTML page ({named!r})" if named else "an HTML page without a title"
+
+
+def incomplete(name: str, body: bytes, limits: Limits) -> str | None:
+    """The reason why a file of waveforms is incomplete or damaged; None if it is whole.
+
+    A missing unit is no damage. Neither is a file that exceeds the parser's limits: it is rejected on intake after a
+    few attempts, and must not be fetched for ever.
+    """
+    try:
+        parsing.read(name, body, {}, limits)
+    except (UnknownUnitError, ParserDiedError, ParserFailedError):
+        return None
+    except FormatError as error:
+        return str(error)
+    return None
 
 
 def _tls(error: ssl.SSLError) -> tuple[str, str]:
@@ -64,13 +83,13 @@ def _tls(error: ssl.SSLError) -> tuple[str, str]:
     if error.reason in ("WRONG_VERSION_NUMBER", "RECORD_LAYER_FAILURE", "HTTP_REQUEST"):
         return (
             "it does not speak TLS at this port",
-            f"http:// in place of https://, or another port, in {LOCATION} helps",
+            f"http:// in place of https://, or another port, in {LOCATION}",
         )
     return f"TLS failed ({error.reason or error})", f"check that https:// and the port of {LOCATION} are right"
 
 
 def _causes(error: BaseException | None) -> list[BaseException]:
-    """An error and those that it comes from, the innermost first."""
+    """An error and its causes, the innermost first."""
     found: list[BaseException] = []
     while error is not None and error not in found:
         found.append(error)

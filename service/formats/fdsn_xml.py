@@ -1,6 +1,8 @@
-"""What StationXML says of channels: the gain at flat response, and of which quantity."""
+"""StationXML and QuakeML: the gains of channels, and the origin times of earthquakes."""
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
 from io import BytesIO
 
 import obspy
@@ -12,12 +14,12 @@ from service.formats.units import Gain, unit_gain
 
 
 def is_stationxml(data: bytes) -> bool:
-    """Whether these bytes begin as StationXML does."""
+    """True if these bytes begin as StationXML does."""
     return b"<FDSNStationXML" in data[:4096]
 
 
 def read_stationxml(name: str, data: bytes, gains: Mapping[str, Gain]) -> Contents:
-    """The gains of every channel whose unit is one of ours.
+    """The gain of every channel whose unit is known.
 
     Only the overall sensitivity is applied: structural sensors are flat from 0 Hz to far above the modes.
     """
@@ -37,8 +39,8 @@ def read_stationxml(name: str, data: bytes, gains: Mapping[str, Gain]) -> Conten
             continue
         if found.setdefault(channel_id, gain) != gain:
             remarks[channel_id] = (
-                f"{channel_id}: epochs of different sensitivity; a file with the epoch of these records alone, or gain "
-                f"and unit in the building file, would do"
+                f"{channel_id}: epochs of different sensitivity; use a file with the epoch of these records alone, or "
+                f"give gain and unit in the building file"
             )
     kept = {channel_id: gain for channel_id, gain in found.items() if channel_id not in remarks}
     if not kept:
@@ -56,6 +58,36 @@ def _channels(inventory: obspy.Inventory) -> Iterator[tuple[str, Channel]]:
 def _gain(channel: Channel) -> Gain:
     sensitivity = channel.response.instrument_sensitivity if channel.response is not None else None
     if sensitivity is None or not sensitivity.value:
-        raise FormatError("no instrument sensitivity; InstrumentSensitivity with Value and InputUnits would do")
+        raise FormatError("no instrument sensitivity; give InstrumentSensitivity with Value and InputUnits")
     unit = unit_gain(sensitivity.input_units or "")
     return Gain(unit.si_per_count / sensitivity.value, unit.quantity)
+
+
+@dataclass(frozen=True, slots=True)
+class Origin:
+    """Origin time of an earthquake."""
+
+    id: str
+    time: datetime
+
+
+def origins(data: bytes) -> tuple[Origin, ...]:
+    """The earthquakes in a QuakeML catalogue, earliest first.
+
+    Raises:
+        FormatError: ObsPy cannot read it.
+    """
+    try:
+        found = obspy.read_events(BytesIO(data), format="QUAKEML")
+        found_origins = [Origin(str(event.resource_id), _origin_time(event)) for event in found if event.origins]
+    except MemoryError:
+        raise
+    except Exception as error:  # ObsPy raises whatever the XML makes it stumble over
+        raise FormatError(f"no readable QuakeML: {error}") from error
+    return tuple(sorted(found_origins, key=lambda origin: origin.time))
+
+
+def _origin_time(earthquake: obspy.core.event.Event) -> datetime:
+    origin = earthquake.preferred_origin() or earthquake.origins[0]
+    time: datetime = origin.time.datetime
+    return time.replace(tzinfo=UTC)

@@ -3,7 +3,7 @@ import tomllib
 import pytest
 from hypothesis import given, strategies as st
 
-from service.formats.toml_lines import line_of
+from service.formats.toml_problems import line_of
 
 TEXT = """\
 a = 1

@@ -3,7 +3,7 @@ from itertools import pairwise
 
 from hypothesis import given, strategies as st
 
-from service.records.grouping import overlapping
+from service.formats.trace import overlapping
 
 START = datetime(2024, 1, 1, tzinfo=UTC)
 Piece = tuple[int, int]

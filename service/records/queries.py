@@ -1,0 +1,167 @@
+"""Reads of events, of their waveforms, and of the files they came in."""
+
+from collections.abc import Mapping, Sequence
+from datetime import datetime
+
+from sqlalchemy import func, select, tuple_
+from sqlalchemy.orm import Session, joinedload, selectinload, undefer
+
+from service.analyses.tables import Analysis
+from service.buildings.tables import Building
+from service.db.select import Line, Place, Question, Span
+from service.errors import NotFoundError
+from service.records.tables import Event, Recording, Waveform
+
+STATES: Mapping[str, str] = {"refused": "rejected", "stored": "waiting", "read": "read"}
+"""The state of a recording as people read it, by that of its row."""
+REJECTED = "refused"
+
+
+def events(
+    session: Session, building_id: int, span: Span, min_pga: float | None, cursor: Place | None, limit: int
+) -> Sequence[Line]:
+    """(Event, Analysis | None) of a building, the latest first."""
+    question = span.limit(_events().where(Event.building_id == building_id))
+    if min_pga is not None:
+        question = question.where(Analysis.pga >= min_pga)
+    if cursor is not None:
+        question = question.where(tuple_(Event.start, Event.id) < tuple_(cursor.time, cursor.id))
+    return session.execute(question.order_by(Event.start.desc(), Event.id.desc()).limit(limit)).all()
+
+
+def last_analysed(session: Session, building_id: int) -> Sequence[Line]:
+    """(Event, Analysis) of the building's latest event with a result; nothing before the first."""
+    usable = _events().where(Event.building_id == building_id, Analysis.id.is_not(None), Analysis.refusal.is_(None))
+    return session.execute(usable.order_by(Event.start.desc(), Event.id.desc()).limit(1)).all()
+
+
+def event(session: Session, identity: int) -> Event:
+    """An event with its building and its channels, without their samples.
+
+    Raises:
+        NotFoundError: there is no event of that number.
+    """
+    question = select(Event).options(joinedload(Event.building), selectinload(Event.waveforms))
+    found = session.scalars(question.where(Event.id == identity)).one_or_none()
+    if found is None:
+        raise NotFoundError("event", identity)
+    return found
+
+
+def event_with_analysis(session: Session, identity: int) -> Line:
+    """(Event, its latest analysis or None).
+
+    Raises:
+        NotFoundError: there is no event of that number.
+    """
+    found = session.execute(_events().where(Event.id == identity)).one_or_none()
+    if found is None:
+        raise NotFoundError("event", identity)
+    return found
+
+
+def neighbours(session: Session, event: Event) -> tuple[Event | None, Event | None]:
+    """The building's events just before and just after this one."""
+    of_building = select(Event).where(Event.building_id == event.building_id).limit(1)
+    here, there = tuple_(Event.start, Event.id), tuple_(event.start, event.id)
+    before = session.scalars(of_building.where(here < there).order_by(Event.start.desc(), Event.id.desc()))
+    after = session.scalars(of_building.where(here > there).order_by(Event.start, Event.id))
+    return before.one_or_none(), after.one_or_none()
+
+
+def analyses(session: Session, event_id: int) -> Sequence[Analysis]:
+    """Every analysis of an event, the earliest first."""
+    return session.scalars(select(Analysis).where(Analysis.event_id == event_id).order_by(Analysis.id)).all()
+
+
+def _events() -> Question:
+    """(Event, its latest analysis or None)."""
+    return select(Event, Analysis).outerjoin(Analysis, (Analysis.event_id == Event.id) & Analysis.current)
+
+
+def channel(session: Session, event_id: int, name: str) -> tuple[Event, Sequence[Waveform]]:
+    """An event and the pieces of one of its channels with their samples, in order of time.
+
+    Raises:
+        NotFoundError: there is no such event, or it has no such channel.
+    """
+    found = session.scalars(select(Event).options(joinedload(Event.building)).where(Event.id == event_id)).one_or_none()
+    if found is None:
+        raise NotFoundError("event", event_id)
+    question = select(Waveform).options(undefer(Waveform.samples)).where(Waveform.event_id == event_id)
+    pieces = session.scalars(question.where(Waveform.channel == name).order_by(Waveform.start)).all()
+    if not pieces:
+        raise NotFoundError(f"channel in event {event_id}", name)
+    return found, pieces
+
+
+def stored_channels(session: Session) -> Mapping[Building, Sequence[str]]:
+    """By building, the channels with at least one waveform."""
+    question = select(Event.building_id, Waveform.channel).join(Waveform.event).distinct()
+    known = {building.id: building for building in session.scalars(select(Building))}
+    channels: dict[Building, list[str]] = {}
+    for building_id, name in session.execute(question.order_by(Event.building_id, Waveform.channel)):
+        channels.setdefault(known[building_id], []).append(name)
+    return channels
+
+
+def epochs(session: Session, building_id: int, channels: Sequence[str]) -> Sequence[Line]:
+    """Spans of time in which the gain and rate of these channels stayed the same, by channel and time."""
+    kind = (Waveform.channel, Waveform.gain, Waveform.rate)
+    order = (Waveform.start, Waveform.id)
+    of_channel = func.row_number().over(partition_by=Waveform.channel, order_by=order)
+    of_kind = func.row_number().over(partition_by=kind, order_by=order)
+    pieces = select(  # the two numbers of pieces that follow each other unchanged differ by the same amount
+        *kind, Waveform.start, Event.end, (of_channel - of_kind).label("run")
+    ).join(Waveform.event)
+    piece = pieces.where(Event.building_id == building_id, Waveform.channel.in_(channels)).subquery().c
+    same, start = (piece.channel, piece.gain, piece.rate), func.min(piece.start)
+    question = select(*same, start.label("start"), func.max(piece.end).label("end")).group_by(*same, piece.run)
+    return session.execute(question.order_by(piece.channel, start)).all()
+
+
+def pieces(session: Session, start: datetime, end: datetime) -> Sequence[Line]:
+    """(id, channel, start, rate, count) of the waveforms of events that overlap a span of time."""
+    columns = (Waveform.id, Waveform.channel, Waveform.start, Waveform.rate, Waveform.count)
+    question = select(*columns).join(Event, Event.id == Waveform.event_id)
+    return session.execute(question.where(Event.start <= end, Event.end >= start)).all()
+
+
+def samples(session: Session, numbers: Sequence[int]) -> Sequence[Waveform]:
+    """These waveforms with their samples."""
+    question = select(Waveform).options(undefer(Waveform.samples)).where(Waveform.id.in_(numbers))
+    return session.scalars(question.order_by(Waveform.channel, Waveform.start)).all()
+
+
+def recordings(
+    session: Session, building_id: int | None, state: str | None, before: int | None, limit: int
+) -> Sequence[Recording]:
+    """Files as they came, the latest first.
+
+    Args:
+        session: to read with.
+        building_id: of one building; None: of all.
+        state: one of the values of STATES; None: any.
+        before: the number at which the page before ended.
+        limit: rows.
+    """
+    question = select(Recording).options(joinedload(Recording.content), joinedload(Recording.building))
+    if building_id is not None:
+        question = question.where(Recording.building_id == building_id)
+    if state is not None:
+        question = question.where(Recording.state == next(row for row, shown in STATES.items() if shown == state))
+    if before is not None:
+        question = question.where(Recording.id < before)
+    return session.scalars(question.order_by(Recording.id.desc()).limit(limit)).all()
+
+
+def rejected(session: Session, building_id: int, since: datetime) -> Sequence[Recording]:
+    """The building's files rejected as a whole and received after `since`, the earliest first."""
+    of_building = (Recording.building_id == building_id, Recording.state == REJECTED, Recording.received_at > since)
+    return session.scalars(select(Recording).where(*of_building).order_by(Recording.received_at, Recording.id)).all()
+
+
+def rejected_counts(session: Session) -> Mapping[int, int]:
+    """Number of rejected files by building; buildings without any are left out."""
+    question = select(Recording.building_id, func.count()).where(Recording.state == REJECTED)
+    return {line[0]: line[1] for line in session.execute(question.group_by(Recording.building_id))}
