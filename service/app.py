@@ -18,7 +18,7 @@ from service.access.callers import Callers
 from service.access.roles import Caller
 from service.alerts import api as alert_api, pages as alert_pages
 from service.analyses import pages as analysis_pages
-from service.analyses.api import events, layer_motion, pictures, series as analysis_series
+from service.analyses.api import events, pictures, series as analysis_series
 from service.buildings import api as building_api, pages as building_pages
 from service.db.encryption import SecretKeyError
 from service.db.sessions import NulError, reading, sessions
@@ -108,7 +108,6 @@ def create(settings: Settings, visitor: Caller | None = None) -> FastAPI:
         building_api,
         events,
         analysis_series,
-        layer_motion,
         drift_api,
         *of_models,
         *of_notices,

@@ -9,7 +9,7 @@ from sqlalchemy.orm import Session
 from core.drift.baseline import FEWEST_EVENTS
 from service.alerts.tables import Alert
 from service.alerts.words import TITLES, of_time, quantity_of, sensor_of
-from service.analyses import history_queries
+from service.analyses import history
 
 AS_BEFORE, FROM_NOW, SINCE_IT_BEGAN = "as_before", "from_now", "since_it_began"
 """Choices of a person who ends an alert."""
@@ -37,7 +37,7 @@ def consequences(session: Session, alert: Alert, zone: ZoneInfo) -> Mapping[str,
     title = TITLES[quantity] if sensor is None else f"{TITLES[quantity]} {sensor}"
     shared = "All directions share it." if sensor is None else "Other sensors keep their reference periods."
     since = alert.changed_by or alert.began_at
-    count = history_queries.analysed_since(session, alert.building_id, since)
+    count = history.analysed_since(session, alert.building_id, since)
     missing = max(0, FEWEST_EVENTS - count)
     when = of_time(since.astimezone(zone))
     return {

@@ -13,7 +13,7 @@ from service.alerts.silences import silence_of
 from service.alerts.states import CLOSED, PENDING
 from service.alerts.tables import Alert, Silence
 from service.alerts.telling import Telling, as_told, tellings, told_with
-from service.analyses import layer_queries, queries as analysis_queries
+from service.analyses import queries as analysis_queries
 from service.analyses.tables import Analysis
 from service.buildings import store as building_store
 from service.buildings.tables import Building
@@ -47,7 +47,7 @@ def event_facts(
     current = Analysis.event_id == event.id, Analysis.current, Analysis.refusal.is_(None)
     analysis = session.scalars(select(Analysis).where(*current)).one_or_none() if event.state == "analysed" else None
     results = analysis_queries.direction_results(session, analysis.id) if analysis else ()
-    layer = layer_queries.layer_result(session, analysis.id) if analysis else None
+    layer = analysis_queries.layer_result(session, analysis.id) if analysis else None
     silences = queries.silences(session, building.id)
     before = tellings(session, building.id)
     here = [(one, at) for one, at in _told_here(session, event, before) if _is_told_of(one, told)]

@@ -7,7 +7,7 @@ from fastapi import APIRouter, Depends, Request, Response
 from sqlalchemy.orm import Session
 
 from service.access.pages import reader
-from service.analyses import layer_queries, queries
+from service.analyses import queries
 from service.analyses.tables import Analysis, DirectionResult, LayerResult
 from service.buildings import queries as building_queries
 from service.buildings.api import following
@@ -102,7 +102,7 @@ def of_building(request: Request, code: Code, sessions: Reading, cursor: Cursor 
 def viewed(session: Session, event: Event, analysis: Analysis | None) -> View:
     """An event with what its latest analysis found."""
     results = queries.direction_results(session, analysis.id) if analysis else []
-    layer = layer_queries.layer_result(session, analysis.id) if analysis else None
+    layer = queries.layer_result(session, analysis.id) if analysis else None
     return View(event, STATES.get(event.state, event.state), analysis, results, layer)
 
 

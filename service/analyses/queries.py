@@ -1,12 +1,12 @@
-"""What is asked about the results of one analysis."""
+"""Reads of the results of one analysis: directions, histories, and the isolation layer across directions."""
 
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 
 from sqlalchemy import bindparam, func, select
-from sqlalchemy.orm import Session, selectinload
+from sqlalchemy.orm import Session, aliased, selectinload
 
-from service.analyses.tables import Analysis, CycleResult, DirectionResult
+from service.analyses.tables import Analysis, CycleResult, DirectionResult, LayerResult
 from service.buildings.tables import Building
 from service.db.select import Line, Question
 from service.errors import NotFoundError
@@ -14,7 +14,7 @@ from service.records.tables import Event
 
 
 def direction_results(session: Session, analysis_id: int) -> Sequence[DirectionResult]:
-    """What an analysis found, by direction, with modes; without histories."""
+    """Results of an analysis by direction, with modes, without histories."""
     question = select(DirectionResult).options(selectinload(DirectionResult.modes))
     return session.scalars(
         question.where(DirectionResult.analysis_id == analysis_id).order_by(DirectionResult.direction)
@@ -34,14 +34,14 @@ def peaks(session: Session, analyses: Sequence[int]) -> Mapping[tuple[int, str],
 
 
 def cycle_counts(session: Session, analysis_id: int) -> Mapping[int, int]:
-    """Number of cycles that an analysis found, by its direction results' ids; those without any are not in it."""
+    """Number of cycles of an analysis by direction result; results without cycles are left out."""
     question = select(CycleResult.result_id, func.count()).group_by(CycleResult.result_id)
     question = question.join(DirectionResult).where(DirectionResult.analysis_id == analysis_id)
     return dict(session.execute(question).all())
 
 
 def _forces() -> Question:
-    """One direction of an event's analyses, by plain columns; made once, for that takes longer than asking."""
+    """One direction of an event's analyses, by plain columns; built once, as that takes longer than running it."""
     direction, analysis = DirectionResult.__table__.c, Analysis.__table__.c
     event, building = Event.__table__.c, Building.__table__.c
     return (
@@ -69,7 +69,7 @@ NAMED_FORCE = _forces().where(Analysis.__table__.c.id == bindparam("analysis"))
 
 
 def restoring_force(session: Session, event_id: int, direction: str, analysis_id: int | None) -> Line:
-    """One direction of an event's latest analysis, or of the one that is named, without its histories.
+    """One direction of an event's latest analysis, or of the named one, without its histories.
 
     Raises:
         NotFoundError: there is no such event, analysis or direction.
@@ -107,3 +107,59 @@ def loop(session: Session, result_id: int) -> Line:
     if found is None:
         raise NotFoundError("loop of result", result_id)
     return found
+
+
+def layer_result(session: Session, analysis_id: int) -> LayerResult | None:
+    """The result of an analysis across its directions, without histories; None where there is none."""
+    return session.scalars(select(LayerResult).where(LayerResult.analysis_id == analysis_id)).one_or_none()
+
+
+def layer_motion(session: Session, event_id: int, analysis_id: int | None) -> Line:
+    """Histories across the directions of an event's latest analysis, or of the named one, as stored.
+
+    Raises:
+        NotFoundError: there is no such event or analysis, or it has no result across its directions.
+    """
+    wanted = Analysis.current if analysis_id is None else Analysis.id == analysis_id
+    found = session.execute(_layer_motions().where(Event.id == event_id, wanted)).one_or_none()
+    if found is None:
+        raise NotFoundError("layer motion", f"event {event_id}, analysis {analysis_id or 'latest'}")
+    return found
+
+
+def layer_motion_of(session: Session, layer_id: int) -> Line:
+    """The same histories, by the number of the layer result.
+
+    Raises:
+        NotFoundError: there is no such result.
+    """
+    found = session.execute(_layer_motions().where(LayerResult.id == layer_id)).one_or_none()
+    if found is None:
+        raise NotFoundError("layer result", layer_id)
+    return found
+
+
+def _layer_motions() -> Question:
+    x, y = aliased(DirectionResult), aliased(DirectionResult)
+    return (
+        select(
+            LayerResult.id,
+            Event.id.label("event"),
+            Building.code.label("building"),
+            Analysis.id.label("analysis"),
+            LayerResult.start,
+            LayerResult.rate,
+            LayerResult.count.label("length"),
+            LayerResult.axial_load_level,
+            x.displacement.label("displacement_x"),
+            y.displacement.label("displacement_y"),
+            LayerResult.torsion,
+            LayerResult.torsion_std_history.label("torsion_std"),
+            LayerResult.axial_load,
+        )
+        .join(Analysis, Analysis.id == LayerResult.analysis_id)
+        .join(Event, Event.id == Analysis.event_id)
+        .join(Building, Building.id == Event.building_id)
+        .outerjoin(x, (x.analysis_id == Analysis.id) & (x.direction == "x"))
+        .outerjoin(y, (y.analysis_id == Analysis.id) & (y.direction == "y"))
+    )

@@ -1,12 +1,14 @@
-"""What an analysis found, as the API answers it."""
+"""Events and analyses in the API, and the request for another analysis."""
 
 from datetime import datetime
-from typing import Any
+from typing import Annotated, Any
 
-from pydantic import Field
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, Strict, WithJsonSchema
 
+from core.estimators import ESTIMATORS
 from core.quality import Severity
 from service.schema import Answer, Number
+from service.verdict.schema import VerdictOut
 
 
 class FindingOut(Answer):
@@ -127,3 +129,94 @@ class Provenance(Answer):
     settings: dict[str, Any] = Field(description="Estimator, sensors, rate (Hz) and band (Hz).")
     inputs: list[str] = Field(description="SHA-256 of every recording it was made from.")
     refusal: str | None = Field(description="Why nothing could be found.")
+
+
+class EventRow(Answer):
+    """An event in a list."""
+
+    id: int = Field(description="Its number.")
+    start: datetime = Field(description="Of the first sample.")
+    end: datetime = Field(description="Of the last sample.")
+    state: str = Field(description="`gathering`, `queued`, `analysed`, `refused` or `failed`.")
+    reason: str | None = Field(description="Why it was refused or failed.")
+    pga: Number | None = Field(description="m/s²; null before the analysis, or where the ground is not measured.")
+    analysis: int | None = Field(description="Number of the latest analysis; null before the first.")
+
+
+class Events(Answer):
+    """A page of events, the latest first."""
+
+    items: list[EventRow] = Field(description="The rows of this page.")
+    next: str | None = Field(description="Cursor of the next page; null after the last.")
+
+
+class WaveformOut(Answer):
+    """An unbroken piece of a channel."""
+
+    channel: str = Field(description="Id of the channel.")
+    start: datetime = Field(description="Of the first sample.")
+    rate: Number = Field(description="Hz.")
+    count: int = Field(description="Number of samples.")
+
+
+class EventOut(Answer):
+    """An event and what came of it."""
+
+    id: int = Field(description="Its number.")
+    building: str = Field(description="Code of the building.")
+    start: datetime = Field(description="Of the first sample.")
+    end: datetime = Field(description="Of the last sample.")
+    state: str = Field(description="`gathering`, `queued`, `analysed`, `refused` or `failed`.")
+    reason: str | None = Field(description="Why it was refused or failed; null where it was not.")
+    pga: Number | None = Field(description="m/s², largest horizontal ground acceleration; null where not known.")
+    temperature: Number | None = Field(description="°C, mean of its thermometers; null where nothing measured it.")
+    waveforms: list[WaveformOut] = Field(description="The pieces of its channels.")
+    analysis: Provenance | None = Field(description="The analysis that is shown; null before the first.")
+    earlier: list[Provenance] = Field(description="The other analyses.")
+    verdict: VerdictOut = Field(
+        description="On the earthquake, by its latest analysis and the alerts that are open now."
+    )
+    quality: list[FindingOut] = Field(description="What screening found.")
+    peaks: list[PeakOut] = Field(description="Of every channel.")
+    sensors: list[SensorOut] = Field(description="Of every channel that could be used.")
+    directions: list[DirectionOut] = Field(description="Empty before the analysis, or where it was refused.")
+    layer: LayerOut | None = Field(description="Null where nothing is known across the directions.")
+
+
+def known_estimator(name: str) -> str:
+    """The name of an estimator that there is."""
+    if name not in ESTIMATORS:
+        raise ValueError(f"there is no estimator {name!r}; there is {', '.join(sorted(ESTIMATORS))}")
+    return name
+
+
+EstimatorName = Annotated[
+    str, AfterValidator(known_estimator), WithJsonSchema({"type": "string", "enum": sorted(ESTIMATORS)})
+]
+Band = Annotated[
+    tuple[Annotated[float, Field(gt=0, lt=5)], Annotated[float, Field(ge=5, le=500)]],
+    Strict(False),  # JSON has no tuples
+]
+
+
+class AnalysisRequest(BaseModel):
+    """What shall differ from the service's settings; nothing: the settings in force."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+    estimator: EstimatorName | None = Field(None, description="Name of an estimator.", examples=["cms"])
+    sensors: list[str] | None = Field(
+        None,
+        min_length=2,
+        max_length=200,
+        description="Levels to use, by name or as `base` and `roof`; the base slab must be among them.",
+        examples=[["base", "roof"]],
+    )
+    rate: float | None = Field(
+        None, ge=20, le=1000, description="Hz, to which records are resampled.", examples=[100.0]
+    )
+    band: Band | None = Field(
+        None,
+        description="Hz, pass band: its low end, below 5, and its high end, which lies below half the rate.",
+        examples=[[0.1, 30.0]],
+    )

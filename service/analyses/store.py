@@ -1,10 +1,9 @@
-"""What an analysis needs from the database, and what of it goes back there."""
+"""Inputs of an analysis read from the database, and its results written there."""
 
 import logging
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from datetime import datetime
-from pathlib import Path
 from typing import Any
 
 from sqlalchemy import select, update
@@ -24,7 +23,7 @@ from service.analyses.tables import (
     ModeResult,
     SensorResult,
 )
-from service.buildings import description as building_description
+from service.buildings import store as building_store
 from service.buildings.tables import Revision
 from service.db.blobs import decode, encode
 from service.jobs.queue import Claim
@@ -37,7 +36,7 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Inputs:
-    """All that an analysis is made from; what a result's provenance names."""
+    """The inputs of an analysis, named in its result's provenance."""
 
     segments: tuple[Segment, ...]
     description: BuildingDescription
@@ -48,7 +47,7 @@ class Inputs:
 
 
 def inputs(session: Session, claim: Claim, settings: Settings) -> Inputs:
-    """What the analysis of a claimed job is to be made from, as it is stored now."""
+    """The inputs of a claimed job's analysis, as stored now."""
     event = session.get_one(Event, claim.event_id)
     revision = session.scalars(
         select(Revision).where(Revision.building_id == event.building_id).order_by(Revision.number.desc()).limit(1)
@@ -57,7 +56,7 @@ def inputs(session: Session, claim: Claim, settings: Settings) -> Inputs:
 
 
 def event_inputs(session: Session, event: Event, revision: Revision, settings: AnalysisSettings) -> Inputs:
-    """What an analysis of an event with these settings is made from."""
+    """The inputs of an analysis of an event with these settings."""
     waveforms = session.scalars(
         select(Waveform)
         .where(Waveform.event_id == event.id)
@@ -72,7 +71,7 @@ def event_inputs(session: Session, event: Event, revision: Revision, settings: A
     )
     return Inputs(
         segments=tuple(_segment(waveform) for waveform in waveforms),
-        description=building_description.read(revision.toml, Path(revision.folder)).description,
+        description=building_store.parsed(revision).description,
         settings=settings,
         revision_id=revision.id,
         sha256=tuple(sha256 for sha256 in hashes if sha256 is not None),
@@ -85,14 +84,14 @@ def settings_of(analysis: Analysis) -> AnalysisSettings:
 
 
 def analysis_settings(settings: Settings, arguments: Mapping[str, Any]) -> AnalysisSettings:
-    """The service's analysis settings, with what a job asks for in their place."""
+    """The service's analysis settings, overridden by the arguments of a job."""
     given = settings.analysis
     own = AnalysisSettings(estimator=given.estimator, rate=given.rate, band=given.band)
     return replace(own, **_without_lists(arguments))
 
 
 def _without_lists(values: Mapping[str, Any]) -> dict[str, Any]:
-    """JSON has no tuples."""
+    """Tuples in place of lists, which JSON has instead."""
     return {name: tuple(value) if isinstance(value, list) else value for name, value in values.items()}
 
 

@@ -4,10 +4,10 @@ from datetime import datetime
 
 from fastapi import APIRouter, Request, Response
 
-from service.analyses import mode_tracks, trend_queries
-from service.analyses.event_schema import EventRow, Events
+from service.analyses import history, mode_tracks
 from service.analyses.mode_tracks import Sighting, TrackedMode
-from service.analyses.trend_schema import CycleRow, Cycles, ModeRow, Modes, SightingOut, TrackOut, Tracks
+from service.analyses.schema import EventRow, Events
+from service.analyses.series_schema import CycleRow, Cycles, ModeRow, Modes, SightingOut, TrackOut, Tracks
 from service.buildings import queries
 from service.buildings.schema import BuildingOut, BuildingRow, Buildings, ChannelOut, LevelOut
 from service.buildings.store import described
@@ -108,7 +108,7 @@ def equivalent(
     """Equivalent stiffness and damping of the isolation layer, a row per cycle of each event, the earliest first."""
     with sessions() as session:
         found, _ = queries.building(session, code)
-        rows = trend_queries.cycles(session, found.id, span, direction, place(cursor), limit)
+        rows = history.cycles(session, found.id, span, direction, place(cursor), limit)
     last = following([(row.event_start, row.id) for row in rows], limit)
     columns = tuple(CycleRow.model_fields)
     return table(request, format, columns, [row[:-1] for row in rows], last, building=code)
@@ -128,7 +128,7 @@ def modes(
     """Frequencies and damping ratios of the superstructure, a row per mode of each event, the earliest first."""
     with sessions() as session:
         found, _ = queries.building(session, code)
-        rows = trend_queries.modes(session, found.id, span, direction, place(cursor), limit)
+        rows = history.modes(session, found.id, span, direction, place(cursor), limit)
     last = following([(row.event_start, row.id) for row in rows], limit)
     columns = tuple(ModeRow.model_fields)
     return table(request, format, columns, [row[:-1] for row in rows], last, building=code)

@@ -1,4 +1,4 @@
-"""Buildings under watch: added and described anew, every description kept."""
+"""Buildings: added, described anew, and read; every description is kept."""
 
 from datetime import datetime
 from functools import lru_cache
@@ -14,11 +14,11 @@ from service.records.tables import Recording
 
 
 class BuildingError(Exception):
-    """A building that is there already, or is not; the message says which ones are."""
+    """A building that exists already, or does not; the message lists the existing ones."""
 
 
 def add(session: Session, text: str, folder: Path, now: datetime) -> Building:
-    """Take a building under watch.
+    """Add a building.
 
     Args:
         session: of the transaction.
@@ -32,7 +32,7 @@ def add(session: Session, text: str, folder: Path, now: datetime) -> Building:
     """
     described = description.read_new(text, folder).description
     if session.scalar(select(Building).where(Building.code == described.code)) is not None:
-        raise BuildingError(f"building {described.code!r} is there already; `menshin building update` would do")
+        raise BuildingError(f"building {described.code!r} exists already; use `menshin building update`")
     building = Building(code=described.code, name=described.name, created_at=now)
     session.add(building)
     _describe(session, building, 1, text, folder, now)
@@ -40,12 +40,12 @@ def add(session: Session, text: str, folder: Path, now: datetime) -> Building:
 
 
 def update_description(session: Session, text: str, folder: Path, now: datetime) -> Revision:
-    """Describe a building anew: later results name the new revision, and what was refused is read again.
+    """Describe a building anew: later results name the new revision, and rejected recordings are read again.
 
-    That it is read again holds for a description that says nothing new, too.
+    They are read again even if the description does not change.
 
     Returns:
-        The revision in force; the one before, if nothing changed.
+        The current revision; the one before, if nothing changed.
 
     Raises:
         BuildingError: there is no building of that code.
@@ -75,19 +75,23 @@ def find(session: Session, code: str) -> Building:
 
 
 def current(session: Session, building: Building) -> Revision:
-    """The building's description in force."""
+    """The building's current revision."""
     newest = select(Revision).where(Revision.building_id == building.id).order_by(Revision.number.desc()).limit(1)
     return session.scalars(newest).one()
 
 
 def described(session: Session, building: Building) -> BuildingFile:
-    """What the building's description in force says."""
-    revision = current(session, building)
-    return _read(revision.toml, revision.folder)
+    """The building's current description."""
+    return parsed(current(session, building))
+
+
+def parsed(revision: Revision) -> BuildingFile:
+    """The description in a revision, parsed once by a process however often it is read."""
+    return _parsed(revision.toml, revision.folder)
 
 
 def read_again(session: Session, building: Building) -> None:
-    """Let recordings that were refused, or of which channels were left out, be read again with the next file."""
+    """Read recordings again, with the next file, that were rejected or lacked channels."""
     wanting = (Recording.building_id == building.id, Recording.sha256.is_not(None), Recording.reason.is_not(None))
     session.execute(update(Recording).where(*wanting).values(state="stored", failures=0))
 
@@ -96,10 +100,10 @@ def _describe(session: Session, building: Building, number: int, text: str, fold
     revision = Revision(building=building, number=number, toml=text, folder=str(folder), created_at=now)
     session.add(revision)
     session.flush()
-    recipients.follow_file(session, building.id, _read(toml=text, folder=str(folder)).receivers, now)
+    recipients.follow_file(session, building.id, parsed(revision).receivers, now)
     return revision
 
 
-@lru_cache(maxsize=256)
-def _read(toml: str, folder: str) -> BuildingFile:
+@lru_cache(maxsize=2048)
+def _parsed(toml: str, folder: str) -> BuildingFile:
     return description.read(toml, Path(folder))

@@ -85,20 +85,20 @@ def _analysed(
     from rich.console import Console
 
     from core.analysis import analyse as analyse_event
-    from service.analyses import document as analysis_document, files as analysis_files, summary as analysis_summary
-    from service.verdict import terminal
+    from service.analyses.report import document, files, terminal
+    from service.verdict import terminal as verdict_terminal
     from service.verdict.documents import assessment_json
     from service.verdict.measured import of_analysis
 
     result = analyse_event(event.segments, description, settings)
     assessment = of_analysis(result, description)
-    Console().print(analysis_summary.summary(result, description))
-    Console().print(terminal.checks(assessment))
+    Console().print(terminal.summary(result, description))
+    Console().print(verdict_terminal.checks(assessment))
     if json is not None:
         verdict = {"verdict": assessment_json(assessment)}
-        _write_json(analysis_document.as_json(result, description, settings) | verdict, json)
+        _write_json(document.as_json(result, description, settings) | verdict, json)
     if out is not None:
-        analysis_files.write(result, description.code, out)
+        files.write(result, description.code, out)
     return result
 
 

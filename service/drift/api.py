@@ -5,7 +5,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, Body, Query, Request, Response
 
-from service.analyses import history_queries
+from service.analyses import history as analysis_history
 from service.buildings import queries as building_queries, reference_periods
 from service.buildings.api import following
 from service.drift import answers, queries
@@ -137,7 +137,8 @@ def periods(request: Request, code: Code, sessions: Reading, format: Format = No
     with sessions() as session:
         found, _ = building_queries.building(session, code)
         rows = [
-            ReferencePeriodOut.model_validate(one) for one in history_queries.reference_periods(session, found.id)[::-1]
+            ReferencePeriodOut.model_validate(one)
+            for one in analysis_history.reference_periods(session, found.id)[::-1]
         ]
     return table(request, format, tuple(ReferencePeriodOut.model_fields), cells(rows), None, building=code)
 

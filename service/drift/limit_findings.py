@@ -9,7 +9,7 @@ from sqlalchemy.orm import Session
 from core.description import IsolationLayer
 from service.alerts.candidates import Found
 from service.alerts.words import LIMITS, of_time
-from service.analyses import peak_queries
+from service.analyses import history
 from service.buildings import store as building_store
 from service.buildings.tables import Building
 from service.records.tables import Event
@@ -59,10 +59,10 @@ def _exceedances(
 ) -> Iterator[tuple[Event, tuple[Check, ...], Measured | None]]:
     """Each earthquake with the checks that exceeded a limit of inspection or action, the gravest first."""
     far = first_to_inspect(layer)
-    found = peak_queries.moved_far(
+    found = history.moved_far(
         session,
         building_id,
-        since=peak_queries.last_inspection(session, building_id, LIMITS),
+        since=history.last_inspection(session, building_id, LIMITS),
         displacement=float("inf") if far is None else far / sqrt(DIRECTIONS),
         residual=(RESIDUAL.inspect or RESIDUAL.watch) / sqrt(DIRECTIONS),
     )

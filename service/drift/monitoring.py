@@ -17,7 +17,7 @@ from core.drift.series import Series
 from core.quality import Finding
 from service.alerts.event_messages import tell
 from service.alerts.reconciling import reconcile
-from service.analyses import history_queries
+from service.analyses import history
 from service.buildings.reference_periods import in_force, reference
 from service.buildings.store import described
 from service.buildings.tables import Building
@@ -67,9 +67,9 @@ def inputs(session: Session, claim: Claim, settings: Settings) -> WatchInputs:
     """What is watched at the building of a claimed job, as it is stored now."""
     building = session.get_one(Building, claim.building_id)
     file = described(session, building)
-    events = history_queries.findings(session, building.id)
+    events = history.findings(session, building.id)
     noted = {row.event: [Finding(**one) for one in row.quality] for row in events}
-    periods = history_queries.reference_periods(session, building.id)
+    periods = history.reference_periods(session, building.id)
     watched = [
         _watched(
             series, channels_of(series, file.description), noted, in_force(periods, series.quantity, series.subject)

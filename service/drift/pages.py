@@ -12,7 +12,7 @@ from core.drift.alarms import printed_change
 from core.drift.pooled import BOTH_DIRECTIONS
 from core.drift.quantities import QUANTITIES
 from service.access.pages import reader
-from service.analyses import history_queries
+from service.analyses import history as analysis_history
 from service.analyses.api.pictures import drawn
 from service.buildings import queries as building_queries
 from service.buildings.reference_periods import in_force
@@ -45,7 +45,7 @@ def drift_page(request: Request, code: Code, sessions: Reading) -> Response:
         building, _ = building_queries.building(session, code)
         series = answers.series_rows(session, building.id)
         alarms = answers.alarm_rows(session, building.id)
-        periods = history_queries.reference_periods(session, building.id)
+        periods = analysis_history.reference_periods(session, building.id)
         return page(
             request,
             "drift",

@@ -18,7 +18,7 @@ from core.description import BuildingDescription
 from core.drift.quantities import QUANTITIES
 from core.drift.series import Measurement, Series
 from service.alerts.words import SENSOR_QUANTITIES
-from service.analyses import history_queries, mode_tracks
+from service.analyses import history, mode_tracks
 from service.analyses.mode_tracks import DIRECTIONS, Sighting
 from service.db.select import Span
 from service.models import queries as model_queries
@@ -35,7 +35,7 @@ def watched_series(
     `stiffness`, `damping`, `residual_displacement` and `model_error` are of a direction, `frequency` of a direction's
     established mode (`x/1`), `noise` and `gain` of a channel.
     """
-    temperature = dict(history_queries.temperatures(session, building_id))
+    temperature = dict(history.temperatures(session, building_id))
     found: dict[tuple[str, str], list[Measurement]] = defaultdict(list)
     for source, told in SOURCES.items():
         if not told.isdisjoint(quantities):
@@ -55,7 +55,7 @@ def channels_of(series: Series, description: BuildingDescription) -> tuple[str, 
 
 
 def _cycles(session: Session, building_id: int, temperature: Mapping[int, float]) -> Iterator[Named]:
-    for row in history_queries.cycles(session, building_id):
+    for row in history.all_cycles(session, building_id):
         middle = row.record_start + timedelta(seconds=(row.start + row.end) / 2)
         for quantity, value, std in (("stiffness", row.k_eq, row.k_eq_std), ("damping", row.c_eq, row.c_eq_std)):
             yield from _observed(
@@ -64,14 +64,14 @@ def _cycles(session: Session, building_id: int, temperature: Mapping[int, float]
 
 
 def _residuals(session: Session, building_id: int, temperature: Mapping[int, float]) -> Iterator[Named]:
-    for row in history_queries.residuals(session, building_id):
+    for row in history.residuals(session, building_id):
         name = ("residual_displacement", row.direction)
         yield from _observed(name, row.event, row.event_start, row.value, row.std, None, temperature.get(row.event))
 
 
 def _sensors(session: Session, building_id: int, temperature: Mapping[int, float]) -> Iterator[Named]:
     """The noise's own standard deviation is nothing beside its scatter from event to event."""
-    for row in history_queries.sensors(session, building_id):
+    for row in history.sensors(session, building_id):
         known = temperature.get(row.event)
         yield from _observed(("noise", row.channel), row.event, row.event_start, row.noise, 0.0, None, known)
         yield from _observed(("gain", row.channel), row.event, row.event_start, row.gain, row.gain_std, None, known)
@@ -102,7 +102,7 @@ def _model_errors(session: Session, building_id: int, temperature: Mapping[int, 
     """Of the models in force, error over force; what a model that retired did is no longer asked."""
     models = [model.id for model in model_queries.current_versions(session, building_id)]
     compared = model_queries.latest_comparisons(session, models) if models else {}
-    peaks = {(row.event, row.direction): row.peak for row in history_queries.peak_displacements(session, building_id)}
+    peaks = {(row.event, row.direction): row.peak for row in history.peak_displacements(session, building_id)}
     for comparison, event in chain.from_iterable(compared.values()):
         yield from _observed(
             ("model_error", comparison.direction),

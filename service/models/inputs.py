@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from datetime import datetime
-from pathlib import Path
 from typing import Any
 
 from sqlalchemy import select
@@ -16,7 +15,7 @@ from core.model.isolator import Isolator
 from service.analyses import store as analysis_store
 from service.analyses.store import Inputs
 from service.analyses.tables import Analysis
-from service.buildings import description as building_description
+from service.buildings import store as building_store
 from service.buildings.tables import Revision
 from service.jobs.queue import Claim
 from service.models import queries
@@ -127,7 +126,7 @@ def work_inputs(session: Session, claim: Claim, settings: Settings) -> WorkInput
         direction=model.direction,
         isolator=isolator,
         reference=model.reference or found[0].held.start,
-        description=building_description.read(revision.toml, Path(revision.folder)).description,
+        description=building_store.parsed(revision).description,
         revision_id=revision.id,
         band=settings.analysis.band,
         events=found,

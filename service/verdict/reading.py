@@ -7,7 +7,7 @@ from sqlalchemy.orm import Session
 
 from core.description import BuildingDescription
 from service.alerts.tables import Alert
-from service.analyses import layer_queries, peak_queries, queries as analysis_queries
+from service.analyses import history, queries as analysis_queries
 from service.analyses.tables import Analysis, DirectionResult, LayerResult
 from service.buildings import store as building_store
 from service.buildings.tables import Building
@@ -67,7 +67,7 @@ def of_event(session: Session, event: Event, at: datetime | None = None) -> Asse
 def of_building(session: Session, building: Building) -> Assessment:
     """The assessment of a building now: of its last earthquake, what is open, and whether records arrive."""
     last = record_queries.events(session, building.id, Span(), None, None, limit=1)
-    found = peak_queries.open_at(session, building.id, None)
+    found = history.open_at(session, building.id, None)
     silence = next((one.summary for one, state in found if one.cause in SILENT and state in ACTIVE), "")
     if last:
         return assess(_event_facts(session, last[0].Event, None, silence))
@@ -88,7 +88,7 @@ def of_building(session: Session, building: Building) -> Assessment:
 
 def ended_alerts(session: Session, event: Event) -> tuple[OpenAlert, ...]:
     """Alerts that have ended, and whose evidence includes the earthquake, or that were open when it happened."""
-    found = [(one, _alert(one, one.state, event)) for one in peak_queries.ended(session, event.building_id)]
+    found = [(one, _alert(one, one.state, event)) for one in history.ended(session, event.building_id)]
     return tuple(
         alert
         for one, alert in found
@@ -100,7 +100,7 @@ def ended_alerts(session: Session, event: Event) -> tuple[OpenAlert, ...]:
 def motion(session: Session, analysis: Analysis | None) -> tuple[Measured | Lacking, Measured | Lacking]:
     """m, largest and residual displacement in plan that an analysis found."""
     results = analysis_queries.direction_results(session, analysis.id) if analysis else ()
-    layer = layer_queries.layer_result(session, analysis.id) if analysis else None
+    layer = analysis_queries.layer_result(session, analysis.id) if analysis else None
     return _displacement(results, layer), _residual(results)
 
 
@@ -119,12 +119,12 @@ def _event_facts(session: Session, event: Event, at: datetime | None, silence: s
         layer=file.description.isolation,
         displacement=displacement,
         residual=residual,
-        largest_earlier=peak_queries.largest_before(session, event),
+        largest_earlier=history.largest_before(session, event),
         stiffness=dict.fromkeys(file.description.horizontal_directions, PENDING)
         if is_pending
         else _stiffness(session, event, file.description),
         data_problems=_problems(analysis) if analysis else PENDING,
-        alerts=tuple(_alert(one, state, event) for one, state in peak_queries.open_at(session, building.id, at)),
+        alerts=tuple(_alert(one, state, event) for one, state in history.open_at(session, building.id, at)),
     )
 
 
@@ -163,7 +163,7 @@ def _residual(results: Sequence[DirectionResult]) -> Measured | Lacking:
 
 
 def _stiffness(session: Session, event: Event, description: BuildingDescription) -> dict[str, Measured | Lacking]:
-    rows = {subject: (wanted, value) for subject, wanted, value in peak_queries.stiffness_values(session, event)}
+    rows = {subject: (wanted, value) for subject, wanted, value in history.stiffness_values(session, event)}
     directions = description.horizontal_directions
     if job_queue.is_being_watched(session, event.building_id):
         rows = {one: (wanted, value) for one, (wanted, value) in rows.items() if value is not None}

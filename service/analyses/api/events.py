@@ -9,11 +9,11 @@ from sqlalchemy.orm import Session
 
 from core.description import BuildingDescription
 from service.access.auth import Caller, engineer
-from service.analyses import layer_queries, queries
-from service.analyses.event_schema import EventOut, WaveformOut
-from service.analyses.request_schema import AnalysisRequest
+from service.analyses import queries
 from service.analyses.schema import (
+    AnalysisRequest,
     DirectionOut,
+    EventOut,
     FindingOut,
     LayerOut,
     ModeOut,
@@ -21,6 +21,7 @@ from service.analyses.schema import (
     Provenance,
     RelianceOut,
     SensorOut,
+    WaveformOut,
 )
 from service.analyses.tables import Analysis
 from service.buildings import levels
@@ -120,7 +121,7 @@ def directions(session: Session, analysis_id: int) -> list[DirectionOut]:
 
 def layer(session: Session, analysis_id: int) -> LayerOut | None:
     """What an analysis found across its directions."""
-    found = layer_queries.layer_result(session, analysis_id)
+    found = queries.layer_result(session, analysis_id)
     if found is None:
         return None
     return LayerOut(**{name: getattr(found, name) for name in LayerOut.model_fields})

@@ -12,8 +12,8 @@ from fastapi import APIRouter, Depends, Query, Request, Response
 
 from core.isolation_layer.equivalent import EquivalentSegment
 from service.access.auth import viewer
-from service.analyses import layer_queries, mode_charts, mode_tracks, queries, trend_queries
-from service.analyses.trend_queries import CYCLE
+from service.analyses import history, mode_charts, mode_tracks, queries
+from service.analyses.history import CYCLE
 from service.buildings import queries as building_queries
 from service.db.blobs import decode
 from service.db.select import Span
@@ -86,7 +86,7 @@ def of_layer(
     if is_known(request, etag):
         return unchanged(etag)
     with sessions() as session:
-        found = layer_queries.of_result(session, layer)
+        found = queries.layer_motion_of(session, layer)
     histories = [decode(blob) for one in wanted if (blob := found._mapping[one]) is not None]
     if len(histories) < len(wanted):
         raise NotFoundError(f"{name} of layer result", layer)
@@ -98,7 +98,7 @@ def stiffness(request: Request, sessions: Reading, shown: Shown) -> Response:
     """Equivalent stiffness over amplitude, the latest cycles of all events."""
     with sessions() as session:
         found, _ = building_queries.building(session, shown.building)
-        rows = trend_queries.latest_cycles(session, found.id, shown.direction, CYCLES)
+        rows = history.latest_cycles(session, found.id, shown.direction, CYCLES)
     etag = tag(VERSION, "stiffness", shown.building, shown.direction, [row.id for row in rows])
     if is_known(request, etag):
         return unchanged(etag)

@@ -1,4 +1,4 @@
-"""The long series of an event: its channels as recorded, and the restoring force."""
+"""Series of an event: the restoring force, the layer's motion in plan, and the channels as recorded."""
 
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal, get_args
@@ -9,7 +9,7 @@ from fastapi import APIRouter, Query, Request, Response
 
 from core.arrays import Indices, Vector
 from service.analyses import queries
-from service.analyses.series_schema import ForceSeries, WaveformSeries
+from service.analyses.series_schema import ForceSeries, LayerMotionSeries, WaveformSeries
 from service.buildings.store import described
 from service.db.blobs import decode
 from service.db.select import Line
@@ -46,7 +46,13 @@ Name = Literal[
 ]
 NAMES: tuple[str, ...] = get_args(Name)
 COLUMN = {name: f"{name}_history" for name in ("displacement_std", "velocity_std", "force_std")}
-Names = Annotated[list[Name] | None, Query(description="Only these series; repeat the parameter for several.")]
+ONLY = Query(description="Only these series; repeat the parameter for several.")
+Names = Annotated[list[Name] | None, ONLY]
+LayerName = Literal["displacement_x", "displacement_y", "torsion", "torsion_std", "axial_load"]
+LAYER_NAMES: tuple[str, ...] = get_args(LayerName)
+LayerNames = Annotated[
+    list[LayerName] | None, Query(description="Only these series; repeat the parameter for several.")
+]
 
 
 def kept(series: Mapping[str, Vector], count: int, points: int | None) -> Indices | None:
@@ -119,6 +125,46 @@ def described_force(result: Line) -> dict[str, Any]:
         "count": result.length,
         "missing": None if measured else "no channel measures the displacement of the isolation layer",
     }
+
+
+@router.get("/{event_id}/layer-motion", operation_id="get_layer_motion", **responses(LayerMotionSeries, 404, csv=True))
+def layer_motion(
+    request: Request,
+    event_id: Id,
+    sessions: Reading,
+    series: LayerNames = None,
+    points: Points = None,
+    analysis: AnalysisId = None,
+    format: Format = None,
+) -> Response:
+    """Displacement in x and y, torsion, and the vertical load; sample i is at start + i · step unless `time` is given.
+
+    There is one where the displacement is known in x and y, or the torsion, or the vertical load.
+    """
+    names = [name for name in LAYER_NAMES if series is None or name in series]
+    csv = wants_csv(request, format)
+    with sessions() as session:
+        result = queries.layer_motion(session, event_id, analysis)
+    etag = tag(VERSION, "layer-motion", result.id, names, points, csv)
+    if is_known(request, etag):
+        return unchanged(etag)
+    found = {name: decode(blob) for name in names if (blob := result._mapping[name]) is not None}
+    chosen = kept(found, result.length, points)
+    if csv:
+        return written(request, series_lines(sampled(result, found, chosen)), "text/csv", etag)
+    thinned = {name: numbers.written(one if chosen is None else one[chosen]) for name, one in found.items()}
+    content = dict.fromkeys(LAYER_NAMES) | {
+        "event": result.event,
+        "building": result.building,
+        "analysis": result.analysis,
+        "start": result.start,
+        "rate": result.rate,
+        "step": 1 / result.rate,
+        "count": result.length,
+        "time": None if chosen is None else chosen / result.rate,
+        "axial_load_level": result.axial_load_level,
+    }
+    return written(request, orjson.dumps(content | thinned, option=OPTIONS), "application/json", etag)
 
 
 @router.get("/{event_id}/waveforms/{channel}", operation_id="get_waveform", **responses(WaveformSeries, 404, csv=True))

@@ -14,7 +14,7 @@ from core.isolation_layer.equivalent import EquivalentSegment
 from core.isolation_layer.layer import AxialLoad
 from core.isolation_layer.motion import MeasuredMotion, ResidualDisplacement
 from core.quality import Finding
-from service.analyses.document import as_json
+from service.analyses.report.document import as_json
 from service.buildings.description import read
 
 DESCRIPTION = read(SMALL, FOLDER).description

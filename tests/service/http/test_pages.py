@@ -12,7 +12,7 @@ from sqlalchemy.orm import Session, sessionmaker
 
 from core.comparison.misfit import Misfit
 from core.model.isolator import Isolator
-from service.analyses import trend_queries
+from service.analyses import history
 from service.analyses.tables import Analysis, CycleResult, DirectionResult, ModeResult
 from service.buildings.tables import Building, Revision
 from service.db import blobs
@@ -243,7 +243,7 @@ def test_of_too_many_cycles_the_latest_are_drawn(stored: Session) -> None:
     for day, cycles in ((1, 3), (3, 2), (2, 4)):
         analysed(stored, event(stored, tower, day, "analysed"), result(cycles=cycles))
     stored.flush()
-    days = [(row.event_start - START).days for row in trend_queries.latest_cycles(stored, tower.id, "x", 5)]
+    days = [(row.event_start - START).days for row in history.latest_cycles(stored, tower.id, "x", 5)]
     assert days == [2, 2, 2, 3, 3]
 
 

@@ -1,0 +1,208 @@
+"""Reads over the years: results of a building's events by their latest analysis, and its alerts."""
+
+from collections.abc import Collection, Sequence
+from datetime import datetime
+
+from sqlalchemy import func, or_, select, tuple_
+from sqlalchemy.orm import Session
+
+from service.alerts.tables import Alert, AlertChange, Inspection
+from service.analyses.tables import Analysis, CycleResult, DirectionResult, LayerResult, ModeResult, SensorResult
+from service.db.select import Line, Place, Question, Span
+from service.drift.tables import DriftValue, ReferencePeriod, WatchedSeries
+from service.records.tables import Event
+
+CYCLE = ("start", "end", "amplitude", "shear_strain", "k_eq", "k_eq_std", "c_eq", "c_eq_std")
+MODE = ("number", "frequency", "frequency_std", "damping_ratio", "damping_ratio_std")
+
+
+def temperatures(session: Session, building_id: int) -> Sequence[tuple[int, float]]:
+    """(event id, °C) of each event with a measured temperature."""
+    question = _events(building_id).add_columns(Analysis.temperature).where(Analysis.temperature.is_not(None))
+    return [(row.event, row.temperature) for row in session.execute(question)]
+
+
+def analysed_since(session: Session, building_id: int, since: datetime) -> int:
+    """Number of analysed events that began at `since` or later."""
+    question = _events(building_id).where(Event.start >= since).subquery()
+    return session.scalar(select(func.count()).select_from(question)) or 0
+
+
+def all_cycles(session: Session, building_id: int) -> Sequence[Line]:
+    """Every cycle of every event, the earliest first."""
+    names = ("start", "end", "amplitude", "k_eq", "k_eq_std", "c_eq", "c_eq_std")
+    columns = [CycleResult.__table__.c[name] for name in names]
+    question = _directions(building_id).add_columns(DirectionResult.start.label("record_start"), *columns)
+    joined = question.join(CycleResult, CycleResult.result_id == DirectionResult.id)
+    return session.execute(joined.order_by(Event.start, Event.id, CycleResult.id)).all()
+
+
+def residuals(session: Session, building_id: int) -> Sequence[Line]:
+    """Residual displacement of the layer in each direction, m."""
+    value, std = DirectionResult.residual_displacement, DirectionResult.residual_displacement_std
+    question = _directions(building_id).add_columns(value.label("value"), std.label("std"))
+    return session.execute(question.where(value.is_not(None)).order_by(Event.start, Event.id)).all()
+
+
+def peak_displacements(session: Session, building_id: int) -> Sequence[Line]:
+    """Peak displacement of the layer in each direction, m; None where it was not measured."""
+    question = _directions(building_id).add_columns(DirectionResult.peak_displacement.label("peak"))
+    return session.execute(question.order_by(Event.start, Event.id)).all()
+
+
+def sensors(session: Session, building_id: int) -> Sequence[Line]:
+    """Noise and gain of every channel."""
+    columns = (SensorResult.channel, SensorResult.noise, SensorResult.gain, SensorResult.gain_std)
+    question = _events(building_id).join(SensorResult, SensorResult.analysis_id == Analysis.id).add_columns(*columns)
+    return session.execute(question.order_by(Event.start, Event.id, SensorResult.channel)).all()
+
+
+def findings(session: Session, building_id: int) -> Sequence[Line]:
+    """Data quality findings of each event, the earliest first."""
+    question = _events(building_id).add_columns(Analysis.quality)
+    return session.execute(question.order_by(Event.start, Event.id)).all()
+
+
+def reference_periods(session: Session, building_id: int) -> Sequence[ReferencePeriod]:
+    """Reference periods of a building, in the order in which they were set."""
+    question = select(ReferencePeriod).where(ReferencePeriod.building_id == building_id)
+    return session.scalars(question.order_by(ReferencePeriod.id)).all()
+
+
+def cycles(
+    session: Session, building_id: int, span: Span, direction: str | None, cursor: Place | None, limit: int
+) -> Sequence[Line]:
+    """Every cycle of every event's latest analysis, the earliest first; the last column is the cycle's id."""
+    question = _cycles(building_id, span, direction)
+    if cursor is not None:
+        question = question.where(tuple_(Event.start, CycleResult.id) > tuple_(cursor.time, cursor.id))
+    return session.execute(question.order_by(Event.start, CycleResult.id).limit(limit)).all()
+
+
+def latest_cycles(session: Session, building_id: int, direction: str, limit: int) -> Sequence[Line]:
+    """The latest so many cycles, the earliest of them first; columns as those of `cycles`."""
+    question = _cycles(building_id, Span(), direction)
+    latest = session.execute(question.order_by(Event.start.desc(), CycleResult.id.desc()).limit(limit)).all()
+    return latest[::-1]
+
+
+def modes(
+    session: Session, building_id: int, span: Span, direction: str | None, cursor: Place | None, limit: int
+) -> Sequence[Line]:
+    """Every mode of every event's latest analysis, the earliest first; the last column is the mode's id."""
+    of_mode = [ModeResult.__table__.c[name] for name in MODE]
+    question = _span_directions(building_id, span, direction).add_columns(*of_mode)
+    question = question.join(ModeResult, ModeResult.result_id == DirectionResult.id).add_columns(ModeResult.id)
+    if cursor is not None:
+        question = question.where(tuple_(Event.start, ModeResult.id) > tuple_(cursor.time, cursor.id))
+    return session.execute(question.order_by(Event.start, ModeResult.id).limit(limit)).all()
+
+
+def _cycles(building_id: int, span: Span, direction: str | None) -> Question:
+    """Every cycle of every event's latest analysis; the last column is the cycle's id."""
+    of_cycle = [CycleResult.__table__.c[name] for name in CYCLE]
+    question = _span_directions(building_id, span, direction).add_columns(
+        DirectionResult.start.label("record_start"), *of_cycle
+    )
+    return question.join(CycleResult, CycleResult.result_id == DirectionResult.id).add_columns(CycleResult.id)
+
+
+def largest_before(session: Session, event: Event) -> float | None:
+    """m, largest displacement in plan in the building's earthquakes before this one; None where none was measured."""
+    moved = func.coalesce(LayerResult.peak_resultant, DirectionResult.peak_displacement)
+    question = _moved(event.building_id).with_only_columns(func.max(moved)).where(Event.start < event.start)
+    return session.scalar(question)
+
+
+def moved_far(
+    session: Session, building_id: int, since: datetime | None, displacement: float, residual: float
+) -> Sequence[Line]:
+    """(Event, Analysis) of the earthquakes in which a direction reached one of two displacements, the earliest first.
+
+    Args:
+        session: to read with.
+        building_id: of the building.
+        since: earthquakes that ended before are left out; None: none is.
+        displacement: m, in one direction.
+        residual: m, in one direction.
+    """
+    far = or_(
+        DirectionResult.peak_displacement >= displacement, func.abs(DirectionResult.residual_displacement) >= residual
+    )
+    question = _moved(building_id).with_only_columns(Event.id).where(far)
+    if since is not None:
+        question = question.where(Event.end > since)
+    both = select(Event, Analysis).join(Analysis, (Analysis.event_id == Event.id) & Analysis.current)
+    return session.execute(both.where(Event.id.in_(question)).order_by(Event.start, Event.id)).all()
+
+
+def last_inspection(session: Session, building_id: int, cause: str) -> datetime | None:
+    """Time of the last inspection that ended an alert of that cause; None where there was none."""
+    of_cause = (Alert.building_id == building_id, Alert.cause == cause)
+    return session.scalar(select(func.max(Inspection.at)).join(Alert, Alert.id == Inspection.alert_id).where(*of_cause))
+
+
+def stiffness_values(session: Session, event: Event) -> Sequence[Line]:
+    """(subject, wanted, DriftValue | None): the building's series of stiffness, with the event's value in each."""
+    value = (DriftValue.series_id == WatchedSeries.id) & (DriftValue.event_id == event.id)
+    of_stiffness = (WatchedSeries.building_id == event.building_id, WatchedSeries.quantity == "stiffness")
+    question = select(WatchedSeries.subject, WatchedSeries.wanted, DriftValue).outerjoin(DriftValue, value)
+    return session.execute(question.where(*of_stiffness).order_by(WatchedSeries.subject)).all()
+
+
+def open_at(session: Session, building_id: int, at: datetime | None) -> Sequence[tuple[Alert, str]]:
+    """(alert, its state at that time) of the alerts open at a time, or open now (None), by number."""
+    if at is None:
+        now_open = select(Alert).where(Alert.building_id == building_id, Alert.closed_at.is_(None)).order_by(Alert.id)
+        return [(one, one.state) for one in session.scalars(now_open)]
+    was_open = (
+        Alert.building_id == building_id,
+        Alert.opened_at <= at,
+        or_(Alert.closed_at.is_(None), Alert.closed_at > at),
+    )
+    found = session.scalars(select(Alert).where(*was_open).order_by(Alert.id)).all()
+    states = _states(session, [one.id for one in found], at)
+    return [(one, states.get(one.id, one.state)) for one in found]
+
+
+def ended(session: Session, building_id: int) -> Sequence[Alert]:
+    """The building's alerts that were active and have ended, by number."""
+    has_ended = (Alert.building_id == building_id, Alert.closed_at.is_not(None), Alert.activated_at.is_not(None))
+    return session.scalars(select(Alert).where(*has_ended).order_by(Alert.id)).all()
+
+
+def _states(session: Session, numbers: Collection[int], at: datetime) -> dict[int, str]:
+    """By alert, its state at that time."""
+    question = select(AlertChange.alert_id, AlertChange.state).where(AlertChange.alert_id.in_(numbers))
+    changes = session.execute(question.where(AlertChange.at <= at).order_by(AlertChange.id))
+    return {change.alert_id: change.state for change in changes}
+
+
+def _moved(building_id: int) -> Question:
+    """Directions of the latest usable analysis of every event of a building."""
+    return (
+        select(Event)
+        .join(Analysis, (Analysis.event_id == Event.id) & Analysis.current & Analysis.refusal.is_(None))
+        .join(DirectionResult, DirectionResult.analysis_id == Analysis.id)
+        .outerjoin(LayerResult, LayerResult.analysis_id == Analysis.id)
+        .where(Event.building_id == building_id)
+    )
+
+
+def _span_directions(building_id: int, span: Span, direction: str | None) -> Question:
+    """The directions of events in a span of time, or one of them."""
+    question = _directions(building_id)
+    return span.limit(question if direction is None else question.where(DirectionResult.direction == direction))
+
+
+def _directions(building_id: int) -> Question:
+    """Events of a building with the directions of their latest analysis."""
+    joined = _events(building_id).join(DirectionResult, DirectionResult.analysis_id == Analysis.id)
+    return joined.add_columns(DirectionResult.direction)
+
+
+def _events(building_id: int) -> Question:
+    """Events of a building with their latest analysis."""
+    columns = (Event.id.label("event"), Event.start.label("event_start"))
+    latest = (Analysis.event_id == Event.id) & Analysis.current
+    return select(*columns).join(Analysis, latest).where(Event.building_id == building_id)
