@@ -8,8 +8,8 @@ from fastapi import APIRouter, Body, Query, Request, Response
 from service.analyses import history as analysis_history
 from service.buildings import queries as building_queries, reference_periods
 from service.buildings.api import following
-from service.drift import answers, queries
-from service.drift.answers import cells
+from service.drift import queries
+from service.drift.baseline import baseline_answer
 from service.drift.schema import (
     BaselineOut,
     CurvePoint,
@@ -53,8 +53,8 @@ def every_series(request: Request, code: Code, sessions: Reading, format: Format
     """Everything that is watched for drift at the building, each with its latest value."""
     with sessions() as session:
         found, _ = building_queries.building(session, code)
-        rows = answers.series_rows(session, found.id)
-    return table(request, format, tuple(SeriesRow.model_fields), cells(rows), None, building=code)
+        rows = queries.series_rows(session, found.id)
+    return table(request, format, tuple(SeriesRow.model_fields), queries.cells(rows), None, building=code)
 
 
 @router.get("/baseline", operation_id="get_baseline", **responses(BaselineOut, 404, csv=True))
@@ -75,9 +75,9 @@ def baseline(
     with sessions() as session:
         found, _ = building_queries.building(session, code)
         series = queries.one_series(session, found.id, quantity, subject)
-        answer = answers.baseline(code, series, temperature, points)
+        answer = baseline_answer(code, series, temperature, points)
     if wants_csv(request, format):
-        return table(request, "csv", tuple(CurvePoint.model_fields), cells(answer.items), None)
+        return table(request, "csv", tuple(CurvePoint.model_fields), queries.cells(answer.items), None)
     return document(request, answer)
 
 
@@ -94,8 +94,8 @@ def observations(
     """What a series was observed to be, event after event: the points to the baseline's curve."""
     with sessions() as session:
         found, _ = building_queries.building(session, code)
-        rows = answers.observations(session, found.id, quantity, subject, event)
-    return table(request, format, tuple(ObservationRow.model_fields), cells(rows), None, building=code)
+        rows = queries.observations(session, found.id, quantity, subject, event)
+    return table(request, format, tuple(ObservationRow.model_fields), queries.cells(rows), None, building=code)
 
 
 @router.get("/drift", operation_id="list_drift", **responses(Drift, 404, csv=True))
@@ -123,8 +123,8 @@ def alarms(request: Request, code: Code, sessions: Reading, format: Format = Non
     """What the rules found in the building's series, with its evidence: from these come its alerts."""
     with sessions() as session:
         found, _ = building_queries.building(session, code)
-        rows = answers.alarm_rows(session, found.id)
-    return table(request, format, tuple(DriftAlarmRow.model_fields), cells(rows), None, building=code)
+        rows = queries.alarm_rows(session, found.id)
+    return table(request, format, tuple(DriftAlarmRow.model_fields), queries.cells(rows), None, building=code)
 
 
 @router.get("/reference-periods", operation_id="list_reference_periods", **responses(ReferencePeriods, 404, csv=True))
@@ -140,7 +140,7 @@ def periods(request: Request, code: Code, sessions: Reading, format: Format = No
             ReferencePeriodOut.model_validate(one)
             for one in analysis_history.reference_periods(session, found.id)[::-1]
         ]
-    return table(request, format, tuple(ReferencePeriodOut.model_fields), cells(rows), None, building=code)
+    return table(request, format, tuple(ReferencePeriodOut.model_fields), queries.cells(rows), None, building=code)
 
 
 @router.post(

@@ -1,11 +1,12 @@
-"""What monitoring a building for drift is made from, what is computed, and what of it goes back to the database."""
+"""Monitoring of a building for drift: inputs read from the database, one computation, and results written back."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta
+from typing import Any
 from zoneinfo import ZoneInfo
 
-from sqlalchemy import delete, select
+from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from core.drift.alarms import Alarm
@@ -21,7 +22,7 @@ from service.analyses import history
 from service.buildings.reference_periods import in_force, reference
 from service.buildings.store import described
 from service.buildings.tables import Building
-from service.drift import baseline_json
+from service.drift.baseline import written
 from service.drift.findings import findings
 from service.drift.limit_findings import limit_findings
 from service.drift.series import channels_of, watched_series
@@ -38,7 +39,7 @@ MISSING = "missing"
 
 @dataclass(frozen=True, slots=True)
 class Watched:
-    """One series with all that it is monitored by."""
+    """One series with everything that its monitoring needs."""
 
     series: Series
     reference: Reference
@@ -46,7 +47,7 @@ class Watched:
     """By event."""
     reference_id: int | None
     channels: tuple[str, ...]
-    """That it is measured with."""
+    """Channels that measure it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,15 +57,15 @@ class WatchInputs:
     building_id: int
     watched: tuple[Watched, ...]
     starts: Mapping[int, datetime]
-    """Of every analysed event."""
+    """Start of every analysed event."""
     timezone: str
     """Of the building."""
     message_age: timedelta
-    """How long ago an event may have ended of which people are told."""
+    """Age up to which an event causes messages."""
 
 
 def inputs(session: Session, claim: Claim, settings: Settings) -> WatchInputs:
-    """What is watched at the building of a claimed job, as it is stored now."""
+    """The watched series of a claimed job's building, as stored now."""
     building = session.get_one(Building, claim.building_id)
     file = described(session, building)
     events = history.findings(session, building.id)
@@ -91,7 +92,7 @@ def stages(inputs: WatchInputs) -> Sequence[Stage]:
 
 
 def monitored(watched: Sequence[Watched]) -> tuple[tuple[Watched, Monitoring], ...]:
-    """Baseline, values and alarms of each series; then of what both directions of the layer tell together."""
+    """Baseline, values and alarms of each series, then of the mean of both directions of the layer."""
     own = [(one, monitor(one.series, one.reference, one.notes)) for one in watched]
     return (*own, *_pooled(own))
 
@@ -103,12 +104,11 @@ def store(
     results: Sequence[Sequence[tuple[Watched, Monitoring]]],
     now: datetime,
 ) -> None:
-    """Put what was found in the place of the building's earlier rows, and tell people, unless a later job sees more."""
+    """Bring the building's drift up to date and notify its recipients, unless a later job will."""
     if _is_overtaken(session, claim, inputs.building_id):
         return
-    forget(session, inputs.building_id)
     pairs = results[-1]
-    session.add_all(_series(watched, found, inputs.building_id, claim.job_id, now) for watched, found in pairs)
+    _update(session, claim, inputs.building_id, pairs, now)
     told = [(found, watched.channels) for watched, found in pairs]
     found = findings(told, inputs.starts, ZoneInfo(inputs.timezone))
     exceeded = limit_findings(session, inputs.building_id)
@@ -117,16 +117,55 @@ def store(
     tell(session, inputs.building_id, inputs.message_age, now)
 
 
-def forget(session: Session, building_id: int) -> None:
-    """Remove the drift rows of a building; all of them can be computed again."""
-    own = select(WatchedSeries.id).where(WatchedSeries.building_id == building_id)
-    session.execute(delete(DriftAlarm).where(DriftAlarm.series_id.in_(own)))
-    session.execute(delete(DriftValue).where(DriftValue.series_id.in_(own)))
-    session.execute(delete(WatchedSeries).where(WatchedSeries.building_id == building_id))
+def _update(
+    session: Session, claim: Claim, building_id: int, pairs: Sequence[tuple[Watched, Monitoring]], now: datetime
+) -> None:
+    """Write what changed since the building was monitored last; unchanged values and alarms are left alone."""
+    stored = {
+        (one.quantity, one.subject): one
+        for one in session.scalars(select(WatchedSeries).where(WatchedSeries.building_id == building_id))
+    }
+    for watched, found in pairs:
+        name = {"quantity": found.series.quantity, "subject": found.series.subject}
+        row = stored.pop((name["quantity"], name["subject"]), None) or WatchedSeries(building_id=building_id, **name)
+        row.job_id, row.created_at, row.version = claim.job_id, now, VERSION
+        row.reference_id, row.wanted = watched.reference_id, found.events_needed
+        row.baseline = None if found.baseline is None else written(found.baseline)
+        session.add(row)
+        _update_values(session, row, found.values)
+        _update_alarms(session, row, found.alarms)
+    for row in stored.values():
+        _delete(session, [*row.values, *row.alarms])
+        session.delete(row)
+
+
+def _update_values(session: Session, row: WatchedSeries, values: Sequence[EventValue]) -> None:
+    stored = {value.event_id: value for value in row.values}
+    for value in values:
+        kept = stored.pop(value.event, None)
+        if kept is None:
+            kept = DriftValue(event_id=value.event)
+            row.values.append(kept)
+        for name, content in _value(value).items():
+            setattr(kept, name, content)  # no UPDATE unless it differs
+    _delete(session, stored.values())
+
+
+def _update_alarms(session: Session, row: WatchedSeries, alarms: Sequence[Alarm]) -> None:
+    """Keep the stored alarms unless one differs: their numbers keep the order in which they were raised."""
+    current = [_alarm(alarm) for alarm in alarms]
+    if current != [{name: getattr(alarm, name) for name in ALARM} for alarm in row.alarms]:
+        _delete(session, row.alarms)
+        row.alarms = [DriftAlarm(**columns) for columns in current]
+
+
+def _delete(session: Session, rows: Iterable[DriftValue | DriftAlarm]) -> None:
+    for row in list(rows):
+        session.delete(row)
 
 
 def _is_overtaken(session: Session, claim: Claim, building_id: int) -> bool:
-    """Whether a later job does the same with what is stored by then; one that was given up does nothing."""
+    """True if a later job does the same with newer data; a failed one does not."""
     later = (Job.kind == WATCH, Job.building_id == building_id, Job.id > claim.job_id, Job.state != "failed")
     return session.scalar(select(Job.id).where(*later).limit(1)) is not None
 
@@ -137,9 +176,9 @@ def _watched(
     findings: Mapping[int, Sequence[Finding]],
     period: ReferencePeriod | None,
 ) -> Watched:
-    """With what was found of the sensors that the series is measured with.
+    """The series with the findings on the sensors that measure it.
 
-    A sensor that an event does not have took no part in it: one that is gone for years does not blind us for years.
+    A sensor missing in an event is no finding on it: one that is gone for years must not hide the drift of years.
     """
     own = {
         event: tuple(one for one in found if one.channel in channels and one.kind != MISSING)
@@ -150,7 +189,7 @@ def _watched(
 
 
 def _pooled(own: Sequence[tuple[Watched, Monitoring]]) -> Iterator[tuple[Watched, Monitoring]]:
-    """The mean of both directions, of each quantity of the layer that both have."""
+    """The mean of both directions, for each quantity of the layer measured in both."""
     known = {(found.series.quantity, found.series.subject): (watched, found) for watched, found in own}
     for quantity in LAYER_QUANTITIES:
         if (quantity, "x") in known and (quantity, "y") in known:
@@ -159,48 +198,38 @@ def _pooled(own: Sequence[tuple[Watched, Monitoring]]) -> Iterator[tuple[Watched
             yield Watched(found.series, x.reference, {}, x.reference_id, (*x.channels, *y.channels)), found
 
 
-def _series(watched: Watched, found: Monitoring, building_id: int, job_id: int, now: datetime) -> WatchedSeries:
-    return WatchedSeries(
-        building_id=building_id,
-        job_id=job_id,
-        created_at=now,
-        version=VERSION,
-        quantity=found.series.quantity,
-        subject=found.series.subject,
-        reference_id=watched.reference_id,
-        wanted=found.events_needed,
-        baseline=None if found.baseline is None else baseline_json.written(found.baseline),
-        values=[_value(value) for value in found.values],
-        alarms=[_alarm(alarm) for alarm in found.alarms],
-    )
+def _value(value: EventValue) -> dict[str, Any]:
+    """Columns of an event's value."""
+    return {
+        "value": value.value,
+        "std": value.std,
+        "count": value.count,
+        "is_reference": value.is_reference,
+        "is_beyond": value.is_out_of_range,
+        "is_excluded": value.is_excluded,
+        "causes": list(value.causes),
+    }
 
 
-def _value(value: EventValue) -> DriftValue:
-    return DriftValue(
-        event_id=value.event,
-        value=value.value,
-        std=value.std,
-        count=value.count,
-        is_reference=value.is_reference,
-        is_beyond=value.is_out_of_range,
-        is_excluded=value.is_excluded,
-        causes=list(value.causes),
-    )
+ALARM = {
+    "rule": "rule",
+    "is_sure": "is_sure",
+    "onset_event_id": "onset",
+    "after_event_id": "after",
+    "by_event_id": "by",
+    "raised_event_id": "raised",
+    "event_ids": "events",
+    "drift": "drift",
+    "low": "low",
+    "high": "high",
+    "false_alarms": "false_alarms",
+    "causes": "causes",
+    "message": "message",
+}
+"""Attributes of an alarm by column."""
 
 
-def _alarm(alarm: Alarm) -> DriftAlarm:
-    return DriftAlarm(
-        rule=alarm.rule,
-        is_sure=alarm.is_sure,
-        onset_event_id=alarm.onset,
-        after_event_id=alarm.after,
-        by_event_id=alarm.by,
-        raised_event_id=alarm.raised,
-        event_ids=list(alarm.events),
-        drift=alarm.drift,
-        low=alarm.low,
-        high=alarm.high,
-        false_alarms=alarm.false_alarms,
-        causes=list(alarm.causes),
-        message=alarm.message,
-    )
+def _alarm(alarm: Alarm) -> dict[str, Any]:
+    """Columns of an alarm, with lists as JSON has them."""
+    columns = {column: getattr(alarm, attribute) for column, attribute in ALARM.items()}
+    return columns | {"event_ids": list(alarm.events), "causes": list(alarm.causes)}

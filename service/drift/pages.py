@@ -17,8 +17,9 @@ from service.analyses.api.pictures import drawn
 from service.buildings import queries as building_queries
 from service.buildings.reference_periods import in_force
 from service.db.select import Span
-from service.drift import answers, charts, queries
+from service.drift import charts, queries
 from service.drift.api import TEXT
+from service.drift.baseline import baseline_answer
 from service.drift.charts import CURVES
 from service.drift.schema import DriftAlarmRow, DriftRow, QuantityName, SeriesRow
 from service.drift.tables import ReferencePeriod
@@ -43,8 +44,8 @@ def drift_page(request: Request, code: Code, sessions: Reading) -> Response:
     """Everything that is watched at a building: what was expected, what came, and what the rules found."""
     with sessions() as session:
         building, _ = building_queries.building(session, code)
-        series = answers.series_rows(session, building.id)
-        alarms = answers.alarm_rows(session, building.id)
+        series = queries.series_rows(session, building.id)
+        alarms = queries.alarm_rows(session, building.id)
         periods = analysis_history.reference_periods(session, building.id)
         return page(
             request,
@@ -101,9 +102,9 @@ def baseline(
         etag = tag(VERSION, "baseline", series.id, series.job_id)
         if is_known(request, etag):
             return unchanged(etag)
-        rows = answers.observations(session, found.id, quantity, subject, None)
+        rows = queries.observations(session, found.id, quantity, subject, None)
         latest = [one for one in rows if one.event == rows[-1].event]
-        known = answers.baseline(building, series, latest[-1].temperature, 80)
+        known = baseline_answer(building, series, latest[-1].temperature, 80)
     if not known.items:
         raise NotFoundError("baseline yet of", f"{quantity}/{subject}")
     title = f"{QUANTITIES[quantity].title.capitalize()}, {charts.named(subject)}"
@@ -116,7 +117,7 @@ def history(request: Request, sessions: Reading, building: BuildingCode, quantit
     with sessions() as session:
         found, _ = building_queries.building(session, building)
         values = _values(session, found.id, quantity)
-        alarms = [one for one in answers.alarm_rows(session, found.id) if one.quantity == quantity]
+        alarms = [one for one in queries.alarm_rows(session, found.id) if one.quantity == quantity]
     if not values:
         raise NotFoundError("drift of", quantity)
     etag = tag(VERSION, "drift", values, alarms)

@@ -1,18 +1,23 @@
-"""What is asked about the drift of a building's series, as it was monitored last."""
+"""Reads of a building's drift as last monitored, as rows of the API and the pages."""
 
 from collections.abc import Mapping, Sequence
+from operator import attrgetter
+from typing import Any
 
 from sqlalchemy import func, select, tuple_
 from sqlalchemy.orm import Session, joinedload
 
+from core.drift.quantities import QUANTITIES
 from service.db.select import Line, Place, Question, Span
+from service.drift.schema import DriftAlarmRow, ObservationRow, SeriesRow
+from service.drift.series import watched_series
 from service.drift.tables import DriftAlarm, DriftValue, WatchedSeries
 from service.errors import NotFoundError
 from service.records.tables import Event
 
 
 def every_series(session: Session, building_id: int) -> Sequence[WatchedSeries]:
-    """All that is watched at a building, by quantity and subject."""
+    """Every watched series of a building, by quantity and subject."""
     question = select(WatchedSeries).where(WatchedSeries.building_id == building_id)
     return session.scalars(question.order_by(WatchedSeries.quantity, WatchedSeries.subject)).all()
 
@@ -21,7 +26,7 @@ def one_series(session: Session, building_id: int, quantity: str, subject: str) 
     """A series of a building.
 
     Raises:
-        NotFoundError: nothing of that name was monitored there.
+        NotFoundError: no series of that name was monitored there.
     """
     named = (WatchedSeries.quantity == quantity, WatchedSeries.subject == subject)
     found = session.scalars(select(WatchedSeries).where(WatchedSeries.building_id == building_id, *named)).one_or_none()
@@ -63,7 +68,7 @@ def values(
 
 
 def counts(session: Session, building_id: int) -> Mapping[int, int]:
-    """Number of values by series; those without any are not in it."""
+    """Number of values by series; series without values are left out."""
     question = select(DriftValue.series_id, func.count()).group_by(DriftValue.series_id)
     question = question.join(WatchedSeries).where(WatchedSeries.building_id == building_id)
     return dict(session.execute(question).all())
@@ -77,7 +82,7 @@ def latest_values(session: Session, building_id: int) -> Mapping[int, DriftValue
 
 
 def alarms(session: Session, building_id: int) -> Sequence[DriftAlarm]:
-    """What the rules found, by quantity and subject, in the order in which it was raised; with series and events."""
+    """Alarms by quantity and subject, in the order in which they were raised, with their series and events."""
     question = select(DriftAlarm).join(DriftAlarm.series).where(WatchedSeries.building_id == building_id)
     loaded = question.options(
         *(
@@ -86,3 +91,73 @@ def alarms(session: Session, building_id: int) -> Sequence[DriftAlarm]:
         )
     )
     return session.scalars(loaded.order_by(WatchedSeries.quantity, WatchedSeries.subject, DriftAlarm.id)).all()
+
+
+def series_rows(session: Session, building_id: int) -> list[SeriesRow]:
+    """Every watched series of a building with its latest value."""
+    numbers, latest = counts(session, building_id), latest_values(session, building_id)
+    return [
+        SeriesRow(
+            quantity=series.quantity,
+            subject=series.subject,
+            title=QUANTITIES[series.quantity].title,
+            events=numbers.get(series.id, 0),
+            wanted=series.wanted,
+            latest_event=None if last is None else last.event_id,
+            latest_value=None if last is None else last.value,
+            latest_std=None if last is None else last.std,
+            alarms=sum(alarm.is_sure for alarm in series.alarms),
+            monitored_at=series.created_at,
+        )
+        for series in every_series(session, building_id)
+        for last in [latest.get(series.id)]
+    ]
+
+
+def observations(
+    session: Session, building_id: int, quantity: str, subject: str, event: int | None
+) -> list[ObservationRow]:
+    """The measurements of a series, in order of time.
+
+    Raises:
+        NotFoundError: no series of that name is measured at the building.
+    """
+    for series in watched_series(session, building_id, (quantity,)):
+        if series.subject == subject:
+            wanted = [one for one in series.measurements if event is None or one.event == event]
+            return [ObservationRow.model_validate(one) for one in sorted(wanted, key=attrgetter("time", "event"))]
+    raise NotFoundError("watched series", f"{quantity}/{subject}")
+
+
+def alarm_rows(session: Session, building_id: int) -> list[DriftAlarmRow]:
+    """Alarms of a building."""
+    return [_alarm_row(alarm) for alarm in alarms(session, building_id)]
+
+
+def _alarm_row(alarm: DriftAlarm) -> DriftAlarmRow:
+    return DriftAlarmRow(
+        quantity=alarm.series.quantity,
+        subject=alarm.series.subject,
+        rule=alarm.rule,
+        is_sure=alarm.is_sure,
+        onset_event=alarm.onset_event_id,
+        onset_start=alarm.onset.start,
+        after_event=alarm.after_event_id,
+        changed_after=None if alarm.after is None else alarm.after.start,
+        by_event=alarm.by_event_id,
+        changed_by=None if alarm.by is None else alarm.by.start,
+        raised_event=alarm.raised_event_id,
+        raised_start=alarm.raised.start,
+        events=alarm.event_ids,
+        drift=alarm.drift,
+        low=alarm.low,
+        high=alarm.high,
+        false_alarms=alarm.false_alarms,
+        causes=alarm.causes,
+        message=alarm.message,
+    )
+
+
+def cells(rows: Sequence[Any]) -> list[tuple[Any, ...]]:
+    """The rows of a table."""
+    return [tuple(dict(row).values()) for row in rows]

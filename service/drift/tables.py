@@ -51,7 +51,7 @@ class WatchedSeries(Base):
     wanted: Mapped[int]
     """Events that the reference still lacks."""
     baseline: Mapped[dict[str, Any] | None]
-    """service.drift.baseline_json; None as long as nothing can be expected."""
+    """service.drift.baseline; None as long as nothing can be expected."""
     reference: Mapped[ReferencePeriod | None] = relationship()
     values: Mapped[list["DriftValue"]] = relationship(back_populates="series", order_by="DriftValue.id")
     alarms: Mapped[list["DriftAlarm"]] = relationship(back_populates="series", order_by="DriftAlarm.id")

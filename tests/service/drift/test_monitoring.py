@@ -1,12 +1,15 @@
 """What is watched at a building, when it is monitored, and what people are told of it."""
 
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from datetime import timedelta
 
 import histories
 import pytest
 from described import BASE, LAYER
-from sqlalchemy import select
+from sqlalchemy import event as sqlalchemy_event, select
 from sqlalchemy.orm import Session, sessionmaker
 
 from core.quality import Finding
@@ -183,3 +186,46 @@ def test_a_transducer_with_more_gain_is_no_loss_of_stiffness(sessions: sessionma
     assert states[f"gain/{LAYER}"] == "active"
     assert states["stiffness"] == "on_hold"
     assert "active" not in {state for cause, state in states.items() if not cause.startswith("gain/")}
+
+
+def test_monitoring_again_writes_only_what_changed(sessions: sessionmaker[Session], building: int) -> None:
+    found = histories.history(26, onset=21)
+    histories.analysed(sessions, building, found[:-1], NOW)
+    before = numbers_of_values(sessions)
+    with drift_writes(sessions) as written:
+        with sessions.begin() as session:
+            job_queue.enqueue_watch(session, building, None, NOW)
+        histories.watched(sessions, NOW)
+    assert written == []
+    assert numbers_of_values(sessions) == before
+    with drift_writes(sessions) as written:
+        histories.analysed(sessions, building, found[-1:], NOW)
+    after = numbers_of_values(sessions)
+    assert {name: after[name] for name in before} == before
+    assert len(after) == len(before) + len({name[:2] for name in before})
+    assert not [statement for statement in written if statement.startswith("DELETE FROM drift_value")]
+
+
+def numbers_of_values(sessions: sessionmaker[Session]) -> dict[tuple[str, str, int], int]:
+    """Row numbers of the drift values, by quantity, subject and event."""
+    question = select(WatchedSeries.quantity, WatchedSeries.subject, DriftValue.event_id, DriftValue.id)
+    with sessions() as session:
+        return {(row[0], row[1], row[2]): row[3] for row in session.execute(question.join(DriftValue))}
+
+
+@contextmanager
+def drift_writes(sessions: sessionmaker[Session]) -> Iterator[list[str]]:
+    """Statements that change drift values or alarms meanwhile."""
+    written: list[str] = []
+
+    def note(*given: str) -> None:
+        if re.match(r"(INSERT INTO|UPDATE|DELETE FROM) drift_", given[2]):
+            written.append(given[2])
+
+    with sessions() as session:
+        engine = session.get_bind()
+    sqlalchemy_event.listen(engine, "before_cursor_execute", note)
+    try:
+        yield written
+    finally:
+        sqlalchemy_event.remove(engine, "before_cursor_execute", note)
