@@ -55,7 +55,7 @@ class Archive:
         seen: dict[str, str] = cursor.get("seen", {})
         growing: dict[str, str] = {}
         errors: list[SourceError] = []
-        with ThreadPool(self.client.settings.polling.concurrency) as pool:  # whose threads hold up no end of the process
+        with ThreadPool(self.client.settings.polling.concurrency) as pool:  # its threads never delay the end
             for batch in self._wanted(listings):
                 outcomes = pool.map(lambda wanted: self._outcome(wanted[0], wanted[1], seen, now), batch)
                 growing |= {e.address: e.mark for (e, _), out in zip(batch, outcomes, strict=True) if out.grows}
