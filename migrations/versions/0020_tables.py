@@ -128,6 +128,13 @@ def upgrade() -> None:
         sa.PrimaryKeyConstraint("id", name=op.f("pk_event")),
     )
     op.create_index(op.f("ix_event_building_id_start"), "event", ["building_id", "start"])
+    op.create_index(
+        "ix_event_gathering",
+        "event",
+        ["updated_at"],
+        sqlite_where=sa.text("state = 'gathering'"),
+        postgresql_where=sa.text("state = 'gathering'"),
+    )
 
     op.create_table(
         "fetched_file",
@@ -197,7 +204,6 @@ def upgrade() -> None:
         sa.PrimaryKeyConstraint("id", name=op.f("pk_recording")),
         sa.UniqueConstraint("building_id", "sha256", name=op.f("uq_recording_building_id_sha256")),
     )
-    op.create_index(op.f("ix_recording_building_id"), "recording", ["building_id"])
 
     op.create_table(
         "reference_period",
@@ -395,7 +401,6 @@ def upgrade() -> None:
         sa.PrimaryKeyConstraint("id", name=op.f("pk_waveform")),
         sa.UniqueConstraint("event_id", "channel", "start", name=op.f("uq_waveform_event_id_channel_start")),
     )
-    op.create_index(op.f("ix_waveform_event_id"), "waveform", ["event_id"])
 
     op.create_table(
         "alert_change",
@@ -474,6 +479,7 @@ def upgrade() -> None:
     )
     op.create_index(op.f("ix_job_building_id"), "job", ["building_id"])
     op.create_index(op.f("ix_job_event_id"), "job", ["event_id"])
+    op.create_index(op.f("ix_job_finished_at"), "job", ["finished_at"])
     op.create_index(op.f("ix_job_model_id"), "job", ["model_id"])
     op.create_index(op.f("ix_job_state_id"), "job", ["state", "id"])
 
@@ -501,6 +507,14 @@ def upgrade() -> None:
         sa.UniqueConstraint("job_id", name=op.f("uq_analysis_job_id")),
     )
     op.create_index(op.f("ix_analysis_event_id"), "analysis", ["event_id"])
+    op.create_index(
+        "uq_analysis_current",
+        "analysis",
+        ["event_id"],
+        unique=True,
+        sqlite_where=sa.text("current = 1"),
+        postgresql_where=sa.text("current"),
+    )
 
     op.create_table(
         "delivery_attempt",
@@ -614,7 +628,6 @@ def upgrade() -> None:
         sa.PrimaryKeyConstraint("id", name=op.f("pk_direction_result")),
         sa.UniqueConstraint("analysis_id", "direction", name=op.f("uq_direction_result_analysis_id_direction")),
     )
-    op.create_index(op.f("ix_direction_result_analysis_id"), "direction_result", ["analysis_id"])
 
     op.create_table(
         "drift_alarm",
@@ -730,7 +743,6 @@ def upgrade() -> None:
         sa.PrimaryKeyConstraint("id", name=op.f("pk_sensor_result")),
         sa.UniqueConstraint("analysis_id", "channel", name=op.f("uq_sensor_result_analysis_id_channel")),
     )
-    op.create_index(op.f("ix_sensor_result_analysis_id"), "sensor_result", ["analysis_id"])
 
     op.create_table(
         "cycle_result",

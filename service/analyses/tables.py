@@ -1,9 +1,9 @@
-"""Tables of what came of analysing events."""
+"""Tables of analyses and their results."""
 
 from datetime import datetime
 from typing import Any
 
-from sqlalchemy import ForeignKey, LargeBinary, Text, UniqueConstraint
+from sqlalchemy import ForeignKey, Index, LargeBinary, Text, UniqueConstraint, text
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
 from service.db.base import Base
@@ -11,15 +11,24 @@ from service.records.tables import Event
 
 
 class Analysis(Base):
-    """What came of analysing an event once; a later analysis makes a new row and keeps this one."""
+    """One analysis of an event; a later one makes a new row and keeps this one."""
 
     __tablename__ = "analysis"
+    __table_args__ = (
+        Index(
+            "uq_analysis_current",
+            "event_id",
+            unique=True,
+            sqlite_where=text("current = 1"),
+            postgresql_where=text("current"),
+        ),
+    )
     id: Mapped[int] = mapped_column(primary_key=True)
     event_id: Mapped[int] = mapped_column(ForeignKey("event.id"), index=True)
     job_id: Mapped[int] = mapped_column(ForeignKey("job.id"), unique=True)
     revision_id: Mapped[int] = mapped_column(ForeignKey("revision.id"))
     current: Mapped[bool]
-    """Whether it is the event's latest."""
+    """True for the event's latest."""
     created_at: Mapped[datetime]
     version: Mapped[str]
     """Of the code."""
@@ -47,7 +56,7 @@ class DirectionResult(Base):
     __tablename__ = "direction_result"
     __table_args__ = (UniqueConstraint("analysis_id", "direction"),)
     id: Mapped[int] = mapped_column(primary_key=True)
-    analysis_id: Mapped[int] = mapped_column(ForeignKey("analysis.id"), index=True)
+    analysis_id: Mapped[int] = mapped_column(ForeignKey("analysis.id"))
     direction: Mapped[str]
     start: Mapped[datetime]
     rate: Mapped[float]
@@ -78,7 +87,7 @@ class DirectionResult(Base):
 
 
 class LayerResult(Base):
-    """What an analysis found of the isolation layer across its directions, histories as blobs (service.db.blobs)."""
+    """The isolation layer across an analysis' directions, with histories as blobs (service.db.blobs)."""
 
     __tablename__ = "layer_result"
     id: Mapped[int] = mapped_column(primary_key=True)
@@ -142,12 +151,12 @@ class CycleResult(Base):
 
 
 class SensorResult(Base):
-    """How one channel did in an event (core.sensors.sensor_errors)."""
+    """State of one channel in an event (core.sensors.sensor_errors)."""
 
     __tablename__ = "sensor_result"
     __table_args__ = (UniqueConstraint("analysis_id", "channel"),)
     id: Mapped[int] = mapped_column(primary_key=True)
-    analysis_id: Mapped[int] = mapped_column(ForeignKey("analysis.id"), index=True)
+    analysis_id: Mapped[int] = mapped_column(ForeignKey("analysis.id"))
     channel: Mapped[str]
     noise: Mapped[float | None]
     """SI units, standard deviation at rest."""

@@ -39,7 +39,7 @@ class Job(Base):
     result: Mapped[dict[str, Any] | None]
     """What came of it, where no table of its own has that."""
     created_at: Mapped[datetime]
-    finished_at: Mapped[datetime | None]
+    finished_at: Mapped[datetime | None] = mapped_column(index=True)
     event: Mapped[Event | None] = relationship()
     model: Mapped[ModelVersion | None] = relationship()
 

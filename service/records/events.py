@@ -14,7 +14,7 @@ from service.db.deadlines import is_wrong
 from service.formats.trace import Trace, extent, overlapping
 from service.jobs import queue as job_queue
 from service.jobs.tables import Job
-from service.records.tables import Event, EventRecording, Recording, Waveform
+from service.records.tables import GATHERING, Event, EventRecording, Recording, Waveform
 from service.settings import Settings
 
 log = logging.getLogger(__name__)
@@ -49,7 +49,7 @@ def queue_ready(session: Session, now: datetime, *, settings: Settings) -> int:
     patience = timedelta(seconds=settings.event.grace)
     came = Event.updated_at
     has_waited = or_(came <= now - patience, is_wrong(came, now - patience, patience))
-    waiting = select(Event).where(Event.state == "gathering", has_waited)
+    waiting = select(Event).where(GATHERING, has_waited)
     ready = list(session.scalars(waiting.order_by(Event.start).with_for_update(skip_locked=True)))
     for event in ready:
         job_queue.enqueue(session, event, {}, now)
@@ -58,7 +58,7 @@ def queue_ready(session: Session, now: datetime, *, settings: Settings) -> int:
 
 def queue_now(session: Session, building: Building, now: datetime) -> None:
     """Queue the building's events as they are: no further files will come."""
-    waiting = select(Event).where(Event.building_id == building.id, Event.state == "gathering")
+    waiting = select(Event).where(Event.building_id == building.id, GATHERING)
     for event in session.scalars(waiting.with_for_update(skip_locked=True)):
         job_queue.enqueue(session, event, {}, now)
 

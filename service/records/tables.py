@@ -1,13 +1,16 @@
-"""Tables of what was received, and how far the sources were read."""
+"""Tables of sources, recordings, events and waveforms."""
 
 from datetime import datetime
 from typing import Any
 
-from sqlalchemy import ForeignKey, Index, LargeBinary, Text, UniqueConstraint
+from sqlalchemy import ForeignKey, Index, LargeBinary, Text, UniqueConstraint, text
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
 from service.buildings.tables import Building
 from service.db.base import Base
+
+GATHERING = text("state = 'gathering'")
+"""Written out in queries, too, because SQLite uses a partial index only for a literal."""
 
 
 class SourceState(Base):
@@ -58,7 +61,7 @@ class Recording(Base):
     __tablename__ = "recording"
     __table_args__ = (UniqueConstraint("building_id", "sha256"),)
     id: Mapped[int] = mapped_column(primary_key=True)
-    building_id: Mapped[int] = mapped_column(ForeignKey("building.id"), index=True)
+    building_id: Mapped[int] = mapped_column(ForeignKey("building.id"))
     sha256: Mapped[str | None] = mapped_column(ForeignKey("content.sha256"))
     """None where the bytes were refused before they came: too many."""
     name: Mapped[str]
@@ -84,7 +87,10 @@ class Event(Base):
     """One earthquake at one building."""
 
     __tablename__ = "event"
-    __table_args__ = (Index(None, "building_id", "start"),)
+    __table_args__ = (
+        Index(None, "building_id", "start"),
+        Index("ix_event_gathering", "updated_at", sqlite_where=GATHERING, postgresql_where=GATHERING),
+    )
     id: Mapped[int] = mapped_column(primary_key=True)
     building_id: Mapped[int] = mapped_column(ForeignKey("building.id"))
     start: Mapped[datetime]
@@ -113,7 +119,7 @@ class Waveform(Base):
     __tablename__ = "waveform"
     __table_args__ = (UniqueConstraint("event_id", "channel", "start"),)
     id: Mapped[int] = mapped_column(primary_key=True)
-    event_id: Mapped[int] = mapped_column(ForeignKey("event.id"), index=True)
+    event_id: Mapped[int] = mapped_column(ForeignKey("event.id"))
     channel: Mapped[str]
     start: Mapped[datetime]
     rate: Mapped[float]
