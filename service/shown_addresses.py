@@ -1,4 +1,4 @@
-"""Addresses of servers as they may be shown: user names, passwords and tokens stay out of tables, logs and answers."""
+"""Addresses of servers in a form that may be shown: without user names, passwords and tokens."""
 
 import re
 

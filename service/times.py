@@ -1,4 +1,4 @@
-"""How is a time written that somebody gives?"""
+"""Times as people and programs write them (RFC 3339)."""
 
 import re
 from datetime import UTC, datetime
@@ -10,7 +10,7 @@ def read_time(written: object) -> datetime:
     """An aware time; UTC where no zone is written.
 
     Raises:
-        ValueError: it is not written as RFC 3339 says.
+        ValueError: it is not written as in RFC 3339.
     """
     if not isinstance(written, str) or not RFC_3339.fullmatch(written):
         raise ValueError("a date or a time as in 2010-02-27T06:34:11Z is wanted")

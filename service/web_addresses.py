@@ -1,4 +1,4 @@
-"""Addresses of monitoring servers, and what is wrong with one."""
+"""Validation of monitoring servers' addresses."""
 
 import re
 from urllib.parse import urlsplit
@@ -7,9 +7,9 @@ ALLOWED = "http://host/path and https://host/path are allowed"
 
 
 def wrong_web_address(address: str) -> str | None:
-    """What is wrong with the address of a monitoring server; None if a server can be asked at it.
+    """The problem with the address of a monitoring server; None if it is valid.
 
-    The words repeat nothing that may be a secret.
+    The message repeats nothing that may be a secret.
     """
     try:
         parts = urlsplit(address)

@@ -1,4 +1,4 @@
-"""Which keys a building file may have, and what each means."""
+"""Keys of a building file, each with its type and meaning."""
 
 from datetime import datetime
 from typing import Annotated, Literal
@@ -146,7 +146,7 @@ class ChannelTable(Table):
 
 
 class ReceiverTable(Table):
-    """`[[receiver]]`: somebody, or some program, that is told of the building."""
+    """`[[receiver]]`: a person or program that receives messages on the building."""
 
     name: Annotated[str, Field(min_length=1, max_length=64)] = Field(description="the receiver's name, its own here")
     kind: ReceiverKind = Field(description="email, webhook, alertmanager or apprise (other chat services)")

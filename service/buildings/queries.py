@@ -1,4 +1,4 @@
-"""What is asked about the buildings under watch and their sources."""
+"""Reads of the buildings and their sources."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-"""Tables of the buildings under watch."""
+"""Tables of the buildings and their descriptions."""
 
 from datetime import datetime
 
@@ -10,7 +10,7 @@ from service.db.encryption import Encrypted
 
 
 class Building(Base):
-    """A building under watch."""
+    """A building."""
 
     __tablename__ = "building"
     id: Mapped[int] = mapped_column(primary_key=True)
@@ -31,6 +31,6 @@ class Revision(Base):
     toml: Mapped[str] = mapped_column(Encrypted)
     """It may hold passwords of sources and secrets of receivers."""
     folder: Mapped[str]
-    """Where the description lay: relative source locations start here."""
+    """Folder of the description: relative source locations start here."""
     created_at: Mapped[datetime]
     building: Mapped[Building] = relationship(back_populates="revisions")

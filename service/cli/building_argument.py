@@ -34,9 +34,9 @@ def text_of(path: Path) -> str:
 
 def levels_named(sensors: str, description: "BuildingDescription") -> tuple[str, ...]:
     """The names of levels given by name or role, separated by commas."""
-    from service.buildings.levels import LevelError, named
+    from service.buildings.description import LevelError, named_levels
 
     try:
-        return named((name.strip() for name in sensors.split(",")), description)
+        return named_levels((name.strip() for name in sensors.split(",")), description)
     except LevelError as error:
         raise typer.BadParameter(str(error), param_hint="--sensors") from None

@@ -1,4 +1,4 @@
-"""What is asked to find out whether data stopped."""
+"""Reads for the check of data health: records, events and jobs that fail to come."""
 
 from collections.abc import Mapping, Sequence
 from datetime import datetime, timedelta
@@ -23,7 +23,7 @@ def last_good_recording(session: Session, building_id: int) -> Recording | None:
 def latest_events(session: Session, building_id: int, count: int) -> Sequence[Line]:
     """(number, start, findings of screening or None) of the building's latest events, the earliest of them first.
 
-    Those of which more is under way do not count yet.
+    Events that wait for files or their analysis are left out.
     """
     ended = (Event.building_id == building_id, Event.state.in_(("analysed", "refused")))
     question = select(Event.id, Event.start, Analysis.quality).outerjoin(
@@ -33,7 +33,7 @@ def latest_events(session: Session, building_id: int, count: int) -> Sequence[Li
 
 
 def channels_of(session: Session, events: Sequence[int]) -> Mapping[int, set[str]]:
-    """Channels that gave anything, by event; an event without any is not in it."""
+    """Recorded channels by event; events without any are left out."""
     found: dict[int, set[str]] = {}
     question = select(Waveform.event_id, Waveform.channel).where(Waveform.event_id.in_(events)).distinct()
     for event, channel in session.execute(question):
@@ -53,13 +53,13 @@ def files_of(session: Session, events: Sequence[int]) -> Mapping[int, tuple[str,
 
 
 def channels_ever(session: Session, building_id: int) -> set[str]:
-    """Channels of which the building ever had a record."""
+    """Channels that the building ever recorded."""
     question = select(Waveform.channel).join(Event, Event.id == Waveform.event_id)
     return set(session.scalars(question.where(Event.building_id == building_id).distinct()))
 
 
 def oldest_undone_job(session: Session, building_id: int, now: datetime, lease: timedelta) -> datetime | None:
-    """Since when the building's oldest job waits, or its worker has been silent; None if no job is neglected."""
+    """Time since which the building's oldest job waits, or its worker is silent; None if no job is neglected."""
     columns = (Job.building_id, Event.building_id, ModelVersion.building_id)
     of_building = or_(*(column == building_id for column in columns))
     jobs = (
@@ -73,9 +73,9 @@ def oldest_undone_job(session: Session, building_id: int, now: datetime, lease: 
 
 
 def last_progress(session: Session, now: datetime, lease: timedelta) -> datetime | None:
-    """When a worker of the service finished a job last, or said that it is at one; None if none ever did.
+    """Last time at which a worker finished a job or renewed a lease; None before the first.
 
-    What is written as later than now was written by a wrong clock, and counts for nothing.
+    Times after now come from a wrong clock and are ignored.
     """
     finished = session.scalar(select(func.max(Job.finished_at)).where(Job.finished_at <= now))
     held = session.scalar(

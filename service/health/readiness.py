@@ -1,4 +1,4 @@
-"""Whether the service does its work: looks at sources and analyses are really done, and their results can be kept.
+"""Readiness of the service: sources are polled, analyses are done, and their results can be stored.
 
 That its processes live proves nothing: a clock that was set, a full disk or threads that wait for ever stop the work
 while all of them live.
@@ -37,15 +37,15 @@ class Check:
     name: str
     ok: bool
     found: str
-    """What is so, in words."""
+    """State in words."""
     helps: str = ""
-    """What a person can do; empty where nothing has to be done."""
+    """Remedy; empty where none is needed."""
     since: datetime | None = None
-    """When it began to be so, as far as that is stored."""
+    """Beginning of the state, where stored."""
 
 
 def checks(session: Session, settings: Settings, now: datetime) -> tuple[Check, ...]:
-    """Everything that is checked, in the order in which one thing may cause the next."""
+    """All checks, in the order in which one failure may cause the next."""
     return (
         _disk(session, settings),
         _clock(session, settings, now),
@@ -56,7 +56,7 @@ def checks(session: Session, settings: Settings, now: datetime) -> tuple[Check, 
 
 
 def lacks(session: Session, settings: Settings, now: datetime) -> Iterator[str]:
-    """Everything for which the service cannot be said to work."""
+    """The failed checks, in words."""
     return (one.found for one in checks(session, settings, now) if not one.ok)
 
 
@@ -73,7 +73,7 @@ def _disk(session: Session, settings: Settings) -> Check:
 
 
 def _clock(session: Session, settings: Settings, now: datetime) -> Check:
-    """Whatever was written last was written before now, unless a clock was set."""
+    """No stored time lies after now, unless a clock was set."""
     tolerance = timedelta(seconds=settings.data_health.clock_tolerance)
     written = [
         session.scalar(select(func.max(SourceState.looked_at))),

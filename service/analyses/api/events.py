@@ -24,8 +24,7 @@ from service.analyses.schema import (
     WaveformOut,
 )
 from service.analyses.tables import Analysis
-from service.buildings import levels
-from service.buildings.levels import LevelError
+from service.buildings.description import LevelError, named_levels
 from service.buildings.store import described
 from service.errors import ConflictError, NotFoundError, documented
 from service.http.parameters import AnalysisId, Id, Reading, Writing
@@ -164,7 +163,7 @@ def checked(wanted: AnalysisRequest, description: BuildingDescription, own: Sett
     arguments = wanted.model_dump(exclude_none=True)
     if wanted.sensors is not None:
         try:
-            arguments["sensors"] = levels.named(wanted.sensors, description)
+            arguments["sensors"] = named_levels(wanted.sensors, description)
         except LevelError as error:
             raise ConflictError(f"The sensors do not fit the building {description.code}: {error}.") from None
     low, high = wanted.band or own.analysis.band

@@ -1,4 +1,4 @@
-"""Whether the service is alive and ready, and what Prometheus may know of it."""
+"""Endpoints on the state of the service: alive, ready, and metrics for Prometheus."""
 
 from datetime import UTC, datetime
 from typing import Any
@@ -18,7 +18,7 @@ from service.settings import Settings
 
 router = APIRouter(tags=["operations"])
 OPEN: dict[str, Any] = {"security": []}
-"""In the OpenAPI document: whoever looks after the service asks without a key."""
+"""In the OpenAPI document: these endpoints need no key."""
 
 OTHER_TABLES = "the tables of the database are not those of this version"
 NEWEST = "'menshin up', 'menshin api', 'menshin poll' or 'menshin work' of the newest version makes them so"
@@ -64,7 +64,7 @@ def _checks(sessions: sessionmaker[Session], settings: Settings, now: datetime) 
 
 
 def _check(found: readiness.Check, noticed: dict[str, datetime], now: datetime) -> CheckOut:
-    """With the time since when it is not as it has to be: as it is stored, else as this process noticed it first."""
+    """A check with the time since which it fails: as stored, otherwise since this process first noticed."""
     if found.ok:
         noticed.pop(found.name, None)
         return CheckOut(name=found.name, ok=True, since=None, found=found.found, helps=found.helps)

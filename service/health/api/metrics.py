@@ -1,76 +1,168 @@
-"""What is measured of the service for Prometheus: its requests as they come, and its state as the database has it."""
+"""Metrics for Prometheus: the duration of requests, and the state of the service as stored."""
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
 
 from prometheus_client import CollectorRegistry, Histogram
 from prometheus_client.core import GaugeMetricFamily
 from prometheus_client.registry import Collector
+from sqlalchemy import Select, case, func, select
 from sqlalchemy.orm import Session, sessionmaker
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from service.health.api import tallies
-from service.health.api.tallies import Counted
+from service.alerts.tables import Alert
+from service.analyses.tables import Analysis
+from service.buildings.tables import Building
+from service.jobs.tables import Job
+from service.notify.tables import Delivery, Receiver
+from service.records.tables import Event, Recording, SourceState
+from service.verdict import reading
 
+Counted = Mapping[str, float]
+"""A number by label; by the empty label where there is one number."""
 SECONDS = (0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0, 30.0)
+
+
+def events_by_state(session: Session) -> Counted:
+    """Number of events by state."""
+    return _counted(session, select(Event.state, func.count()).group_by(Event.state))
+
+
+def jobs_by_state(session: Session) -> Counted:
+    """Number of jobs by state."""
+    return _counted(session, select(Job.state, func.count()).group_by(Job.state))
+
+
+def oldest_waiting_job(session: Session) -> Counted:
+    """Unix time of the oldest waiting job; empty if none waits."""
+    found = session.scalar(select(func.min(Job.created_at)).where(Job.state == "waiting"))
+    return {} if found is None else {"": found.timestamp()}
+
+
+def last_good_records(session: Session) -> Counted:
+    """Unix time at which the last record that could be read ends, by code of the building."""
+    question = select(Building.code, func.max(Recording.end)).join(Recording, Recording.building_id == Building.id)
+    return _times(session, question.where(Recording.state == "read").group_by(Building.code))
+
+
+def failing_sources(session: Session) -> Counted:
+    """Unix time since which the source has been failing, by code of the building; sources that answer are left out."""
+    question = select(Building.code, SourceState.failing_since)
+    return _times(session, question.join(SourceState, SourceState.building_id == Building.id))
+
+
+def verdicts(session: Session) -> Counted:
+    """Rank of the verdict by code of the building; 0 is normal, 5 act."""
+    every = session.scalars(select(Building)).all()
+    return {building.code: float(reading.of_building(session, building).level.rank) for building in every}
+
+
+def open_alerts(session: Session) -> Counted:
+    """Number of alerts that have not ended, by code of the building."""
+    is_open = (Alert.building_id == Building.id) & Alert.closed_at.is_(None)
+    question = select(Building.code, func.count(Alert.id)).outerjoin(Alert, is_open)
+    return _counted(session, question.group_by(Building.code))
+
+
+def refused_recordings(session: Session) -> Counted:
+    """Number of rejected files, by code of the building."""
+    refused = (Recording.building_id == Building.id) & (Recording.state == "refused")
+    question = select(Building.code, func.count(Recording.id)).outerjoin(Recording, refused)
+    return _counted(session, question.group_by(Building.code))
+
+
+def analyses_by_outcome(session: Session) -> Counted:
+    """Number of analyses with a result, and of those that rejected their event."""
+    outcome = case((Analysis.refusal.is_(None), "result"), else_="refused")
+    return _counted(session, select(outcome, func.count()).group_by(outcome))
+
+
+def deliveries_by_state(session: Session) -> Counted:
+    """Number of messages on their way to one receiver each, by state."""
+    return _counted(session, select(Delivery.state, func.count()).group_by(Delivery.state))
+
+
+def oldest_waiting_delivery(session: Session) -> Counted:
+    """Unix time of the oldest message in the outbox that has not arrived; empty if none waits."""
+    waiting = Delivery.state.in_(("waiting", "sending"))
+    found = session.scalar(select(func.min(Delivery.created_at)).where(waiting))
+    return {} if found is None else {"": found.timestamp()}
+
+
+def failed_deliveries(session: Session) -> Counted:
+    """Number of messages that were given up, by code of the building."""
+    failed = (Delivery.receiver_id == Receiver.id) & (Delivery.state == "failed")
+    question = select(Building.code, func.count(Delivery.id)).outerjoin(Receiver, Receiver.building_id == Building.id)
+    return _counted(session, question.outerjoin(Delivery, failed).group_by(Building.code))
+
+
+def _counted(session: Session, question: Select[*tuple[Any, ...]]) -> Counted:
+    return {label: float(number) for label, number in session.execute(question)}
+
+
+def _times(session: Session, question: Select[*tuple[Any, ...]]) -> Counted:
+    return {label: time.timestamp() for label, time in session.execute(question) if time is not None}
+
+
 GAUGES: dict[str, tuple[str, str | None, Callable[[Session], Counted]]] = {
-    "menshin_events": ("Events by state.", "state", tallies.events_by_state),
-    "menshin_jobs": ("Jobs by state.", "state", tallies.jobs_by_state),
+    "menshin_events": ("Events by state.", "state", events_by_state),
+    "menshin_jobs": ("Jobs by state.", "state", jobs_by_state),
     "menshin_oldest_waiting_job_timestamp_seconds": (
         "When the oldest waiting job was made, Unix time; absent while none waits.",
         None,
-        tallies.oldest_waiting_job,
+        oldest_waiting_job,
     ),
     "menshin_last_good_record_timestamp_seconds": (
         "End of the last record that could be read, Unix time; absent before the first.",
         "building",
-        tallies.last_good_records,
+        last_good_records,
     ),
     "menshin_source_failing_since_timestamp_seconds": (
         "Since when the source has been failing, Unix time; absent while it answers.",
         "building",
-        tallies.failing_sources,
+        failing_sources,
     ),
     "menshin_verdict": (
         "The verdict on the building: 0 normal, 1 watch, 2 undecided, 3 no data, 4 inspect, 5 act.",
         "building",
-        tallies.verdicts,
+        verdicts,
     ),
     "menshin_open_alerts": (
         "Alerts that are open: active, acknowledged, under review or on hold.",
         "building",
-        tallies.open_alerts,
+        open_alerts,
     ),
-    "menshin_recordings_refused": ("Files of which nothing could be used.", "building", tallies.refused_recordings),
-    "menshin_analyses": ("Analyses done, earlier ones of an event too.", "outcome", tallies.analyses_by_outcome),
+    "menshin_recordings_refused": ("Files of which nothing could be used.", "building", refused_recordings),
+    "menshin_analyses": ("Analyses done, earlier ones of an event too.", "outcome", analyses_by_outcome),
     "menshin_deliveries": (
         "Messages on their way to one receiver each, by state.",
         "state",
-        tallies.deliveries_by_state,
+        deliveries_by_state,
     ),
     "menshin_oldest_waiting_delivery_timestamp_seconds": (
         "When the oldest message that has not arrived was put into the outbox, Unix time; absent while none waits.",
         None,
-        tallies.oldest_waiting_delivery,
+        oldest_waiting_delivery,
     ),
-    "menshin_failed_deliveries": ("Messages that were given up.", "building", tallies.failed_deliveries),
+    "menshin_failed_deliveries": ("Messages that were given up.", "building", failed_deliveries),
 }
-"""Meaning, label and question of every gauge. The age of a time is `time() - METRIC`: it grows between two scrapes."""
+"""Meaning, label and query of every gauge. The age of a time is `time() - METRIC`: it grows between two scrapes."""
 
 
 class Stored(Collector):
-    """The state of the service, asked of the database at every scrape, so that all its processes tell the same."""
+    """State of the service, read from the database at every scrape, so that all processes report the same."""
 
     def __init__(self, sessions: sessionmaker[Session]) -> None:
         self._sessions = sessions
 
     def describe(self) -> Iterator[GaugeMetricFamily]:
-        """What there will be, without asking the database."""
+        """The gauges without their values, for which the database is not read."""
         for name, (meaning, label, _) in GAUGES.items():
             yield GaugeMetricFamily(name, meaning, labels=[label] if label else [])
 
     def collect(self) -> Iterator[GaugeMetricFamily]:
-        """Every gauge as it stands."""
+        """Every gauge with its present value."""
         with self._sessions() as session:
             for family, (_, _, question) in zip(self.describe(), GAUGES.values(), strict=True):
                 for label, value in question(session).items():
@@ -79,7 +171,7 @@ class Stored(Collector):
 
 
 class Measured:
-    """The application with the duration of every request taken by route, so that addresses make no new series."""
+    """Middleware that measures the duration of requests by route, so that addresses make no new series."""
 
     def __init__(self, app: ASGIApp, registry: CollectorRegistry) -> None:
         self._app = app
@@ -92,7 +184,7 @@ class Measured:
         )
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass the request on and take its duration."""
+        """Pass the request on and measure its duration."""
         if scope["type"] != "http":
             await self._app(scope, receive, send)
             return
@@ -110,13 +202,13 @@ class Measured:
 
 
 def _route(scope: Scope) -> str:
-    """The route's path with its parameters' names, behind its router's prefix; what no route answers is all one."""
+    """The route's path with its parameters' names, behind its router's prefix; `other` without a route."""
     path = getattr(scope.get("route"), "path", None)
     return "other" if path is None else scope["path"].rsplit("/", path.count("/"))[0] + path
 
 
 def registry(sessions: sessionmaker[Session]) -> CollectorRegistry:
-    """Everything that an application tells of itself, with sessions that only read."""
+    """The metrics of an application, read with read-only sessions."""
     made = CollectorRegistry()
     made.register(Stored(sessions))
     return made

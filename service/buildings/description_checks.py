@@ -1,0 +1,141 @@
+"""Checks of a building file that go beyond its keys and types: each yields the problems it finds."""
+
+from collections.abc import Iterator, Mapping
+from typing import Any, get_args
+
+from service.buildings.description_keys import BuildingTable
+from service.buildings.recipient_rules import ReceiverKind, wrong_address, wrong_secret
+from service.formats.errors import FormatError
+from service.formats.toml_problems import Check, Problem, wrong_keys
+from service.formats.units import unit_gain
+from service.web_addresses import wrong_web_address
+
+
+def _wrong_keys(document: Mapping[str, Any]) -> Iterator[Problem]:
+    return wrong_keys(document, BuildingTable)
+
+
+def _rows(document: Mapping[str, Any], name: str) -> list[Mapping[str, Any]]:
+    """The tables of an array of tables, empty where there is none: wrong types are reported elsewhere."""
+    rows = document.get(name)
+    return [row if isinstance(row, dict) else {} for row in rows] if isinstance(rows, list) else []
+
+
+def _duplicates(rows: list[Mapping[str, Any]], table: str, key: str) -> Iterator[Problem]:
+    seen: dict[object, int] = {}
+    for index, row in enumerate(rows):
+        if isinstance(value := row.get(key), str) and seen.setdefault(value, index) != index:
+            yield (table, index, key), f"{value!r} is taken by {table}[{seen[value] + 1}]; each needs its own"
+
+
+def _wrong_levels(document: Mapping[str, Any]) -> Iterator[Problem]:
+    """Levels out of order, twice, or without a mass."""
+    levels = _rows(document, "level")
+    yield from _duplicates(levels, "level", "name")
+    for index, level in enumerate(levels):
+        wanted, role = ("ground", "base")[index] if index < 2 else "floor", level.get("role", "floor")
+        if role != wanted:
+            yield (
+                ("level", index, "role"),
+                f"level {index + 1} from the ground up must be {wanted!r}, got {role!r}: first the ground below "
+                f"the isolators, then the base slab just above them, then the floors",
+            )
+        if index > 0 and "mass" not in level:
+            yield ("level", index), "mass is missing (kg)"
+        if index < 2 and "stiffness" in level:
+            yield ("level", index, "stiffness"), "only a floor has a storey below it; leave it out here"
+        if index == 0 and "mass_uncertainty" in level:
+            yield ("level", index, "mass_uncertainty"), "the ground has no mass; leave it out here"
+
+
+def _wrong_gap(document: Mapping[str, Any]) -> Iterator[Problem]:
+    """A gap smaller than the design displacement."""
+    isolation = document.get("isolation")
+    if not isinstance(isolation, dict):
+        return
+    design, gap = isolation.get("design_displacement"), isolation.get("moat_clearance")
+    if isinstance(design, int | float) and isinstance(gap, int | float) and gap < design:
+        message = f"{gap:g} m is less than design_displacement, {design:g} m; check both"
+        yield ("isolation", "moat_clearance"), f"{message}: the building must not reach the wall within its design"
+
+
+def _wrong_source(document: Mapping[str, Any]) -> Iterator[Problem]:
+    """A radius without a centre."""
+    source = document.get("source")
+    placed = "latitude" in document and "longitude" in document
+    if isinstance(source, dict) and "maximum_radius" in source and not placed:
+        yield ("source", "maximum_radius"), "needs a centre; give latitude and longitude at the top of the file"
+
+
+def wrong_addresses(document: Mapping[str, Any]) -> Iterator[Problem]:
+    """Invalid addresses of servers; none is repeated, because it may contain a password."""
+    source = document.get("source")
+    if not isinstance(source, dict):
+        return
+    of_servers = ("location", "catalogue") if source.get("kind") in ("fdsnws", "archive") else ("catalogue",)
+    for key in of_servers:
+        if isinstance(address := source.get(key), str) and (problem := wrong_web_address(address)):
+            yield ("source", key), problem
+
+
+def _wrong_channels(document: Mapping[str, Any]) -> Iterator[Problem]:
+    """Channels on no level, twice, without a direction, or in an absurd unit."""
+    channels = _rows(document, "channel")
+    names = [level["name"] for level in _rows(document, "level") if isinstance(level.get("name"), str)]
+    yield from _duplicates(channels, "channel", "id")
+    for index, channel in enumerate(channels):
+        level, quantity = channel.get("level"), channel.get("quantity")
+        if isinstance(level, str) and level not in names:
+            yield ("channel", index, "level"), f"no level is named {level!r}; the levels are {', '.join(names)}"
+        if quantity == "temperature" and "direction" in channel:
+            yield ("channel", index, "direction"), "a temperature has none; leave it out"
+        if quantity in ("acceleration", "velocity", "displacement") and "direction" not in channel:
+            yield ("channel", index), "direction is missing (x, y or z)"
+        yield from _wrong_unit(index, channel)
+        yield from _wrong_rotation(index, channel, channels)
+
+
+def _wrong_rotation(index: int, channel: Mapping[str, Any], channels: list[Mapping[str, Any]]) -> Iterator[Problem]:
+    """Axes that are turned, but not as a pair."""
+    if not channel.get("rotation"):
+        return
+    other = {"x": "y", "y": "x"}.get(str(channel.get("direction")))
+    sensor = [channel.get(key) for key in ("level", "quantity", "position", "rotation")]
+    beside = [[at.get(key) for key in ("level", "quantity", "position", "rotation")] for at in channels]
+    pair = [at for at, found in zip(channels, beside, strict=True) if at.get("direction") == other and found == sensor]
+    if len(pair) != 1:
+        message = f"axes are turned in pairs, but {len(pair)} channels in direction {other or 'x or y'} have this level"
+        yield ("channel", index, "rotation"), f"{message}, quantity, position and rotation; one would do"
+
+
+def _wrong_unit(index: int, channel: Mapping[str, Any]) -> Iterator[Problem]:
+    """A gain of 0, a unit without a gain, or one that cannot be the channel's."""
+    gain, unit, quantity = channel.get("gain"), channel.get("unit"), channel.get("quantity")
+    if gain == 0:
+        yield ("channel", index, "gain"), "must not be 0: every sample would be"
+    if unit is not None and gain is None:
+        yield ("channel", index, "unit"), "a unit says what gain is in; give gain too (1.0 if samples are in the unit)"
+    try:
+        meant = unit_gain(unit).quantity if isinstance(unit, str) else quantity
+    except FormatError:  # reported with the key itself
+        return
+    if quantity is not None and meant != quantity:
+        yield ("channel", index, "unit"), f"{unit!r} is a unit of {meant}, but this channel measures {quantity}"
+
+
+def _wrong_receivers(document: Mapping[str, Any]) -> Iterator[Problem]:
+    """Duplicate or unreachable receivers; no secret is repeated."""
+    receivers = _rows(document, "receiver")
+    yield from _duplicates(receivers, "receiver", "name")
+    for index, receiver in enumerate(receivers):
+        kind, address, secret = str(receiver.get("kind")), receiver.get("address"), receiver.get("secret")
+        if kind not in get_args(ReceiverKind):
+            continue
+        if isinstance(address, str) and address and (problem := wrong_address(kind, address)):
+            yield ("receiver", index, "address"), problem
+        if (secret is None or isinstance(secret, str)) and (problem := wrong_secret(kind, secret)):
+            yield ("receiver", index, *(["secret"] if secret is not None else [])), problem
+
+
+CHECKS: tuple[Check, ...] = (_wrong_keys, _wrong_levels, _wrong_gap, _wrong_source, _wrong_channels, _wrong_receivers)
+"""Checks of every file; `wrong_addresses` is for new ones only."""
