@@ -1,4 +1,4 @@
-"""A building's modes over its events: what is stored of them, followed from event to event."""
+"""A building's modes, followed from event to event."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ from service.db.select import Line, Span
 from service.records.tables import Event
 
 EVENTS = 1000
-"""The latest so many are followed."""
+"""Number of the latest events that are followed."""
 DIRECTIONS = ("x", "y")
 
 
@@ -45,7 +45,7 @@ class TrackedMode:
     number: int
     """From 1 in each direction, the lowest frequency first."""
     is_established: bool
-    """Whether it was seen often enough to be one of the building."""
+    """True if it was identified often enough to be a mode of the building."""
     sightings: tuple[Sighting, ...]
     """The earliest first."""
 

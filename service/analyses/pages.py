@@ -1,4 +1,4 @@
-"""The pages of a building's earthquakes: all of them, and what came of one; no JavaScript."""
+"""Pages of a building's earthquakes: the list, and the results of one."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -40,11 +40,11 @@ class View:
 
     event: Event
     state: str
-    """In words; empty where the results speak for themselves."""
+    """In words; empty where there are results."""
     analysis: Analysis | None
     results: Sequence[DirectionResult]
     layer: LayerResult | None
-    """What holds across the directions."""
+    """Results across the directions."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +64,7 @@ class EventLine:
 
 @router.get("/events/{event_id}")
 def of_event(request: Request, event_id: Id, sessions: Reading) -> Response:
-    """One earthquake and what came of it, with the ways to those before and after it."""
+    """One earthquake and its results, with links to the ones before and after it."""
     with sessions() as session:
         event, analysis = record_queries.event_with_analysis(session, event_id)
         before, after = record_queries.neighbours(session, event)
@@ -100,7 +100,7 @@ def of_building(request: Request, code: Code, sessions: Reading, cursor: Cursor 
 
 
 def viewed(session: Session, event: Event, analysis: Analysis | None) -> View:
-    """An event with what its latest analysis found."""
+    """An event with the results of its latest analysis."""
     results = queries.direction_results(session, analysis.id) if analysis else []
     layer = queries.layer_result(session, analysis.id) if analysis else None
     return View(event, STATES.get(event.state, event.state), analysis, results, layer)

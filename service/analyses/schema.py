@@ -12,13 +12,15 @@ from service.verdict.schema import VerdictOut
 
 
 class FindingOut(Answer):
-    """What screening found."""
+    """A data quality finding."""
 
-    kind: str = Field(description="Of which kind it is.")
-    severity: Severity = Field(description="`fatal`: what it concerns could not be used.")
-    message: str = Field(description="What was found and what would do.")
+    kind: str = Field(description="Kind of the finding.")
+    severity: Severity = Field(description="`fatal`: the channel or event could not be used.")
+    message: str = Field(description="The finding and its remedy.")
     channel: str | None = Field(description="Id of the channel; null where it concerns more than one.")
-    value: Number | None = Field(description="The measure of it, in the unit that the message gives; null where none.")
+    value: Number | None = Field(
+        description="Measure of the finding, in the message's unit; null where there is none."
+    )
 
 
 class PeakOut(Answer):
@@ -32,17 +34,17 @@ class PeakOut(Answer):
 
 
 class SensorOut(Answer):
-    """How a channel did in the event."""
+    """State of a channel in the event."""
 
     channel: str = Field(description="Id of the channel.")
     noise: Number | None = Field(
         description="m/s², m/s or m, standard deviation in the quietest fifth of the record; null where that is too "
-        "short to know it."
+        "short."
     )
     gain: Number | None = Field(
-        description="Over that of the other sensors of its direction, 1 if they agree; null where nothing tells it."
+        description="Ratio to the other sensors of its direction, 1 if they agree; null where it cannot be determined."
     )
-    gain_std: Number | None = Field(description="Null where the gain is.")
+    gain_std: Number | None = Field(description="Null where the gain is null.")
 
 
 class ModeOut(Answer):
@@ -55,18 +57,18 @@ class ModeOut(Answer):
     damping_ratio_std: Number | None = Field(description="Null where the estimator gives none.")
     shape: dict[str, float] = Field(description="By level, relative to the base slab.")
     shape_std: dict[str, float] | None = Field(
-        description="By level; null where noise of the base slab's record could not be allowed for."
+        description="By level; null where noise in the base slab's record could not be taken into account."
     )
     misfit: Number | None = Field(
-        description="Chi-square per degree of freedom of the fit that allows for noise in every channel: 1 where noise "
-        "explains all it leaves. Null where there was none."
+        description="Chi-square per degree of freedom of the fit with noise in every channel: 1 where noise explains "
+        "the whole residual. Null without a fit."
     )
 
 
 class RelianceOut(Answer):
-    """How far the assumptions of a force's estimate held."""
+    """Reliability of a force's estimate: its assumptions, checked against the record."""
 
-    assumption: str = Field(description="What the record asked to be assumed of superstructure and sensors.")
+    assumption: str = Field(description="Assumptions on superstructure and sensors.")
     chi_square: Number | None = Field(
         description="Per degree of freedom, of noise alone: about 1 where a superstructure explains the record; null "
         "where none was needed or found."
@@ -79,7 +81,7 @@ class RelianceOut(Answer):
 
 
 class DirectionOut(Answer):
-    """What was found in a direction."""
+    """Results in one direction."""
 
     direction: str = Field(description="x or y, as the building file names it.")
     peak_force: Number = Field(description="N, largest absolute restoring force.")
@@ -100,10 +102,10 @@ class DirectionOut(Answer):
 
 
 class LayerOut(Answer):
-    """What was found of the isolation layer across the directions."""
+    """Results for the isolation layer across the directions."""
 
     peak_resultant: Number | None = Field(
-        description="m, farthest that it went in plan; null unless the displacement is known in x and y."
+        description="m, largest displacement in plan; null unless the displacement is known in x and y."
     )
     peak_torsion: Number | None = Field(description="rad; null where the sensors' positions do not tell it.")
     peak_torsion_std: Number | None = Field(description="rad; null where there is no torsion.")
@@ -118,17 +120,17 @@ class LayerOut(Answer):
 
 
 class Provenance(Answer):
-    """What an analysis was made from, so that it can be made again."""
+    """Inputs of an analysis, with which it can be repeated."""
 
     id: int = Field(description="Its number.")
-    current: bool = Field(description="Whether it is the event's latest.")
-    created_at: datetime = Field(description="When it was made.")
+    current: bool = Field(description="True for the event's latest analysis.")
+    created_at: datetime = Field(description="Time of the analysis.")
     version: str = Field(description="Of the code.")
     revision_id: int = Field(description="Of the building's description.")
-    estimator: str | None = Field(description="Name of the estimator; null where it came to none.")
+    estimator: str | None = Field(description="Name of the estimator; null where none was used.")
     settings: dict[str, Any] = Field(description="Estimator, sensors, rate (Hz) and band (Hz).")
     inputs: list[str] = Field(description="SHA-256 of every recording it was made from.")
-    refusal: str | None = Field(description="Why nothing could be found.")
+    refusal: str | None = Field(description="Why the event was rejected; null if it was not.")
 
 
 class EventRow(Answer):
@@ -160,7 +162,7 @@ class WaveformOut(Answer):
 
 
 class EventOut(Answer):
-    """An event and what came of it."""
+    """An event and its results."""
 
     id: int = Field(description="Its number.")
     building: str = Field(description="Code of the building.")
@@ -176,7 +178,7 @@ class EventOut(Answer):
     verdict: VerdictOut = Field(
         description="On the earthquake, by its latest analysis and the alerts that are open now."
     )
-    quality: list[FindingOut] = Field(description="What screening found.")
+    quality: list[FindingOut] = Field(description="Data quality findings.")
     peaks: list[PeakOut] = Field(description="Of every channel.")
     sensors: list[SensorOut] = Field(description="Of every channel that could be used.")
     directions: list[DirectionOut] = Field(description="Empty before the analysis, or where it was refused.")
@@ -184,7 +186,7 @@ class EventOut(Answer):
 
 
 def known_estimator(name: str) -> str:
-    """The name of an estimator that there is."""
+    """The name of an existing estimator."""
     if name not in ESTIMATORS:
         raise ValueError(f"there is no estimator {name!r}; there is {', '.join(sorted(ESTIMATORS))}")
     return name
@@ -200,7 +202,7 @@ Band = Annotated[
 
 
 class AnalysisRequest(BaseModel):
-    """What shall differ from the service's settings; nothing: the settings in force."""
+    """Settings of an analysis that differ from the service's settings."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
 

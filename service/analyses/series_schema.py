@@ -39,7 +39,7 @@ class ForceSeries(Answer):
     building: str = Field(description="Code of the building.")
     direction: str = Field(description="x or y, as the building file names it.")
     analysis: int = Field(description="Number of the analysis.")
-    estimator: str | None = Field(description="Name of the estimator; null where it came to none.")
+    estimator: str | None = Field(description="Name of the estimator; null where none was used.")
     start: datetime = Field(description="Of the first sample.")
     rate: Number = Field(description="Hz.")
     step: Number = Field(description="s between samples.")
@@ -145,10 +145,10 @@ class TrackOut(Answer):
 
     direction: str = Field(description="x or y, as the building file names it.")
     number: int = Field(description="From 1 in each direction, the lowest frequency first.")
-    established: bool = Field(description="Whether it was seen often enough to be a mode of the building.")
+    established: bool = Field(description="True if it was identified often enough to be a mode of the building.")
     frequency: Number = Field(description="Hz, the median.")
     damping_ratio: Number = Field(description="Part of critical damping, the median.")
-    events: list[SightingOut] = Field(description="In which it was seen, the earliest first.")
+    events: list[SightingOut] = Field(description="Events in which it was identified, the earliest first.")
 
 
 class Tracks(Answer):

@@ -22,7 +22,7 @@ LARGEST_QUESTION = 2**32  # bytes; the settings bound what is fetched
 
 
 def main() -> None:
-    """Answer one question after the other."""
+    """Answer one request after the other."""
     questions, answers = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # whatever a library prints must not get among the answers
     for number in (signal.SIGINT, signal.SIGTERM):
@@ -65,13 +65,13 @@ def _found(question: wire.Json, data: bytes) -> tuple[wire.Json, list[Any]]:
 
 
 def _bound(memory: int) -> None:
-    """Bound this process's memory, beyond what it has now, and write no core files."""
+    """Limit this process's memory beyond its present size, and write no core files."""
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     resource.setrlimit(resource.RLIMIT_AS, (_address_space() + memory,) * 2)
 
 
 def _address_space() -> int:
-    """Bytes in use now; 0 where the system does not say."""
+    """Bytes in use; 0 where the system does not report them."""
     try:
         with open("/proc/self/statm", encoding="ascii") as statm:
             return int(statm.read().split()[0]) * resource.getpagesize()
@@ -80,7 +80,7 @@ def _address_space() -> int:
 
 
 def _deadline(seconds: float) -> None:
-    """The system kills this process after so much processor time, and after twice the time on the clock."""
+    """Have the system kill this process after so much processor time, or twice that on the clock."""
     used = sum(resource.getrusage(resource.RUSAGE_SELF)[:2])
     _, hard = resource.getrlimit(resource.RLIMIT_CPU)
     resource.setrlimit(resource.RLIMIT_CPU, (ceil(used + seconds), hard))
@@ -89,7 +89,7 @@ def _deadline(seconds: float) -> None:
 
 
 def _end_with_parent(questions: BinaryIO, wanted: bool) -> None:
-    """Let the system kill this process if the service goes away in the middle of its work (SIGIO on a closed pipe)."""
+    """Have the system kill this process if the service ends during its work (SIGIO on a closed pipe)."""
     flags = fcntl.fcntl(questions, fcntl.F_GETFL)
     fcntl.fcntl(questions, fcntl.F_SETOWN, os.getpid())
     fcntl.fcntl(questions, fcntl.F_SETFL, flags | os.O_ASYNC if wanted else flags & ~os.O_ASYNC)

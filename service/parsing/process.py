@@ -1,4 +1,4 @@
-"""The parser as the service sees it: a warm child process, killed and replaced when a file is too much for it."""
+"""The service's side of the parser: a warm child process, killed and replaced when a file exceeds its limits."""
 
 import atexit
 import logging
@@ -23,28 +23,28 @@ log = logging.getLogger(__name__)
 AT_ONCE = 2
 """Parsers; each has ObsPy in memory."""
 INHERITED = ("PATH", "HOME", "LANG", "LC_ALL", "TMPDIR", "LD_LIBRARY_PATH", "PYTHONPATH", "SSL_CERT_FILE")
-"""Of the environment; passwords of the service are none of the parser's business."""
+"""Environment variables passed on; the parser needs none of the service's passwords."""
 START_TIME = 60.0  # s that a new parser may take to import what it needs
 OUT_OF_TIME = {signal.SIGXCPU, signal.SIGALRM}
 
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """What one file may cost."""
+    """Limits for one file."""
 
     seconds: float
-    """Of processor time, and half of the time on the clock."""
+    """s of processor time; twice as much on the clock."""
     memory: int
     """Bytes, beyond the parser's own."""
 
 
 def limits(settings: Settings) -> Limits:
-    """The limits as they are set."""
+    """The limits in the settings."""
     return Limits(settings.parser.time_limit, settings.parser.memory_limit)
 
 
 class ParserDiedError(Exception):
-    """A file was too much for its parser; the message says of what."""
+    """A file exceeded a limit of its parser; the message names the limit."""
 
 
 class ParserFailedError(Exception):
@@ -52,7 +52,7 @@ class ParserFailedError(Exception):
 
 
 def read(name: str, data: bytes, gains: Mapping[str, Gain], limits: Limits) -> Contents:
-    """What a file, or a zip archive of files, holds: as `formats.read`, within limits.
+    """The contents of a file, or of a zip archive of files: `formats.read` within limits.
 
     Raises:
         FormatError: what was found and what would do.
@@ -65,7 +65,7 @@ def read(name: str, data: bytes, gains: Mapping[str, Gain], limits: Limits) -> C
 
 
 def covered(name: str, data: bytes, limits: Limits) -> tuple[Piece, ...]:
-    """Which times of which channels waveforms hold, within limits.
+    """The pieces of waveforms in a file, within limits.
 
     Raises:
         FormatError, ParserDiedError, ParserFailedError: as `read`.
@@ -76,7 +76,7 @@ def covered(name: str, data: bytes, limits: Limits) -> tuple[Piece, ...]:
 
 
 def origins(name: str, data: bytes, limits: Limits) -> tuple[Origin, ...]:
-    """Which earthquakes a catalogue in QuakeML names, within limits.
+    """The earthquakes in a QuakeML catalogue, within limits.
 
     Raises:
         FormatError, ParserDiedError, ParserFailedError: as `read`.
@@ -141,7 +141,7 @@ class Parser:
         return message, blocks
 
     def end(self) -> None:
-        """Kill the child; nothing of it is left."""
+        """Kill the child and wait for its end."""
         self.process.kill()
         for stream in (self.process.stdin, self.process.stdout):
             if stream is not None:
@@ -169,7 +169,7 @@ _places = BoundedSemaphore(AT_ONCE)
 
 @contextmanager
 def _parser(limits: Limits) -> Iterator[Parser]:
-    """A child that is warm, or a new one; it is kept for the next file if it lives."""
+    """A warm child, or a new one; it is kept for the next file if it survives."""
     with _places:
         with _lock:
             at = next((at for at, one in enumerate(_idle) if one.limits == limits and one.process.poll() is None), None)

@@ -1,4 +1,4 @@
-"""Questions and answers between the service and its parser: JSON and raw samples, which can be nothing but data.
+"""Requests and answers between the service and its parser: JSON and raw samples, which can only be data.
 
 A message is the length of its JSON (8 bytes, big-endian), the JSON, and the blocks of bytes whose sizes the JSON gives.
 """
@@ -116,13 +116,13 @@ def read_contents(message: Json, blocks: Sequence[bytearray]) -> Contents:
 
 
 def written_refusal(error: FormatError) -> Json:
-    """A refusal as JSON."""
+    """An error as JSON."""
     channels = error.channels if isinstance(error, UnknownUnitError) else None
     return {"refusal": str(error), "channels": channels, "unknown": isinstance(error, UnknownFormatError)}
 
 
 def read_refusal(message: Json) -> FormatError:
-    """A refusal from JSON."""
+    """An error from JSON."""
     if message["channels"] is not None:
         return UnknownUnitError(tuple(message["channels"]))
     return (UnknownFormatError if message["unknown"] else FormatError)(message["refusal"])

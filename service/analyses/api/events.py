@@ -1,4 +1,4 @@
-"""What is known of one event, and the wish to have it analysed again."""
+"""One event with its results, and requests to analyse it again."""
 
 from collections.abc import Sequence
 from datetime import UTC, datetime
@@ -97,7 +97,7 @@ def peaks(analysis: Analysis, description: BuildingDescription) -> list[PeakOut]
 
 
 def directions(session: Session, analysis_id: int) -> list[DirectionOut]:
-    """What an analysis found, by direction."""
+    """Results of an analysis by direction."""
     cycles = queries.cycle_counts(session, analysis_id)
     return [
         DirectionOut(
@@ -119,7 +119,7 @@ def directions(session: Session, analysis_id: int) -> list[DirectionOut]:
 
 
 def layer(session: Session, analysis_id: int) -> LayerOut | None:
-    """What an analysis found across its directions."""
+    """Results of an analysis across its directions."""
     found = queries.layer_result(session, analysis_id)
     if found is None:
         return None
@@ -141,9 +141,9 @@ def analyse(
     by: Annotated[Caller, Depends(engineer)],
     wanted: Annotated[AnalysisRequest, Body(description="Settings that differ; {} for none.")],
 ) -> JobOut:
-    """Have the event analysed again; the earlier results are kept. A like job that still waits is answered instead.
+    """Analyse the event again; the earlier results are kept. An equal job that still waits is returned instead.
 
-    What is asked must fit the building and, with what is not asked, the settings in force; else 409 says what would.
+    The requested settings must fit the building and the current settings; otherwise 409 gives the remedy.
     """
     with sessions.begin() as session:
         found = record_queries.event(session, event_id)
@@ -170,6 +170,6 @@ def checked(wanted: AnalysisRequest, description: BuildingDescription, own: Sett
     rate = wanted.rate or own.analysis.rate
     if not low < high < rate / 2:
         raise ConflictError(
-            f"The band {low:g} to {high:g} Hz does not fit {rate:g} Hz; up to below {rate / 2:g} Hz would."
+            f"The band {low:g} to {high:g} Hz does not fit {rate:g} Hz; its upper limit must lie below {rate / 2:g} Hz."
         )
     return {name: list(value) if isinstance(value, tuple) else value for name, value in arguments.items()}

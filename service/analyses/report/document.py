@@ -39,12 +39,12 @@ REASONS: Mapping[str, str] = {
     "channel": "the finding is of no single channel",
     "value": "the finding has no number",
 }
-"""Why a value of this name may be null."""
+"""Reasons for a null, by the name of the value."""
 UNDETERMINED = "the record does not determine it"
 
 
 def as_json(event: EventAnalysis, description: BuildingDescription, settings: AnalysisSettings) -> dict[str, Any]:
-    """The event as values that JSON can hold; `missing` gives the reason of every null by its path."""
+    """The event as values of JSON; `missing` gives the reason of every null by its path."""
     document: dict[str, Any] = {
         "building": description.code,
         "start": event.start.isoformat(),
@@ -113,8 +113,8 @@ def _by_level(values: Vector, description: BuildingDescription) -> dict[str, flo
     return {level.name: value for level, value in zip(description.floors, values.tolist(), strict=True)}
 
 
-def _finite(value: Any) -> Any:  # noqa: ANN401  whatever JSON may hold
-    """The same with None for every number that JSON cannot hold."""
+def _finite(value: Any) -> Any:  # noqa: ANN401  any value of JSON
+    """The value with None for every number that JSON does not have."""
     match value:
         case float() | np.floating():
             return float(value) if isfinite(value) else None
@@ -127,7 +127,7 @@ def _finite(value: Any) -> Any:  # noqa: ANN401  whatever JSON may hold
     return value
 
 
-def _missing(value: Any, path: str) -> Iterator[tuple[str, str]]:  # noqa: ANN401  whatever JSON may hold
+def _missing(value: Any, path: str) -> Iterator[tuple[str, str]]:  # noqa: ANN401  any value of JSON
     """The path of every null, and its reason."""
     match value:
         case None:

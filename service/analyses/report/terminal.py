@@ -84,7 +84,7 @@ def _moved(motion: MeasuredMotion) -> str:
 
 
 def _across(event: EventAnalysis) -> Iterator[RenderableType]:
-    """What holds across the directions."""
+    """Results across the directions."""
     found = []
     if event.peak_resultant is not None:
         found.append(f"peak resultant displacement {significant(event.peak_resultant * MM)} mm")

@@ -288,8 +288,8 @@ def test_a_missing_key_is_named_with_its_table(key: str) -> None:
 def test_a_radius_needs_a_centre() -> None:
     text = SMALL.replace("latitude = 35.5\n", "").replace('kind = "folder"', 'kind = "fdsnws"\nmaximum_radius = 3.0')
     assert problems(text) == (
-        f"line {line(text, 'maximum')}: source.maximum_radius: needs a centre; give latitude and longitude at the top of "
-        f"the file",
+        f"line {line(text, 'maximum')}: source.maximum_radius: needs a centre; give latitude and longitude at the top "
+        f"of the file",
     )
 
 
