@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, Strict, WithJsonSchema
 
-from core.estimators import ESTIMATORS
+from core.estimators.by_name import ESTIMATORS
 from core.quality import Severity
 from service.schema import Answer, Number
 from service.verdict.schema import VerdictOut
@@ -18,9 +18,7 @@ class FindingOut(Answer):
     severity: Severity = Field(description="`fatal`: the channel or event could not be used.")
     message: str = Field(description="The finding and its remedy.")
     channel: str | None = Field(description="Id of the channel; null where it concerns more than one.")
-    value: Number | None = Field(
-        description="Measure of the finding, in the message's unit; null where there is none."
-    )
+    value: Number | None = Field(description="Measure of the finding, in the message's unit; null where there is none.")
 
 
 class PeakOut(Answer):
