@@ -55,6 +55,9 @@ class AnalysisSettings:
     """Hz, pass band of everything that is estimated."""
 
 
+USUAL = AnalysisSettings()
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class DirectionAnalysis:
     """What was found in one horizontal direction."""
@@ -139,7 +142,9 @@ def _row(direction: Direction, found: DirectionAnalysis) -> tuple[str, ...]:
     return (direction, quantity(force, "N", force_std), moved, str(modes), str(cycles))
 
 
-def analyse(segments: Sequence[Segment], description: BuildingDescription, settings: AnalysisSettings) -> EventAnalysis:
+def analyse(
+    segments: Sequence[Segment], description: BuildingDescription, settings: AnalysisSettings = USUAL
+) -> EventAnalysis:
     """Restoring force of the isolation layer and its equivalents, in each direction that the record allows.
 
     Bad data raises nothing: what cannot be used is a finding, and a direction with a fatal one is left out; if no

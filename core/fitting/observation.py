@@ -156,24 +156,27 @@ class Observation:
 
 
 def observations(
-    analysis: EventAnalysis, description: BuildingDescription, name: str, reference: datetime
+    analysis: EventAnalysis,
+    description: BuildingDescription,
+    name: str | None = None,
+    reference: datetime | None = None,
 ) -> tuple[Observation, ...]:
     """Of an analysed event, in every direction in which force and motion are known.
 
     Args:
         analysis: of the event; one that was refused gives none.
         description: of the building.
-        name: of the earthquake.
-        reference: instant from which the conditions count time, aware.
+        name: of the earthquake; None for the start of its record.
+        reference: instant from which the conditions count time, aware; None for the start of the record.
     """
     histories = _histories(analysis)
     record, load, temperature = analysis.record, analysis.axial_load, analysis.temperature
     if record is None:
         return ()
-    time = record.time + (record.start - reference).total_seconds()
+    time = record.time + (record.start - (reference or record.start)).total_seconds()
     return tuple(
         Observation(
-            name=name,
+            name=name or f"{record.start:%Y-%m-%d %H:%M:%S}",
             direction=direction,
             start=record.start,
             rate=record.rate,
@@ -189,6 +192,8 @@ def observations(
             accelerations=np.array([samples for _, samples in _measured(record, description, direction)]),
             levels=tuple(level for level, _ in _measured(record, description, direction)),
             transducer=transducer_reading(record, description, direction) is not None,
+            building=description,
+            estimate=analysis.directions[direction].restoring_force,
         )
         for direction, history in histories.items()
         for cross in (histories.get(CROSS[direction]),)

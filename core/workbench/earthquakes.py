@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from math import sqrt
 
 from core.analysis import EventAnalysis
@@ -22,6 +22,8 @@ from core.record import Direction
 EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 USUAL_BAND = (0.1, 30.0)
 """Hz, of forces whose own band is not known."""
+TOGETHER = timedelta(milliseconds=1)
+"""Instants nearer than this are the same."""
 FITTED, LEFT_OUT = "all fitted", "all left out"
 """Groups of earthquakes, as tables name them."""
 HELPS = 0.98
@@ -126,13 +128,27 @@ def _collected(seen: Sequence[Observation]) -> Earthquakes:
     bands = {one.layer.band or USUAL_BAND for one in ordered}
     if len(bands) > 1:
         raise RecordError(f"the forces were estimated in different bands, {sorted(bands)} Hz; use one for all")
+    ordered, reference = _from_one_instant(ordered)
     return Earthquakes(
         observations=ordered,
         band=bands.pop(),
-        reference=ordered[0].start,
+        reference=reference,
         description=next((one.building for one in ordered if one.building is not None), None),
         forces=tuple((one.direction, one.estimate) for one in ordered if one.estimate is not None),
     )
+
+
+def _from_one_instant(ordered: tuple[Observation, ...]) -> tuple[tuple[Observation, ...], datetime]:
+    """Observations that count time from the same instant: theirs if they agree, else the start of the first."""
+    instants = [one.start - timedelta(seconds=float(one.conditions.time[0])) for one in ordered]
+    if max(instants) - min(instants) < TOGETHER:
+        return ordered, instants[0]
+    first = ordered[0].start
+    shifted = (
+        replace(one, conditions=replace(one.conditions, time=one.conditions.time + (instant - first).total_seconds()))
+        for one, instant in zip(ordered, instants, strict=True)
+    )
+    return tuple(shifted), first
 
 
 @dataclass(frozen=True, slots=True, eq=False)
