@@ -1,18 +1,18 @@
 """Restoring force, motion and equivalents of an isolation layer from plain arrays.
 
-The arrays become a record and a building's description, and the functions of `core.analysis` do the rest: what a
-notebook computes here is what the service computes for the same samples.
+The arrays become a record and a building's description, and the functions behind `core.analyse` do the rest: sensors
+are checked, and samples at more than 100 Hz are resampled to that rate, as the service does it.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from datetime import UTC, datetime
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from core.analysis import equivalent_cycles
+from core.analysis import USUAL, equivalent_cycles
 from core.arrays import Vector
 from core.description import BuildingDescription, IsolationLayer, Level
 from core.errors import ModelError, RecordError
@@ -23,9 +23,10 @@ from core.estimators.reliance import reliance_findings
 from core.isolation_layer.equivalent import EquivalentSegment
 from core.isolation_layer.layer import layer_motion as measured_motion
 from core.isolation_layer.motion import MeasuredMotion
-from core.record import Channel, Quantity, Record
+from core.record import Channel, Quantity, Record, Segment
 from core.rounding import with_std
 from core.sensors.layer_agreement import transducer_reading
+from core.sensors.preparation import prepared
 from core.signals.conditioning import without_baseline
 from core.tables import Table, report
 from core.units import quantity
@@ -55,6 +56,10 @@ class ForceHistory(RestoringForce):
     """Masses and measured floors."""
     record: Record
     """Accelerations without their baselines."""
+    given: tuple[float, int]
+    """Hz and number of samples of the arrays that were given."""
+    remarks: tuple[str, ...] = ()
+    """Faults of the sensors, and what was done about them."""
 
     def __str__(self) -> str:
         title = f"Restoring force by the estimator {self.estimator!r}: {_span(self.force.size, self.rate)}"
@@ -64,7 +69,7 @@ class ForceHistory(RestoringForce):
             f"Noise of the force: {quantity(weakest, 'N')} (root mean square of its standard deviation).",
         ]
         weak = [finding.message for finding in reliance_findings(self.reliance, "x")]
-        return report(title, sentences, _modes(self), weak)
+        return report(title, sentences, _modes(self), [*weak, *self.remarks])
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -149,11 +154,22 @@ def restoring_force(
     rows = [_vector("floors", row) for row in np.atleast_2d(np.asarray(floors, dtype=float))]
     description = _described(_vector("masses", masses), stiffness, measured, len(rows))
     names = [BASE, *(description.floors[index].name for index in measured)]
-    record = _record(rate, [(name, "acceleration", row) for name, row in zip(names, [above, *rows], strict=True)])
+    samples: list[tuple[str, Quantity, Vector]] = [
+        (name, "acceleration", row) for name, row in zip(names, [above, *rows], strict=True)
+    ]
+    record, remarks = _record(rate, samples, description)
     superstructure = instrumented_superstructure(record, description, "x", None, band)
     found = ESTIMATORS[estimator](superstructure)
     known = {one.name: getattr(found, one.name) for one in fields(RestoringForce)}
-    return ForceHistory(**known, rate=rate, band=band, building=description, record=record)
+    return ForceHistory(
+        **known,
+        rate=record.rate,
+        band=band,
+        building=description,
+        record=record,
+        given=(rate, above.size),
+        remarks=remarks,
+    )
 
 
 def layer_motion(
@@ -184,14 +200,15 @@ def layer_motion(
     samples = [(level, what, _vector(name, values)) for level, what, name, values in given if values is not None]
     if displacement is None and (base is None or ground is None):
         raise RecordError("a displacement, or the accelerations of base slab and ground, are needed for the motion")
-    record, description = _record(rate, samples), _described(np.ones(2), None, [0], 1)
+    description = _described(np.ones(2), None, [0], 1)
+    record, faults = _record(rate, samples, description)
     motion, findings = measured_motion(record, description, "x")
-    remarks = tuple(finding.message for finding in findings)
+    remarks = (*faults, *(finding.message.removeprefix("direction x: ") for finding in findings))
     if motion is None:
         raise RecordError("; ".join(remarks))
     known = {one.name: getattr(motion, one.name) for one in fields(MeasuredMotion)}
     is_by_transducer = transducer_reading(record, description, "x") is not None
-    return MotionHistory(**known, rate=rate, is_by_transducer=is_by_transducer, remarks=remarks)
+    return MotionHistory(**known, rate=record.rate, is_by_transducer=is_by_transducer, remarks=remarks)
 
 
 def equivalents(force: ForceHistory, motion: MotionHistory, rubber_height: float | None = None) -> Equivalents:
@@ -222,16 +239,17 @@ def check_alike(force: ForceHistory, motion: MotionHistory) -> None:
         )
 
 
-def sampled(name: str, values: ArrayLike, count: int) -> Vector:
-    """(count,) numbers without gaps.
+def beside(force: ForceHistory, name: str, acceleration: ArrayLike) -> Vector:
+    """(n,) m/s², an acceleration on the time base of a force, without its baseline.
 
     Raises:
-        RecordError: there are gaps, or another number of samples.
+        RecordError: it has gaps, another unit, or another number of samples than the force's accelerations had.
     """
-    found = _vector(name, values)
-    if found.size != count:
-        raise RecordError(f"{name}: {count} samples are needed, got {found.size}")
-    return found
+    (rate, count), values = force.given, _vector(name, acceleration)
+    if values.size != count:
+        raise RecordError(f"{name}: {count} samples are needed, as the base slab's acceleration has, got {values.size}")
+    record, _ = _record(rate, [(GROUND, "acceleration", values)], force.building)
+    return np.asarray(record.samples[0])
 
 
 def _vector(name: str, values: ArrayLike) -> Vector:
@@ -243,8 +261,10 @@ def _vector(name: str, values: ArrayLike) -> Vector:
     return found
 
 
-def _record(rate: float, samples: Sequence[tuple[str, Quantity, Vector]]) -> Record:
-    """Samples of levels in direction x, without their baselines."""
+def _record(
+    rate: float, samples: Sequence[tuple[str, Quantity, Vector]], description: BuildingDescription
+) -> tuple[Record, tuple[str, ...]]:
+    """Samples of levels in direction x as `core.analyse` prepares them, and what is weak about them."""
     if not rate > 0:
         raise RecordError(f"the sampling rate must be positive, got {rate} Hz")
     lengths = {f"{what} of {level}": values.size for level, what, values in samples}
@@ -253,12 +273,14 @@ def _record(rate: float, samples: Sequence[tuple[str, Quantity, Vector]]) -> Rec
         raise RecordError(f"the histories differ in length ({each} samples); put all on one time base")
     for level, what, values in samples:
         _check_unit(level, what, without_baseline(values, rate))
-    return Record(
-        start=EPOCH,
-        rate=rate,
-        channels=tuple(Channel(f"{level} {what}", level, what, "x") for level, what, _ in samples),
-        samples=np.array([without_baseline(values, rate) for _, _, values in samples]),
-    )
+    channels = tuple(Channel(f"{what} of {level}", level, what, "x") for level, what, _ in samples)
+    segments = [Segment(of.id, EPOCH, rate, values) for of, (_, _, values) in zip(channels, samples, strict=True)]
+    preparation = prepared(segments, replace(description, channels=channels), min(rate, USUAL.rate))
+    remarks = tuple(f"{one.channel}: {one.message}" if one.channel else one.message for one in preparation.findings)
+    lost = any(one.severity == "fatal" and one.channel in {of.id for of in channels} for one in preparation.findings)
+    if preparation.record is None or lost:
+        raise RecordError("; ".join(remarks))
+    return preparation.record, remarks
 
 
 def _check_unit(level: str, what: Quantity, values: Vector) -> None:

@@ -11,14 +11,15 @@ from core.analysis import EventAnalysis
 from core.arrays import Matrix, Vector
 from core.description import BuildingDescription
 from core.errors import RecordError
-from core.estimates import EPOCH, ForceHistory, MotionHistory, check_alike, sampled
+from core.estimates import EPOCH, ForceHistory, MotionHistory, beside, check_alike
 from core.estimators.error_spectrum import ErrorSpectrum
 from core.estimators.estimator import RestoringForce
+from core.isolation_layer.layer import GRAVITY
 from core.isolation_layer.motion import MeasuredMotion
 from core.model.isolator import Conditions
 from core.record import Direction, Record
 from core.sensors.layer_agreement import transducer_reading
-from core.signals.conditioning import without_baseline
+from core.signals.conditioning import band_passed
 from core.tables import report
 from core.units import quantity
 
@@ -88,7 +89,7 @@ class Observation:
         start: datetime = EPOCH,
         reference: datetime | None = None,
         across: MotionHistory | None = None,
-        axial_load: ArrayLike | None = None,
+        vertical: ArrayLike | None = None,
         temperature: float = USUAL_TEMPERATURE,
     ) -> "Observation":
         """An observation from a force and a motion that were computed from arrays.
@@ -96,13 +97,14 @@ class Observation:
         Args:
             force: of the isolation layer.
             motion: of the isolation layer, as many samples at the same rate.
-            ground: (n,) m/s², acceleration of the ground; without it nothing predicts the response.
+            ground: (n,) m/s², acceleration of the ground, as many samples as the base slab's; without it nothing
+                predicts the response.
             name: of the earthquake, unique among those of a building.
             direction: horizontal.
             start: time of the first sample, aware; several earthquakes need it for their order.
             reference: instant from which effects count time; None for the start.
             across: motion in the other horizontal direction; None where there is none.
-            axial_load: (n,) vertical force over weight; None for 1.
+            vertical: (n,) m/s², vertical acceleration of the base slab; None if it was not measured.
             temperature: °C, of the isolators.
 
         Raises:
@@ -118,12 +120,11 @@ class Observation:
         conditions = Conditions(
             u_cross=np.zeros(count) if across is None else across.displacement,
             v_cross=np.zeros(count) if across is None else across.velocity,
-            axial_load=np.ones(count) if axial_load is None else sampled("axial_load", axial_load, count),
+            axial_load=np.ones(count) if vertical is None else _load(force, vertical),
             temperature=np.full(count, float(temperature)),
             time=np.arange(count) / rate + later,
         )
         levels = tuple(channel.level for channel in force.record.channels)
-        moved = None if ground is None else without_baseline(sampled("ground", ground, count), rate)
         return cls(
             name=name,
             direction=direction,
@@ -131,7 +132,7 @@ class Observation:
             rate=rate,
             layer=_history(force, motion, force.band),
             conditions=conditions,
-            ground_acceleration=moved,
+            ground_acceleration=None if ground is None else beside(force, "ground", ground),
             accelerations=force.record.samples,
             levels=levels,
             transducer=motion.is_by_transducer,
@@ -206,6 +207,11 @@ def _histories(analysis: EventAnalysis) -> Mapping[Direction, LayerHistory]:
         for direction, found in analysis.directions.items()
         if found.motion is not None
     }
+
+
+def _load(force: ForceHistory, vertical: ArrayLike) -> Vector:
+    """(n,) vertical force over weight, 1 at rest."""
+    return np.asarray(1 + band_passed(beside(force, "vertical", vertical), force.rate, force.band) / GRAVITY)
 
 
 def _history(force: RestoringForce, motion: MeasuredMotion, band: tuple[float, float] | None) -> LayerHistory:

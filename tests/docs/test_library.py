@@ -1,0 +1,39 @@
+"""The library's documents show what their examples print."""
+
+import json
+import re
+import sys
+from pathlib import Path
+
+import pytest
+from shared import needs_shared
+
+TOOLS = Path(__file__).resolve().parents[2] / "docs" / "tools"
+sys.path.append(str(TOOLS))
+
+import write_library  # noqa: E402
+
+NUMBER = re.compile(r"[−-]?\d[\d,]*(?:\.\d+)?(?:e[+-]?\d+)?")
+
+
+def assert_alike(now: str, before: str) -> None:
+    """The same words; numbers within 2 %, as another machine rounds otherwise."""
+    assert NUMBER.sub("#", now).split() == NUMBER.sub("#", before).split()
+    for one, other in zip(NUMBER.findall(now), NUMBER.findall(before), strict=True):
+        values = [float(text.replace("−", "-").replace(",", "")) for text in (one, other)]
+        assert values[0] == pytest.approx(values[1], rel=0.02, abs=0.02), (one, other)
+
+
+@pytest.mark.slow
+def test_the_notebook_names_the_hidden_effect() -> None:
+    document = json.loads(write_library.NOTEBOOK.read_text("utf-8"))
+    made = write_library.notebook(document)
+    assert_alike(json.dumps(made, ensure_ascii=False), json.dumps(document, ensure_ascii=False))
+    assert "Hardening of the rubber (hardening) is missing." in json.dumps(made, ensure_ascii=False)
+
+
+@pytest.mark.slow
+@needs_shared
+def test_the_page_shows_what_its_examples_print() -> None:
+    text = write_library.PAGE.read_text("utf-8")
+    assert_alike(write_library.page(text), text)
