@@ -12,7 +12,7 @@ from core.analysis import AnalysisSettings, EventAnalysis, analyse
 from core.arrays import Vector
 from core.comparison.fitting_rate import fitting_rate
 from core.description import BuildingDescription, IsolationLayer, Level
-from core.estimators.by_name import ESTIMATORS
+from core.estimators import ESTIMATORS
 from core.model.simulation import Response, simulate
 from core.paper import BUILDING, FOURTH_STOREY, ISOLATOR, RATE, ground_motion
 from core.record import Channel, Direction, Segment

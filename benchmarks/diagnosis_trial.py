@@ -18,7 +18,7 @@ from core.diagnosis.missing_effects import Diagnosis, diagnosed
 from core.diagnosis.suspect import Suspect
 from core.diagnosis.suspicion import suspicions
 from core.effects import EFFECTS
-from core.estimators.known_superstructure import known_superstructure
+from core.estimators.superstructure import known_superstructure
 from core.fitting.first_model import first_model
 from core.fitting.observation import Observation, observations
 from core.model.force_response import force_response

@@ -8,7 +8,7 @@ from real_building import BAND, GOALS, TESTS, best_instantaneous, inertia, super
 
 from benchmarks.force_tables import shown
 from benchmarks.table import Table
-from core.estimators.by_name import ESTIMATORS
+from core.estimators import ESTIMATORS
 
 ABOUT = f"""\
 A five-storey building on rubber bearings, three recorded earthquakes on a shake table, estimated as the product does

@@ -28,7 +28,7 @@ from truths import KINDS, MOTIONS, conditioned, truth  # noqa: E402
 
 from benchmarks import cycle_errors, floors_measured, force_tables  # noqa: E402
 from core.comparison.fitting_rate import fitting_rate  # noqa: E402
-from core.estimators.by_name import ESTIMATORS  # noqa: E402
+from core.estimators import ESTIMATORS  # noqa: E402
 
 PAGE = ROOT / "docs" / "reference" / "accuracy.md"
 BEGIN, END = (f"<!-- {edge} of what `python -m benchmarks.restoring_force` writes -->" for edge in ("begin", "end"))

@@ -9,11 +9,10 @@ import numpy as np
 from core.arrays import Matrix, Vector
 from core.description import BuildingDescription
 from core.errors import CoreError, ModelError
-from core.estimators.by_name import ESTIMATORS
-from core.estimators.estimator import RestoringForce
-from core.estimators.instrumentation import instrumented_superstructure
-from core.estimators.mass_error import with_mass_errors
-from core.estimators.reliance import reliance_findings
+from core.estimators import ESTIMATORS
+from core.estimators.model_error import with_mass_errors
+from core.estimators.result import RestoringForce, assessment_findings
+from core.estimators.superstructure import instrumented_superstructure
 from core.isolation_layer.equivalent import (
     EquivalentSegment,
     cycles,
@@ -214,7 +213,7 @@ def _direction(
     estimate = ESTIMATORS[settings.estimator](superstructure)
     force = with_mass_errors(estimate, superstructure, description.mass_uncertainty)
     motion, findings = layer_motion(record, description, direction)
-    findings += reliance_findings(force.reliance, direction)
+    findings += assessment_findings(force.assessment, direction)
     if motion is None:
         return DirectionAnalysis(_slim(force), None, ()), findings
     equivalent = equivalent_cycles(force, motion, record.rate, settings.band, description.isolation.rubber_height)

@@ -16,10 +16,9 @@ from core.analysis import USUAL, equivalent_cycles
 from core.arrays import Vector
 from core.description import BuildingDescription, IsolationLayer, Level
 from core.errors import ModelError, RecordError
-from core.estimators.by_name import ESTIMATORS
-from core.estimators.estimator import RestoringForce
-from core.estimators.instrumentation import instrumented_superstructure
-from core.estimators.reliance import reliance_findings
+from core.estimators import ESTIMATORS
+from core.estimators.result import RestoringForce, assessment_findings
+from core.estimators.superstructure import instrumented_superstructure
 from core.isolation_layer.equivalent import EquivalentSegment
 from core.isolation_layer.layer import layer_motion as measured_motion
 from core.isolation_layer.motion import MeasuredMotion
@@ -68,7 +67,7 @@ class ForceHistory(RestoringForce):
             f"Peak force: {peak}, within {self.band[0]:g} to {self.band[1]:g} Hz.",
             f"Noise of the force: {quantity(weakest, 'N')} (root mean square of its standard deviation).",
         ]
-        weak = [finding.message for finding in reliance_findings(self.reliance, "x")]
+        weak = [finding.message for finding in assessment_findings(self.assessment, "x")]
         return report(title, sentences, _modes(self), [*weak, *self.remarks])
 
 

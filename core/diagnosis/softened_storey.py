@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.arrays import Matrix, Vector
-from core.estimators.storeys import StoreyStiffness
+from core.estimators.result import StoreyStiffness
 
 COMMON = 0.5
 """Of the logarithm of the factor by which all storeys differ from the design: standard deviation."""
@@ -53,10 +53,10 @@ class _Known:
     pull: Vector
     """(floors,) information times deviation."""
 
-    def given(self, believed: Matrix) -> tuple[float, Vector, Matrix]:
-        """Log evidence up to a constant, mean and covariance of the deviations, (floors, floors) believed before."""
-        scaled = np.eye(self.pull.size) + believed @ self.information
-        covariance: Matrix = np.asarray(np.linalg.solve(scaled, believed), dtype=float)
+    def given(self, prior: Matrix) -> tuple[float, Vector, Matrix]:
+        """Log evidence up to a constant, mean and covariance of the deviations, (floors, floors) by a prior."""
+        scaled = np.eye(self.pull.size) + prior @ self.information
+        covariance: Matrix = np.asarray(np.linalg.solve(scaled, prior), dtype=float)
         mean: Vector = np.asarray(covariance @ self.pull, dtype=float)
         return 0.5 * float(self.pull @ mean) - 0.5 * float(np.linalg.slogdet(scaled)[1]), mean, covariance
 

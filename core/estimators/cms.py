@@ -5,10 +5,17 @@ from scipy import linalg
 
 from core.arrays import Matrix, Vector
 from core.errors import IdentificationError
-from core.estimators.estimator import InstrumentedSuperstructure, RestoringForce, check
-from core.estimators.expansion import assumed_stiffness, expanded, modal_acceleration, static_shapes
-from core.estimators.interpolation_error import interpolation_error, variance_about
-from core.estimators.substructure import modal_force, rigid_force
+from core.estimators.model_error import interpolation_error, variance_about
+from core.estimators.result import RestoringForce
+from core.estimators.substructure import (
+    assumed_stiffness,
+    expanded,
+    modal_acceleration,
+    modal_force,
+    rigid_force,
+    static_shapes,
+)
+from core.estimators.superstructure import InstrumentedSuperstructure, check
 from core.identification.identified_modes import Identification, IdentifiedMode, identified_modes
 from core.identification.modes import Mode, real_shape
 from core.identification.refinement import Refinement, refined
@@ -28,7 +35,7 @@ def estimate(superstructure: InstrumentedSuperstructure) -> RestoringForce:
     statically interpolated floors, as it is with enough modes. `modes` tells how many were identified, perhaps none.
 
     Raises:
-        RecordError: the record holds gaps, is shorter than 10 s, or does not fit the floors it is said to be from.
+        RecordError: the record holds gaps, is shorter than 10 s, or its shape does not fit the measured floors.
         ModelError: masses or stiffnesses are not positive, or a floor is measured that the building does not have.
     """
     check(superstructure)
@@ -73,7 +80,7 @@ def shape_matrix(modes: tuple[Mode, ...], floors: int) -> Matrix:
 
 
 def completed(shapes: Matrix, superstructure: InstrumentedSuperstructure) -> Matrix:
-    """Shapes that span every motion of the measured floors: those given, and static deflections for what they lack.
+    """Shapes that span every motion of the measured floors: those given, completed by static deflections.
 
     Args:
         shapes: (floors, modes) expanded mode shapes, perhaps none.
@@ -95,7 +102,7 @@ def force_of_shapes(
     Args:
         superstructure: what was measured.
         shapes: (floors, k) expanded shapes relative to the base slab.
-        modes: what the result is to report.
+        modes: reported in the result.
 
     Returns:
         The force. Its standard deviation is that of the sensors' noise, flicker included, carried through the linear

@@ -16,7 +16,7 @@ import numpy as np
 from core.arrays import Matrix, Vector
 from core.effect import RESULTS, YIELDED
 from core.effects import EFFECTS
-from core.estimators.error_spectrum import of_fused_displacement, white
+from core.estimators.result import fused_displacement_error, white
 from core.fitting.observation import LayerHistory, Observation
 from core.fitting.record_ends import relied_on
 from core.model.force_response import Excitation, ForceResponse, excitation, response_to
@@ -141,7 +141,7 @@ def _by_motion(layer: LayerHistory) -> Callable[[Vector], Vector]:
     if layer.displacement_std is None or layer.velocity_std is None or travel == 0:
         return np.zeros_like
     stiffness = float(np.linalg.norm(np.diff(layer.force))) / travel
-    motion = of_fused_displacement(float(np.median(layer.displacement_std)), float(np.median(layer.velocity_std)))
+    motion = fused_displacement_error(float(np.median(layer.displacement_std)), float(np.median(layer.velocity_std)))
     return lambda frequency: np.asarray(stiffness**2 * motion.at(frequency))
 
 

@@ -12,8 +12,7 @@ from core.arrays import Matrix, Vector
 from core.description import BuildingDescription
 from core.errors import RecordError
 from core.estimates import EPOCH, ForceHistory, MotionHistory, beside, check_alike
-from core.estimators.error_spectrum import ErrorSpectrum
-from core.estimators.estimator import RestoringForce
+from core.estimators.result import ErrorSpectrum, RestoringForce
 from core.isolation_layer.layer import GRAVITY
 from core.isolation_layer.motion import MeasuredMotion
 from core.model.isolator import Conditions

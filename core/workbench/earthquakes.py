@@ -13,8 +13,8 @@ from core.comparison.predictions import predict_all
 from core.description import BuildingDescription
 from core.diagnosis.missing_effects import LOWERS
 from core.errors import IdentificationError, RecordError
-from core.estimators.estimator import RestoringForce
-from core.estimators.known_superstructure import KnownSuperstructure, known_superstructure
+from core.estimators.result import RestoringForce
+from core.estimators.superstructure import KnownSuperstructure, known_superstructure
 from core.fitting.observation import Observation, observations
 from core.model.isolator import Isolator
 from core.record import Direction

@@ -10,8 +10,8 @@ from scipy.ndimage import uniform_filter1d
 from core.arrays import ComplexMatrix, Indices, Vector
 from core.building import fixed_base_modes
 from core.estimators.cms import channel_weights
-from core.estimators.estimator import InstrumentedSuperstructure
-from core.estimators.expansion import assumed_stiffness, static_shapes
+from core.estimators.substructure import assumed_stiffness, static_shapes
+from core.estimators.superstructure import InstrumentedSuperstructure
 from core.model.simulation import simulate
 from core.paper import BUILDING, FOURTH_STOREY, ISOLATOR, RATE, ground_motion
 from service.akt013 import recorded

@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, Strict, WithJsonSchema
 
-from core.estimators.by_name import ESTIMATORS
+from core.estimators import ESTIMATORS
 from core.quality import Severity
 from service.schema import Answer, Number
 from service.verdict.schema import VerdictOut

@@ -174,7 +174,7 @@ def _direction_result(
         count=force.force.size,
         peak_force=peak,
         force_std=peak_std,
-        reliance=None if force.reliance is None else asdict(force.reliance),
+        reliance=None if force.assessment is None else asdict(force.assessment),
         **({} if direction.motion is None else _motion(direction.motion)),
         force=encode(force.force),
         force_rigid=encode(force.rigid),

@@ -64,7 +64,7 @@ class DirectionResult(Base):
     peak_force: Mapped[float]
     force_std: Mapped[float]
     reliance: Mapped[dict[str, Any] | None]
-    """core.estimators.reliance.Reliance; None of an estimator that does not judge itself."""
+    """core.estimators.result.Assessment; None of an estimator that does not assess itself."""
     peak_displacement: Mapped[float | None]
     peak_displacement_std: Mapped[float | None]
     lowest_frequency: Mapped[float | None]

@@ -105,7 +105,7 @@ def _analysed(
 def _settings(estimator: str | None, sensors: str | None, description: "BuildingDescription") -> "AnalysisSettings":
     """The service's own settings, so that both give the same results, with what was asked for in their place."""
     from core.analysis import AnalysisSettings
-    from core.estimators.by_name import ESTIMATORS
+    from core.estimators import ESTIMATORS
 
     own = settings_in_force()
     chosen = own.analysis.estimator if estimator is None else estimator

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.stats import spearmanr
 
 from core.arrays import Vector
-from core.estimators.by_name import ESTIMATORS
+from core.estimators import ESTIMATORS
 from core.isolation_layer.equivalent import EquivalentSegment
 from service.reproduction import published
 from service.reproduction.real import RealBuilding

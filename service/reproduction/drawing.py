@@ -8,7 +8,7 @@ import altair as alt
 import numpy as np
 
 from core.arrays import Indices, Vector
-from core.estimators.by_name import ESTIMATORS
+from core.estimators import ESTIMATORS
 from service.reports.charts import BLUE, GREY, ORANGE, STEP
 from service.reports.thinning import along_path, extremes
 

@@ -2,8 +2,9 @@
 
 from core.arrays import Matrix
 from core.estimators import cms
-from core.estimators.estimator import InstrumentedSuperstructure, RestoringForce
-from core.estimators.expansion import modal_acceleration
+from core.estimators.result import RestoringForce
+from core.estimators.substructure import modal_acceleration
+from core.estimators.superstructure import InstrumentedSuperstructure
 from core.identification.modes import mass_normalised
 
 MODES = 2

@@ -10,10 +10,8 @@ from core.analysis import AnalysisSettings, DirectionAnalysis, analyse
 from core.arrays import Matrix, Vector
 from core.description import BuildingDescription
 from core.errors import RecordError
-from core.estimators import cms
-from core.estimators.by_name import ESTIMATORS
-from core.estimators.estimator import InstrumentedSuperstructure
-from core.estimators.instrumentation import instrumented_superstructure
+from core.estimators import ESTIMATORS, cms
+from core.estimators.superstructure import InstrumentedSuperstructure, instrumented_superstructure
 from core.record import Direction, Record
 from core.sensors.preparation import prepared
 from service.records.event_files import EventFiles

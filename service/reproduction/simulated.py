@@ -7,9 +7,9 @@ import numpy as np
 
 from core.arrays import Matrix, Vector
 from core.building import fixed_base_modes
-from core.estimators import cms
-from core.estimators.by_name import ESTIMATORS
-from core.estimators.estimator import InstrumentedSuperstructure, RestoringForce
+from core.estimators import ESTIMATORS, cms
+from core.estimators.result import RestoringForce
+from core.estimators.superstructure import InstrumentedSuperstructure
 from core.model.simulation import Response, simulate
 from core.paper import BUILDING, FOURTH_STOREY, ISOLATOR, RATE
 from service.reproduction.ground import Ground

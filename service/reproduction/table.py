@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from core.estimators.by_name import ESTIMATORS
+from core.estimators import ESTIMATORS
 
 NONE = "–"
 """Where there is no such number."""

@@ -10,7 +10,7 @@ from benchmarks.identifiers import IDENTIFIERS, OURS, Identifier
 from benchmarks.integrators import INTEGRATORS
 from benchmarks.table import Table
 from benchmarks.trial import Limits
-from core.estimators.by_name import ESTIMATORS
+from core.estimators import ESTIMATORS
 from core.model.simulation import simulate
 from core.paper import BUILDING, ISOLATOR, RATE, ground_motion
 from service.akt013 import recorded

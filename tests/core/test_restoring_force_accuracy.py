@@ -11,7 +11,7 @@ from shared import needs_shared
 from truths import KINDS, MOTIONS, instrumented, recorded, truth
 
 from core.analysis import AnalysisSettings
-from core.estimators.by_name import ESTIMATORS
+from core.estimators import ESTIMATORS
 
 LIKE = "in class"
 STATIC = "cms"

@@ -16,7 +16,7 @@ from core.comparison.failure import failure
 from core.comparison.predictions import predict_all
 from core.diagnosis.missing_effects import diagnosed
 from core.effects import EFFECTS
-from core.estimators.known_superstructure import known_superstructure
+from core.estimators.superstructure import known_superstructure
 from core.fitting.fit import at_values
 from core.fitting.layer_columns import Evidence
 from core.fitting.observation import observations as observations_of

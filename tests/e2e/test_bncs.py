@@ -19,7 +19,7 @@ from shared import BNCS, needs_shared
 from sqlalchemy import select
 from sqlalchemy.orm import Session, selectinload, sessionmaker, undefer
 
-from core.estimators.by_name import ESTIMATORS
+from core.estimators import ESTIMATORS
 from service import roles
 from service.analyses.tables import Analysis, DirectionResult
 from service.buildings import store as building_store

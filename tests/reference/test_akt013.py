@@ -14,8 +14,8 @@ from core.arrays import Vector
 from core.building import fixed_base_modes as analytic_modes
 from core.comparison.fitting_rate import fitting_rate as fit
 from core.estimators.cms import at_all_floors, estimate, fixed_base_modes, force_of_shapes, shape_matrix
-from core.estimators.estimator import InstrumentedSuperstructure
-from core.estimators.expansion import modal_acceleration
+from core.estimators.substructure import modal_acceleration
+from core.estimators.superstructure import InstrumentedSuperstructure
 from core.identification.identified_modes import Identification, identified_modes
 from core.identification.modes import Mode, mass_normalised
 from core.identification.refinement import Refinement

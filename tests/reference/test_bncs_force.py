@@ -11,7 +11,7 @@ from shared import BNCS, needs_shared
 
 from core.arrays import Matrix, Vector
 from core.estimators.cms import estimate
-from core.estimators.estimator import InstrumentedSuperstructure
+from core.estimators.superstructure import InstrumentedSuperstructure
 
 
 @cache

@@ -9,10 +9,10 @@ from truths import IN_CLASS, KINDS, RATE, SENSORS, instrumented, recorded, truth
 
 from core.building import fixed_base_modes
 from core.comparison.fitting_rate import fitting_rate
-from core.estimators.frame.hypotheses import chosen
-from core.estimators.frame.smoother import CALIBRATED, estimate, ringing
-from core.estimators.frame.spectral_lines import spectral_lines, within
-from core.estimators.frame.superstructure_model import Design, Superstructure
+from core.estimators.frame.estimator import CALIBRATED, estimate, free_vibration_bound
+from core.estimators.frame.hypotheses import best_hypothesis
+from core.estimators.frame.lines import spectral_lines, within
+from core.estimators.frame.model import Design, Superstructure
 from core.paper import BUILDING
 
 CUT = KINDS["cut to its strongest 15 s"]
@@ -32,7 +32,7 @@ def calibrated_structure(motion: str, noise: float) -> Superstructure:
     """That by which the product's smoother smooths."""
     s = instrumented(recorded(CUT, motion, noise, seed=0))
     design, lines = Design.of(s.floor_mass, s.storey_stiffness, s.measured), spectral_lines(s)
-    return chosen(within(lines, CALIBRATED), design, ringing(s, lines)).calibration.structure
+    return best_hypothesis(within(lines, CALIBRATED), design, free_vibration_bound(s, lines)).calibration.structure
 
 
 @pytest.mark.accuracy
@@ -41,8 +41,8 @@ def test_as_near_as_a_smoother_in_time(motion: str, noise: float) -> None:
     """By the same superstructure, and though the one in time is told the noise's level."""
     channels, force = recorded(CUT, motion, noise, seed=0), truth(CUT, motion).force
     found = estimate(instrumented(channels))
-    assert found.reliance is not None
-    assert not found.reliance.is_at_rest
+    assert found.assessment is not None
+    assert not found.assessment.is_at_rest
     level = noise * np.sqrt(np.mean(truth(CUT, motion).acceleration[[0, *(f + 1 for f in SENSORS)]] ** 2, axis=1))
     model = state_space(calibrated_structure(motion, noise), np.array(SENSORS), BUILDING.base_mass, RATE)
     fit, other = (fitting_rate(force, each) for each in (found.force, smoothed_force(model, channels, level)))

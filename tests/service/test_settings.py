@@ -7,7 +7,7 @@ import typer
 from pydantic import ValidationError
 from typer.testing import CliRunner
 
-from core.estimators.by_name import ESTIMATORS
+from core.estimators import ESTIMATORS
 from service.cli import app
 from service.cli.current_settings import settings_in_force
 from service.settings import (

@@ -11,8 +11,8 @@ from truths import BAND, KINDS, conditioned, instrumented, recorded, truth
 
 from core.arrays import Matrix, Vector
 from core.comparison.fitting_rate import fitting_rate
-from core.estimators.by_name import ESTIMATORS
-from core.estimators.estimator import Estimator, RestoringForce
+from core.estimators import ESTIMATORS, Estimator
+from core.estimators.result import RestoringForce
 
 NOISES = (0.01, 0.05, 0.10)
 """Standard deviation of the sensors' white noise over the root mean square of their channel."""

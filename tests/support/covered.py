@@ -29,7 +29,7 @@ from core.analysis import AnalysisSettings, DirectionAnalysis, analyse
 from core.arrays import Matrix, Vector
 from core.building import storey_stiffness_matrix
 from core.description import BuildingDescription
-from core.estimators.by_name import ESTIMATORS
+from core.estimators import ESTIMATORS
 from core.paper import BUILDING
 from core.signals.conditioning import without_baseline
 

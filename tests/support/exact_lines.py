@@ -7,9 +7,8 @@ from scipy.linalg import eigh
 
 from core.arrays import ComplexMatrix, ComplexVector, Matrix, Vector
 from core.building import storey_stiffness_matrix
-from core.estimators.frame.frame import heights, lateral_stiffness
-from core.estimators.frame.spectral_lines import Lines
-from core.estimators.frame.superstructure_model import Design
+from core.estimators.frame.lines import Lines
+from core.estimators.frame.model import Design, heights, lateral_stiffness
 from core.paper import BUILDING
 
 RATE = 100.0
@@ -42,7 +41,7 @@ PAPER = Known(
 
 
 def of_parameters(parameters: Vector, design: Design) -> Known:
-    """The superstructure of parameters, in words of the docstrings of core.estimators.frame.superstructure_model."""
+    """The superstructure of parameters, in words of the docstrings of core.estimators.frame.model."""
     layout = design.layout
     stiffness = design.storey_stiffness * np.exp(parameters[layout.scale] + np.cumsum(parameters[layout.storeys]))
     mass = design.floor_mass * np.exp(parameters[layout.masses])

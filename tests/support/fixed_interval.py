@@ -10,7 +10,7 @@ import numpy as np
 from scipy.linalg import expm
 
 from core.arrays import Indices, Matrix, Vector
-from core.estimators.frame.superstructure_model import Superstructure
+from core.estimators.frame.model import Superstructure
 
 
 @dataclass(frozen=True, slots=True, eq=False)

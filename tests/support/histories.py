@@ -13,7 +13,7 @@ from sqlalchemy.orm import Session, sessionmaker
 
 from core.analysis import AnalysisSettings, DirectionAnalysis, EventAnalysis
 from core.building import fixed_base_modes
-from core.estimators.estimator import RestoringForce
+from core.estimators.result import RestoringForce
 from core.identification.modes import Mode
 from core.isolation_layer.equivalent import EquivalentSegment
 from core.isolation_layer.motion import MeasuredMotion, ResidualDisplacement

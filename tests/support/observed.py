@@ -6,7 +6,7 @@ from datetime import UTC, datetime, timedelta
 import numpy as np
 
 from core.arrays import Vector
-from core.estimators.error_spectrum import white
+from core.estimators.result import white
 from core.fitting.observation import LayerHistory, Observation
 from core.model.force_response import force_response
 from core.model.isolator import Conditions, Isolator, carried

@@ -9,8 +9,7 @@ from described import bncs, bncs_segments
 from core.analysis import AnalysisSettings
 from core.arrays import Vector
 from core.comparison.fitting_rate import fitting_rate
-from core.estimators.estimator import InstrumentedSuperstructure
-from core.estimators.instrumentation import instrumented_superstructure
+from core.estimators.superstructure import InstrumentedSuperstructure, instrumented_superstructure
 from core.record import Record
 from core.sensors.preparation import prepared
 

@@ -16,7 +16,7 @@ from scipy.linalg import eigh
 from core.analysis import AnalysisSettings
 from core.arrays import Matrix, Vector
 from core.building import storey_stiffness_matrix
-from core.estimators.estimator import InstrumentedSuperstructure
+from core.estimators.superstructure import InstrumentedSuperstructure
 from core.paper import BUILDING, FOURTH_STOREY
 from core.signals.conditioning import Samples, band_passed, without_baseline
 

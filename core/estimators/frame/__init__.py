@@ -1,1 +1,1 @@
-"""The frame estimator: all floors at once, by a superstructure that is calibrated from the record."""
+"""The frame estimator: all floors together from those measured, by a frame that is calibrated from the record."""

@@ -1,4 +1,4 @@
-"""Which superstructure explains a record, and how well?"""
+"""Calibration of the frame from a record: the parameters of greatest posterior probability, and their evidence."""
 
 from dataclasses import dataclass, replace
 
@@ -6,43 +6,41 @@ import numpy as np
 from scipy import linalg
 
 from core.arrays import Matrix, Vector
-from core.estimators.frame.evaluation import Evaluation, Question, Slope, evaluated, slope
-from core.estimators.frame.prior import Hypothesis
-from core.estimators.frame.superstructure_model import Superstructure
-from core.estimators.frame.unmodelled_motion import Variances
-from core.estimators.frame.variance_step import improved
+from core.estimators.frame.evaluation import Evaluation, Gradient, Hypothesis, Problem, evaluated, gradient
+from core.estimators.frame.likelihood import DYNAMIC_SHARE, Variances, local_covariance
+from core.estimators.frame.model import Superstructure
 
 STEPS = 60
-"""Of Levenberg and Marquardt, at most."""
+"""Largest number of Levenberg-Marquardt steps."""
 ENOUGH = 700
-"""Lines that are enough to come near."""
+"""Lines by which a first, coarse calibration is made."""
 SETTLED = 0.2
 """Fall of the cost, in units of a log likelihood times the chi-square, below which a calibration has settled."""
 STARTS = np.geomspace(0.4, 8.0, 24)
-"""Hz, first fixed-base frequencies that a calibration may start from."""
+"""Hz, first fixed-base frequencies tried as a start."""
 VARIANCE_STEPS = 2
-"""Of the variances, before each of the parameters."""
+"""Steps of the variances before each step of the parameters."""
 LARGEST_STEP = 1.0
-"""Of any parameter that is a logarithm."""
+"""Largest step of a parameter that is a logarithm."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Calibration:
-    """A superstructure as calibrated from a record."""
+    """A superstructure calibrated from a record."""
 
     hypothesis: Hypothesis
     parameters: Vector
     structure: Superstructure
     variances: Variances
     covariance: Matrix
-    """(size, size) of the parameters; 0 for those held."""
+    """(size, size) of the parameters; 0 for those that are fixed."""
     misfit_by_band: Vector
     """(bands,) Σ zᴴ P z over their lines; its mean is the number of lines times floors if the hypothesis holds."""
     degrees_of_freedom: float
     lines: int
-    """Number of those that it was found by."""
+    """Number of spectral lines used."""
     noise: Vector
-    """(channels,) mean square of the noise's transform that it was judged by."""
+    """(channels,) mean square of the noise's transform that was assumed."""
     has_settled: bool
 
     @property
@@ -51,39 +49,39 @@ class Calibration:
         return float(self.misfit_by_band.sum()) / self.degrees_of_freedom
 
 
-def calibrated(question: Question, start: Vector) -> Calibration:
+def calibrated(problem: Problem, start: Vector) -> Calibration:
     """The parameters of greatest posterior probability, by Levenberg and Marquardt's method.
 
-    Variances are estimated in the same steps. Most of the way is gone on a part of the lines.
+    Variances are estimated in the same steps. A subset of the lines gives the start for all.
 
     Args:
-        question: what is to be found.
+        problem: lines, design and hypothesis.
         start: (size,) parameters.
     """
-    found = on_some_lines(question, start)
-    return found if found.lines == question.lines.angular.size else on_all_lines(question, found)
+    found = on_some_lines(problem, start)
+    return found if found.lines == problem.lines.angular.size else on_all_lines(problem, found)
 
 
-def on_some_lines(question: Question, start: Vector) -> Calibration:
-    """The same by ENOUGH evenly spread lines or somewhat more; by all where there are less than twice as many."""
-    lines = question.lines
-    few = replace(question, lines=lines.every(max(1, lines.angular.size // ENOUGH)))
+def on_some_lines(problem: Problem, start: Vector) -> Calibration:
+    """Calibration by about ENOUGH evenly spread lines; by all where there are less than twice as many."""
+    lines = problem.lines
+    few = replace(problem, lines=lines.every(max(1, lines.angular.size // ENOUGH)))
     return _settled(few, start, first_variances(few))
 
 
-def on_all_lines(question: Question, near: Calibration) -> Calibration:
-    """The same by all lines, from what some of them said."""
-    return _settled(question, near.parameters, near.variances)
+def on_all_lines(problem: Problem, near: Calibration) -> Calibration:
+    """Calibration by all lines, started from that by some."""
+    return _settled(problem, near.parameters, near.variances)
 
 
-def _settled(question: Question, start: Vector, variances: Variances) -> Calibration:
-    here = evaluated(question, start, variances)
+def _settled(problem: Problem, start: Vector, variances: Variances) -> Calibration:
+    here = evaluated(problem, start, variances)
     damping, has_settled = 1e-3, False
     for _ in range(STEPS):
         before = here.cost
-        for _ in range(VARIANCE_STEPS if question.hypothesis.is_random else 0):
-            here = evaluated(question, here.parameters, improved(here), here.given.base)
-        way = slope(here)
+        for _ in range(VARIANCE_STEPS if problem.hypothesis.is_random else 0):
+            here = evaluated(problem, here.parameters, next_variances(here), here.given.base)
+        way = gradient(here)
         there, damping = _step(here, way, damping)
         has_settled = there is None or before - there.cost < SETTLED * max(1.0, here.chi_square)
         here = there or here
@@ -92,37 +90,37 @@ def _settled(question: Question, start: Vector, variances: Variances) -> Calibra
     return _result(here, has_settled)
 
 
-def first_variances(question: Question) -> Variances:
-    """Where the search for the variances begins."""
-    return (Variances.first if question.hypothesis.is_random else Variances.none)(question.lines)
+def first_variances(problem: Problem) -> Variances:
+    """Variances at which their search starts."""
+    return (Variances.first if problem.hypothesis.is_random else Variances.none)(problem.lines)
 
 
-def best_start(question: Question) -> Vector:
+def best_start(problem: Problem) -> Vector:
     """The prior's parameters at the first frequency that explains the record best."""
-    lines, layout = question.lines, question.design.layout
-    coarse = replace(question, lines=lines.every(max(1, lines.angular.size // 600)))
+    lines, layout = problem.lines, problem.design.layout
+    coarse = replace(problem, lines=lines.every(max(1, lines.angular.size // 600)))
     variances = first_variances(coarse)
     starts = []
     for frequency in STARTS:
-        start = question.hypothesis.mean.copy()
+        start = problem.hypothesis.mean.copy()
         start[layout.scale] = 2 * np.log(frequency)
         starts.append((evaluated(coarse, start, variances).cost, start))
     return min(starts, key=lambda pair: pair[0])[1]
 
 
-def _step(here: Evaluation, way: Slope, damping: float) -> tuple[Evaluation | None, float]:
+def _step(here: Evaluation, way: Gradient, damping: float) -> tuple[Evaluation | None, float]:
     """The evaluation at the next parameters, None if no step lowers the cost; and the damping for the next."""
-    free = here.question.hypothesis.free
+    free = here.problem.hypothesis.free
     normal, descent = way.normal[np.ix_(free, free)], way.descent[free]
     scale = 1 / np.sqrt(np.diag(normal))
     scaled = normal * np.outer(scale, scale)
-    logarithms = free < here.question.design.layout.delays.start
+    logarithms = free < here.problem.design.layout.delays.start
     for _ in range(8):
         change = scale * linalg.solve(scaled + damping * np.eye(scale.size), scale * descent, assume_a="pos")
         longest = np.abs(change[logarithms]).max(initial=0.0)
         tried = here.parameters.copy()
         tried[free] += change * min(1.0, LARGEST_STEP / max(longest, 1e-300))
-        there = evaluated(here.question, tried, here.variances, here.given.base)
+        there = evaluated(here.problem, tried, here.variances, here.given.base)
         # the determinant is compared at the same h
         if there.cost < here.cost:
             return there, max(damping / 5, 1e-7)
@@ -131,17 +129,17 @@ def _step(here: Evaluation, way: Slope, damping: float) -> tuple[Evaluation | No
 
 
 def _result(here: Evaluation, has_settled: bool) -> Calibration:
-    free, lines = here.question.hypothesis.free, here.question.lines
-    information = slope(here).normal
+    free, lines = here.problem.hypothesis.free, here.problem.lines
+    information = gradient(here).normal
     normal = information[np.ix_(free, free)]
     covariance = np.zeros_like(information)
     scale = 1 / np.sqrt(np.diag(normal))
     values, directions = linalg.eigh(normal * np.outer(scale, scale))
-    # where hardly anything is known, rounding would make a variance negative
+    # where almost nothing is known, rounding would make a variance negative
     spread = scale[:, None] * directions / np.sqrt(np.maximum(values, np.finfo(float).eps))
     covariance[np.ix_(free, free)] = spread @ spread.T
     return Calibration(
-        hypothesis=here.question.hypothesis,
+        hypothesis=here.problem.hypothesis,
         parameters=here.parameters,
         structure=here.structure,
         variances=here.variances,
@@ -154,7 +152,7 @@ def _result(here: Evaluation, has_settled: bool) -> Calibration:
     )
 
 
-def log_evidence(calibration: Calibration, question: Question) -> float:
+def log_evidence(calibration: Calibration, problem: Problem) -> float:
     """Laplace's approximation of the log probability of the record under the calibration's hypothesis.
 
     Up to a constant of the lines; every estimated variance costs half the logarithm of the lines it is judged by
@@ -162,16 +160,48 @@ def log_evidence(calibration: Calibration, question: Question) -> float:
 
     Args:
         calibration: from the same lines, perhaps with another noise.
-        question: the lines, and the building.
+        problem: lines and building.
     """
     hypothesis = calibration.hypothesis
     # all determinants are counted, whatever the hypothesis
-    open_to_noise = replace(question, hypothesis=replace(hypothesis, is_random=True))
+    open_to_noise = replace(problem, hypothesis=replace(hypothesis, is_random=True))
     cost = evaluated(open_to_noise, calibration.parameters, calibration.variances).cost
     free = hypothesis.free
     occam = float(np.sum(np.log(hypothesis.std[free])))
     occam -= 0.5 * float(np.linalg.slogdet(calibration.covariance[np.ix_(free, free)])[1])
     if hypothesis.is_random:
-        count = np.bincount(question.lines.band)
+        count = np.bincount(problem.lines.band)
         occam += float(np.sum(np.log(count[count > 0])))
     return -cost - occam
+
+
+def next_variances(here: Evaluation) -> Variances:
+    """The next variances by restricted maximum likelihood: the factors of Zhou, Hu, Qiao, Cho and Zhou (2019).
+
+    Args:
+        here: the evaluation by a hypothesis that allows for unmodelled motion.
+    """
+    met, size = _strengths(here)
+    lines, count = here.problem.lines, here.variances.rocking.size
+    met, size = (np.array([np.bincount(lines.band, row, count) for row in each]) for each in (met, size))
+    rocking, floors = np.sqrt(met / np.maximum(size, 1e-300))
+    return Variances(here.variances.rocking * rocking, here.variances.floors * floors)
+
+
+def _strengths(here: Evaluation) -> tuple[Matrix, Matrix]:
+    """(2, lines) |Bᴴ P z|² and trace Bᴴ P B: of the rocking, and of the floors' own motion."""
+    lines = here.problem.lines
+    noise = lines.noise[1:]
+    local = local_covariance(here.problem.design)[1:, 1:] / np.sqrt(np.outer(noise, noise))
+    factor = np.linalg.cholesky(local)
+    alone = np.zeros((len(factor), len(factor) + 1, here.residual.shape[1]), dtype=complex)
+    alone[:, 1:] = factor.T[:, :, None] / np.sqrt(lines.colour)
+    alone = here.whitened.of(alone)
+    share, through = DYNAMIC_SHARE, here.unmodelled
+    met = np.abs(np.einsum("icl,cl->il", through.conj(), here.residual)) ** 2
+    met_alone = np.abs(np.einsum("icl,cl->il", alone.conj(), here.residual)) ** 2
+    size, size_alone = (np.sum(np.abs(each) ** 2, axis=1) for each in (through, alone))
+    return (
+        np.array([met[0], share * met[1:].sum(axis=0) + (1 - share) * met_alone.sum(axis=0)]),
+        np.array([size[0], share * size[1:].sum(axis=0) + (1 - share) * size_alone.sum(axis=0)]),
+    )

@@ -1,35 +1,59 @@
-"""What does a choice of parameters cost, and which way is down?"""
+"""Negative log posterior probability of a choice of parameters, and its gradient."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from core.arrays import ComplexMatrix, ComplexTensor, ComplexVector, Matrix, Vector
-from core.estimators.frame.free_vibration import floors_free_vibration, free_vibration_changes, free_vibration_columns
-from core.estimators.frame.line_derivatives import (
+from core.arrays import ComplexMatrix, ComplexTensor, ComplexVector, Indices, Matrix, Vector
+from core.estimators.frame.derivatives import (
     determinant_descent,
     mass_derivatives,
     sensor_derivatives,
     structural_derivatives,
 )
-from core.estimators.frame.line_misfit import (
+from core.estimators.frame.free_vibration import floors_free_vibration, free_vibration_changes, free_vibration_columns
+from core.estimators.frame.likelihood import (
+    DYNAMIC_SHARE,
     Responses,
+    Variances,
     Whitened,
     by_noise_alone,
+    local_covariance,
     projected,
     responses,
     variance_at,
     whitened_by,
 )
-from core.estimators.frame.prior import Hypothesis
-from core.estimators.frame.spectral_lines import Lines
-from core.estimators.frame.superstructure_model import Design, Layout, Superstructure, superstructure
-from core.estimators.frame.unmodelled_motion import DYNAMIC_SHARE, Variances, local_covariance
+from core.estimators.frame.lines import Lines
+from core.estimators.frame.model import Design, Layout, Superstructure, superstructure
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Question:
-    """What is to be found, and from what."""
+class Hypothesis:
+    """Free parameters of a calibration with their prior."""
+
+    name: str
+    mean: Vector
+    """(size,)"""
+    std: Vector
+    """(size,) 0 where a parameter is fixed."""
+    is_random: bool
+    """True if the base slab rocks and the floors move beyond the model."""
+
+    @property
+    def free(self) -> Indices:
+        """Indices of the parameters that are not fixed."""
+        return np.flatnonzero(self.std > 0)
+
+    def penalty(self, parameters: Vector) -> float:
+        """Penalty by the prior, in units of a negative log likelihood."""
+        free = self.free
+        return 0.5 * float(np.sum(((parameters - self.mean)[free] / self.std[free]) ** 2))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Problem:
+    """A calibration problem: lines, design, and the hypothesis that fixes the free parameters."""
 
     lines: Lines
     design: Design
@@ -40,7 +64,7 @@ class Question:
 class Evaluation:
     """The lines as one choice of parameters explains them."""
 
-    question: Question
+    problem: Problem
     parameters: Vector
     variances: Variances
     structure: Superstructure
@@ -49,7 +73,7 @@ class Evaluation:
     misfit_by_band: Vector
     """(bands,)"""
     given: Responses
-    ringing: ComplexMatrix
+    free_vibration: ComplexMatrix
     """(channels, lines) the free vibration, in units of noise."""
     whitened: Whitened
     residual: ComplexMatrix
@@ -57,11 +81,11 @@ class Evaluation:
     amplitude: ComplexVector
     """(lines,) of the base slab's acceleration."""
     unmodelled: ComplexTensor
-    """(1 + floors, channels, lines) what rocking and single floors do, white; (0, channels, lines) if nothing is."""
+    """(1 + floors, channels, lines) responses to rocking and single floors, white; (0, ...) without random motion."""
 
     @property
     def degrees_of_freedom(self) -> float:
-        """Of the misfit."""
+        """Degrees of freedom of the misfit."""
         return float(self.residual.shape[1] * (len(self.residual) - 1))
 
     @property
@@ -71,8 +95,8 @@ class Evaluation:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Slope:
-    """How the cost changes with the parameters."""
+class Gradient:
+    """Gradient and approximate second derivatives of the cost by the parameters."""
 
     descent: Vector
     """(size,) its negative gradient."""
@@ -81,40 +105,40 @@ class Slope:
 
 
 def evaluated(
-    question: Question, parameters: Vector, variances: Variances, along: ComplexMatrix | None = None
+    problem: Problem, parameters: Vector, variances: Variances, along: ComplexMatrix | None = None
 ) -> Evaluation:
-    """Cost at the parameters.
+    """Evaluation of the cost at the parameters.
 
     Args:
-        question: what is to be found.
-        parameters: (size,) as core.estimators.frame.superstructure_model.Layout says.
+        problem: lines, design and hypothesis.
+        parameters: (size,) as core.estimators.frame.model.Layout says.
         variances: of unmodelled motion.
         along: (channels, lines) the h at which the determinant along h is taken; None for that of the parameters.
     """
-    lines, design, hypothesis = question.lines, question.design, question.hypothesis
+    lines, design, hypothesis = problem.lines, problem.design, problem.hypothesis
     structure, scale = superstructure(parameters, design), 1 / np.sqrt(lines.noise_at)
     sensors = scale * sensor_errors(parameters, design.layout, lines.angular)
     inputs = 2 + design.layout.floors if hypothesis.is_random else 1
     given = responses(structure, lines.angular, design.measured, sensors, inputs)
-    ringing = np.zeros_like(sensors)
+    free_vibration = np.zeros_like(sensors)
     amplitudes = parameters[design.layout.transients]
-    ringing[1:] = sensors[1:] * floors_free_vibration(structure, lines, design.measured, amplitudes)
-    whitened = _whitened(question, given, variances, scale)
-    residual, amplitude = projected(whitened, scale * lines.spectra - ringing)
+    free_vibration[1:] = sensors[1:] * floors_free_vibration(structure, lines, design.measured, amplitudes)
+    whitened = _whitened(problem, given, variances, scale)
+    residual, amplitude = projected(whitened, scale * lines.spectra - free_vibration)
     misfit = np.sum(np.abs(residual) ** 2, axis=0)
     cost = float(misfit.sum()) + hypothesis.penalty(parameters)
     if hypothesis.is_random:
         log_determinant = whitened.log_determinant + _log_power(whitened, given.base if along is None else along)
         cost += float(log_determinant.sum())
     return Evaluation(
-        question=question,
+        problem=problem,
         parameters=parameters,
         variances=variances,
         structure=structure,
         cost=cost,
         misfit_by_band=np.asarray(np.bincount(lines.band, misfit, variances.rocking.size), dtype=float),
         given=given,
-        ringing=ringing,
+        free_vibration=free_vibration,
         whitened=whitened,
         residual=residual,
         amplitude=amplitude,
@@ -123,18 +147,18 @@ def evaluated(
 
 
 def sensor_errors(parameters: Vector, layout: Layout, angular: Vector) -> ComplexMatrix:
-    """(channels, lines) what gains and clocks make of a motion."""
+    """(channels, lines) factor of gains and clocks on a motion."""
     clocks = np.exp(-1j * parameters[layout.delays][:, None] * angular)
     return np.asarray(np.exp(parameters[layout.gains])[:, None] * clocks)
 
 
-def slope(here: Evaluation) -> Slope:
-    """Descent of the cost, and how fast that changes."""
-    hypothesis = here.question.hypothesis
+def gradient(here: Evaluation) -> Gradient:
+    """Descent of the cost, and the normal matrix."""
+    hypothesis = here.problem.hypothesis
     size = here.parameters.size
     descent, normal = np.zeros(size), np.zeros((size, size))
     if hypothesis.is_random:
-        descent[: here.question.design.layout.structural] = _by_determinant(here)
+        descent[: here.problem.design.layout.structural] = _by_determinant(here)
     derivatives = _derivatives(here)
     moving = np.flatnonzero(hypothesis.std[: len(derivatives)] > 0)
     white = here.whitened.without_projection(derivatives[moving])
@@ -145,27 +169,27 @@ def slope(here: Evaluation) -> Slope:
     free = hypothesis.free
     descent[free] -= (here.parameters - hypothesis.mean)[free] / hypothesis.std[free] ** 2
     normal[free, free] += 1 / hypothesis.std[free] ** 2
-    return Slope(descent, normal)
+    return Gradient(descent, normal)
 
 
 def amplitudes(here: Evaluation) -> ComplexMatrix:
     """(inputs, lines) of the base slab's acceleration and, where they are allowed for, of rocking and single floors."""
     met = np.einsum("icl,cl->il", here.unmodelled.conj(), here.residual)
-    weights = here.variances.at(here.question.lines)[[0] + [1] * (len(met) - 1)][: len(met)]
+    weights = here.variances.at(here.problem.lines)[[0] + [1] * (len(met) - 1)][: len(met)]
     return np.vstack([here.amplitude, weights * met])
 
 
-def _whitened(question: Question, given: Responses, variances: Variances, scale: Matrix) -> Whitened:
-    if not question.hypothesis.is_random:
+def _whitened(problem: Problem, given: Responses, variances: Variances, scale: Matrix) -> Whitened:
+    if not problem.hypothesis.is_random:
         return by_noise_alone(given.base)
-    local = np.einsum("cl,cd,dl->lcd", scale, local_covariance(question.design), scale)
-    rocking, floors = variances.at(question.lines)
+    local = np.einsum("cl,cd,dl->lcd", scale, local_covariance(problem.design), scale)
+    rocking, floors = variances.at(problem.lines)
     return whitened_by(variance_at(given, rocking, floors / DYNAMIC_SHARE, local, DYNAMIC_SHARE), given.base)
 
 
 def _by_determinant(here: Evaluation) -> Vector:
     """(structural,) by how much a parameter lowers the determinant."""
-    lines, design = here.question.lines, here.question.design
+    lines, design = here.problem.lines, here.problem.design
     weights = here.variances.at(lines)[[0] + [1] * design.layout.floors]
     inverse = here.whitened.back(here.unmodelled)
     return determinant_descent(here.structure, here.given, lines.angular, design.measured, inverse, weights)
@@ -173,20 +197,20 @@ def _by_determinant(here: Evaluation) -> Vector:
 
 def _derivatives(here: Evaluation) -> ComplexTensor:
     """(parameters, channels, lines) of the channels, in units of noise; without the transients of a record at rest."""
-    lines, design = here.question.lines, here.question.design
+    lines, design = here.problem.lines, here.problem.design
     layout, given, acting = design.layout, here.given, amplitudes(here)
     where = (here.structure, given, lines.angular, design.measured, acting)
     derivatives = structural_derivatives(*where)
-    if np.any(here.question.hypothesis.std[layout.masses]):
+    if np.any(here.problem.hypothesis.std[layout.masses]):
         derivatives[layout.masses] = mass_derivatives(*where)
-    modelled = np.einsum("il,icl->cl", acting, given.acting) + here.ringing
+    modelled = np.einsum("il,icl->cl", acting, given.acting) + here.free_vibration
     if lines.at_rest:
         return np.concatenate([derivatives, sensor_derivatives(modelled, lines.angular)])
-    ringing = (here.structure, lines, design.measured)
+    vibrating = (here.structure, lines, design.measured)
     sensors, free = given.sensors[1:], here.parameters[layout.transients]
-    derivatives[:, 1:] += sensors * free_vibration_changes(*ringing, free)
+    derivatives[:, 1:] += sensors * free_vibration_changes(*vibrating, free)
     by_amplitude = np.zeros((2 * layout.floors, *given.sensors.shape), dtype=complex)
-    by_amplitude[:, 1:] = sensors * free_vibration_columns(*ringing)
+    by_amplitude[:, 1:] = sensors * free_vibration_columns(*vibrating)
     return np.concatenate([derivatives, sensor_derivatives(modelled, lines.angular), by_amplitude])
 
 

@@ -7,8 +7,8 @@ free vibration of the modes from the first sample on (Pintelon and Schoukens 201
 import numpy as np
 
 from core.arrays import ComplexMatrix, ComplexTensor, ComplexVector, Indices, Vector
-from core.estimators.frame.spectral_lines import Lines
-from core.estimators.frame.superstructure_model import Superstructure, modal_changes
+from core.estimators.frame.lines import Lines
+from core.estimators.frame.model import Superstructure, modal_changes
 
 LARGEST_RATIO = 0.9
 """Of damping: a calibration may try more, which is no vibration."""

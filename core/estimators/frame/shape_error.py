@@ -8,32 +8,40 @@ correction over static interpolation at each instant. Where no measured floor li
 uneven storeys: independent from storey to storey and zero at the sensors.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy import signal
 
 from core.arrays import ComplexMatrix, ComplexVector, Matrix, Vector
-from core.estimators.frame.line_misfit import responses
-from core.estimators.frame.line_weights import LinearModel, channel_responses
-from core.estimators.frame.unmodelled_motion import static_flexibility
+from core.estimators.frame.calibration import Calibration
+from core.estimators.frame.likelihood import responses, static_flexibility
+from core.estimators.frame.lines import Lines
+from core.estimators.frame.model import Design
+from core.estimators.frame.reconstruction import (
+    LinearModel,
+    channel_covariance,
+    channel_responses,
+    without_free_vibration,
+)
 
 SHARE = 0.1
-"""Of the roof's motion relative to the base slab: standard deviation of the roof's shape error were it not measured.
+"""Standard deviation of an unmeasured roof's shape error over its motion relative to the base slab.
 
-It holds where no floor lies between others, so that the record does not show it. Chosen by the first of the real
+It applies where no measured floor lies between others. Chosen by the first of the real
 building's three records; the other two and the simulated ones had no part in it."""
 ENVELOPE = 2.0
-"""s, over which the motion's strength is judged."""
+"""s, window of local mean squares."""
 
 
 def shape_error(model: LinearModel, spectra: ComplexMatrix, force: ComplexVector, share: float | None) -> Vector:
-    """(n,) N, effect of one standard deviation on the force; 0 for a superstructure that explains its record.
+    """(n,) N, one standard deviation of the force's error; 0 for a superstructure that explains its record.
 
     Args:
         model: of the record, at all of its lines.
         spectra: (channels, lines) without free vibration.
         force: (lines,) N, spectrum of the force by the model.
-        share: of the interpolation's error at left-out floors that the model leaves; None where the record does not
-            show it.
+        share: LeftOut.share.
     """
     lines = model.lines
     if not model.calibration.hypothesis.is_random:
@@ -46,14 +54,14 @@ def shape_error(model: LinearModel, spectra: ComplexMatrix, force: ComplexVector
 
 
 def local_mean_square(histories: np.ndarray, rate: float) -> Vector:
-    """(n,) of the sum of (k, n) histories, over ENVELOPE about each instant."""
+    """(n,) mean over ENVELOPE about each instant of the sum of squares of (k, n) histories."""
     window = signal.windows.hann(max(3, round(ENVELOPE * rate)))
     strength = signal.fftconvolve((histories**2).sum(axis=0), window / window.sum(), mode="same")
     return np.asarray(np.maximum(strength, 0.0))
 
 
 def _interpolated_force(model: LinearModel) -> ComplexVector:
-    """(lines,) N, of floors that static interpolation (Guyan 1965) puts between those measured."""
+    """(lines,) N, force by static interpolation (Guyan 1965) between the measured floors."""
     base, floors = model.lines.spectra[0], model.lines.spectra[1:]
     carried = model.structure.mass @ _to_sensors(model)
     total = model.base_mass + model.structure.mass.sum()
@@ -61,7 +69,7 @@ def _interpolated_force(model: LinearModel) -> ComplexVector:
 
 
 def _to_sensors(model: LinearModel) -> Matrix:
-    """(floors, measured) static interpolation."""
+    """(floors, measured) weights of static interpolation."""
     flexibility, measured = static_flexibility(model.design), model.design.measured
     return np.asarray(np.linalg.solve(flexibility[np.ix_(measured, measured)], flexibility[measured]).T)
 
@@ -83,3 +91,55 @@ def _roof_deformation(model: LinearModel, spectra: ComplexMatrix) -> ComplexVect
     roof = np.array([model.design.floor_mass.size - 1])
     alone = responses(model.structure, lines.angular, roof, np.ones((2, lines.angular.size), dtype=complex), 1)
     return np.asarray((alone.base[1] - alone.base[0]) * amplitude)
+
+
+@dataclass(frozen=True, slots=True)
+class LeftOut:
+    """Relative errors of left-out floors; 0 where no floor lies between others, or where noise explains the record."""
+
+    model: float
+    """By the calibrated superstructure."""
+    static: float
+    """By static interpolation (Guyan 1965)."""
+
+    @property
+    def share(self) -> float | None:
+        """Share of the interpolation's error that the model leaves; None where the record does not show it."""
+        return self.model / self.static if self.static > 0 else None
+
+
+def left_out(lines: Lines, design: Design, calibration: Calibration) -> LeftOut:
+    """Errors of floors between others.
+
+    Args:
+        lines: those of the calibration.
+        design: of the building.
+        calibration: of the superstructure.
+    """
+    inner = np.arange(1, design.measured.size)
+    if inner.size == 0 or not calibration.hypothesis.is_random:
+        return LeftOut(0.0, 0.0)
+    spectra = without_free_vibration(lines, design, calibration.structure, calibration.parameters)
+    covariance = channel_covariance(lines, design, calibration)
+    model, static, power = 0.0, 0.0, 0.0
+    for left in inner:
+        others = np.delete(np.arange(len(spectra)), left)
+        crossed = covariance[:, [left]][:, :, others]
+        weights = np.linalg.solve(covariance[:, others][:, :, others].transpose(0, 2, 1), crossed.transpose(0, 2, 1))
+        model += _power(spectra[left] - np.einsum("lo,ol->l", weights[:, :, 0], spectra[others]))
+        static += _power(spectra[left] - _interpolation(design, int(left), others) @ spectra[others])
+        power += _power(spectra[left])
+    return LeftOut(float(np.sqrt(model / power)), float(np.sqrt(static / power)))
+
+
+def _interpolation(design: Design, left: int, others: np.ndarray) -> Vector:
+    """Weights of the other channels, the base slab's among them, at a measured floor."""
+    flexibility = static_flexibility(design)
+    floors = design.measured[others[1:] - 1]
+    seen = flexibility[np.ix_(floors, floors)]
+    above = np.linalg.solve(seen, flexibility[floors, design.measured[left - 1]])
+    return np.concatenate([[1 - above.sum()], above])
+
+
+def _power(spectrum: np.ndarray) -> float:
+    return float(np.sum(np.abs(spectrum) ** 2))

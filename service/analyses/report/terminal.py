@@ -8,7 +8,7 @@ from rich.text import Text
 
 from core.analysis import DirectionAnalysis, EventAnalysis
 from core.description import BuildingDescription
-from core.estimators.reliance import Reliance
+from core.estimators.result import Assessment
 from core.isolation_layer.equivalent import EquivalentSegment
 from core.isolation_layer.motion import MeasuredMotion
 from core.quality import Finding
@@ -52,8 +52,8 @@ def _direction(name: str, found: DirectionAnalysis, description: BuildingDescrip
         f"\ndirection {name}: peak force {with_std(peak, std)} kN (estimator {force.estimator})",
         style="bold",
     )
-    if force.reliance is not None:
-        yield Text(_relied_on(force.reliance))
+    if force.assessment is not None:
+        yield Text(_assumed(force.assessment))
     if force.modes:
         yield _modes(found, description)
     if found.motion is not None:
@@ -66,13 +66,13 @@ def _direction(name: str, found: DirectionAnalysis, description: BuildingDescrip
         yield _equivalent(found.equivalent)
 
 
-def _relied_on(reliance: Reliance) -> str:
-    text = f"assumed: {reliance.assumption}"
-    if reliance.chi_square is not None:
-        text += f"; chi-square of noise alone {reliance.chi_square:.3g}"
-    if not reliance.is_at_rest:
+def _assumed(assessment: Assessment) -> str:
+    text = f"assumed: {assessment.assumption}"
+    if assessment.chi_square is not None:
+        text += f"; chi-square of noise alone {assessment.chi_square:.3g}"
+    if not assessment.is_at_rest:
         text += "; the record does not begin and end at rest"
-    return f"{text}; {100 * reliance.prior_share:.0f} % of the storeys' stiffness is prior"
+    return f"{text}; {100 * assessment.prior_share:.0f} % of the storeys' stiffness is prior"
 
 
 def _moved(motion: MeasuredMotion) -> str:

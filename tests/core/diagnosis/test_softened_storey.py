@@ -6,7 +6,7 @@ from hypothesis import given, settings, strategies as st
 
 from core.arrays import Matrix, Vector
 from core.diagnosis.softened_storey import softened_storey
-from core.estimators.storeys import StoreyStiffness
+from core.estimators.result import StoreyStiffness
 
 FLOORS = 7
 STEPS = np.tril(np.ones((FLOORS, FLOORS)))
@@ -62,8 +62,8 @@ def test_storeys_that_records_do_not_tell_apart_are_all_named() -> None:
     mixed = np.eye(FLOORS)
     mixed[2:4, 2:4] = 0.5
     information = mixed @ clear.information @ mixed
-    covariance = np.linalg.inv(information + np.linalg.inv(clear.believed))
-    vague = StoreyStiffness(np.asarray(covariance @ information @ deviation), covariance, clear.believed)
+    covariance = np.linalg.inv(information + np.linalg.inv(clear.prior_covariance))
+    vague = StoreyStiffness(np.asarray(covariance @ information @ deviation), covariance, clear.prior_covariance)
     found = softened_storey([vague] * 3)
     assert found is not None
     assert {found.storey, *found.others} == {2, 3}

@@ -15,8 +15,7 @@ from core.arrays import Vector
 from core.description import BuildingDescription, IsolationDesign
 from core.diagnosis.suspect import Cause
 from core.diagnosis.suspicion import suspicions
-from core.estimators.estimator import RestoringForce
-from core.estimators.storeys import StoreyStiffness
+from core.estimators.result import RestoringForce, StoreyStiffness
 from core.fitting.descent import Outcome
 from core.fitting.first_model import first_model
 from core.fitting.fit import Fit

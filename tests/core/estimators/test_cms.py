@@ -6,10 +6,10 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from core.errors import ModelError, RecordError
-from core.estimators.by_name import ESTIMATORS
+from core.estimators import ESTIMATORS
 from core.estimators.cms import channel_weights, completed, estimate, force_of_shapes, shape_matrix
-from core.estimators.estimator import InstrumentedSuperstructure
-from core.estimators.expansion import assumed_stiffness, expanded, static_shapes
+from core.estimators.substructure import assumed_stiffness, expanded, static_shapes
+from core.estimators.superstructure import InstrumentedSuperstructure
 from core.model.simulation import simulate
 from core.paper import BUILDING, ISOLATOR
 from core.signals.noise import noise_std

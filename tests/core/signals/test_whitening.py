@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from core.estimators.error_spectrum import white
+from core.estimators.result import white
 from core.signals.whitening import BAND, reweighted, shrunk, whitening
 
 RATE, COUNT = 100.0, 6000

@@ -7,8 +7,7 @@ import orjson
 from building_files import FOLDER, SMALL
 
 from core.analysis import AnalysisSettings, DirectionAnalysis, EventAnalysis
-from core.estimators.estimator import RestoringForce
-from core.estimators.reliance import Reliance
+from core.estimators.result import Assessment, RestoringForce
 from core.identification.modes import Mode
 from core.isolation_layer.equivalent import EquivalentSegment
 from core.isolation_layer.layer import AxialLoad
@@ -37,7 +36,7 @@ def analysed() -> EventAnalysis:
         modal=np.array([0.0, -1e6, 1e6]),
         std=np.array([3e4, 4e4, 0.0]),
         modes=(Mode(1.09, 0.01, np.array([0.4, 1.0]), frequency_std=0.002),),
-        reliance=Reliance("masses as told", 1.1, is_at_rest=True, prior_share=0.2),
+        assessment=Assessment("masses as told", 1.1, is_at_rest=True, prior_share=0.2),
     )
     found = DirectionAnalysis(
         restoring_force=force,

@@ -16,7 +16,7 @@ from simulated import building_file, miniseed, records
 from typer.testing import CliRunner
 
 from core.analysis import AnalysisSettings
-from core.estimators.by_name import ESTIMATORS
+from core.estimators import ESTIMATORS
 from service.akt013 import PLACE
 from service.buildings.description import read
 from service.cli import app

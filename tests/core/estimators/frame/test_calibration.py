@@ -9,10 +9,9 @@ from hypothesis import given, settings, strategies as st
 from core.arrays import Vector
 from core.building import fixed_base_modes
 from core.estimators.frame.calibration import best_start, calibrated
-from core.estimators.frame.evaluation import Question
-from core.estimators.frame.hypotheses import as_told, corrected, with_unmodelled_motion
-from core.estimators.frame.prior import Hypothesis
-from core.estimators.frame.superstructure_model import Design, superstructure
+from core.estimators.frame.evaluation import Hypothesis, Problem
+from core.estimators.frame.hypotheses import as_given, corrected, with_unmodelled_motion
+from core.estimators.frame.model import Design, superstructure
 from core.paper import BUILDING
 
 LAYOUT = DESIGN.layout
@@ -21,7 +20,7 @@ AMPLITUDE = 3.0
 STEP = 1e-5
 """Of differences."""
 
-HYPOTHESES = (as_told, corrected, with_unmodelled_motion)
+HYPOTHESES = (as_given, corrected, with_unmodelled_motion)
 Making = Callable[[Design, float], Hypothesis]
 
 
@@ -35,12 +34,12 @@ def test_the_papers_building_is_recovered(noise: float) -> None:
     """
     rng = np.random.default_rng(2)
     lines = noisy(exact(PAPER, rng), noise, rng)
-    question = Question(lines, DESIGN, as_told(DESIGN, 0.0))
-    start = best_start(question)
+    problem = Problem(lines, DESIGN, as_given(DESIGN, 0.0))
+    start = best_start(problem)
     for more in (level / noise for level in (1e-2, 1e-3, 1e-4, 1e-5) if level > noise):
         noisier = replace(lines, noise=more**2 * lines.noise)
-        start = calibrated(replace(question, lines=noisier), start).parameters
-    found = calibrated(question, start)
+        start = calibrated(replace(problem, lines=noisier), start).parameters
+    found = calibrated(problem, start)
     true = fixed_base_modes(BUILDING)
     rounding = 1e-6
     assert found.structure.frequencies[:4] == pytest.approx(true.frequency[:4], rel=0.05 * noise + rounding)
@@ -60,17 +59,17 @@ def test_covariance_is_that_of_the_error() -> None:
     Squared errors of three frequencies and damping ratios over their variance: of 24 draws the mean has a standard
     error of 0.12 were they independent, 0.29 were all six of a draw one.
     """
-    hypothesis, ratios = as_told(DESIGN, 0.0), []
+    hypothesis, ratios = as_given(DESIGN, 0.0), []
     for seed in range(24):
         rng = np.random.default_rng([3, seed])
         true = hypothesis.mean + hypothesis.std * rng.standard_normal(LAYOUT.size)
         true[LAYOUT.scale] = 2 * np.log(rng.uniform(0.8, 2.0))  # its prior says nothing
         lines = noisy(exact(of_parameters(true, DESIGN), rng), 0.05, rng).every(2)
-        found = calibrated(Question(lines, DESIGN, hypothesis), true)
+        found = calibrated(Problem(lines, DESIGN, hypothesis), true)
         moves = STEP * np.eye(LAYOUT.size)
         here = first_modes(found.parameters)
-        slope = np.array([(first_modes(found.parameters + move) - here) / STEP for move in moves]).T
-        ratios.append((here - first_modes(true)) ** 2 / np.diag(slope @ found.covariance @ slope.T))
+        gradient = np.array([(first_modes(found.parameters + move) - here) / STEP for move in moves]).T
+        ratios.append((here - first_modes(true)) ** 2 / np.diag(gradient @ found.covariance @ gradient.T))
     assert np.mean(ratios) == pytest.approx(1.0, abs=3 * 0.2)
     assert np.median(ratios) == pytest.approx(0.45, abs=0.25)  # of chi-square with one degree of freedom
 
@@ -78,9 +77,9 @@ def test_covariance_is_that_of_the_error() -> None:
 def test_chi_square_is_one_where_noise_explains_the_rest() -> None:
     """Within four of its standard deviations, √(1 / degrees of freedom)."""
     rng = np.random.default_rng(4)
-    lines, hypothesis = noisy(exact(PAPER, rng), 0.05, rng), as_told(DESIGN, 0.0)
-    question = Question(lines, DESIGN, hypothesis)
-    found = calibrated(question, best_start(question))
+    lines, hypothesis = noisy(exact(PAPER, rng), 0.05, rng), as_given(DESIGN, 0.0)
+    problem = Problem(lines, DESIGN, hypothesis)
+    found = calibrated(problem, best_start(problem))
     assert found.degrees_of_freedom == 2 * lines.angular.size
     assert found.chi_square == pytest.approx(1.0, abs=4 / np.sqrt(found.degrees_of_freedom))
     assert np.diag(found.covariance)[hypothesis.std == 0] == pytest.approx(0.0)
@@ -94,8 +93,8 @@ def test_rocking_of_its_own_is_told_by_band() -> None:
     known = of_parameters(true, DESIGN)
     lines = noisy(rocked(exact(known, rng), known, share, rng), 1e-3, rng)
     hypothesis = with_unmodelled_motion(DESIGN, 0.0)
-    question = Question(lines, DESIGN, hypothesis)
-    found = calibrated(question, best_start(question))
+    problem = Problem(lines, DESIGN, hypothesis)
+    found = calibrated(problem, best_start(problem))
     count = np.bincount(lines.band)
     assert found.variances.rocking == pytest.approx(share**2, rel=4 / np.sqrt(count.min()))
     assert found.variances.floors.max() < 0.1 * share**2
@@ -104,11 +103,11 @@ def test_rocking_of_its_own_is_told_by_band() -> None:
 @pytest.mark.parametrize("frequency", [0.5, 1.1, 3.0, 7.0])
 def test_the_start_is_near_the_first_frequency(frequency: float) -> None:
     """Within a step of those that are tried, 14 %."""
-    rng, hypothesis = np.random.default_rng(6), as_told(DESIGN, 0.0)
+    rng, hypothesis = np.random.default_rng(6), as_given(DESIGN, 0.0)
     true = hypothesis.mean.copy()
     true[LAYOUT.scale] = 2 * np.log(frequency)
     lines = noisy(exact(of_parameters(true, DESIGN), rng), 0.05, rng)
-    start = best_start(Question(lines, DESIGN, hypothesis))
+    start = best_start(Problem(lines, DESIGN, hypothesis))
     assert np.exp(start[LAYOUT.scale] / 2) == pytest.approx(frequency, rel=0.14)
 
 
@@ -119,8 +118,8 @@ def test_a_record_of_no_superstructure_raises_nothing(making: Making, seed: int,
     """Not settling is a value."""
     lines = foreign(np.random.default_rng(seed), at_rest=at_rest).every(3)
     hypothesis = making(DESIGN, 0.0 if at_rest else AMPLITUDE)
-    question = Question(lines, DESIGN, hypothesis)
-    found = calibrated(question, best_start(question))
+    problem = Problem(lines, DESIGN, hypothesis)
+    found = calibrated(problem, best_start(problem))
     assert found.has_settled in (True, False)
     assert np.isfinite(found.parameters).all()
     assert (np.diag(found.covariance)[hypothesis.free] > 0).all()

@@ -11,7 +11,7 @@ from core.estimators.frame.free_vibration import (
     free_vibration_changes,
     free_vibration_columns,
 )
-from core.estimators.frame.superstructure_model import superstructure
+from core.estimators.frame.model import superstructure
 
 LAYOUT = DESIGN.layout
 FLOORS = np.array([2, 6])

@@ -13,21 +13,21 @@ from core.estimators.frame.calibration import (
     on_all_lines,
     on_some_lines,
 )
-from core.estimators.frame.evaluation import Question
+from core.estimators.frame.evaluation import Problem
 from core.estimators.frame.hypotheses import (
     MISSED,
     NOISE_TOLERANCE,
-    as_told,
-    chosen,
+    as_given,
+    best_hypothesis,
     corrected,
     unexplained,
     with_modal_damping,
     with_unmodelled_motion,
 )
-from core.estimators.frame.superstructure_model import Design
+from core.estimators.frame.model import Design
 
 LAYOUT = DESIGN.layout
-TOLD, CORRECTED, UNMODELLED = (making(DESIGN, 0.0).name for making in (as_told, corrected, with_unmodelled_motion))
+TOLD, CORRECTED, UNMODELLED = (making(DESIGN, 0.0).name for making in (as_given, corrected, with_unmodelled_motion))
 NOISE = 0.02
 LATE = 0.01
 """s: one sample."""
@@ -45,7 +45,7 @@ def difference(calibration: Calibration, parameters: slice, channel: int) -> tup
 
 def test_what_was_told_is_kept_where_it_holds() -> None:
     rng = np.random.default_rng(1)
-    choice = chosen(noisy(exact(PAPER, rng), NOISE, rng), DESIGN, 0.0)
+    choice = best_hypothesis(noisy(exact(PAPER, rng), NOISE, rng), DESIGN, 0.0)
     assert choice.calibration.hypothesis.name == TOLD
     degrees = choice.calibration.degrees_of_freedom
     assert choice.chi_square == pytest.approx(1.0, abs=WITHIN / np.sqrt(degrees))
@@ -54,7 +54,7 @@ def test_what_was_told_is_kept_where_it_holds() -> None:
 @pytest.mark.parametrize("channel", range(LAYOUT.channels))
 def test_a_late_clock_is_found(channel: int) -> None:
     rng = np.random.default_rng([2, channel])
-    choice = chosen(noisy(faulty(exact(PAPER, rng), channel, 1.0, LATE), NOISE, rng), DESIGN, 0.0)
+    choice = best_hypothesis(noisy(faulty(exact(PAPER, rng), channel, 1.0, LATE), NOISE, rng), DESIGN, 0.0)
     assert choice.calibration.hypothesis.name == CORRECTED
     delay, std = difference(choice.calibration, LAYOUT.delays, channel)
     assert delay == pytest.approx(LATE, abs=WITHIN * std)
@@ -65,7 +65,7 @@ def test_a_late_clock_is_found(channel: int) -> None:
 def test_a_gain_is_corrected(channel: int) -> None:
     """Two percent, as well as its standard deviation says."""
     rng = np.random.default_rng([3, channel])
-    choice = chosen(noisy(faulty(exact(PAPER, rng), channel, 1.02, 0.0), NOISE, rng), DESIGN, 0.0)
+    choice = best_hypothesis(noisy(faulty(exact(PAPER, rng), channel, 1.02, 0.0), NOISE, rng), DESIGN, 0.0)
     assert choice.calibration.hypothesis.name == CORRECTED
     gain, std = difference(choice.calibration, LAYOUT.gains, channel)
     assert gain == pytest.approx(np.log(1.02), abs=WITHIN * std)
@@ -82,7 +82,7 @@ def test_floor_masses_are_corrected(seed: int) -> None:
     rng = np.random.default_rng([4, seed])
     drawn = PAPER.mass * (1 + 0.2 * rng.standard_normal(PAPER.mass.size))
     known = replace(PAPER, mass=drawn * PAPER.mass.sum() / drawn.sum())
-    choice = chosen(noisy(exact(known, rng), NOISE, rng), DESIGN, 0.0)
+    choice = best_hypothesis(noisy(exact(known, rng), NOISE, rng), DESIGN, 0.0)
     assert choice.calibration.hypothesis.name == CORRECTED
     found = choice.calibration.structure
     true = eigh(known.stiffness, np.diag(known.mass))[1]
@@ -97,8 +97,8 @@ def test_modes_may_be_damped_each_by_itself(seed: int) -> None:
     rng = np.random.default_rng([9, seed])
     ratios = rng.uniform(0.01, 0.04, PAPER.mass.size)
     known = replace(PAPER, damping=(0.0, 2.0, 0.0), modal_damping=tuple(ratios))
-    choice = chosen(noisy(exact(known, rng), NOISE, rng), DESIGN, 0.0)
-    assert choice.calibration.hypothesis.name == with_modal_damping(as_told(DESIGN, 0.0), LAYOUT).name
+    choice = best_hypothesis(noisy(exact(known, rng), NOISE, rng), DESIGN, 0.0)
+    assert choice.calibration.hypothesis.name == with_modal_damping(as_given(DESIGN, 0.0), LAYOUT).name
     assert choice.calibration.structure.damping_ratios[:4] == pytest.approx(ratios[:4], rel=0.03)
 
 
@@ -106,7 +106,7 @@ def test_modes_may_be_damped_each_by_itself(seed: int) -> None:
 @pytest.mark.parametrize("share", [0.1, 0.5])
 def test_rocking_of_its_own_is_unmodelled_motion(share: float) -> None:
     rng = np.random.default_rng(5)
-    choice = chosen(noisy(rocked(exact(PAPER, rng), PAPER, share, rng), NOISE, rng), DESIGN, 0.0)
+    choice = best_hypothesis(noisy(rocked(exact(PAPER, rng), PAPER, share, rng), NOISE, rng), DESIGN, 0.0)
     assert choice.calibration.hypothesis.name == UNMODELLED
     assert choice.chi_square > NOISE_TOLERANCE
 
@@ -117,16 +117,16 @@ def test_foreign_motion_of_a_floor_is_unmodelled() -> None:
     lines = exact(PAPER, rng)
     roof = lines.spectra.copy()
     roof[2] += 0.1 * np.std(roof[2]) * white(lines.angular.size, rng)
-    choice = chosen(noisy(replace(lines, spectra=roof), NOISE, rng), DESIGN, 0.0)
+    choice = best_hypothesis(noisy(replace(lines, spectra=roof), NOISE, rng), DESIGN, 0.0)
     assert choice.calibration.hypothesis.name == UNMODELLED
 
 
 def test_misfit_of_a_band_is_unexplained() -> None:
     """One band of eight with three times the noise, by its excess over what noise would leave."""
-    rng, hypothesis = np.random.default_rng(7), as_told(DESIGN, 0.0)
+    rng, hypothesis = np.random.default_rng(7), as_given(DESIGN, 0.0)
     lines = noisy(exact(PAPER, rng), NOISE, rng)
-    question = Question(lines, DESIGN, hypothesis)
-    found = calibrated(question, best_start(question))
+    problem = Problem(lines, DESIGN, hypothesis)
+    found = calibrated(problem, best_start(problem))
     assert unexplained(found, lines) < 4
     band = 5
     misfit = found.misfit_by_band.copy()
@@ -141,18 +141,18 @@ def test_joints_and_bending_are_told_only_by_enough_channels(measured: list[int]
     design = Design.of(DESIGN.floor_mass, None, np.array(measured))
     flexibilities = design.layout.flexibilities
     places = set(range(flexibilities.start + 1, flexibilities.stop))
-    for making in (as_told, corrected, with_unmodelled_motion):
+    for making in (as_given, corrected, with_unmodelled_motion):
         assert places & set(making(design, 0.0).free) == (places if is_free else set())
 
 
 def test_transients_are_free_where_the_record_does_not_rest() -> None:
-    for making in (as_told, corrected, with_unmodelled_motion):
+    for making in (as_given, corrected, with_unmodelled_motion):
         assert not set(making(DESIGN, 0.0).free) & set(range(LAYOUT.transients.start, LAYOUT.transients.stop))
         assert set(range(LAYOUT.transients.start, LAYOUT.transients.stop)) <= set(making(DESIGN, 2.0).free)
 
 
 def test_the_lowest_storey_has_the_scale_alone() -> None:
-    for making in (as_told, corrected, with_unmodelled_motion):
+    for making in (as_given, corrected, with_unmodelled_motion):
         hypothesis = making(DESIGN, 0.0)
         assert LAYOUT.scale in hypothesis.free
         assert LAYOUT.storeys.start not in hypothesis.free
@@ -166,7 +166,7 @@ def test_some_lines_tell_the_evidence_nearly_as_well_as_all(share: float) -> Non
     """Of a record of 240 s, every fifth: so that the wider hypothesis is not given up where it would win."""
     rng = np.random.default_rng([8, round(100 * share)])
     lines = noisy(rocked(exact(PAPER, rng, samples=24_000), PAPER, share, rng), NOISE, rng)
-    wider = Question(lines, DESIGN, with_unmodelled_motion(DESIGN, 0.0))
+    wider = Problem(lines, DESIGN, with_unmodelled_motion(DESIGN, 0.0))
     near = on_some_lines(wider, best_start(wider))
     every = on_all_lines(wider, near)
     assert near.lines < every.lines / 4

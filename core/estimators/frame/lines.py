@@ -1,30 +1,30 @@
-"""A record as its discrete Fourier transform."""
+"""Spectral lines of a record: its discrete Fourier transform with the noise in it."""
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from core.arrays import ComplexMatrix, Indices, Matrix, Vector
-from core.estimators.estimator import InstrumentedSuperstructure
+from core.estimators.superstructure import InstrumentedSuperstructure
 from core.signals.noise import flicker, flicker_corner, noise_density
 
 BANDS = np.geomspace(0.3, 25.0, 16)
-"""Hz, between the bands in which unmodelled motion is of one strength."""
+"""Hz, limits between the bands in each of which unmodelled motion has one strength."""
 AT_REST = 0.02
-"""Of the largest root mean square over half a second: no more than that above the quietest is rest."""
+"""Share of the largest root mean square over EDGE; a record's end no further above the quietest is at rest."""
 LOWEST = 0.1
 """Hz, below which the noise is taken to rise no further: what is slower is filtered out of records."""
 NOISELESS = 1e-6
-"""Of a channel's power: with less noise than a thousandth of its motion the misfit has too many valleys to search."""
+"""Share of a channel's power below which its noise is not set: with less the misfit has too many local minima."""
 EDGE = 0.5
-"""s, of the record at either end."""
+"""s, window by which rest at the record's ends is judged."""
 QUIETEST = 0.02
-"""Share of the record that is taken for noise alone, in judging rest."""
+"""Share of the record that counts as noise alone in judging rest."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Lines:
-    """What a record says at the spectral lines that calibration uses."""
+    """Spectral lines of a record, all of them or those that calibration uses."""
 
     angular: Vector
     """(lines,) rad/s."""
@@ -35,14 +35,14 @@ class Lines:
     colour: Vector
     """(lines,) power of all noise over that of its white part."""
     band: Indices
-    """(lines,) number of the frequency band, for variances."""
+    """(lines,) index of the frequency band, for variances."""
     samples: int
     rate: float
     at_rest: bool
-    """Whether the record begins and ends at rest, so that no free vibration is to be allowed for."""
+    """True if the record begins and ends at rest, so that no free vibration has to be estimated."""
 
     def every(self, stride: int) -> "Lines":
-        """Every so many of the lines, the last among them, so that no band is lost at the end."""
+        """Every `stride`-th line, counted from the last, so that the highest band keeps lines."""
         return self.chosen(np.arange(self.angular.size - 1, -1, -stride)[::-1])
 
     def chosen(self, places: Indices) -> "Lines":

@@ -1,4 +1,4 @@
-"""Which weights give the restoring force from the channels, spectral line by spectral line?"""
+"""Linear estimate of every level's acceleration, and of the restoring force, from the measured channels."""
 
 from dataclasses import dataclass
 
@@ -8,10 +8,10 @@ from scipy import ndimage
 from core.arrays import ComplexMatrix, ComplexTensor, ComplexVector, Matrix, Vector
 from core.estimators.frame.calibration import Calibration
 from core.estimators.frame.evaluation import sensor_errors
-from core.estimators.frame.line_misfit import Responses, responses
-from core.estimators.frame.spectral_lines import Lines
-from core.estimators.frame.superstructure_model import Design, Superstructure, rigid_motion
-from core.estimators.frame.unmodelled_motion import DYNAMIC_SHARE, static_flexibility
+from core.estimators.frame.free_vibration import floors_free_vibration
+from core.estimators.frame.likelihood import DYNAMIC_SHARE, Responses, responses, static_flexibility
+from core.estimators.frame.lines import Lines
+from core.estimators.frame.model import Design, Superstructure, rigid_motion
 
 NEIGHBOURS = 21
 """Lines over which the spectrum of the base slab's motion is averaged."""
@@ -19,7 +19,7 @@ NEIGHBOURS = 21
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LinearModel:
-    """What the estimate is linear by: lines, building, and one choice of parameters."""
+    """Lines, building and one choice of parameters, which make the estimate linear."""
 
     lines: Lines
     design: Design
@@ -30,7 +30,7 @@ class LinearModel:
 
     @property
     def inputs(self) -> int:
-        """How many move: the base slab; beyond what the parameters explain also its rocking and every floor."""
+        """Number of inputs: the base slab; with unmodelled motion also its rocking and every floor."""
         return 2 + self.design.layout.floors if self.calibration.hypothesis.is_random else 1
 
 
@@ -45,7 +45,7 @@ class LineWeights:
     noise: Vector
     """(lines,) N², variance of the force by the channels' noise."""
     motion: Vector
-    """(lines,) N², variance of the force by motions that the channels do not tell."""
+    """(lines,) N², variance of the force by motions that the channels do not determine."""
 
 
 def line_weights(model: LinearModel) -> LineWeights:
@@ -73,9 +73,9 @@ def channel_covariance(lines: Lines, design: Design, calibration: Calibration) -
 
 
 def channel_responses(model: LinearModel) -> Responses:
-    """Of the channels to all that moves.
+    """Responses of the channels to all inputs.
 
-    What gains and delays have in common is no sensor's error: it stays in the motion.
+    The common part of gains and delays is no sensor's error: it stays in the motion.
     """
     layout, lines = model.design.layout, model.lines
     sensors = sensor_errors(model.parameters, layout, lines.angular) / common_factor(model)
@@ -83,14 +83,14 @@ def channel_responses(model: LinearModel) -> Responses:
 
 
 def common_factor(model: LinearModel) -> ComplexVector:
-    """(lines,) what the channels' gains and delays have in common."""
+    """(lines,) common factor of the channels' gains and delays."""
     layout = model.design.layout
     gain, delay = (np.median(model.parameters[which]) for which in (layout.gains, layout.delays))
     return np.asarray(np.exp(gain - 1j * delay * model.lines.angular))
 
 
 def _inertia(model: LinearModel, given: Responses) -> ComplexMatrix:
-    """(inputs, lines) kg, what the inputs do in the force."""
+    """(inputs, lines) kg, force by unit inputs."""
     structure = model.structure
     rigid = rigid_motion(structure.mass.size)[: model.inputs] @ structure.mass
     rigid[0] += model.base_mass
@@ -119,3 +119,27 @@ def _input_variances(model: LinearModel) -> Matrix:
     base = np.maximum(power - lines.noise_at[0], 1e-3 * power)
     rocking, floors = model.calibration.variances.at(lines)
     return np.vstack([base, rocking, np.tile(floors, (model.design.layout.floors, 1))])[: model.inputs]
+
+
+def without_free_vibration(
+    lines: Lines, design: Design, structure: Superstructure, parameters: Vector
+) -> ComplexMatrix:
+    """(channels, lines) spectra less the modes' free vibration, as the sensors see it."""
+    layout, spectra = design.layout, lines.spectra.copy()
+    free = floors_free_vibration(structure, lines, design.measured, parameters[layout.transients])
+    spectra[1:] -= sensor_errors(parameters, layout, lines.angular)[1:] * free
+    return spectra
+
+
+def force_history(model: LinearModel) -> Vector:
+    """(n,) N, posterior mean of the force."""
+    spectra = without_free_vibration(model.lines, model.design, model.structure, model.parameters)
+    return np.asarray(np.fft.irfft(force_spectrum(model, line_weights(model), spectra), model.lines.samples))
+
+
+def force_spectrum(model: LinearModel, weights: LineWeights, spectra: ComplexMatrix) -> ComplexVector:
+    """(lines,) spectrum of the force."""
+    layout, structure = model.design.layout, model.structure
+    every, amplitudes = np.arange(layout.floors), model.parameters[layout.transients]
+    free = common_factor(model) * floors_free_vibration(structure, model.lines, every, amplitudes)
+    return np.asarray(np.einsum("lc,cl->l", weights.force, spectra) - structure.mass @ free)

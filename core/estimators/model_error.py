@@ -1,31 +1,29 @@
-"""How far may a static interpolation between measured floors be off?
+"""Errors of the force beyond the sensors' noise: static interpolation between measured floors, and unknown masses."""
 
-Guyan's interpolation leaves out the inertia of the floors without a sensor. A shear chain of the described masses, as
-stiff altogether as the record asks for, says at each frequency what that inertia does to the force. An even chain is
-not the building, so that it does not mend the force; but what it would change is of the size of the interpolation's
-error, if somewhat smaller: an uneven building adds errors of its own.
-"""
+from dataclasses import replace
 
 import numpy as np
 from scipy import signal
 
 from core.arrays import ComplexMatrix, Matrix, Vector
 from core.building import FixedBaseModes, ShearBuilding, fixed_base_modes
-from core.estimators.estimator import InstrumentedSuperstructure
+from core.estimators.result import RestoringForce
+from core.estimators.substructure import assumed_stiffness, static_shapes
+from core.estimators.superstructure import InstrumentedSuperstructure
 
 DAMPING = 0.02
-"""Of critical, of the chain's modes."""
+"""Damping ratio of the chain's modes."""
 FIRST = (0.4, 8.0)
 """Hz, between which the chain's first fixed-base frequency lies."""
 TRIED = 30
-"""Frequencies between these, and then between the neighbours of the best."""
+"""Number of frequencies tried between these, and then between the neighbours of the best."""
 JUDGED = (0.2, 15.0)
-"""Hz, of the lines by which it is chosen."""
+"""Hz, band of the lines by which it is chosen."""
 ENOUGH = 500
-"""Lines that are enough to choose it by."""
+"""Lines by which it is chosen."""
 UNEVEN = 1.25
 """Standard deviation of the interpolation's error over that of the chain; chosen on even seeds of
-tests/support/covered.py, of which it was 1 to 1.5."""
+tests/support/covered.py, on which it was 1 to 1.5."""
 ENVELOPE = 2.0
 """s, over which the strength of the error is averaged."""
 
@@ -62,7 +60,7 @@ def variance_about(error: Vector, rate: float) -> Vector:
 def _nearest_chain(
     superstructure: InstrumentedSuperstructure, frequency: Vector, whitened: ComplexMatrix, noise: Vector
 ) -> FixedBaseModes:
-    """The even chain, or that of the design's storeys, which leaves least of the channels unexplained."""
+    """The chain of the design's storeys, or the even one, at the frequency that explains most of the channels."""
     mass, stiffness = superstructure.floor_mass, superstructure.storey_stiffness
     storeys = np.ones_like(mass) if stiffness is None else stiffness
     shape = fixed_base_modes(ShearBuilding(superstructure.base_mass, mass, storeys, 0.0))
@@ -89,3 +87,36 @@ def _motion(chain: FixedBaseModes, superstructure: InstrumentedSuperstructure, f
     gain = ω**2 / (own**2 - ω**2 + 2j * chain.damping_ratio[:, None] * own * ω)
     load = chain.shape.T @ superstructure.floor_mass
     return np.asarray(1 + (chain.shape * load) @ gain)
+
+
+def with_mass_errors(
+    force: RestoringForce, superstructure: InstrumentedSuperstructure, uncertainty: Vector
+) -> RestoringForce:
+    """The same force, its standard deviation enlarged by errors of the masses; models are fitted as before.
+
+    Args:
+        force: estimated from the superstructure's record.
+        superstructure: what was measured.
+        uncertainty: (1 + floors,) standard deviation of each mass over the mass, the base slab's first; independent of
+            each other but for the total, which is right.
+    """
+    if not uncertainty.any():
+        return force
+    mass = np.append(superstructure.base_mass, superstructure.floor_mass)
+    acceleration = _all_levels(superstructure)
+    errors = -(uncertainty * mass)[:, None] * (acceleration - mass @ acceleration / mass.sum())
+    known = np.zeros((0, force.force.size)) if force.systematic is None else force.systematic
+    return replace(
+        force,
+        std=np.sqrt(force.std**2 + np.sum(errors**2, axis=0)),
+        noise_std=force.fitting_std,
+        systematic=np.vstack([known, errors[uncertainty > 0]]),
+    )
+
+
+def _all_levels(superstructure: InstrumentedSuperstructure) -> Matrix:
+    """(1 + floors, n) m/s², floors without a sensor by static interpolation."""
+    given, base = superstructure.storey_stiffness, superstructure.base_acceleration
+    stiffness = assumed_stiffness(superstructure.floor_mass) if given is None else given
+    shapes = static_shapes(stiffness, superstructure.measured)
+    return np.vstack([base, base + shapes @ (superstructure.floor_acceleration - base)])

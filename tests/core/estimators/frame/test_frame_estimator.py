@@ -8,13 +8,15 @@ import pytest
 from accuracy import Agreement, agreement
 from truths import IN_CLASS, KINDS, RATE, instrumented, recorded, truth
 
+from core.arrays import Vector
 from core.comparison.fitting_rate import fitting_rate
 from core.errors import ModelError, RecordError
 from core.estimators import cms
-from core.estimators.estimator import InstrumentedSuperstructure, RestoringForce
-from core.estimators.frame.hypotheses import as_told, corrected
-from core.estimators.frame.smoother import NAME, estimate
-from core.estimators.frame.superstructure_model import Design
+from core.estimators.frame.estimator import NAME, estimate
+from core.estimators.frame.hypotheses import as_given, corrected
+from core.estimators.frame.model import Design
+from core.estimators.result import RestoringForce, StoreyStiffness
+from core.estimators.superstructure import InstrumentedSuperstructure
 from core.paper import BUILDING
 from core.signals.whitening import shrunk, whitening
 
@@ -68,28 +70,28 @@ def test_the_force_errs_at_the_frequencies_and_in_the_patterns_that_are_said(kin
 
 @pytest.mark.accuracy
 def test_what_is_said_of_a_record_in_class() -> None:
-    reliance = found("in class", "Kobe", 0.01, 0).reliance
-    assert reliance is not None
-    told = as_told(Design.of(BUILDING.floor_mass, None, np.array([2, 6])), 0.0)
-    assert (reliance.assumption, reliance.fallback, reliance.is_at_rest) == (told.name, None, True)
-    assert reliance.chi_square == pytest.approx(1.0, abs=0.1)  # the noise's level is told from the record to 3 %
-    assert reliance.prior_share < 0.05
+    assessment = found("in class", "Kobe", 0.01, 0).assessment
+    assert assessment is not None
+    told = as_given(Design.of(BUILDING.floor_mass, None, np.array([2, 6])), 0.0)
+    assert (assessment.assumption, assessment.fallback, assessment.is_at_rest) == (told.name, None, True)
+    assert assessment.chi_square == pytest.approx(1.0, abs=0.1)  # the noise's level is told from the record to 3 %
+    assert assessment.prior_share < 0.05
 
 
 @pytest.mark.accuracy
 def test_what_is_said_of_a_late_sensor() -> None:
-    reliance = found("roof a sample late", "Kobe", 0.01, 0).reliance
-    assert reliance is not None
-    assert reliance.assumption == corrected(Design.of(BUILDING.floor_mass, None, np.array([2, 6])), 0.0).name
-    assert 0.05 < reliance.prior_share < 1
+    assessment = found("roof a sample late", "Kobe", 0.01, 0).assessment
+    assert assessment is not None
+    assert assessment.assumption == corrected(Design.of(BUILDING.floor_mass, None, np.array([2, 6])), 0.0).name
+    assert 0.05 < assessment.prior_share < 1
 
 
 @pytest.mark.accuracy
 def test_a_record_that_does_not_rest() -> None:
-    whole, cut = found("in class", "Kobe", 0.01, 0).reliance, found("cut to its strongest 15 s", "Kobe", 0.01, 0)
+    whole, cut = found("in class", "Kobe", 0.01, 0).assessment, found("cut to its strongest 15 s", "Kobe", 0.01, 0)
     assert whole is not None
-    assert cut.reliance is not None
-    assert (whole.is_at_rest, cut.reliance.is_at_rest) == (True, False)
+    assert cut.assessment is not None
+    assert (whole.is_at_rest, cut.assessment.is_at_rest) == (True, False)
     agreed = judged("cut to its strongest 15 s", "Kobe", 0.01, 0)
     assert agreed.fit > 99.0  # 99.6, less what an edit of the model may cost
     assert 0.90 <= agreed.coverage <= 0.99  # 15 s hold few independent errors
@@ -103,8 +105,8 @@ def test_any_floors(measured: list[int]) -> None:
     assert result.rigid + result.modal == pytest.approx(result.force)
     assert result.force.shape == result.std.shape == s.base_acceleration.shape
     assert (result.std > 0).all()
-    assert result.reliance is not None
-    assert 0 <= result.reliance.prior_share <= 1
+    assert result.assessment is not None
+    assert 0 <= result.assessment.prior_share <= 1
     truly = truth(IN_CLASS, "Kobe").force[SHORT]
     assert fitting_rate(truly, result.force) >= max(fitting_rate(truly, cms.estimate(s).force) - 0.05, 98.0)
 
@@ -132,7 +134,7 @@ def test_ten_seconds_are_enough() -> None:
     brief = replace(s, base_acceleration=s.base_acceleration[:1000], floor_acceleration=s.floor_acceleration[:, :1000])
     result = estimate(brief)
     assert np.isfinite(result.force).all()
-    assert result.reliance is not None
+    assert result.assessment is not None
     assert fitting_rate(truth(IN_CLASS, "Kobe").force[SHORT][:1000], result.force) > 97
 
 
@@ -146,8 +148,8 @@ def test_floors_that_the_model_tells_worse_than_interpolation_are_left_to_interp
     floors += 1e-3 * floors.std() * rng.standard_normal(floors.shape)
     strange = replace(s, floor_acceleration=floors)
     result, static = estimate(strange), cms.estimate(strange)
-    assert result.reliance is not None
-    assert result.reliance.fallback is not None
+    assert result.assessment is not None
+    assert result.assessment.fallback is not None
     assert result.force == pytest.approx(static.force)
     assert result.std == pytest.approx(static.std)
     assert result.estimator == cms.NAME
@@ -165,8 +167,8 @@ def test_exchanged_floors_raise_nothing_and_are_said_to_be_unexplained() -> None
     assert np.isfinite(result.force).all()
     assert np.isfinite(result.std).all()
     assert (result.std > 0).all()
-    assert result.reliance is not None
-    assert result.reliance.chi_square > 100
+    assert result.assessment is not None
+    assert result.assessment.chi_square > 100
 
 
 def test_refuses_what_it_cannot_use() -> None:
@@ -191,7 +193,58 @@ def test_channels_of_zeros_leave_the_force_to_the_paper_s_estimator_with_the_rea
     channels[list(silent)] = 0.0
     still = replace(s, base_acceleration=channels[0], floor_acceleration=channels[1:])
     result, paper = estimate(still), cms.estimate(still)
-    assert result.reliance is not None
-    assert "the calibration broke down" in str(result.reliance.fallback)
+    assert result.assessment is not None
+    assert "the calibration broke down" in str(result.assessment.fallback)
     assert result.estimator == cms.NAME
     assert np.array_equal(result.force, paper.force)
+
+
+SOFTENED = 2
+"""Storey that has lost LOST of the design's stiffness."""
+LOST = 0.25
+
+
+@cache
+def told_stiffness() -> Vector:
+    """N/m; the truth's design, with the softened storey as stiff as it was."""
+    design = BUILDING.storey_stiffness.copy()
+    design[SOFTENED] /= 1 - LOST
+    return design
+
+
+def superstructure(stiffness: Vector | None) -> InstrumentedSuperstructure:
+    exact = truth(IN_CLASS, "Kobe").acceleration[[0, 3, 7]]
+    noise = 0.01 * np.sqrt(np.mean(exact**2, axis=1, keepdims=True))
+    channels = exact + noise * np.random.default_rng(5).standard_normal(exact.shape)
+    measured = np.array([2, 6])
+    return InstrumentedSuperstructure(
+        RATE, channels[0], channels[1:], measured, BUILDING.base_mass, BUILDING.floor_mass, stiffness
+    )
+
+
+@cache
+def calibrated_from(scale: float) -> StoreyStiffness:
+    storeys = estimate(superstructure(scale * told_stiffness())).storeys
+    assert storeys is not None
+    return storeys
+
+
+@pytest.mark.accuracy
+def test_the_softened_storey_stands_out() -> None:
+    """Within four standard deviations."""
+    expected = np.log(np.where(np.arange(7) == SOFTENED, 1 - LOST, 1.0))
+    storeys = calibrated_from(1.0)
+    assert int(np.argmin(storeys.deviation)) == SOFTENED
+    assert (np.abs(storeys.deviation - expected) < 4 * np.sqrt(np.diag(storeys.covariance))).all()
+
+
+@pytest.mark.accuracy
+def test_deviations_are_from_the_design_as_told() -> None:
+    """The calibration knows the design up to a scale only."""
+    assert calibrated_from(1.2).deviation == pytest.approx(calibrated_from(1.0).deviation - np.log(1.2), abs=1e-6)
+
+
+@pytest.mark.accuracy
+def test_nothing_is_said_where_nobody_gave_a_stiffness() -> None:
+    assert estimate(superstructure(None)).storeys is None
+    assert estimate(replace(superstructure(told_stiffness()), storey_stiffness=None)).storeys is None

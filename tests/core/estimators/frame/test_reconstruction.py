@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from exact_lines import BANDS, DESIGN, RATE
 
-from core.estimators.frame.all_floors import smoothed
 from core.estimators.frame.calibration import Calibration, first_variances
-from core.estimators.frame.evaluation import Question, evaluated
+from core.estimators.frame.evaluation import Problem, evaluated
 from core.estimators.frame.hypotheses import corrected
-from core.estimators.frame.spectral_lines import Lines
+from core.estimators.frame.lines import Lines
+from core.estimators.frame.uncertainty import reconstructed
 from core.paper import BUILDING
 
 LAYOUT = DESIGN.layout
@@ -37,8 +37,8 @@ def calibration(lines: Lines, seed: int) -> Calibration:
     parameters[LAYOUT.transients] = 3000.0 * rng.standard_normal(2 * LAYOUT.floors)
     for which in (LAYOUT.gains, LAYOUT.delays):
         parameters[which] -= np.median(parameters[which])
-    question = Question(lines, DESIGN, hypothesis)
-    here = evaluated(question, parameters, first_variances(question))
+    problem = Problem(lines, DESIGN, hypothesis)
+    here = evaluated(problem, parameters, first_variances(problem))
     return Calibration(
         hypothesis=hypothesis,
         parameters=parameters,
@@ -62,8 +62,8 @@ def test_force_and_free_vibration_bear_what_all_channels_have_in_common() -> Non
     parameters = found.parameters.copy()
     parameters[LAYOUT.gains] += np.log(GAIN)
     parameters[LAYOUT.delays] += LATE
-    told = smoothed(lines, DESIGN, found, BUILDING.base_mass).force
-    late = smoothed(moved, DESIGN, replace(found, parameters=parameters), BUILDING.base_mass).force
+    told = reconstructed(lines, DESIGN, found, BUILDING.base_mass).force
+    late = reconstructed(moved, DESIGN, replace(found, parameters=parameters), BUILDING.base_mass).force
     expected = np.fft.irfft(common * np.fft.rfft(told), SAMPLES)
     assert late == pytest.approx(expected, abs=1e-9 * np.abs(told).max())
 
@@ -74,7 +74,7 @@ def test_free_vibration_has_a_part_in_that_force() -> None:
     without = found.parameters.copy()
     without[LAYOUT.transients] = 0.0
     with_it, at_rest = (
-        smoothed(lines, DESIGN, replace(found, parameters=one), BUILDING.base_mass).force
+        reconstructed(lines, DESIGN, replace(found, parameters=one), BUILDING.base_mass).force
         for one in (found.parameters, without)
     )
     assert np.abs(with_it - at_rest).max() > 0.1 * np.abs(at_rest).max()

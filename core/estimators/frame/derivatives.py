@@ -1,17 +1,44 @@
-"""How do the channels' spectral lines, and the variance at them, change with the parameters of a superstructure?"""
+"""Derivatives of the channels' spectral lines, and of their variance, by the frame's parameters."""
+
+from dataclasses import dataclass
 
 import numpy as np
 
 from core.arrays import ComplexMatrix, ComplexTensor, Indices, Matrix, Vector
-from core.estimators.frame.damping_coupling import damping_coupling
-from core.estimators.frame.line_misfit import Responses, real_times
-from core.estimators.frame.superstructure_model import Superstructure, loads
+from core.estimators.frame.likelihood import Responses, real_times
+from core.estimators.frame.model import Superstructure, loads
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DampingCoupling:
+    """By each two modes, (modes, modes), with λ = ω² and ρ of core.estimators.frame.model: r down, s across.
+
+    The derivative of a response Σ φ_r c_r L_r, with c_r = 1 / (λ_r - ω² + iρ_r (...)), by a change of the modal
+    stiffness has at each two modes the quotient (c_r - c_s) / (λ_r - λ_s), by one of the modal mass that of λ c; these
+    are what is left of them over c_r c_s. The diagonals are the limits of s towards r.
+    """
+
+    stiff: Matrix
+    """(ρ_r λ_r - ρ_s λ_s) / (λ_r - λ_s), 1 where all are damped alike."""
+    uneven: Matrix
+    """(ρ_r - ρ_s) / (λ_r - λ_s), s²/rad²; 0 where all are damped alike."""
+    crossed: Matrix
+    """(ρ_s λ_r - ρ_r λ_s) / (λ_r - λ_s), 1 where all are damped alike."""
+
+
+def damping_coupling(structure: Superstructure) -> DampingCoupling:
+    """Coupling of a superstructure's modes."""
+    λ, ρ = structure.squared, structure.modal_damping
+    apart = λ[:, None] - λ + np.eye(λ.size)
+    stiff, uneven = ((one[:, None] - one) / apart for one in (ρ * λ, ρ))
+    crossed = (ρ * λ[:, None] - ρ[:, None] * λ) / apart
+    return DampingCoupling(stiff + np.diag(ρ), uneven, crossed + np.diag(ρ))
 
 
 def structural_derivatives(
     structure: Superstructure, given: Responses, angular: Vector, measured: Indices, amplitudes: ComplexMatrix
 ) -> ComplexTensor:
-    """Derivatives of the channels by the structure's parameters, in the order of superstructure_model.Layout.
+    """Derivatives of the channels by the structure's parameters, in the order of core.estimators.frame.model.Layout.
 
     Args:
         structure: of the building.
@@ -47,7 +74,7 @@ def structural_derivatives(
 def mass_derivatives(
     structure: Superstructure, given: Responses, angular: Vector, measured: Indices, amplitudes: ComplexMatrix
 ) -> ComplexTensor:
-    """(floors, channels, lines) derivatives of the channels by the masses' logarithms, their total held.
+    """(floors, channels, lines) derivatives of the channels by the masses' logarithms, their total fixed.
 
     Args: as of `structural_derivatives`.
     """
@@ -74,7 +101,7 @@ def determinant_descent(
     inverse: ComplexTensor,
     weights: Matrix,
 ) -> Vector:
-    """By how much a structural parameter lowers the log determinant of V, h held: -2 Re Σ S Bᴴ P dB.
+    """Descent of the log determinant of V by the structure's parameters, h fixed: -2 Re Σ S Bᴴ P dB.
 
     Args:
         structure: of the building.
@@ -85,7 +112,7 @@ def determinant_descent(
         weights: (1 + floors, lines) the variances S.
 
     Returns:
-        (structural,) 0 for the masses, which are held wherever variances are not zero.
+        (structural,) 0 for the masses, which are fixed wherever variances are not zero.
     """
     α, η, β = structure.damping
     w, compliance, floors = angular, given.compliance, structure.mass.size

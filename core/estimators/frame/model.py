@@ -1,25 +1,117 @@
-"""The superstructure that is calibrated from a record: its parameters, and what they make of it."""
+"""The frame that is calibrated from a record: its parameters, its lateral stiffness and its fixed-base modes.
+
+The joints rotate, the base slab rocks, and the frame bends as a whole.
+"""
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from scipy import linalg
 
 from core.arrays import Indices, Matrix, Tensor, Vector
 from core.building import storey_stiffness_matrix
-from core.estimators.frame.frame import heights, lateral_stiffness
+
+COLUMN = (
+    np.array([[12.0, 6.0, -12.0, 6.0], [6.0, 4.0, -6.0, 2.0], [-12.0, -6.0, 12.0, -6.0], [6.0, 2.0, -6.0, 4.0]]) / 12
+)
+"""Stiffness matrix of a prismatic column by the displacements and (times the storey's height) rotations of its two
+ends, relative to its stiffness with both ends clamped."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LateralStiffness:
+    """Stiffness of the floors relative to the base slab's translation, with its derivatives."""
+
+    stiffness: Matrix
+    """(floors, floors) N/m."""
+    by_storey: Tensor
+    """(floors, floors, floors) N/m, first index: derivative by the logarithm of that storey's stiffness."""
+    by_joints: Matrix
+    """(floors, floors) N/m, derivative by the logarithm of the joints' flexibility."""
+    by_rocking: Matrix
+    """(floors, floors) N/m, derivative by the logarithm of the rocking flexibility."""
+    by_bending: Matrix
+    """(floors, floors) N/m, derivative by the logarithm of the bending flexibility."""
+
+
+def heights(floors: int) -> Vector:
+    """(floors,) height of each above the base slab over that of the roof, storeys being alike."""
+    return np.arange(1, floors + 1) / floors
+
+
+def cantilever(floors: int) -> Matrix:
+    """(floors, floors) flexibility of a uniform cantilever that bends as a whole, 1 at the roof."""
+    low, high = np.minimum.outer(heights(floors), heights(floors)), np.maximum.outer(heights(floors), heights(floors))
+    return np.asarray(low**2 * (3 * high - low) / 2)
+
+
+def lateral_stiffness(storey_stiffness: Vector, joints: float, rocking: float, bending: float) -> LateralStiffness:
+    """Frame of equal storeys whose girders clamp the columns' ends in part, in series with a rocking base and with a
+    cantilever's bending, which the columns' axial deformation causes.
+
+    With rigid joints (joints = 0) and no rocking it is the shear building of eq 1; with soft joints it bends as a
+    cantilever. The joints' rotations carry no mass and are condensed (Guyan 1965).
+
+    Args:
+        storey_stiffness: (floors,) N/m, of the columns below each floor, both ends clamped.
+        joints: stiffness of the columns over that of the girders at a joint (the inverse of Blume's joint rotation
+            index, 1968), >= 0.
+        rocking: deflection of the roof by the base slab's rotation over that by the storeys, both under one
+            horizontal force on the roof.
+        bending: the same of the bending as a whole.
+    """
+    frame, by_column, by_joints = _frame(storey_stiffness, max(joints, 1e-9))
+    shape = heights(storey_stiffness.size)
+    flexibility, bent = linalg.inv(frame), cantilever(storey_stiffness.size)
+    storeys = float(np.sum(1 / storey_stiffness))
+    K = linalg.inv(flexibility + storeys * (rocking * np.outer(shape, shape) + bending * bent))
+    through = K @ flexibility
+    by_rocking = -rocking * storeys * np.outer(K @ shape, K @ shape)
+    by_bending = -bending * storeys * K @ bent @ K
+    share = (1 / storey_stiffness) / storeys
+    by_storey = through @ by_column @ through.T - share[:, None, None] * (by_rocking + by_bending)
+    return LateralStiffness(K, by_storey, through @ by_joints @ through.T, by_rocking, by_bending)
+
+
+def _frame(storey_stiffness: Vector, joints: float) -> tuple[Matrix, Tensor, Matrix]:
+    """Stiffness on a base that does not rotate, its derivatives by each storey's logarithm and by the joints'."""
+    columns, girders = _parts(storey_stiffness.size)
+    columns, girders = (storey_stiffness[:, None, None] * parts for parts in (columns, girders / joints))
+    moving, rotating = np.split(np.arange(2 * storey_stiffness.size), 2)
+    whole = (columns + girders).sum(axis=0)
+    kept = np.eye(whole.shape[0], moving.size)
+    kept[rotating] = -linalg.solve(whole[rotating][:, rotating], whole[rotating][:, moving], assume_a="pos")
+    by_storey = kept.T @ (columns + girders) @ kept
+    return by_storey.sum(axis=0), by_storey, -kept.T @ girders.sum(axis=0) @ kept
+
+
+@cache
+def _parts(floors: int) -> tuple[Tensor, Tensor]:
+    """(floors, 2 floors, 2 floors) what the columns of each storey, and the girders they size, add to the stiffness of
+    translations and rotations, for columns and joints of unit stiffness."""
+    columns = np.zeros((floors, 2 * floors + 2, 2 * floors + 2))
+    girders = np.zeros_like(columns)
+    for storey in range(floors):
+        ends = np.array([storey, floors + 1 + storey, storey + 1, floors + 2 + storey])
+        columns[storey][np.ix_(ends, ends)] = COLUMN
+        # a girder is as stiff as the mean of the columns above and below it; the roof's as its one column
+        girders[storey, ends[3], ends[3]] = 1.0 if storey == floors - 1 else 0.5
+        girders[storey, ends[1], ends[1]] = 0.5 if storey else 0.0
+    free = np.delete(np.arange(2 * floors + 2), [0, floors + 1])
+    return columns[:, free][:, :, free], girders[:, free][:, :, free]
 
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """Where each parameter stands in the vector of all; all but the last two kinds are logarithms."""
+    """Positions of the parameters in one vector; all but the last two kinds are logarithms."""
 
     floors: int
     channels: int
 
     @property
     def scale(self) -> int:
-        """Of all stiffnesses, about those of the prior."""
+        """Scale of all stiffnesses relative to the prior's."""
         return 0
 
     @property
@@ -29,12 +121,12 @@ class Layout:
 
     @property
     def masses(self) -> slice:
-        """Mass of each floor about the one told; only their distribution counts, their total stays."""
+        """Mass of each floor relative to the given one; only their distribution counts, their total stays."""
         return slice(1 + self.floors, 1 + 2 * self.floors)
 
     @property
     def flexibilities(self) -> slice:
-        """Of the base slab's rocking, of the joints and of bending as a whole (core.estimators.frame.frame)."""
+        """Flexibilities of the base slab's rocking, of the joints and of bending as a whole."""
         return slice(1 + 2 * self.floors, 4 + 2 * self.floors)
 
     @property
@@ -44,49 +136,49 @@ class Layout:
 
     @property
     def modal_damping(self) -> slice:
-        """Of each mode, by rising frequency, over what the coefficients make of it."""
+        """Damping of each mode, by rising frequency, over what the coefficients give it."""
         return slice(self.damping.stop, self.damping.stop + self.floors)
 
     @property
     def gains(self) -> slice:
-        """Of every channel."""
+        """Gain of every channel."""
         return slice(self.modal_damping.stop, self.modal_damping.stop + self.channels)
 
     @property
     def delays(self) -> slice:
-        """s, of every channel."""
+        """s, clock delay of every channel."""
         return slice(self.gains.stop, self.gains.stop + self.channels)
 
     @property
     def transients(self) -> slice:
-        """m/s² kg^½, two for each mode: what the record's start and end leave of the modes' free vibration."""
+        """m/s² kg^½, two for each mode: free vibration that the record's start and end leave."""
         return slice(self.delays.stop, self.delays.stop + 2 * self.floors)
 
     @property
     def size(self) -> int:
-        """Of the whole vector."""
+        """Length of the whole vector."""
         return int(self.transients.stop)
 
     @property
     def structural(self) -> int:
-        """How many of the first parameters are the structure's own."""
+        """Number of the structure's own parameters, which come first."""
         return int(self.modal_damping.stop)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Design:
-    """What is believed of the superstructure before any record."""
+    """Prior knowledge of the superstructure."""
 
     floor_mass: Vector
     """(floors,) kg."""
     storey_stiffness: Vector
-    """(floors,) N/m, scaled to a first fixed-base mode of 1 Hz; of equal columns where nobody gave a stiffness."""
+    """(floors,) N/m, scaled to a first fixed-base mode of 1 Hz; of equal columns where no stiffness is given."""
     measured: Indices
     """(channels - 1,) floors with a sensor."""
 
     @classmethod
     def of(cls, floor_mass: Vector, storey_stiffness: Vector | None, measured: Indices) -> "Design":
-        """From what an engineer gave."""
+        """Design from the building file's masses and stiffnesses."""
         stiffness = np.ones_like(floor_mass) if storey_stiffness is None else storey_stiffness
         lowest = linalg.eigh(
             storey_stiffness_matrix(stiffness), np.diag(floor_mass), eigvals_only=True, subset_by_index=[0, 0]
@@ -95,7 +187,7 @@ class Design:
 
     @property
     def layout(self) -> Layout:
-        """Of the parameters."""
+        """Layout of the parameters."""
         return Layout(self.floor_mass.size, self.measured.size + 1)
 
 
@@ -118,7 +210,7 @@ class Superstructure:
     damping: Vector
     """(3,) α in s, η, β in 1/s."""
     modal_damping: Vector
-    """(modes,) ρ: each mode is damped by so many times what α, η and β make of it."""
+    """(modes,) ρ, factor on the damping that α, η and β give each mode."""
 
     @property
     def frequencies(self) -> Vector:
@@ -139,7 +231,7 @@ def loads(floors: int) -> Matrix:
 
 
 def rigid_motion(floors: int) -> Matrix:
-    """(2 + floors, floors) what each input moves of a superstructure that does not deform."""
+    """(2 + floors, floors) rigid motion of the floors by each input."""
     return np.vstack([np.ones(floors), heights(floors), np.zeros((floors, floors))])
 
 

@@ -13,12 +13,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.arrays import ComplexMatrix, ComplexTensor, ComplexVector, Indices, Matrix, Tensor, Vector
-from core.estimators.frame.superstructure_model import Superstructure, rigid_motion
+from core.estimators.frame.lines import Lines
+from core.estimators.frame.model import Design, Superstructure, rigid_motion
+
+DYNAMIC_SHARE = 0.2
+"""Share of the floors' random motion that acts through the structure; the rest appears at the sensors alone."""
+FIRST_SHARE = 0.01
+"""Share of the record's power at which the search for the variances starts."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Responses:
-    """What inputs do at the channels, line by line."""
+    """Responses of the channels to the inputs, line by line."""
 
     sensors: ComplexMatrix
     """(channels, lines) gains and delays, over the noise's root mean square."""
@@ -57,21 +63,21 @@ class Whitened:
         return series if self.whitening is None else np.einsum("lcd,kdl->kcl", self.whitening, series)
 
     def back(self, white: ComplexTensor) -> ComplexTensor:
-        """(k, channels, lines) Wᴴ times what is white: P times a series of which that is the whitened one."""
+        """(k, channels, lines) Wᴴ times whitened series: P times the series themselves."""
         return white if self.whitening is None else np.einsum("lcd,kcl->kdl", self.whitening.conj(), white)
 
 
 def responses(
     structure: Superstructure, angular: Vector, measured: Indices, sensors: ComplexMatrix, inputs: int
 ) -> Responses:
-    """Of the inputs at the channels.
+    """Responses of the channels to the inputs.
 
     Args:
         structure: of the building.
         angular: (lines,) rad/s.
         measured: (channels - 1,) floors with a sensor.
         sensors: (channels, lines) as in the result.
-        inputs: how many of the base slab's acceleration, its rocking, every floor's own.
+        inputs: number of inputs, from the base slab's acceleration, its rocking, every floor's own.
     """
     α, η, β = structure.damping
     damped = structure.squared[:, None] * (angular * α + η) + angular * β
@@ -120,13 +126,13 @@ def whitened_by(variance: ComplexTensor, base: ComplexMatrix) -> Whitened:
 
 
 def by_noise_alone(base: ComplexMatrix) -> Whitened:
-    """The same where V is the channels' noise: its determinant, a constant, is left out."""
+    """Whitening where V is the channels' noise; its determinant, a constant, is left out."""
     length = np.linalg.norm(base, axis=0)
     return Whitened(None, base / length, length, np.zeros_like(length))
 
 
 def projected(whitened: Whitened, spectra: ComplexMatrix) -> tuple[ComplexMatrix, ComplexVector]:
-    """(channels, lines) what h does not explain, whitened; (lines,) the amplitude a_b of what it does."""
+    """(channels, lines) residual beside h, whitened; (lines,) the amplitude a_b along h."""
     white = whitened.without_projection(spectra[None])[0]
     along = np.sum(whitened.direction.conj() * white, axis=0)
     return white - whitened.direction * along, along / whitened.length
@@ -137,3 +143,46 @@ def real_times(matrices: Tensor | Matrix, series: ComplexTensor | ComplexMatrix)
     parts = np.ascontiguousarray(series).view(float)
     product: ComplexTensor = np.ascontiguousarray(matrices @ parts).view(complex)
     return product
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Variances:
+    """Variances of the motions that no parameter explains, by frequency band."""
+
+    rocking: Vector
+    """(bands,) of the base slab's rocking, as acceleration at the roof."""
+    floors: Vector
+    """(bands,) of accelerations at the floors."""
+
+    @classmethod
+    def none(cls, lines: Lines) -> "Variances":
+        """Zero: the superstructure explains all."""
+        return cls(np.zeros(lines.band.max() + 1), np.zeros(lines.band.max() + 1))
+
+    @classmethod
+    def first(cls, lines: Lines) -> "Variances":
+        """A share of the record's power in each band."""
+        count = np.bincount(lines.band)
+        power = np.bincount(lines.band, np.mean(np.abs(lines.spectra) ** 2, axis=0))
+        share = FIRST_SHARE * power / np.maximum(count, 1)
+        return cls(share, share)
+
+    def at(self, lines: Lines) -> Matrix:
+        """(2, lines) variance of the rocking, and of any floor's own motion through the structure."""
+        return np.vstack([self.rocking[lines.band], DYNAMIC_SHARE * self.floors[lines.band]])
+
+
+def static_flexibility(design: Design) -> Matrix:
+    """(floors, floors) static flexibility of the storeys as designed, 1 at the roof."""
+    cumulated = np.cumsum(1 / design.storey_stiffness)
+    flexibility = np.minimum.outer(cumulated, cumulated)
+    return np.asarray(flexibility / flexibility[-1, -1])
+
+
+def local_covariance(design: Design) -> Matrix:
+    """(channels, channels) covariance of a motion that appears at sensors alone: the storeys' static flexibility, so
+    that between sensors it is interpolated as by Guyan (1965)."""
+    flexibility = static_flexibility(design)
+    covariance = np.zeros((design.measured.size + 1,) * 2)
+    covariance[1:, 1:] = flexibility[np.ix_(design.measured, design.measured)]
+    return covariance

@@ -7,8 +7,8 @@ from described import paper
 from core.building import fixed_base_modes
 from core.description import BuildingDescription
 from core.errors import IdentificationError
-from core.estimators.estimator import RestoringForce
-from core.estimators.known_superstructure import known_superstructure
+from core.estimators.result import RestoringForce
+from core.estimators.superstructure import known_superstructure
 from core.identification.modes import Mode
 from core.paper import BUILDING
 
@@ -49,7 +49,7 @@ def test_a_design_that_is_too_stiff_is_scaled_to_the_identified_mode() -> None:
 def test_without_any_record_it_is_the_designs() -> None:
     found = known_superstructure([force()], designed())
     assert found.modes.frequency == pytest.approx(np.sqrt(2) * TRUE.frequency)
-    assert "no record told of it" in found.source
+    assert "no record determines it" in found.source
 
 
 def test_masses_alone_and_a_mode_make_a_shear_building() -> None:
