@@ -2,6 +2,7 @@
 
 import os
 import re
+import shutil
 import subprocess
 import sys
 import time
@@ -45,6 +46,9 @@ def test_the_demonstration_from_first_start_to_second(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.skipif(
+    shutil.which("chromium") is not None, reason="tests/docs/test_tutorial.py goes this way in a browser"
+)
 def test_a_hidden_effect_is_missed_until_a_model_that_has_it_is_in_force(tmp_path: Path) -> None:
     """The effect is given here; tests/docs/test_tutorial.py finds it as a spectator does."""
     hardening = {"k3": RUBBER.stiffness / RUBBER.length**2 / 6, "k5": RUBBER.stiffness / RUBBER.length**4 / 120}
