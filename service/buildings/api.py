@@ -1,4 +1,4 @@
-"""What is known of the buildings: descriptions, events, equivalent stiffness and modes over the years."""
+"""The API of buildings: descriptions, events, equivalent stiffness and modes over the years."""
 
 from datetime import datetime
 
@@ -39,7 +39,7 @@ def following(rows: list[tuple[datetime, int]], limit: int) -> str | None:
 
 @router.get("", operation_id="list_buildings", **responses(Buildings, csv=True))
 def buildings(request: Request, sessions: Reading, format: Format = None) -> Response:
-    """Every building under watch, by code."""
+    """Every building, by code."""
     with sessions() as session:
         rows = [(b.code, b.name, events, last) for b, _, events, last in queries.buildings(session)]
     return table(request, format, tuple(BuildingRow.model_fields), rows, None)
@@ -47,7 +47,7 @@ def buildings(request: Request, sessions: Reading, format: Format = None) -> Res
 
 @router.get("/{code}", operation_id="get_building", **responses(BuildingOut, 404))
 def building(request: Request, code: Code, sessions: Reading) -> Response:
-    """A building as its description in force gives it: levels, sensors, isolation layer."""
+    """A building's current description: levels, sensors, isolation layer."""
     with sessions() as session:
         found, revision = queries.building(session, code)
         file = described(session, found)

@@ -1,4 +1,4 @@
-"""The first page: buildings, the last event and what came of it; no JavaScript."""
+"""The first page: buildings, the last event and its results."""
 
 from dataclasses import dataclass
 from datetime import datetime
@@ -33,7 +33,7 @@ BuildingCode = Annotated[str | None, Query(pattern=r"^[A-Za-z0-9_-]{1,32}$")]
 
 @router.get("/")
 def home(request: Request, sessions: Reading, building: BuildingCode = None) -> Response:
-    """Every building, and the last event of the one that is named, or of the one that shook last."""
+    """Every building, and the last event of the named building, or of the one shaken last."""
     with sessions() as session:
         found = queries.buildings(session)
         shaken = [row for row in found if row.last is not None]

@@ -1,4 +1,4 @@
-"""When does a building count as healthy, as its engineers say?"""
+"""Reference periods, in which a building counts as healthy."""
 
 from collections.abc import Sequence
 from datetime import datetime
@@ -25,7 +25,7 @@ def begin(
     by: str,
     now: datetime,
 ) -> ReferencePeriod:
-    """Set a reference period; what is watched is monitored anew against it, and the former one is kept.
+    """Set a reference period and monitor the building anew; the earlier ones are kept.
 
     Args:
         session: of the transaction.
@@ -51,7 +51,7 @@ def begin(
             f"{BOTH_DIRECTIONS} has no reference of its own; without a subject the period holds in both directions."
         )
     if start is not None and end is not None and end <= start:
-        raise ConflictError(f"The period ends at {end:%Y-%m-%dT%H:%MZ}, before it starts; a later end would do.")
+        raise ConflictError(f"The period ends at {end:%Y-%m-%dT%H:%MZ}, before it starts; choose a later end.")
     made = ReferencePeriod(
         building_id=building.id,
         quantity=quantity,
@@ -69,7 +69,7 @@ def begin(
 
 
 def in_force(periods: Sequence[ReferencePeriod], quantity: str, subject: str) -> ReferencePeriod | None:
-    """The one set last of those that hold for a series; None: the first events are the reference.
+    """The latest period that applies to a series; None: the first events are the reference.
 
     Args:
         periods: of a building, in the order in which they were set.

@@ -1,4 +1,4 @@
-"""Drift: what is watched at a building, what was expected, what came, and since when it counts as healthy."""
+"""The API of drift: watched series, baselines, measurements, values, alarms and reference periods."""
 
 from datetime import UTC, datetime
 from typing import Annotated
@@ -50,7 +50,7 @@ AnyEvent = Annotated[int | None, Query(description="Only of the event of this nu
 
 @router.get("/watched", operation_id="list_watched_series", **responses(SeriesRows, 404, csv=True))
 def every_series(request: Request, code: Code, sessions: Reading, format: Format = None) -> Response:
-    """Everything that is watched for drift at the building, each with its latest value."""
+    """Every series of the building watched for drift, with its latest value."""
     with sessions() as session:
         found, _ = building_queries.building(session, code)
         rows = queries.series_rows(session, found.id)
@@ -68,7 +68,7 @@ def baseline(
     points: Grid = 60,
     format: Format = None,
 ) -> Response:
-    """What is expected of a healthy building: a curve over amplitude with its band, at a temperature.
+    """The baseline of a series: expected values over amplitude with their band, at a temperature.
 
     In the band an event's value lies with 95 %. CSV has the curve alone.
     """
@@ -91,7 +91,7 @@ def observations(
     event: AnyEvent = None,
     format: Format = None,
 ) -> Response:
-    """What a series was observed to be, event after event: the points to the baseline's curve."""
+    """The measurements of a series in order of time: the points to the baseline's curve."""
     with sessions() as session:
         found, _ = building_queries.building(session, code)
         rows = queries.observations(session, found.id, quantity, subject, event)
@@ -110,7 +110,7 @@ def history(
     limit: RowLimit = 5000,
     format: Format = None,
 ) -> Response:
-    """How far each event was from what was expected, a row for each series, the earliest event first."""
+    """Deviation of each event from the baseline, a row for each series, the earliest event first."""
     with sessions() as session:
         found, _ = building_queries.building(session, code)
         rows = queries.values(session, found.id, span, quantity, subject, place(cursor), limit)
@@ -120,7 +120,7 @@ def history(
 
 @router.get("/drift-alarms", operation_id="list_drift_alarms", **responses(DriftAlarms, 404, csv=True))
 def alarms(request: Request, code: Code, sessions: Reading, format: Format = None) -> Response:
-    """What the rules found in the building's series, with its evidence: from these come its alerts."""
+    """Alarms in the building's series with their evidence; its alerts come from these."""
     with sessions() as session:
         found, _ = building_queries.building(session, code)
         rows = queries.alarm_rows(session, found.id)
@@ -129,7 +129,7 @@ def alarms(request: Request, code: Code, sessions: Reading, format: Format = Non
 
 @router.get("/reference-periods", operation_id="list_reference_periods", **responses(ReferencePeriods, 404, csv=True))
 def periods(request: Request, code: Code, sessions: Reading, format: Format = None) -> Response:
-    """When the building counted as healthy, as engineers said, the latest first.
+    """Reference periods set by engineers, the latest first.
 
     Of those that name a series, its quantity, or all, the one set last holds. Without any it is the first events,
     until the curve is determined.
@@ -157,7 +157,7 @@ def begin(
     by: By,
     wanted: Annotated[ReferencePeriodRequest, Body(description="Quantity, subject, start, end, and why.")],
 ) -> ReferencePeriodOut:
-    """Say when the building was healthy, such as from a repair on; what is watched is then held against that.
+    """Set a reference period, such as from a repair on; the series are then compared with it.
 
     Earlier ones are kept.
     """

@@ -1,4 +1,4 @@
-"""The pictures of drift: what is expected over amplitude, and how far the events were from it over the years."""
+"""Pictures of drift: the baseline over amplitude, and the events' deviations from it over the years."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -85,7 +85,7 @@ def history(
 
 
 def named(subject: str) -> str:
-    """A direction or a mode in words; a channel stands for itself."""
+    """A direction or a mode in words; a channel by its id."""
     if subject == BOTH_DIRECTIONS:
         return "both directions"
     direction, _, mode = subject.partition("/")

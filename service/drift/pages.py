@@ -31,7 +31,7 @@ from service.jobs import queue as job_queue
 from service.version import VERSION
 
 VALUES = 5000
-"""Of a picture: more points are not told apart."""
+"""Most points in a picture: more cannot be distinguished."""
 
 router = APIRouter(include_in_schema=False, dependencies=[Depends(reader)])
 BuildingCode = Annotated[str, Query(pattern=r"^[A-Za-z0-9_-]{1,32}$")]
@@ -41,7 +41,7 @@ Subject = Annotated[str, Query(pattern=TEXT)]
 
 @router.get("/buildings/{code}/drift")
 def drift_page(request: Request, code: Code, sessions: Reading) -> Response:
-    """Everything that is watched at a building: what was expected, what came, and what the rules found."""
+    """Every watched series of a building with its baseline, values and alarms."""
     with sessions() as session:
         building, _ = building_queries.building(session, code)
         series = queries.series_rows(session, building.id)
@@ -84,7 +84,7 @@ def _need(wanted: int, period: ReferencePeriod | None) -> str:
 
 
 def _by_quantity(series: Sequence[SeriesRow]) -> list[tuple[str, list[SeriesRow]]]:
-    """In the order in which core lists the quantities: the layer's first; what both directions tell after each."""
+    """Series by quantity in core's order, the layer's first, and the mean of both directions after each."""
     ordered = sorted(series, key=lambda one: one.subject == BOTH_DIRECTIONS)
     return [(name, own) for name in QUANTITIES if (own := [one for one in ordered if one.quantity == name])]
 
@@ -128,7 +128,7 @@ def history(request: Request, sessions: Reading, building: BuildingCode, quantit
 
 
 def _values(session: Session, building_id: int, quantity: str) -> Mapping[str, Sequence[DriftRow]]:
-    """By subject, what both directions tell last; the earliest event first."""
+    """Values by subject, the mean of both directions last; the earliest event first."""
     rows = queries.values(session, building_id, Span(), quantity, None, None, VALUES)
     names = DriftRow.model_fields
     found = [DriftRow(**{name: row._mapping[name] for name in names}) for row in rows]

@@ -1,4 +1,4 @@
-"""What is watched for drift, as the API takes and answers it."""
+"""Drift in the API: watched series, baselines, values, alarms and reference periods."""
 
 from datetime import datetime
 from typing import Annotated
@@ -16,7 +16,7 @@ SUBJECT = (
 
 
 def watched_quantity(name: str) -> str:
-    """The name of a quantity that is watched."""
+    """The name of a watched quantity."""
     if name not in QUANTITIES:
         raise ValueError(f"there is no quantity {name!r}; there is {', '.join(sorted(QUANTITIES))}")
     return name
@@ -34,7 +34,7 @@ Given = Annotated[
 
 
 class SeriesRow(Answer):
-    """One series that is watched at a building."""
+    """One watched series of a building."""
 
     quantity: str = Field(description=QUANTITY)
     subject: str = Field(description=SUBJECT)
@@ -49,7 +49,7 @@ class SeriesRow(Answer):
 
 
 class SeriesRows(Answer):
-    """What is watched at a building."""
+    """The watched series of a building."""
 
     building: str = Field(description="Code of the building.")
     items: list[SeriesRow] = Field(description="By quantity and subject.")
@@ -57,7 +57,7 @@ class SeriesRows(Answer):
 
 
 class CurvePoint(Answer):
-    """What is expected at an amplitude."""
+    """The expected value at an amplitude."""
 
     amplitude: Number | None = Field(
         description="m, of a cycle of the isolation layer (for `model_error` the largest of the event); for "
@@ -66,20 +66,20 @@ class CurvePoint(Answer):
     expected: Number = Field(description="SI units of the quantity.")
     low: Number = Field(description="Lower end of the band in which an event's value lies with 95 %.")
     high: Number = Field(description="Upper end of it.")
-    is_seen: bool = Field(description="Whether the reference holds such amplitudes; beyond them nothing alarms.")
+    is_seen: bool = Field(description="True within the amplitudes of the reference; beyond them no alarm is raised.")
 
 
 class BaselineOut(Answer):
-    """What a healthy building is expected to do."""
+    """The baseline: expected values of a healthy building over amplitude."""
 
     building: str = Field(description="Code of the building.")
     quantity: str = Field(description=QUANTITY)
     subject: str = Field(description=SUBJECT)
     temperature: Number | None = Field(
-        description="°C, at which the curve holds; null where the temperature has no influence that is known."
+        description="°C of the curve; null where the temperature has no known influence."
     )
-    lowest_amplitude: Number | None = Field(description="That the reference holds; null where there is none.")
-    highest_amplitude: Number | None = Field(description="The same, the highest.")
+    lowest_amplitude: Number | None = Field(description="Lowest amplitude of the reference; null without one.")
+    highest_amplitude: Number | None = Field(description="Highest amplitude of the reference; null without one.")
     reference_events: list[int] = Field(description="Numbers of the events of the reference.")
     wanted: int = Field(description="Events that it still lacks until the curve is determined.")
     items: list[CurvePoint] = Field(
@@ -90,7 +90,7 @@ class BaselineOut(Answer):
 
 
 class ObservationRow(Answer):
-    """One observation of a series: of a cycle, or of a whole event."""
+    """One measurement of a series, from a cycle or a whole event."""
 
     event: int = Field(description="Number of the event.")
     time: datetime = Field(description="Of the cycle's middle, or the event's start.")
@@ -101,7 +101,7 @@ class ObservationRow(Answer):
 
 
 class Observations(Answer):
-    """What a series was observed to be."""
+    """The measurements of a series."""
 
     building: str = Field(description="Code of the building.")
     items: list[ObservationRow] = Field(description="In order of time.")
@@ -120,10 +120,10 @@ class DriftRow(Answer):
         "less; of `residual_displacement` m."
     )
     std: Number = Field(description="Standard deviation, of curve, scatter of healthy events and observations.")
-    count: int = Field(description="Observations it is from.")
-    is_reference: bool = Field(description="Whether the event belongs to the reference.")
-    is_beyond: bool = Field(description="Whether its amplitudes lie outside the reference's: no rule judges it.")
-    is_excluded: bool = Field(description="Whether a sensor finding keeps it out of every rule.")
+    count: int = Field(description="Number of measurements behind the value.")
+    is_reference: bool = Field(description="True if the event belongs to the reference.")
+    is_beyond: bool = Field(description="True if its amplitudes lie outside the reference's: no rule judges it.")
+    is_excluded: bool = Field(description="True if a sensor finding excludes it from every rule.")
     causes: list[str] = Field(description="What else could explain a deviation.")
 
 
@@ -136,15 +136,15 @@ class Drift(Answer):
 
 
 class DriftAlarmRow(Answer):
-    """What a rule found in a series."""
+    """An alarm of a rule in a series."""
 
     quantity: str = Field(description=QUANTITY)
     subject: str = Field(description=SUBJECT)
     rule: str = Field(description="`sudden`, `slow`, `recovery` or `within` (one event).")
-    is_sure: bool = Field(description="Whether the rule is sure; else evidence gathers.")
+    is_sure: bool = Field(description="True if the rule is sure; otherwise evidence is still accumulating.")
     onset_event: int = Field(description="Number of the event with which the change most likely began.")
     onset_start: datetime = Field(description="Of that event.")
-    after_event: int | None = Field(description="Number of the last event that did not show it; null of old results.")
+    after_event: int | None = Field(description="Number of the last event without the change; null in old results.")
     changed_after: datetime | None = Field(description="Of that event.")
     by_event: int | None = Field(
         description="Number of the first event that did: with 95 % the change began between the two."
@@ -162,7 +162,7 @@ class DriftAlarmRow(Answer):
 
 
 class DriftAlarms(Answer):
-    """What the rules found at a building."""
+    """The alarms of a building."""
 
     building: str = Field(description="Code of the building.")
     items: list[DriftAlarmRow] = Field(description="By quantity and subject, in the order in which they were raised.")
@@ -170,10 +170,10 @@ class DriftAlarms(Answer):
 
 
 class ReferencePeriodOut(Answer):
-    """When a building counts as healthy."""
+    """A reference period, in which the building counts as healthy."""
 
     id: int = Field(description="Its number.")
-    quantity: str | None = Field(description="For which it holds; null: for all.")
+    quantity: str | None = Field(description="Quantity of the period; null: all.")
     subject: str | None = Field(description="Direction, mode or channel for which it holds; null: for all of it.")
     start: datetime | None = Field(description="Null: from the first event on.")
     end: datetime | None = Field(description="Null: the first events until the curve is determined.")
@@ -195,7 +195,7 @@ class ReferencePeriodRequest(BaseModel):
 
     model_config = ConfigDict(extra="forbid")
 
-    quantity: QuantityName | None = Field(None, description="For which it holds; null: for all.")
+    quantity: QuantityName | None = Field(None, description="Quantity of the period; null: all.")
     subject: str | None = Field(
         None,
         description="Direction (`x`), mode (`x/1`) or id of a channel for which it holds; null: for all of it.",

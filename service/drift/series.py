@@ -1,4 +1,4 @@
-"""Which series are watched at a building, as far as they are stored now?
+"""Watched series of a building, from its stored results.
 
 All are of the latest analysis of each event, the earliest event first: when an event came in or how often it was
 analysed makes no difference.
@@ -24,7 +24,7 @@ from service.db.select import Span
 from service.models import queries as model_queries
 
 Named = tuple[tuple[str, str], Measurement]
-"""Quantity and subject, and what was observed of them."""
+"""Quantity and subject, and one measurement of them."""
 
 
 def watched_series(
@@ -37,8 +37,8 @@ def watched_series(
     """
     temperature = dict(history.temperatures(session, building_id))
     found: dict[tuple[str, str], list[Measurement]] = defaultdict(list)
-    for source, told in SOURCES.items():
-        if not told.isdisjoint(quantities):
+    for source, provided in SOURCES.items():
+        if not provided.isdisjoint(quantities):
             for name, one in source(session, building_id, temperature):
                 found[name].append(one)
     return tuple(
@@ -70,7 +70,7 @@ def _residuals(session: Session, building_id: int, temperature: Mapping[int, flo
 
 
 def _sensors(session: Session, building_id: int, temperature: Mapping[int, float]) -> Iterator[Named]:
-    """The noise's own standard deviation is nothing beside its scatter from event to event."""
+    """Noise and gain; the noise's own standard deviation is negligible beside its scatter between events."""
     for row in history.sensors(session, building_id):
         known = temperature.get(row.event)
         yield from _observed(("noise", row.channel), row.event, row.event_start, row.noise, 0.0, None, known)
@@ -78,9 +78,9 @@ def _sensors(session: Session, building_id: int, temperature: Mapping[int, float
 
 
 def _frequencies(session: Session, building_id: int, temperature: Mapping[int, float]) -> Iterator[Named]:
-    """Of each established mode, by the shear at the superstructure's foot, for which the peak force stands.
+    """Frequencies of established modes over the base shear, represented by the peak force.
 
-    Only those count in the numbers: a mode that one record feigned moves none.
+    Only established modes are numbered: a spurious one in a single record shifts no number.
     """
     for direction in DIRECTIONS:
         tracked = mode_tracks.tracked_modes(session, building_id, Span(), direction)
@@ -99,7 +99,7 @@ def _frequencies(session: Session, building_id: int, temperature: Mapping[int, f
 
 
 def _model_errors(session: Session, building_id: int, temperature: Mapping[int, float]) -> Iterator[Named]:
-    """Of the models in force, error over force; what a model that retired did is no longer asked."""
+    """Errors of the current models over the force; retired models are left out."""
     models = [model.id for model in model_queries.current_versions(session, building_id)]
     compared = model_queries.latest_comparisons(session, models) if models else {}
     peaks = {(row.event, row.direction): row.peak for row in history.peak_displacements(session, building_id)}
@@ -138,4 +138,4 @@ SOURCES: Mapping[Callable[[Session, int, Mapping[int, float]], Iterator[Named]],
         _model_errors: frozenset({"model_error"}),
     }
 )
-"""What reads a building's observations of which quantities, with the temperature of its events."""
+"""Functions that read a building's measurements, given the temperature of its events, with their quantities."""

@@ -1,4 +1,4 @@
-"""Tables of what is watched for drift at a building, and of when engineers say that it was healthy."""
+"""Tables of reference periods, watched series, their values and alarms."""
 
 from datetime import datetime
 from typing import Any
@@ -12,7 +12,7 @@ from service.records.tables import Event
 
 
 class ReferencePeriod(Base):
-    """When a building counted as healthy, as an engineer said; a later one takes its place and keeps it."""
+    """A period in which a building counted as healthy, set by an engineer; a later one overrides it, and it is kept."""
 
     __tablename__ = "reference_period"
     id: Mapped[int] = mapped_column(primary_key=True)
@@ -33,7 +33,7 @@ class ReferencePeriod(Base):
 
 
 class WatchedSeries(Base):
-    """One series of a building as it was monitored last; monitoring it again puts new rows in place of these."""
+    """One series of a building as last monitored; monitoring it again updates its rows where they differ."""
 
     __tablename__ = "watched_series"
     __table_args__ = (UniqueConstraint("building_id", "quantity", "subject"),)
@@ -58,7 +58,7 @@ class WatchedSeries(Base):
 
 
 class DriftValue(Base):
-    """An event's value in a series, against what was expected."""
+    """Deviation of an event from a series' baseline."""
 
     __tablename__ = "drift_value"
     __table_args__ = (UniqueConstraint("series_id", "event_id"),)
@@ -79,7 +79,7 @@ class DriftValue(Base):
 
 
 class DriftAlarm(Base):
-    """What a rule found in a series."""
+    """An alarm of a rule in a series."""
 
     __tablename__ = "drift_alarm"
     id: Mapped[int] = mapped_column(primary_key=True)

@@ -1,4 +1,4 @@
-"""Threads that look at sources: one that fails, or whose server keeps it waiting, holds up no other."""
+"""Threads that poll sources, so that a failing source or a slow server delays no other."""
 
 import logging
 from collections.abc import Callable, Iterable
@@ -10,17 +10,17 @@ from time import monotonic
 log = logging.getLogger(__name__)
 
 QUICK = 10
-"""Looks that run together, not counting those that last."""
+"""Looks that run at the same time, without the long ones."""
 LASTING = 4.0
-"""s after which a look lasts: it gives its place to another one."""
+"""s after which a look counts as long and gives its place to another."""
 TOGETHER = 30
-"""Looks at sources that do not fail, those that last among them."""
+"""Looks at working sources that run at the same time, long ones included."""
 FAILING = 8
-"""Looks at failing sources that run together, in places of their own."""
+"""Looks at failing sources that run at the same time, in places of their own."""
 LONGEST_PAUSE = 300.0
-"""s between two looks at a failing source, if it is not looked at less often anyway."""
+"""s, longest time between two looks at a failing source, unless the interval is longer."""
 TO_END = 3.0
-"""s that looks have to end in when the service stops; later they are left where they are, and lose nothing by it."""
+"""s given to looks when the service stops; those that last longer are abandoned without loss."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,25 +53,25 @@ class Lanes:
     lock: Lock = field(default_factory=Lock)
 
     def expect_failure(self, codes: Iterable[str]) -> None:
-        """Put sources that are known to fail into the failing ones' places from their first look on."""
+        """Treat sources that are known to fail as failing from their first look on."""
         with self.lock:
             for code in codes:
                 self.failures.setdefault(code, 0)
 
     def due(self, code: str) -> None:
-        """Look at a source as soon as there is a place, unless it waits, is looked at or rests after a failure."""
+        """Look at a source as soon as there is a place, unless it is waiting, running or resting after a failure."""
         with self.lock:
             if code not in self.running and self.timer() >= self.resting.get(code, -inf):
                 self.waiting[code] = None
             self._start()
 
     def go_on(self) -> None:
-        """Give the places of looks that last to those that wait; called every few seconds."""
+        """Give the places of long looks to waiting ones; called every few seconds."""
         with self.lock:
             self._start()
 
     def end(self) -> list[str]:
-        """Start no look any more and wait a moment for those under way; the codes of those that did not end."""
+        """Start no further look and wait a moment for the running ones; returns the codes of those that did not end."""
         with self.lock:
             self.is_ending = True
             left = dict(self.running)
@@ -107,7 +107,7 @@ class Lanes:
                 self._start()
 
     def _note(self, code: str, answered: bool) -> None:
-        """Let a failing source rest, ever longer; half an interval less, for it is due at whole ones only."""
+        """Let a failing source rest ever longer, less half an interval, because it is due at whole intervals only."""
         if answered:
             self.failures.pop(code, None)
             self.resting.pop(code, None)

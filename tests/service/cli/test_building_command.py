@@ -42,7 +42,7 @@ def test_a_building_is_added_once(folder: Path) -> None:
     building("add", folder / "building.toml")
     again = building("add", folder / "building.toml")
     assert again.exit_code == 1
-    assert "is there already" in again.output
+    assert "exists already" in again.output
 
 
 def test_a_wrong_file_adds_nothing_and_says_all_that_is_wrong(folder: Path) -> None:
