@@ -120,7 +120,7 @@ def floats(value: float, gap: float = 0.1) -> bytes:
 
 FAULTS = {
     "unknown unit": ("a.csv", as_csv("foot"), "column 'XX.TOWER.00.HNX [foot]' of a.csv: unit 'foot' is not known"),
-    "no unit": ("a.csv", as_csv(""), "column 'XX.TOWER.00.HNX []' of a.csv: the unit is missing; m/s**2"),
+    "no unit": ("a.csv", as_csv(""), "column 'XX.TOWER.00.HNX []' of a.csv: the unit is missing; use one of m/s**2"),
     "unit of another quantity": (
         "a.csv",
         as_csv("mm"),
