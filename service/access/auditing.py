@@ -1,7 +1,7 @@
-"""Who changed what: every session through which a person writes adds to the audit trail as it commits.
+"""The audit trail: each session through which a person writes adds an entry as it commits.
 
-The entry stands in the transaction of the change: there is neither the one without the other. A request that changes
-nothing, because it repeats an earlier one, leaves none.
+The entry is part of the transaction of the change: neither exists without the other. A request that changes nothing,
+because it repeats an earlier one, leaves none.
 """
 
 import re
@@ -16,8 +16,8 @@ from sqlalchemy.orm import ORMExecuteState, Session, sessionmaker
 
 from service.access.tables import AuditEntry
 
-DEED, CLOCK, CHANGED = "deed", "clock", "changed"
-"""What a session's `info` holds for us."""
+CONTEXT, CLOCK, CHANGED = "audit_context", "clock", "changed"
+"""Keys of a session's `info`."""
 SECRET = re.compile(r"secret|password|token|key|authorization", re.IGNORECASE)
 """Names whose values are kept from the trail."""
 ADDRESS_KEY = re.compile(r"address|mail|location", re.IGNORECASE)
@@ -31,8 +31,8 @@ DEEPEST = 20
 
 
 @dataclass(frozen=True, slots=True)
-class Deed:
-    """What somebody is about to do."""
+class AuditContext:
+    """The person or program behind a change, and the request or command."""
 
     by: str
     address: str
@@ -47,23 +47,23 @@ class AuditedSession(Session):
 
 def audited(
     sessions: sessionmaker[Session],
-    deed: Callable[[], Deed | None],
+    audit_context: Callable[[], AuditContext | None],
     clock: Callable[[], datetime] = lambda: datetime.now(UTC),
 ) -> sessionmaker[Session]:
-    """The same sessions, whose changes are told to the audit trail.
+    """The same sessions; their changes go on the audit trail.
 
     Args:
-        sessions: that may write.
-        deed: who does what; asked whenever there is something to commit, None where the trail has it already.
+        sessions: sessions that may write.
+        audit_context: called at each commit of a change; None where the trail has the entry already.
         clock: aware time.
     """
-    info = {DEED: deed, CLOCK: clock}
+    info = {CONTEXT: audit_context, CLOCK: clock}
     return sessionmaker(sessions.kw["bind"], class_=AuditedSession, expire_on_commit=False, info=info)
 
 
-def note(session: Session, deed: Deed, now: datetime) -> None:
-    """Add an entry on what changes nothing, such as an attempt to log in."""
-    session.add(_entry(deed, now))
+def note(session: Session, context: AuditContext, now: datetime) -> None:
+    """Add an entry about something that changes nothing, such as an attempt to log in."""
+    session.add(_entry(context, now))
 
 
 def without_secrets(value: Any, depth: int = 0) -> Any:  # noqa: ANN401  whatever JSON may hold
@@ -102,14 +102,14 @@ def _server(address: str) -> str:
     return f"{scheme}://{host}/..." if host else f"{scheme}://..."
 
 
-def _entry(deed: Deed, now: datetime) -> AuditEntry:
+def _entry(context: AuditContext, now: datetime) -> AuditEntry:
     return AuditEntry(
         at=now,
-        by=deed.by,
-        address=deed.address,
-        action=deed.action,
-        target=deed.target,
-        details=without_secrets(deed.details),
+        by=context.by,
+        address=context.address,
+        action=context.action,
+        target=context.target,
+        details=without_secrets(context.details),
     )
 
 
@@ -125,8 +125,8 @@ def _note_statement(state: ORMExecuteState) -> None:
 def _write(session: Session) -> None:
     """Add the entry, if anything was or is about to be changed."""
     waiting = session.new or session.deleted or any(session.is_modified(one) for one in session.dirty)
-    if (session.info.pop(CHANGED, False) or waiting) and (deed := session.info[DEED]()) is not None:
-        session.add(_entry(deed, session.info[CLOCK]()))
+    if (session.info.pop(CHANGED, False) or waiting) and (context := session.info[CONTEXT]()) is not None:
+        session.add(_entry(context, session.info[CLOCK]()))
 
 
 event.listen(AuditedSession, "after_flush", _note_flush)

@@ -13,7 +13,7 @@ from sqlalchemy.orm import Session
 from starlette.responses import RedirectResponse
 
 from service.access import logins
-from service.access.auditing import Deed, note
+from service.access.auditing import AuditContext, note
 from service.access.auth import COOKIE, SAFE_COOKIE, Caller, is_cross_site, is_secure, login, viewer
 from service.errors import ForbiddenError, LoginWantedError, UnauthorizedError
 from service.http import bodies
@@ -139,8 +139,8 @@ def _end(request: Request, session_digest: str) -> None:
 
 
 def _note(session: Session, request: Request, by: str, what: str) -> None:
-    deed = Deed(by, address_of(request), request.method, request.url.path, {"session": what})
-    note(session, deed, datetime.now(UTC))
+    audit_context = AuditContext(by, address_of(request), request.method, request.url.path, {"session": what})
+    note(session, audit_context, datetime.now(UTC))
 
 
 def address_of(request: Request) -> str:

@@ -5,15 +5,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from service.cli.building_argument import described_by, levels_named
-from service.cli.current_settings import settings_in_force
+from service.cli.inputs import REFUSED, current_settings, end, levels_by_name, read_building, write_json
 
 if TYPE_CHECKING:
     from core.analysis import AnalysisSettings, EventAnalysis
     from core.description import BuildingDescription
     from service.records.event_files import EventFiles
-
-REFUSED = 1
 
 app = typer.Typer()
 
@@ -56,13 +53,12 @@ def analyse(
     from service.formats import FormatError
     from service.records.event_files import events
 
-    described = described_by(building)
+    described = read_building(building)
     settings = _settings(estimator, sensors, described.description)
     try:
         found = events(files, described)
     except FormatError as error:
-        typer.echo(str(error), err=True)
-        raise typer.Exit(REFUSED) from None
+        end(str(error), REFUSED)
     if not found:
         raise typer.BadParameter("none of the files holds records", param_hint="FILE...")
     stamps = [f"{event.start:%Y%m%dT%H%M%SZ}" if len(found) > 1 else "" for event in found]
@@ -81,7 +77,7 @@ def _analysed(
     json: Path | None,
     out: Path | None,
 ) -> "EventAnalysis":
-    """Analyse one event, print its summary and write what is asked for."""
+    """The analysis of one event; its summary is printed, and the files that were requested are written."""
     from rich.console import Console
 
     from core.analysis import analyse as analyse_event
@@ -96,31 +92,24 @@ def _analysed(
     Console().print(verdict_terminal.checks(assessment))
     if json is not None:
         verdict = {"verdict": assessment_json(assessment)}
-        _write_json(document.as_json(result, description, settings) | verdict, json)
+        write_json(document.as_json(result, description, settings) | verdict, json)
     if out is not None:
         files.write(result, description.code, out)
     return result
 
 
 def _settings(estimator: str | None, sensors: str | None, description: "BuildingDescription") -> "AnalysisSettings":
-    """The service's own settings, so that both give the same results, with what was asked for in their place."""
+    """The service's own settings, so that both give the same results, and the command's options in their place."""
     from core.analysis import AnalysisSettings
     from core.estimators import ESTIMATORS
 
-    own = settings_in_force()
-    chosen = own.analysis.estimator if estimator is None else estimator
+    own = current_settings().analysis
+    chosen = own.estimator if estimator is None else estimator
     if chosen not in ESTIMATORS:
         raise typer.BadParameter(f"no estimator {chosen!r}; there is {', '.join(ESTIMATORS)}", param_hint="--estimator")
-    levels = None if sensors is None else levels_named(sensors, description)
-    return AnalysisSettings(estimator=chosen, sensors=levels, rate=own.analysis.rate, band=own.analysis.band)
+    levels = None if sensors is None else levels_by_name(sensors, description)
+    return AnalysisSettings(estimator=chosen, sensors=levels, rate=own.rate, band=own.band)
 
 
 def _stamped(path: Path | None, stamp: str) -> Path | None:
     return path.with_stem(f"{path.stem}-{stamp}") if path is not None and stamp else path
-
-
-def _write_json(document: dict[str, object], path: Path) -> None:
-    import orjson
-
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_bytes(orjson.dumps(document, option=orjson.OPT_INDENT_2 | orjson.OPT_APPEND_NEWLINE))

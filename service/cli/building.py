@@ -11,9 +11,8 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from service.cli.audit import of_command
-from service.cli.building_argument import text_of
-from service.cli.current_settings import settings_in_force
+from service.cli.database import transaction
+from service.cli.inputs import current_settings, read_text
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
@@ -31,7 +30,7 @@ def add(context: typer.Context, file: File) -> None:
     """Put a building under watch."""
     from service.buildings import store as building_store
 
-    text = text_of(file)
+    text = read_text(file)
     with _session(context) as session:
         building = building_store.add(session, text, file.parent.resolve(), datetime.now(UTC))
         Console().print(f"{building.code} is under watch: {building.name}")
@@ -72,7 +71,7 @@ def update(context: typer.Context, code: Code, file: File) -> None:
     """Give a building a new description; earlier results keep the one they were made with."""
     from service.buildings import description, store as building_store
 
-    text, folder = text_of(file), file.parent.resolve()
+    text, folder = read_text(file), file.parent.resolve()
     with _session(context) as session:
         building_store.find(session, code)
         described = description.read(text, folder).description.code
@@ -93,7 +92,7 @@ def _warn(session: "Session", building: "Building") -> None:
             f"warning: the folder {source.location} does not exist; make it, or correct location in the building file",
             err=True,
         )
-    if settings_in_force().smtp.host is None and any(
+    if current_settings().smtp.host is None and any(
         receiver.kind == "email" for receiver in building_store.described(session, building).receivers
     ):
         typer.echo("warning: no mail can be sent to the building's mail receivers: set smtp.host", err=True)
@@ -101,20 +100,9 @@ def _warn(session: "Session", building: "Building") -> None:
 
 @contextmanager
 def _session(context: typer.Context) -> Iterator["Session"]:
-    """A transaction on the database of the settings; what is refused ends the command with exit code 1."""
+    """A transaction on the database; a refusal ends the command with exit code 1."""
     from service.buildings.description import BuildingFileError
     from service.buildings.store import BuildingError
-    from service.db.migrate import upgrade
-    from service.db.sessions import sessions
 
-    url = settings_in_force().database_url
-    upgrade(url)
-    made = sessions(url)
-    try:
-        with of_command(context, made).begin() as session:
-            yield session
-    except (BuildingFileError, BuildingError) as error:
-        typer.echo(str(error), err=True)
-        raise typer.Exit(1) from None
-    finally:
-        made.kw["bind"].dispose()
+    with transaction(context, BuildingFileError, BuildingError) as session:
+        yield session

@@ -1,11 +1,10 @@
-"""`menshin drill`: does the way of the messages work, all of it?"""
+"""`menshin drill`: a test message through the whole delivery path."""
 
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from service.cli.audit import of_command
-from service.cli.current_settings import settings_in_force
+from service.cli.database import opened
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session, sessionmaker
@@ -15,8 +14,8 @@ if TYPE_CHECKING:
 app = typer.Typer(no_args_is_help=True)
 
 LOOK = 0.2
-"""s between two looks at what became of it."""
-UNTAKEN = "no notifier has taken it; menshin notify, or menshin up, starts one"
+"""s between two queries for its deliveries."""
+UNTAKEN = "no notifier runs; menshin notify, or menshin up, starts one"
 
 
 @app.command()
@@ -25,9 +24,9 @@ def drill(
     building: Annotated[str, typer.Option(help="Code of the building.")],
     wait: Annotated[float, typer.Option(min=0, help="Seconds to wait for it to arrive.")] = 60.0,
 ) -> None:
-    """Send a drill to everybody who is told of drills, through the outbox and the notifier that runs.
+    """Send a drill to every recipient of drills, through the outbox and the running notifier.
 
-    It says that it is none in every channel. The command ends with 1 unless it has arrived everywhere in time.
+    Every channel marks it as a test. Exit code 0: it arrived everywhere in time; 1: it did not.
     """
     import getpass
     from datetime import UTC, datetime
@@ -38,11 +37,10 @@ def drill(
     from service.buildings.store import BuildingError, find
     from service.errors import TooManyRequestsError
     from service.notify.drill import drill as put_drill
-    from service.roles import migrated
 
-    with migrated(settings_in_force()) as sessions:
+    with opened(context) as sessions:
         try:
-            with of_command(context, sessions).begin() as session:
+            with sessions.begin() as session:
                 number = put_drill(session, find(session, building), getpass.getuser(), datetime.now(UTC)).id
         except (BuildingError, TooManyRequestsError) as error:
             raise typer.BadParameter(str(error)) from None
@@ -50,12 +48,12 @@ def drill(
     shown = Table("receiver", "kind", "state", "answer")
     for row in rows:
         shown.add_row(row.receiver_name, row.receiver_kind, row.state, row.last_answer or UNTAKEN)
-    Console().print(shown if rows else f"nobody is told of drills of {building}")
+    Console().print(shown if rows else f"{building} has no recipient of drills")
     raise typer.Exit(0 if rows and all(row.state == "delivered" for row in rows) else 1)
 
 
 def _awaited(sessions: "sessionmaker[Session]", number: int, seconds: float) -> "list[DeliveryRow]":
-    """What became of a message once all is decided, or the time is over."""
+    """The deliveries of a message once each has ended, or the time is over."""
     from time import monotonic, sleep
 
     from service.db.sessions import reading

@@ -9,8 +9,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from service.cli.audit import of_command
-from service.cli.current_settings import settings_in_force
+from service.cli.database import transaction
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
@@ -75,19 +74,8 @@ def log_out(
 
 @contextmanager
 def _session(context: typer.Context) -> Iterator["Session"]:
-    """A transaction on the database of the settings; a wrong name ends the command with exit code 1."""
+    """A transaction on the database; a wrong name ends the command with exit code 1."""
     from service.access.keys import KeyNameError
-    from service.db.migrate import upgrade
-    from service.db.sessions import sessions
 
-    url = settings_in_force().database_url
-    upgrade(url)
-    made = sessions(url)
-    try:
-        with of_command(context, made).begin() as session:
-            yield session
-    except KeyNameError as error:
-        typer.echo(str(error), err=True)
-        raise typer.Exit(1) from None
-    finally:
-        made.kw["bind"].dispose()
+    with transaction(context, KeyNameError) as session:
+        yield session

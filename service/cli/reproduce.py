@@ -7,14 +7,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from service.cli.building_argument import described_by, levels_named
-from service.cli.current_settings import settings_in_force
+from service.cli.inputs import current_settings, levels_by_name, read_building, refusals, write_text
 
 if TYPE_CHECKING:
     from service.reproduction.ground import Ground
     from service.reproduction.real import RealBuilding
 
-REFUSED = 1
 PLACES = ("output", "markdown")
 """Options that do not change what is printed."""
 
@@ -71,8 +69,6 @@ def reproduce(
 
     from rich.console import Console
 
-    from core.errors import CoreError
-    from service.formats import FormatError
     from service.reproduction.page import page
     from service.reproduction.printing import as_markdown, on_terminal
     from service.reproduction.report import report
@@ -81,20 +77,16 @@ def reproduce(
     console, began = Console(), monotonic()
     for place in (output, *([] if markdown is None else [markdown])):
         place.parent.mkdir(parents=True, exist_ok=True)
-    try:
-        with console.status("reading") as status:
-            motion = _ground(ground, channel)
-            seven = simulated(motion, seed, status.update)
-            eight = None if building is None and not files else _real(files or [], building, sensors, status.update)
-            status.update("drawing")
-            printed = report(seven, eight)
-            output.write_text(page(printed, seven, eight), encoding="utf-8")
-    except (CoreError, FormatError) as error:
-        typer.echo(str(error), err=True)
-        raise typer.Exit(REFUSED) from None
+    with refusals(), console.status("reading") as status:
+        motion = _ground(ground, channel)
+        seven = simulated(motion, seed, status.update)
+        eight = None if building is None and not files else _real(files or [], building, sensors, status.update)
+        status.update("drawing")
+        printed = report(seven, eight)
+        write_text(page(printed, seven, eight), output)
     console.print(on_terminal(printed))
     if markdown is not None:
-        markdown.write_text(as_markdown(printed, _command(context)), encoding="utf-8")
+        write_text(as_markdown(printed, _command(context)), markdown)
     console.print(f"\nfigures: {output}, after {monotonic() - began:.0f} s", soft_wrap=True)
 
 
@@ -113,10 +105,10 @@ def _real(files: list[Path], building: Path | None, sensors: str | None, tell: C
 
     if building is None or not files:
         raise typer.BadParameter("section 8 needs both records and --building", param_hint="FILE...")
-    own = settings_in_force()
-    described = described_by(building)
-    levels = None if sensors is None else levels_named(sensors, described.description)
-    settings = AnalysisSettings(rate=own.analysis.rate, band=own.analysis.band)
+    own = current_settings().analysis
+    described = read_building(building)
+    levels = None if sensors is None else levels_by_name(sensors, described.description)
+    settings = AnalysisSettings(rate=own.rate, band=own.band)
     return real(events(files, described), described.description, levels, settings, tell)
 
 

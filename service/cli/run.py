@@ -1,16 +1,19 @@
-"""Commands that run the service, or a part of it."""
+"""Commands that run the service or a part of it."""
 
+import errno
+import socket
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from service.cli.audit import of_command
-from service.cli.current_settings import settings_in_force
-from service.cli.port import check_port
+from service.cli.database import opened, transaction
+from service.cli.inputs import REFUSED, current_settings, end
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session, sessionmaker
+
+    from service.settings import Settings
 
 app = typer.Typer(no_args_is_help=True)
 
@@ -24,7 +27,7 @@ def up(
     from service.roles import running, signalled
     from service.serving import address, api_apart, listening
 
-    settings = settings_in_force(workers=workers, port=port)
+    settings = current_settings(port=port, workers=workers)
     check_port(settings)
     with (
         listening(settings) as door,
@@ -37,23 +40,20 @@ def up(
 
 
 @app.command()
-def login(
-    context: typer.Context,
-) -> None:
+def login(context: typer.Context) -> None:
     """Print a link that logs a browser in as an admin, once, within an hour; earlier links no longer do."""
     from datetime import UTC, datetime
 
     from service.access import logins
-    from service.roles import migrated
 
-    settings = settings_in_force()
-    with migrated(settings) as sessions, of_command(context, sessions).begin() as session:
+    settings = current_settings()
+    with transaction(context) as session:
         token = logins.new_link(session, datetime.now(UTC))
     typer.echo(f"{(settings.public_url or f'http://{settings.host}:{settings.port}').rstrip('/')}/login?token={token}")
 
 
 def invite(sessions: "sessionmaker[Session]", address: str) -> None:
-    """Print a login link, as long as no key was ever made: without one nobody else could come in."""
+    """Print a login link, as long as no key was ever made: it is the only way in."""
     from datetime import UTC, datetime
 
     from service.access import logins
@@ -72,7 +72,7 @@ def api(port: Annotated[int | None, typer.Option(help="Port of the API.")] = Non
     from service.roles import running, signalled
     from service.serving import address, api, listening
 
-    settings = settings_in_force(port=port)
+    settings = current_settings(port=port)
     check_port(settings)
     with listening(settings) as door, signalled() as stop, running(settings, stop) as sessions:
         if not stop.is_set():
@@ -82,12 +82,12 @@ def api(port: Annotated[int | None, typer.Option(help="Port of the API.")] = Non
 
 @app.command()
 def poll(
-    once: Annotated[bool, typer.Option("--once", help="Look at every source once, then end.")] = False,
+    once: Annotated[bool, typer.Option("--once", help="Poll every source once, then end.")] = False,
 ) -> None:
-    """Fetch what is new at every building's source."""
+    """Fetch new records from every building's source."""
     from service.roles import migrated, running, signalled, wait_for
 
-    settings = settings_in_force()
+    settings = current_settings()
     if once:
         from service.records.polling import SourcePoller
 
@@ -106,7 +106,7 @@ def work(
     """Analyse the events that wait."""
     from service.roles import migrated, running, signalled, wait_for, worked_off
 
-    settings = settings_in_force(workers=workers)
+    settings = current_settings(workers=workers)
     if once:
         with migrated(settings) as sessions:
             typer.echo(f"{worked_off(sessions, settings)} jobs done")
@@ -122,7 +122,7 @@ def notify(
     """Deliver the messages that wait."""
     from service.roles import migrated, running, signalled, wait_for
 
-    settings = settings_in_force()
+    settings = current_settings()
     if once:
         from service.notify.notifier import Notifier
 
@@ -139,18 +139,15 @@ def import_files(
     files: Annotated[list[Path], typer.Argument(exists=True, dir_okay=False, help="Records or StationXML.")],
     building: Annotated[str, typer.Option(help="Code of the building.")],
 ) -> None:
-    """Put files into the database, by the poller's own path."""
+    """Put files into the database, as the poller does."""
     from service.buildings.store import BuildingError, find
     from service.records import events
     from service.records.polling import SourcePoller
     from service.records.sources.source import Arrival
-    from service.roles import migrated
 
-    settings = settings_in_force()
     refused = False
-    with migrated(settings) as opened:
-        sessions = of_command(context, opened)
-        poller = SourcePoller(sessions, settings)
+    with opened(context) as sessions:
+        poller = SourcePoller(sessions, current_settings())
         try:
             with sessions() as session:
                 found = find(session, building)
@@ -166,12 +163,34 @@ def import_files(
 
 
 @app.command("settings")
-def showsettings_in_force() -> None:
-    """Show every setting that is in force, and why."""
+def show_settings() -> None:
+    """Show the current value of every setting and its origin."""
     from rich.console import Console
     from rich.table import Table
 
     table = Table("setting", "value", "from", "meaning")
-    for setting in settings_in_force().explained():
+    for setting in current_settings().explained():
         table.add_row(setting.name, setting.value, setting.origin, setting.description)
     Console().print(table)
+
+
+def check_port(settings: "Settings") -> None:
+    """End the command with a reason and exit code 1 if the API cannot be served at the settings' host and port."""
+    family = socket.AF_INET6 if ":" in settings.host else socket.AF_INET
+    try:
+        socket.create_server((settings.host, settings.port), family=family).close()
+    except OSError as error:
+        end(_port_problem(settings.host, settings.port, error), REFUSED)
+
+
+def _port_problem(host: str, port: int, error: OSError) -> str:
+    another = "choose another by MENSHIN_PORT or --port"
+    if error.errno == errno.EADDRINUSE:
+        return f"port {port} of {host} is taken by another process; end that one, or {another}"
+    if error.errno in (errno.EACCES, errno.EPERM):
+        return f"this account may not listen at port {port} of {host}; {another}, of 1024 or more"
+    if error.errno == errno.EADDRNOTAVAIL:
+        return f"{host} is not an address of this machine; correct MENSHIN_HOST: 127.0.0.1 and 0.0.0.0 always are"
+    if isinstance(error, socket.gaierror):
+        return f"the host {host!r} is not known; correct MENSHIN_HOST: 127.0.0.1 and 0.0.0.0 are always there"
+    return f"nothing can be served at port {port} of {host}: {error.strerror or error}; {another}"

@@ -4,8 +4,8 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from service.cli.audit import of_command
-from service.cli.current_settings import settings_in_force
+from service.cli.database import transaction
+from service.cli.inputs import USAGE, end
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
@@ -28,12 +28,10 @@ def encrypt(context: typer.Context) -> None:
     Run it after the key was set for the first time, and after a new key was put before the old one.
     """
     from service.db import encryption
-    from service.roles import migrated
 
     if not encryption.is_key_set():
-        typer.echo(f"{encryption.VARIABLE} is not set; `menshin secret new-key` prints a key for it.", err=True)
-        raise typer.Exit(2)
-    with migrated(settings_in_force()) as sessions, of_command(context, sessions).begin() as session:
+        end(f"{encryption.VARIABLE} is not set; `menshin secret new-key` prints a key for it.", USAGE)
+    with transaction(context) as session:
         count = _rewrite(session)
     typer.echo(f"{count} secrets are encrypted with the first key in {encryption.VARIABLE}.")
 

@@ -8,7 +8,7 @@ from pydantic import BeforeValidator, WithJsonSchema
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.access import auth
-from service.access.auditing import Deed, audited
+from service.access.auditing import AuditContext, audited
 from service.db.select import Place, Span
 from service.http import request_capture
 from service.times import read_time
@@ -91,13 +91,13 @@ async def of_reading(request: Request) -> sessionmaker[Session]:
 async def of_writing(request: Request) -> sessionmaker[Session]:
     """Sessions that may write, and tell the audit trail who did."""
 
-    def deed() -> Deed:
+    def audit_context() -> AuditContext:
         address = request.client.host if request.client else "unknown"
-        return Deed(
+        return AuditContext(
             auth.caller(request).name, address, request.method, request.url.path, request_capture.said(request.scope)
         )
 
-    return audited(request.app.state.sessions, deed)
+    return audited(request.app.state.sessions, audit_context)
 
 
 EventSpan = Annotated[Span, Depends(of_span)]

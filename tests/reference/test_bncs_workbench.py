@@ -11,7 +11,7 @@ from core.diagnosis.missing_effects import diagnosed
 from core.effects import EFFECTS
 from core.fitting.observation import Observation, observations
 from core.model.isolator import Isolator
-from service.cli.building_argument import described_by
+from service.cli.inputs import read_building
 from service.records.event_files import events
 
 pytestmark = [pytest.mark.accuracy, needs_shared]
@@ -27,7 +27,7 @@ LINEAR = Isolator({"elastic": {"k_b": 4e6}, "viscous": {"c_b": 1e5}})
 @pytest.fixture(scope="module")
 def seen() -> list[Observation]:
     """CNP100, LAC100 and SP100, in the order of the tests."""
-    building = described_by(BNCS / "building.toml")
+    building = read_building(BNCS / "building.toml")
     files = [path for path in sorted(BNCS.iterdir()) if path.suffix in {".mseed", ".xml"}]
     found = [
         one

@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 from core.estimators import ESTIMATORS
 from service.cli import app
-from service.cli.current_settings import settings_in_force
+from service.cli.inputs import current_settings
 from service.settings import (
     OLD_NAMES,
     Settings,
@@ -59,7 +59,7 @@ def test_a_file_that_nobody_named_cannot_name_code(
     """Else a command in a folder of downloaded records runs what came with them."""
     (tmp_path / "menshin.toml").write_text('effects_folder = "effects"\n')
     with pytest.raises(typer.Exit):
-        settings_in_force()
+        current_settings()
     assert "run as code" in capsys.readouterr().err
     monkeypatch.setenv("MENSHIN_SETTINGS", str(tmp_path / "menshin.toml"))
     assert Settings().effects_folder == Path("effects")
@@ -68,7 +68,7 @@ def test_a_file_that_nobody_named_cannot_name_code(
 def test_a_misspelt_password_is_not_printed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "menshin.toml").write_text('smtp.pasword = "hunter2"\n')
     with pytest.raises(typer.Exit):
-        settings_in_force()
+        current_settings()
     printed = capsys.readouterr().err
     assert "smtp.pasword" in printed
     assert "smtp.password" in printed
@@ -128,7 +128,7 @@ def test_no_message_of_a_command_repeats_a_secret(
     (tmp_path / "menshin.toml").write_text(text)
     monkeypatch.chdir(tmp_path)
     with pytest.raises(typer.Exit):
-        settings_in_force()
+        current_settings()
     said = capsys.readouterr().err
     assert said
     assert "s3cr3t" not in said

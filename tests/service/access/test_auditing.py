@@ -15,7 +15,7 @@ from sqlalchemy.orm import Session, sessionmaker
 from typer.testing import CliRunner
 
 from service.access import keys
-from service.access.auditing import Deed, audited, without_secrets
+from service.access.auditing import AuditContext, audited, without_secrets
 from service.access.auth import Role
 from service.access.tables import AuditEntry
 from service.buildings import store as building_store
@@ -64,7 +64,7 @@ def test_what_a_person_changes_by_a_form_is_kept(database_url: str, sessions: se
 
 
 def test_the_entry_stands_and_falls_with_the_change(sessions: sessionmaker[Session]) -> None:
-    writing = audited(sessions, lambda: Deed("Jo", "here", "POST", "/", {}), lambda: NOW)
+    writing = audited(sessions, lambda: AuditContext("Jo", "here", "POST", "/", {}), lambda: NOW)
     with writing.begin() as session:
         session.scalars(select(Building)).all()
     with writing() as session:

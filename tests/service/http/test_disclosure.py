@@ -14,7 +14,7 @@ from monitoring import building_file
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.access import keys
-from service.access.auditing import Deed, note
+from service.access.auditing import AuditContext, note
 from service.access.roles import Role
 from service.alerts.tables import Silence
 from service.buildings import recipients, store as building_store
@@ -89,7 +89,7 @@ def test_no_answer_names_the_host_that_was_asked_for(
 ) -> None:
     with stored.begin() as session:
         for _ in range(2):
-            note(session, Deed("me", "here", "POST", "/", {}), NOW)
+            note(session, AuditContext("me", "here", "POST", "/", {}), NOW)
     link = asking.get("/api/v1/audit?limit=1", headers=engineer | {"Host": "evil.example"}).headers["link"]
     assert re.fullmatch(r'</api/v1/audit\?limit=1&cursor=\d+>; rel="next"', link)
     answer = asking.get("/fdsnws/station/1/application.wadl", headers={"Host": "evil.example"})

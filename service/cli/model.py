@@ -1,0 +1,311 @@
+"""`menshin model` and `menshin effects`: models of the isolation layer compared with records, without a database."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from service.cli.inputs import (
+    add_own_effects,
+    end_without_records,
+    read_building,
+    read_records,
+    read_usable_records,
+    refusals,
+    write_json,
+    write_text,
+)
+
+if TYPE_CHECKING:
+    from core.workbench.earthquakes import Earthquakes
+    from service.jobs.progress import Tell
+
+app = typer.Typer(
+    no_args_is_help=True, help="Models of the isolation layer, compared with records.", callback=add_own_effects
+)
+effects_app = typer.Typer()
+
+Building = Annotated[Path, typer.Option(exists=True, dir_okay=False, help="Building file (TOML).")]
+Model = Annotated[Path, typer.Argument(exists=True, dir_okay=False, metavar="MODEL", help="Model file (TOML).")]
+Files = Annotated[
+    list[Path],
+    typer.Argument(
+        exists=True,
+        dir_okay=False,
+        metavar="FILE...",
+        help="Records as `menshin analyse` takes them; files that overlap in time are one earthquake.",
+    ),
+]
+Json = Annotated[Path | None, typer.Option(dir_okay=False, help="Write all numbers here, in SI units.")]
+Html = Annotated[Path | None, typer.Option(dir_okay=False, help="Write text, tables and pictures here, as one file.")]
+Output = Annotated[Path, typer.Option("--output", "-o", dir_okay=False, help="Model file (TOML) to write.")]
+HoldOut = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--hold-out",
+        exists=True,
+        dir_okay=False,
+        help="A record of an earthquake that is not fitted but validates the result; may be repeated.",
+    ),
+]
+
+
+class Direction(StrEnum):
+    """Horizontal directions of a model."""
+
+    x = "x"
+    y = "y"
+    xy = "xy"
+
+
+@app.command()
+def new(
+    building: Building,
+    output: Output,
+    direction: Annotated[
+        Direction, typer.Option(help="x or y; xy for one set of values that holds in both, each seeing the other.")
+    ] = Direction.x,
+) -> None:
+    """Write the first model of a building, from its file's design values.
+
+    Elastic, viscous and, where the yield force is given, hysteretic. Without design values it is a linear start, to be
+    fitted to records.
+    """
+    from core.fitting.first_model import first_model
+    from service.models.model_file import ModelFile, written
+
+    description = read_building(building).description
+    first = first_model(description)
+    model = ModelFile(description.code, direction.value, first.isolator, assumed=first.assumed)
+    measured = description.horizontal_directions
+    if missing := [one for one in model.directions if one not in measured]:
+        raise typer.BadParameter(
+            f"{description.code} does not measure direction {' and '.join(missing)}; it measures "
+            f"{' and '.join(measured) or 'neither'}",
+            param_hint="--direction",
+        )
+    write_text(written(model), output)
+    typer.echo(f"{output}: {', '.join(first.isolator.effects)}")
+    if first.assumed:
+        typer.echo(
+            f"{', '.join(first.assumed)}: not given in [isolation.design], only a start; `menshin model fit` fits them"
+        )
+
+
+@app.command()
+def fit(
+    model: Model,
+    files: Files,
+    building: Building,
+    output: Output,
+    hold_out: HoldOut = None,
+    json: Json = None,
+) -> None:
+    """Fit a model's values to records, all of them at once.
+
+    What the layer keeps passes from each earthquake to the next in the order of time. Shows the values with their
+    standard deviations, those that the records cannot tell apart or determine, and the error before and after.
+    Exit code 0: fitted, also where a value is at the end of its range or not determined, which is shown; 1: no record
+    can be used.
+    """
+    from rich.console import Console
+
+    from service.models.model_file import written
+    from service.models.workbench.fit_json import as_json
+    from service.models.workbench.fit_summary import summary
+    from service.models.workbench.work import fit as fit_model
+
+    with _progress_bar() as tell:
+        described, records = read_usable_records(model, files, building, tell, hold_out or ())
+        with refusals():
+            fitted = fit_model(described, model.name, records, tell)
+    write_text(written(fitted.model), output)
+    Console().print(summary(fitted))
+    if json is not None:
+        write_json(as_json(fitted), json)
+
+
+@app.command()
+def compare(model: Model, files: Files, building: Building, json: Json = None, html: Html = None) -> None:
+    """Compare a model with records: its errors, and where it fails.
+
+    Driven by the measured motion, its force is compared with the estimated one; driven by the ground alone, the layer's
+    displacement and the floors' accelerations with those measured. Exit code 0: compared; 1: no record can be used.
+    """
+    from rich.console import Console
+
+    from service.models.workbench.comparison_json import as_json
+    from service.models.workbench.page import page
+    from service.models.workbench.summary import summary
+    from service.models.workbench.work import compare as compare_model
+
+    with _progress_bar() as tell:
+        described, records = read_usable_records(model, files, building, tell)
+        with refusals():
+            compared = compare_model(described, records, tell)
+    Console().print(summary(compared))
+    if json is not None:
+        write_json(as_json(compared), json)
+    if html is not None:
+        write_text(page(compared), html)
+
+
+@app.command()
+def diagnose(
+    model: Model,
+    files: Files,
+    building: Building,
+    hold_out: HoldOut = None,
+    json: Json = None,
+    html: Html = None,
+) -> None:
+    """Name the physical effect that a model lacks, by records: one, none, or one that is not known.
+
+    Each effect that the model does not have is added in turn, and everything is fitted again. Shows what could decide
+    where the records do not, and validates the result on earthquakes held out. Nothing is changed: see `menshin model
+    add`. Exit code 0: diagnosed; 1: no record can be used.
+    """
+    from rich.console import Console
+
+    from service.models.workbench.diagnosis_json import as_json
+    from service.models.workbench.diagnosis_page import page
+    from service.models.workbench.diagnosis_summary import summary
+    from service.models.workbench.work import diagnose as diagnose_model
+
+    with _progress_bar() as tell:
+        described, records = read_records(model, files, building, tell, hold_out or ())
+        if not records.observations:
+            _end_with_suspicions(described.building, records, json)
+        with refusals():
+            diagnosed = diagnose_model(described, model.name, records, tell)
+    Console().print(summary(diagnosed))
+    if json is not None:
+        write_json(as_json(diagnosed), json)
+    if html is not None:
+        write_text(page(diagnosed), html)
+
+
+def _end_with_suspicions(building: str, records: "Earthquakes", json: Path | None) -> None:
+    """End the command without usable records; faults of the sensors, if there are any, are the diagnosis."""
+    from core.diagnosis.suspicion import suspicions
+    from core.workbench.diagnosing import fault_sentences
+    from service.models.workbench.diagnosis_json import without_earthquakes
+
+    suspected = () if records.description is None else suspicions(records.analyses, records.description)
+    if suspected:
+        typer.echo("\n".join(fault_sentences(suspected)))
+        if json is not None:
+            write_json(without_earthquakes(building, suspected, records.unused), json)
+    end_without_records(records)
+
+
+@app.command()
+def add(
+    effect: Annotated[str, typer.Argument(metavar="EFFECT", help="Name; `menshin effects` lists them.")],
+    model: Model,
+    files: Files,
+    building: Building,
+    output: Output,
+    hold_out: HoldOut = None,
+    json: Json = None,
+) -> None:
+    """Add an effect to a model and fit everything again; the error before and after shows its worth.
+
+    The effect is added whether or not the records support it, and the result says which.
+    Exit code 0: added; 1: no record can be used; 2: no such effect, or the model has it already.
+    """
+    from rich.console import Console
+
+    from service.models.model_file import written
+        from service.models.workbench.adding_output import as_json, summary
+    from service.models.workbench.work import add as added
+
+    _check_known(effect, "EFFECT")
+    with _progress_bar() as tell:
+        described, records = read_usable_records(model, files, building, tell, hold_out or ())
+        if effect in described.isolator.effects:
+            raise typer.BadParameter(f"{model} has {effect} already; `menshin model fit` fits it", param_hint="EFFECT")
+        with refusals():
+            extended = added(effect, described, model.name, records, tell)
+    write_text(written(extended.model), output)
+    Console().print(summary(extended))
+    if json is not None:
+        write_json(as_json(extended), json)
+
+
+@app.command()
+def improve(
+    model: Model,
+    files: Files,
+    building: Building,
+    output: Output,
+    hold_out: HoldOut = None,
+    json: Json = None,
+    html: Html = None,
+) -> None:
+    """Diagnose a model and add the effect that the records support, again and again, until there is none.
+
+    An effect that does not lower the error on the earthquakes held out is not added; where something unknown
+    is missing, only one that lowers it is. The page is that of the first diagnosis.
+    Exit code 0: done; 1: no record can be used.
+    """
+    from rich.console import Console
+
+    from service.models.model_file import written
+    from service.models.workbench.diagnosis_page import page
+    from service.models.workbench.improving_output import as_json, summary
+    from service.models.workbench.work import diagnosis, improve as improved
+
+    with _progress_bar() as tell:
+        described, records = read_usable_records(model, files, building, tell, hold_out or ())
+        with refusals():
+            better = improved(described, model.name, records, tell)
+    write_text(written(better.model), output)
+    Console().print(summary(better))
+    if json is not None:
+        write_json(as_json(better), json)
+    if html is not None:
+        write_text(page(diagnosis(better.result.rounds[0], described, model.name)), html)
+
+
+@effects_app.command()
+def effects(
+    name: Annotated[str | None, typer.Argument(help="Of one effect; without it all are listed, by family.")] = None,
+) -> None:
+    """Explain the effects that a model of the isolation layer may have: law, parameters, when to suspect one."""
+    from rich.console import Console
+
+    from core.effects import EFFECTS
+    from service.models.workbench.effect_sheets import overview, sheet
+
+    add_own_effects()
+    if name is not None:
+        _check_known(name, "NAME")
+    Console().print(overview(EFFECTS) if name is None else sheet(name, EFFECTS[name]))
+
+
+def _check_known(effect: str, argument: str) -> None:
+    from core.effects import EFFECTS
+
+    if effect not in EFFECTS:
+        message = f"there is no effect {effect!r}; there are {', '.join(sorted(EFFECTS))}"
+        raise typer.BadParameter(message, param_hint=argument)
+
+
+@contextmanager
+def _progress_bar() -> Iterator["Tell"]:
+    """A progress bar on a terminal, which disappears at the end; nothing where the output goes into a file."""
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
+        task = progress.add_task("")
+
+        def tell(doing: str, done: int, of: int) -> None:
+            progress.update(task, description=doing, completed=done, total=of)
+
+        yield tell
