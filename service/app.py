@@ -13,8 +13,8 @@ from fastapi.staticfiles import StaticFiles
 
 from service import errors
 from service.access import api as access_api, auth, pages as access_pages
-from service.access.attempts import Attempts
 from service.access.callers import Callers
+from service.access.logins import Attempts
 from service.access.roles import Caller
 from service.alerts import api as alert_api, pages as alert_pages
 from service.analyses import pages as analysis_pages
@@ -28,7 +28,7 @@ from service.health.api.metrics import Measured
 from service.http import pages as http_pages
 from service.http.guard import Guard
 from service.http.rendering import FOLDER
-from service.http.request_capture import Heard
+from service.http.request_capture import RequestCapture
 from service.http.responses import Answers
 from service.jobs import api as job_api
 from service.models.api import comparisons, effects, models
@@ -94,7 +94,7 @@ def create(settings: Settings, visitor: Caller | None = None) -> FastAPI:
     app.state.ending = Signal()
     app.state.unready_since = {}  # by the name of a check
     app.state.metrics = metrics.registry(app.state.reading)
-    app.add_middleware(Heard)
+    app.add_middleware(RequestCapture)
     app.add_middleware(Guard, ending=app.state.ending, refusal=http_pages.of_service)
     app.add_middleware(Measured, registry=app.state.metrics)
     errors.install(app)

@@ -19,7 +19,7 @@ from service.alerts import periodic_checks
 from service.buildings.tables import Building
 from service.db import leases
 from service.db.leases import POLLING, POLLING_LEASE
-from service.db.outage import Attempts
+from service.db.problems import Attempts
 from service.records.lanes import Lanes
 from service.records.polling import SourcePoller
 from service.records.tables import SourceState

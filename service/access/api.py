@@ -1,43 +1,29 @@
-"""What people did."""
+"""The audit trail in the API."""
 
-from typing import Annotated, Any
+from typing import Annotated
 
-import orjson
-from fastapi import APIRouter, Depends, Query, Request, Response
+from fastapi import APIRouter, Depends, Query
 
-from service.access import audit_queries
+from service.access import auditing
 from service.access.auth import engineer
 from service.alerts.schema import Audit, AuditRow
-from service.http.parameters import Before, Limit, Reading, Time
-from service.http.responses import Format, responses, table, wants_csv
+from service.http.parameters import Before, Limit, Reading, Time, next_number
+from service.http.responses import TaggedRoute, table_responses
 
-router = APIRouter(tags=["operations"], dependencies=[Depends(engineer)])
+router = APIRouter(tags=["operations"], dependencies=[Depends(engineer)], route_class=TaggedRoute)
 
 
-@router.get("/audit", operation_id="list_audit", **responses(Audit, csv=True))
+@router.get("/audit", operation_id="list_audit", **table_responses(Audit))
 def entries(
-    request: Request,
     sessions: Reading,
-    by: Annotated[str | None, Query(description="Only what this key or account did.", max_length=100)] = None,
-    after: Annotated[Time | None, Query(description="Only what was done then or later.")] = None,
-    before: Annotated[Time | None, Query(description="Only what was done before that.")] = None,
+    by: Annotated[str | None, Query(description="Only changes by this key or account.", max_length=100)] = None,
+    after: Annotated[Time | None, Query(description="Only changes at this time or later.")] = None,
+    before: Annotated[Time | None, Query(description="Only changes before this time.")] = None,
     cursor: Before = None,
     limit: Limit = 50,
-    format: Format = None,
-) -> Response:
-    """What people changed, by the API, a page or a command, the latest first; it takes an engineer's key."""
+) -> Audit:
+    """Changes that people made by the API, a page or a command, the latest first; needs an engineer's key."""
     with sessions() as session:
-        found = audit_queries.entries(session, by, after, before, cursor, limit)
-    columns = tuple(AuditRow.model_fields)
-    as_text = wants_csv(request, format)
-    rows = [
-        (one.id, one.at, one.by, one.address, one.action, one.target, _text(one.details) if as_text else one.details)
-        for one in found
-    ]
-    last = str(found[-1].id) if len(found) == limit and found[-1].id > 1 else None
-    return table(request, format, columns, rows, last)
-
-
-def _text(details: dict[str, Any]) -> str:
-    """One field of CSV."""
-    return orjson.dumps(details).decode()
+        rows = auditing.entries(session, by, after, before, cursor, limit)
+        items = [AuditRow.model_validate(row) for row in rows]
+    return Audit(items=items, next=next_number([row.id for row in rows], limit))

@@ -5,16 +5,17 @@ because it repeats an earlier one, leaves none.
 """
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any
 from urllib.parse import urlsplit
 
-from sqlalchemy import event
+from sqlalchemy import event, select
 from sqlalchemy.orm import ORMExecuteState, Session, sessionmaker
 
 from service.access.tables import AuditEntry
+from service.db.select import latest
 
 CONTEXT, CLOCK, CHANGED = "audit_context", "clock", "changed"
 """Keys of a session's `info`."""
@@ -132,3 +133,22 @@ def _write(session: Session) -> None:
 event.listen(AuditedSession, "after_flush", _note_flush)
 event.listen(AuditedSession, "do_orm_execute", _note_statement)
 event.listen(AuditedSession, "before_commit", _write)
+
+
+def entries(
+    session: Session,
+    by: str | None,
+    after: datetime | None,
+    before: datetime | None,
+    cursor: int | None,
+    limit: int,
+) -> Sequence[AuditEntry]:
+    """What people changed, the latest first; `cursor` is the number at which the page before ended."""
+    question = select(AuditEntry)
+    if by is not None:
+        question = question.where(AuditEntry.by == by)
+    if after is not None:
+        question = question.where(AuditEntry.at >= after)
+    if before is not None:
+        question = question.where(AuditEntry.at < before)
+    return session.scalars(latest(question, AuditEntry.id, cursor, limit)).all()

@@ -16,8 +16,7 @@ from service.access import logins
 from service.access.auditing import AuditContext, note
 from service.access.auth import COOKIE, SAFE_COOKIE, Caller, is_cross_site, is_secure, login, viewer
 from service.errors import ForbiddenError, LoginWantedError, UnauthorizedError
-from service.http import bodies
-from service.http.forms import NOT_REFUSED, Refused
+from service.http.forms import NOT_REFUSED, Refused, read_body
 from service.http.rendering import page
 
 OURS = re.compile(r"/([a-z]+(/[\w-]+)*)?(\?[\w=&%.-]*)?", re.ASCII)
@@ -79,7 +78,7 @@ async def form(
 async def log_in(request: Request) -> Response:
     """Begin a session for a good key and go on; ask again for another."""
     refuse_other_sites(request)
-    posted = parse_qs(await bodies.text(request, MOST))
+    posted = parse_qs(await read_body(request, MOST))
     key, wanted = ((posted.get(name) or [""])[-1].strip() for name in ("key", "next"))
     return await begun(request, key, is_link=False, wanted=wanted)
 

@@ -18,7 +18,7 @@ from service.alerts.schema import (
     Silences,
 )
 from service.buildings import queries as building_queries
-from service.http.parameters import LARGEST, Before, Code, Limit, Reading, Writing
+from service.http.parameters import LARGEST, Before, Code, Limit, Reading, Writing, next_number
 from service.http.responses import Format, document, responses, table, wants_csv
 from service.models.api.models import making
 
@@ -55,7 +55,7 @@ def every(
     with sessions() as session:
         of = None if building is None else building_queries.building(session, building)[0].id
         rows = [answers.row(one) for one in queries.every(session, of, state, kind, cursor, limit)]
-    last = str(rows[-1].id) if len(rows) == limit and rows[-1].id > 1 else None
+    last = next_number([row.id for row in rows], limit)
     is_csv = wants_csv(request, format)
     lines = [answers.cells(one) if is_csv else tuple(one.model_dump().values()) for one in rows]
     return table(request, format, tuple(AlertLine.model_fields), lines, last)

@@ -13,7 +13,7 @@ from service.alerts.data_health import Patience, Rejected, Sighting, Source, Wor
 from service.buildings import store as building_store
 from service.buildings.description import BuildingFile
 from service.buildings.tables import Building
-from service.db.disk import free_bytes
+from service.db.sessions import free_bytes
 from service.health import queries as health_queries
 from service.records import queries as record_queries
 from service.records.tables import SourceState

@@ -10,9 +10,8 @@ from service.access.pages import reader
 from service.analyses import queries
 from service.analyses.tables import Analysis, DirectionResult, LayerResult
 from service.buildings import queries as building_queries
-from service.buildings.api import following
 from service.db.select import Span
-from service.http.parameters import Code, Cursor, Id, Reading, place
+from service.http.parameters import Code, Cursor, Id, Reading, next_place, place
 from service.http.rendering import page
 from service.records import queries as record_queries
 from service.records.tables import Event
@@ -95,7 +94,7 @@ def of_building(request: Request, code: Code, sessions: Reading, cursor: Cursor 
             rows=[_line(event, analysis, peaks, directions) for event, analysis in pairs],
             directions=directions,
             is_later=cursor is not None,
-            following=following([(event.start, event.id) for event, _ in pairs], LISTED),
+            following=next_place([(event.start, event.id) for event, _ in pairs], LISTED),
         )
 
 

@@ -1,17 +1,14 @@
 """The API of buildings: descriptions, events, equivalent stiffness and modes over the years."""
 
-from datetime import datetime
-
-from fastapi import APIRouter, Request, Response
+from fastapi import APIRouter
 
 from service.analyses import history, mode_tracks
 from service.analyses.mode_tracks import Sighting, TrackedMode
-from service.analyses.schema import EventRow, Events
-from service.analyses.series_schema import CycleRow, Cycles, ModeRow, Modes, SightingOut, TrackOut, Tracks
+from service.analyses.schema import Events
+from service.analyses.series_schema import Cycles, Modes, SightingOut, TrackOut, Tracks
 from service.buildings import queries
-from service.buildings.schema import BuildingOut, BuildingRow, Buildings, ChannelOut, LevelOut
+from service.buildings.schema import BuildingOut, Buildings, ChannelOut, LevelOut
 from service.buildings.store import described
-from service.db.select import Place
 from service.http.parameters import (
     AnyDirection,
     Code,
@@ -21,39 +18,35 @@ from service.http.parameters import (
     MinimumPga,
     Reading,
     RowLimit,
+    next_place,
     place,
 )
-from service.http.responses import Format, document, responses, table
+from service.http.responses import TaggedRoute, responses, rows_of, table_responses
 from service.records import queries as record_queries
 from service.verdict import reading
 from service.verdict.documents import assessment_json
 from service.verdict.schema import VerdictOut
 
-router = APIRouter(prefix="/buildings", tags=["buildings"])
+router = APIRouter(prefix="/buildings", tags=["buildings"], route_class=TaggedRoute)
 
 
-def following(rows: list[tuple[datetime, int]], limit: int) -> str | None:
-    """The cursor of the next page; None where this one was not full."""
-    return str(Place(*rows[-1])) if len(rows) == limit else None
-
-
-@router.get("", operation_id="list_buildings", **responses(Buildings, csv=True))
-def buildings(request: Request, sessions: Reading, format: Format = None) -> Response:
+@router.get("", operation_id="list_buildings", **table_responses(Buildings))
+def buildings(sessions: Reading) -> Buildings:
     """Every building, by code."""
     with sessions() as session:
         rows = [(b.code, b.name, events, last) for b, _, events, last in queries.buildings(session)]
-    return table(request, format, tuple(BuildingRow.model_fields), rows, None)
+    return rows_of(Buildings, rows)
 
 
 @router.get("/{code}", operation_id="get_building", **responses(BuildingOut, 404))
-def building(request: Request, code: Code, sessions: Reading) -> Response:
+def building(code: Code, sessions: Reading) -> BuildingOut:
     """A building's current description: levels, sensors, isolation layer."""
     with sessions() as session:
         found, revision = queries.building(session, code)
         file = described(session, found)
         verdict = VerdictOut(**assessment_json(reading.of_building(session, found)))
     description = file.description
-    answer = BuildingOut(
+    return BuildingOut(
         code=found.code,
         name=found.name,
         revision=revision.number,
@@ -68,20 +61,17 @@ def building(request: Request, code: Code, sessions: Reading) -> Response:
         levels=[LevelOut.model_validate(level) for level in description.levels],
         channels=[ChannelOut.model_validate(channel) for channel in description.channels],
     )
-    return document(request, answer)
 
 
-@router.get("/{code}/events", operation_id="list_events", **responses(Events, 404, csv=True))
+@router.get("/{code}/events", operation_id="list_events", **table_responses(Events, 404))
 def events(
-    request: Request,
     code: Code,
     sessions: Reading,
     span: EventSpan,
     min_pga: MinimumPga = None,
     cursor: Cursor = None,
     limit: Limit = 50,
-    format: Format = None,
-) -> Response:
+) -> Events:
     """The building's events, the latest first."""
     with sessions() as session:
         found, _ = queries.building(session, code)
@@ -90,60 +80,52 @@ def events(
         (e.id, e.start, e.end, e.state, e.reason, a and a.pga, a and a.id)
         for e, a in pairs
     ]  # fmt: skip
-    last = following([(e.start, e.id) for e, _ in pairs], limit)
-    return table(request, format, tuple(EventRow.model_fields), rows, last)
+    last = next_place([(e.start, e.id) for e, _ in pairs], limit)
+    return rows_of(Events, rows, last)
 
 
-@router.get("/{code}/equivalent", operation_id="list_equivalent", **responses(Cycles, 404, csv=True))
+@router.get("/{code}/equivalent", operation_id="list_equivalent", **table_responses(Cycles, 404))
 def equivalent(
-    request: Request,
     code: Code,
     sessions: Reading,
     span: EventSpan,
     direction: AnyDirection = None,
     cursor: Cursor = None,
     limit: RowLimit = 5000,
-    format: Format = None,
-) -> Response:
+) -> Cycles:
     """Equivalent stiffness and damping of the isolation layer, a row per cycle of each event, the earliest first."""
     with sessions() as session:
         found, _ = queries.building(session, code)
         rows = history.cycles(session, found.id, span, direction, place(cursor), limit)
-    last = following([(row.event_start, row.id) for row in rows], limit)
-    columns = tuple(CycleRow.model_fields)
-    return table(request, format, columns, [row[:-1] for row in rows], last, building=code)
+    last = next_place([(row.event_start, row.id) for row in rows], limit)
+    return rows_of(Cycles, [row[:-1] for row in rows], last, building=code)
 
 
-@router.get("/{code}/modes", operation_id="list_modes", **responses(Modes, 404, csv=True))
+@router.get("/{code}/modes", operation_id="list_modes", **table_responses(Modes, 404))
 def modes(
-    request: Request,
     code: Code,
     sessions: Reading,
     span: EventSpan,
     direction: AnyDirection = None,
     cursor: Cursor = None,
     limit: RowLimit = 5000,
-    format: Format = None,
-) -> Response:
+) -> Modes:
     """Frequencies and damping ratios of the superstructure, a row per mode of each event, the earliest first."""
     with sessions() as session:
         found, _ = queries.building(session, code)
         rows = history.modes(session, found.id, span, direction, place(cursor), limit)
-    last = following([(row.event_start, row.id) for row in rows], limit)
-    columns = tuple(ModeRow.model_fields)
-    return table(request, format, columns, [row[:-1] for row in rows], last, building=code)
+    last = next_place([(row.event_start, row.id) for row in rows], limit)
+    return rows_of(Modes, [row[:-1] for row in rows], last, building=code)
 
 
 @router.get("/{code}/mode-tracks", operation_id="list_mode_tracks", **responses(Tracks, 404))
-def tracks(
-    request: Request, code: Code, sessions: Reading, span: EventSpan, direction: AnyDirection = None
-) -> Response:
+def tracks(code: Code, sessions: Reading, span: EventSpan, direction: AnyDirection = None) -> Tracks:
     """The modes of the superstructure, each followed over the latest events by its frequency and shape."""
     with sessions() as session:
         found, _ = queries.building(session, code)
         asked = mode_tracks.DIRECTIONS if direction is None else (direction,)
         modes = [mode for one in asked for mode in mode_tracks.tracked_modes(session, found.id, span, one)]
-    return document(request, Tracks(building=code, items=[_track(mode) for mode in modes]))
+    return Tracks(building=code, items=[_track(mode) for mode in modes])
 
 
 def _track(mode: TrackedMode) -> TrackOut:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from core.description import BuildingDescription
     from core.workbench.earthquakes import Earthquakes
     from service.buildings.description import BuildingFile
-    from service.jobs.progress import Tell
+    from service.jobs.stages import Tell
     from service.models.model_file import ModelFile
     from service.settings import Settings
 

@@ -21,7 +21,7 @@ from service.cli.inputs import (
 
 if TYPE_CHECKING:
     from core.workbench.earthquakes import Earthquakes
-    from service.jobs.progress import Tell
+    from service.jobs.stages import Tell
 
 app = typer.Typer(
     no_args_is_help=True, help="Models of the isolation layer, compared with records.", callback=add_own_effects
@@ -220,7 +220,7 @@ def add(
     from rich.console import Console
 
     from service.models.model_file import written
-        from service.models.workbench.adding_output import as_json, summary
+    from service.models.workbench.adding_output import as_json, summary
     from service.models.workbench.work import add as added
 
     _check_known(effect, "EFFECT")

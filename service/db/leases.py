@@ -2,11 +2,10 @@
 
 from datetime import datetime, timedelta
 
-from sqlalchemy import delete
+from sqlalchemy import ColumnElement, delete
 from sqlalchemy.dialects import postgresql, sqlite
-from sqlalchemy.orm import Session
+from sqlalchemy.orm import InstrumentedAttribute, Session
 
-from service.db.deadlines import has_passed
 from service.jobs.tables import Lease
 
 POLLING = "polling"
@@ -32,3 +31,19 @@ def hold(session: Session, name: str, holder: str, now: datetime, duration: time
 def give_up(session: Session, name: str, holder: str) -> None:
     """Let another process have it at once."""
     session.execute(delete(Lease).where(Lease.name == name, Lease.holder == holder))
+
+
+AHEAD = 2
+"""Lengths from now after which no end can lie: one of its own, and one by which two machines' clocks may differ."""
+
+
+def has_passed(end: datetime, now: datetime, length: timedelta) -> bool:
+    """Whether a wait of this length is over."""
+    return not now < end <= now + AHEAD * length
+
+
+def is_wrong(
+    end: InstrumentedAttribute[datetime] | InstrumentedAttribute[datetime | None], now: datetime, length: timedelta
+) -> ColumnElement[bool]:
+    """Whether the end in a column lies further ahead than it can, as a condition: then it has passed as well."""
+    return end > now + AHEAD * length

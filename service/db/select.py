@@ -1,15 +1,17 @@
-"""What questions to the database are made of, and what a list is limited to."""
+"""Parts of queries: pages of lists, and spans of events."""
 
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
-from typing import Any
+from typing import Any, TypeVar
 
 from sqlalchemy import Row, Select
+from sqlalchemy.orm import InstrumentedAttribute
 
 from service.records.tables import Event
 
 Question = Select[*tuple[Any, ...]]
 Line = Row[*tuple[Any, ...]]
+R = TypeVar("R")
 EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 
 
@@ -42,3 +44,10 @@ class Span:
         if self.after is not None:
             question = question.where(Event.start >= self.after)
         return question if self.before is None else question.where(Event.start < self.before)
+
+
+def latest(query: Select[R], number: InstrumentedAttribute[int], before: int | None, limit: int) -> Select[R]:
+    """A page of rows by falling number; `before` is the number at which the page before ended."""
+    if before is not None:
+        query = query.where(number < before)
+    return query.order_by(number.desc()).limit(limit)

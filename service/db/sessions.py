@@ -1,6 +1,7 @@
 """How the database is reached: the same way for SQLite and PostgreSQL."""
 
 import os
+import shutil
 import sqlite3
 import stat
 from pathlib import Path
@@ -118,3 +119,11 @@ def _refuse_nul(_: Connection, __: object, ___: str, parameters: Any, *____: obj
 def _begin(connection: Connection) -> None:
     reads = connection.get_execution_options().get(READING, False)
     connection.exec_driver_sql("BEGIN" if reads else "BEGIN IMMEDIATE")
+
+
+def free_bytes(session: Session) -> int | None:
+    """Of the disk that the database's file is on; None of a server, which is not ours to look after."""
+    address = session.get_bind().engine.url
+    if address.get_backend_name() != "sqlite" or not address.database or address.database == ":memory:":
+        return None
+    return shutil.disk_usage(Path(address.database).parent).free

@@ -7,7 +7,6 @@ from fastapi import APIRouter, Body, Query, Request, Response
 
 from service.analyses import history as analysis_history
 from service.buildings import queries as building_queries, reference_periods
-from service.buildings.api import following
 from service.drift import queries
 from service.drift.baseline import baseline_answer
 from service.drift.schema import (
@@ -26,7 +25,7 @@ from service.drift.schema import (
     SeriesRow,
     SeriesRows,
 )
-from service.http.parameters import LARGEST, Code, Cursor, EventSpan, Reading, RowLimit, Writing, place
+from service.http.parameters import LARGEST, Code, Cursor, EventSpan, Reading, RowLimit, Writing, next_place, place
 from service.http.responses import Format, document, responses, table, wants_csv
 from service.models.api.models import By, making
 
@@ -114,7 +113,7 @@ def history(
     with sessions() as session:
         found, _ = building_queries.building(session, code)
         rows = queries.values(session, found.id, span, quantity, subject, place(cursor), limit)
-    last = following([(row.event_start, row.id) for row in rows], limit)
+    last = next_place([(row.event_start, row.id) for row in rows], limit)
     return table(request, format, tuple(DriftRow.model_fields), [row[:-1] for row in rows], last, building=code)
 
 

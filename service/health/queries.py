@@ -7,7 +7,7 @@ from sqlalchemy import func, or_, select
 from sqlalchemy.orm import Session
 
 from service.analyses.tables import Analysis
-from service.db.deadlines import is_wrong
+from service.db.leases import is_wrong
 from service.db.select import Line
 from service.jobs.tables import Job
 from service.models.tables import ModelVersion

@@ -14,9 +14,8 @@ from sqlalchemy.orm import Session
 from service.alerts.tables import Alert
 from service.buildings import store as building_store
 from service.buildings.tables import Building, Revision
-from service.db.deadlines import has_passed
-from service.db.disk import free_bytes
-from service.db.leases import POLLING, POLLING_LEASE, WORKING
+from service.db.leases import POLLING, POLLING_LEASE, WORKING, has_passed
+from service.db.sessions import free_bytes
 from service.health import queries
 from service.jobs.tables import Job, Lease
 from service.records import lanes

@@ -9,8 +9,7 @@ from fastapi import Depends, Request, Response
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
-from service.errors import ConflictError, FieldsError, ServiceError, TooManyRequestsError
-from service.http import bodies
+from service.errors import ConflictError, FieldsError, ServiceError, TooLargeError, TooManyRequestsError
 
 Wanted = TypeVar("Wanted", bound=BaseModel)
 MOST = 64 * 1024
@@ -58,7 +57,7 @@ NOT_REFUSED = Refused()
 
 async def posted(request: Request) -> dict[str, str]:
     """The fields of a form, each once."""
-    return {name: values[-1].strip() for name, values in parse_qs(await bodies.text(request, MOST)).items()}
+    return {name: values[-1].strip() for name, values in parse_qs(await read_body(request, MOST)).items()}
 
 
 Form = Annotated[dict[str, str], Depends(posted)]
@@ -130,3 +129,19 @@ def _in_words(error: ErrorDetails) -> str:
 
 def _sentence(words: str) -> str:
     return f"{words[:1].upper()}{words[1:].rstrip('.')}."
+
+
+async def read_body(request: Request, most: int) -> str:
+    """The posted text; bytes that are not UTF-8 are replaced.
+
+    Raises
+    ------
+    TooLargeError
+        It is longer than `most` bytes; the rest of it is not read.
+    """
+    body = bytearray()
+    async for chunk in request.stream():
+        body += chunk
+        if len(body) > most:
+            raise TooLargeError(f"The posted text is longer than {most} bytes; send several shorter ones.")
+    return body.decode("utf-8", "replace")

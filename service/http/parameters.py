@@ -1,5 +1,6 @@
-"""What the parameters of requests may be, and what they mean: one definition for all routes."""
+"""Parameters of requests: one definition for all routes, and the cursors of pages."""
 
+from collections.abc import Sequence
 from datetime import datetime
 from typing import Annotated, Literal
 
@@ -10,7 +11,7 @@ from sqlalchemy.orm import Session, sessionmaker
 from service.access import auth
 from service.access.auditing import AuditContext, audited
 from service.db.select import Place, Span
-from service.http import request_capture
+from service.http.request_capture import captured
 from service.times import read_time
 
 LARGEST = 2**31 - 1
@@ -82,19 +83,29 @@ def place(cursor: str | None) -> Place | None:
     return None if cursor is None else Place.read(cursor)
 
 
+def next_place(rows: Sequence[tuple[datetime, int]], limit: int) -> str | None:
+    """The cursor of the next page by the times and numbers of this one's rows; None where it was not full."""
+    return str(Place(*rows[-1])) if len(rows) == limit else None
+
+
+def next_number(numbers: Sequence[int], limit: int) -> str | None:
+    """The same of a list by falling number."""
+    return str(numbers[-1]) if len(numbers) == limit and numbers[-1] > 1 else None
+
+
 async def of_reading(request: Request) -> sessionmaker[Session]:
     """Sessions that only read."""
-    found: sessionmaker[Session] = request.app.state.reading
-    return found
+    sessions: sessionmaker[Session] = request.app.state.reading
+    return sessions
 
 
 async def of_writing(request: Request) -> sessionmaker[Session]:
-    """Sessions that may write, and tell the audit trail who did."""
+    """Sessions that may write; their changes go on the audit trail."""
 
     def audit_context() -> AuditContext:
         address = request.client.host if request.client else "unknown"
         return AuditContext(
-            auth.caller(request).name, address, request.method, request.url.path, request_capture.said(request.scope)
+            auth.caller(request).name, address, request.method, request.url.path, captured(request.scope)
         )
 
     return audited(request.app.state.sessions, audit_context)

@@ -9,7 +9,7 @@ from fastapi.templating import Jinja2Templates
 from core.rounding import plain, significant, with_std
 from core.units import quantity, shown, unit
 from service.access.auth import login
-from service.jobs import failures
+from service.jobs.schema import error_in_words
 from service.verdict import words
 
 FOLDER = Path(__file__).parent
@@ -43,7 +43,7 @@ TEMPLATES.env.globals |= {
     "state_names": words.STATE_NAMES,
 }
 TEMPLATES.env.filters |= {
-    "words": failures.words,
+    "words": error_in_words,
     "time": time,
     "with_std": with_std,
     "significant": significant,

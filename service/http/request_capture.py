@@ -1,4 +1,4 @@
-"""What did a request that changes something say? Kept beside it for the audit trail, as it comes in."""
+"""The beginning of each request body, captured as it comes in for the audit trail."""
 
 from typing import Any
 from urllib.parse import parse_qs
@@ -7,39 +7,39 @@ import orjson
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 MOST = 16 * 1024
-"""Bytes of a body that are kept; of a longer one the trail has no details."""
+"""Bytes of a body that are captured; of a longer one the trail has no details."""
 BODY = "menshin.body"
 READ_ONLY = frozenset({"GET", "HEAD", "OPTIONS"})
 
 
-class Heard:
-    """The application, with the beginning of every body kept in the request's scope."""
+class RequestCapture:
+    """Middleware that keeps the beginning of every body in the request's scope."""
 
     def __init__(self, app: ASGIApp) -> None:
         self._app = app
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass the request on and keep what it says."""
+        """Pass the request on and capture its body."""
         if scope["type"] != "http" or scope["method"] in READ_ONLY:
             await self._app(scope, receive, send)
             return
         body = scope[BODY] = bytearray()
 
-        async def keeping() -> Message:
+        async def capturing() -> Message:
             message = await receive()
             body.extend(message.get("body", b"")[: MOST + 1 - len(body)])
             return message
 
-        await self._app(scope, keeping, send)
+        await self._app(scope, capturing, send)
 
 
-def said(scope: Scope) -> dict[str, Any]:
-    """A JSON object or the fields of a form; empty where there is neither, or more than is kept."""
+def captured(scope: Scope) -> dict[str, Any]:
+    """A JSON object or the fields of a form; empty where there is neither, or more than is captured."""
     body = bytes(scope.get(BODY, b""))
     if not body or len(body) > MOST:
         return {}
     try:
-        found = orjson.loads(body)
+        content = orjson.loads(body)
     except orjson.JSONDecodeError:
         return {name: values[-1] for name, values in parse_qs(body.decode("utf-8", "replace")).items()}
-    return found if isinstance(found, dict) else {}
+    return content if isinstance(content, dict) else {}

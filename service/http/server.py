@@ -1,7 +1,9 @@
 """The HTTP server: uvicorn with our connections, on a socket that was opened before."""
 
 import contextlib
+import logging
 import socket
+import time
 from collections.abc import Callable, Iterator
 from functools import partial
 from threading import Event as Signal
@@ -10,7 +12,6 @@ import uvicorn
 from fastapi import FastAPI
 
 from service.http.connections import Connection, Crowd, Patience, most_connections
-from service.http.throttle import throttle
 from service.settings import Settings
 
 GRACE = 5
@@ -74,3 +75,41 @@ def server(app: FastAPI, patience: Patience | None = None, answering: Callable[[
         h11_max_incomplete_event_size=HEAD,
     )
     return Server(config, app.state.ending, answering)
+
+
+WINDOW = 60.0
+"""s."""
+MOST = 5
+"""Lines from one place in the program in a WINDOW; the first of the next one says how many were left out."""
+LOGGERS = ("service.http.connections", "uvicorn.error", "asyncio")
+
+
+class Throttle(logging.Filter):
+    """Lets the first lines of each kind in a window pass."""
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        super().__init__()
+        self._clock = clock
+        self._windows: dict[tuple[object, ...], tuple[float, int]] = {}
+
+    def filter(self, record: logging.LogRecord) -> bool:
+        """Whether the line is written."""
+        error = record.exc_info[0] if record.exc_info else None
+        kind = (record.name, record.lineno, record.msg if record.args else None, error)
+        begun, count = self._windows.get(kind, (-float("inf"), 0))
+        now = self._clock()
+        if now - begun < WINDOW:
+            self._windows[kind] = (begun, count + 1)
+            return count < MOST
+        self._windows[kind] = (now, 1)
+        if count > MOST:
+            record.msg = f"{record.msg} ({count - MOST} more such lines were left out)"
+        return True
+
+
+def throttle() -> None:
+    """Throttle the loggers that write whatever the network brings about; those that are throttled stay so."""
+    for name in LOGGERS:
+        logger = logging.getLogger(name)
+        if not any(isinstance(one, Throttle) for one in logger.filters):
+            logger.addFilter(Throttle())

@@ -1,21 +1,21 @@
-"""How the service is doing: its sources and its jobs."""
+"""Sources and jobs in the API."""
 
 from collections.abc import AsyncIterator
 from datetime import UTC, datetime
 from functools import partial
 from typing import Annotated, Literal
 
-from fastapi import APIRouter, Depends, Query, Request, Response
+from fastapi import APIRouter, Depends, Query, Request
 from fastapi.sse import EventSourceResponse
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.access.auth import Caller, Role, engineer
 from service.buildings import queries as building_queries
-from service.buildings.schema import SourceOut, Sources
+from service.buildings.schema import Sources
 from service.buildings.store import described
 from service.errors import ForbiddenError, documented
-from service.http.parameters import LARGEST, Before, JobId, Limit, Reading, Writing
-from service.http.responses import Format, document, responses, table
+from service.http.parameters import LARGEST, Before, JobId, Limit, Reading, Writing, next_number
+from service.http.responses import TaggedRoute, responses, rows_of, table_responses
 from service.http.server_sent_events import followed
 from service.jobs import queries, queue
 from service.jobs.queue import UNDER_WAY
@@ -23,7 +23,7 @@ from service.jobs.schema import JobOut, Jobs
 from service.jobs.tables import Job
 from service.shown_addresses import without_credentials
 
-router = APIRouter(tags=["operations"])
+router = APIRouter(tags=["operations"], route_class=TaggedRoute)
 
 State = Annotated[
     Literal["waiting", "running", "done", "failed", "cancelled"] | None, Query(description="Only jobs in this state.")
@@ -33,9 +33,9 @@ OfModel = Annotated[int | None, Query(description="Only jobs on this model.", ge
 OfEvent = Annotated[int | None, Query(description="Only jobs of this event.", ge=1, le=LARGEST)]
 
 
-@router.get("/sources", operation_id="list_sources", **responses(Sources, csv=True))
-def sources(request: Request, sessions: Reading, format: Format = None) -> Response:
-    """Every building's monitoring server and how it is doing."""
+@router.get("/sources", operation_id="list_sources", **table_responses(Sources))
+def sources(sessions: Reading) -> Sources:
+    """Every building's monitoring server and its state."""
     with sessions() as session:
         rows = [
             (
@@ -47,32 +47,29 @@ def sources(request: Request, sessions: Reading, format: Format = None) -> Respo
             for building, _, state in building_queries.sources(session)
             if (source := described(session, building).source) is not None
         ]
-    return table(request, format, tuple(SourceOut.model_fields), rows, None)
+    return rows_of(Sources, rows)
 
 
 @router.get("/jobs", operation_id="list_jobs", **responses(Jobs))
 def jobs(
-    request: Request,
     sessions: Reading,
     state: State = None,
     event: OfEvent = None,
     model: OfModel = None,
     cursor: Before = None,
     limit: Limit = 50,
-) -> Response:
+) -> Jobs:
     """Jobs, the latest first."""
     with sessions() as session:
-        found = [JobOut.model_validate(job) for job in queries.jobs(session, state, event, model, cursor, limit)]
-    last = str(found[-1].id) if len(found) == limit and found[-1].id > 1 else None
-    return document(request, Jobs(items=found, next=last))
+        items = [JobOut.model_validate(job) for job in queries.jobs(session, state, event, model, cursor, limit)]
+    return Jobs(items=items, next=next_number([job.id for job in items], limit))
 
 
 @router.get("/jobs/{job_id}", operation_id="get_job", **responses(JobOut, 404))
-def job(request: Request, job_id: JobId, sessions: Reading) -> Response:
-    """A job and how far it is."""
+def job(job_id: JobId, sessions: Reading) -> JobOut:
+    """A job and its progress."""
     with sessions() as session:
-        answer = JobOut.model_validate(queries.job(session, job_id))
-    return document(request, answer)
+        return JobOut.model_validate(queries.job(session, job_id))
 
 
 @router.delete(
@@ -91,10 +88,10 @@ def cancel(job_id: JobId, sessions: Writing, by: By) -> JobOut:
 
 
 def cancelled(session: Session, job: Job, by: Caller) -> Job:
-    """The job, which was cancelled for this caller.
+    """The job, cancelled for this caller.
 
     Raises:
-        ForbiddenError: somebody else requested it, and the caller is no admin.
+        ForbiddenError: another key requested it, and the caller is no admin.
         ConflictError: it has ended, or Menshin queued it itself.
     """
     if job.asked_by is not None and not may_cancel(job, by):
@@ -109,7 +106,7 @@ def may_cancel(job: Job, by: Caller) -> bool:
 
 
 def existing(job_id: JobId, sessions: Reading) -> int:
-    """The number of a job that there is; asked before a stream begins, which can only succeed."""
+    """The number of a job that exists; checked before a stream begins, which can only succeed."""
     with sessions() as session:
         return queries.job(session, job_id).id
 

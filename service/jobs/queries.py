@@ -1,10 +1,11 @@
-"""Questions about jobs."""
+"""Queries of jobs."""
 
 from collections.abc import Sequence
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from service.db.select import latest
 from service.errors import NotFoundError
 from service.jobs.tables import Job
 
@@ -17,9 +18,7 @@ def jobs(
     for column, wanted in ((Job.state, state), (Job.event_id, event_id), (Job.model_id, model_id)):
         if wanted is not None:
             question = question.where(column == wanted)
-    if before is not None:
-        question = question.where(Job.id < before)
-    return session.scalars(question.order_by(Job.id.desc()).limit(limit)).all()
+    return session.scalars(latest(question, Job.id, before, limit)).all()
 
 
 def job(session: Session, identity: int) -> Job:

@@ -10,7 +10,7 @@ from sqlalchemy.orm import Session
 
 from service.analyses.tables import Analysis
 from service.buildings.tables import Building
-from service.db.deadlines import is_wrong
+from service.db.leases import is_wrong
 from service.errors import ConflictError, TooManyRequestsError
 from service.jobs.tables import Job
 from service.models.tables import ModelVersion

@@ -1,12 +1,17 @@
-"""Jobs and the service's health, as the API answers them."""
+"""Jobs and the health of the service in the API."""
 
+import re
 from datetime import datetime
 from typing import Any
 
 from pydantic import Field, field_validator
 
-from service.jobs import failures
 from service.schema import Answer
+
+PATH = re.compile(r"(?<![\w.:/])(?:[A-Za-z]:)?[\\/][\w.@~+-]+(?:[\\/][\w.@~+-]*)+")
+"""A path of this machine, two names deep at least."""
+LONGEST = 300
+"""Characters of an error that people may read."""
 
 
 class Progress(Answer):
@@ -40,7 +45,7 @@ class JobOut(Answer):
     @field_validator("error")
     @classmethod
     def _in_words(cls, error: str | None) -> str | None:
-        return None if error is None else failures.words(error)
+        return None if error is None else error_in_words(error)
 
 
 class Jobs(Answer):
@@ -71,3 +76,13 @@ class Readiness(Answer):
 
     status: str = Field(description="`ready`.", examples=["ready"])
     checks: list[CheckOut] = Field(description="All that was checked.")
+
+
+def error_in_words(error: str) -> str:
+    """The last line of a traceback, without paths of this machine: what people may read; the log has the rest.
+
+    Args:
+        error: a traceback as Python writes it, or a message.
+    """
+    lines = error.strip().splitlines()
+    return PATH.sub("(a file)", lines[-1])[:LONGEST] if lines else ""

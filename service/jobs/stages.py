@@ -1,36 +1,98 @@
-"""What a kind of work is: read, computed elsewhere stage by stage, written."""
+"""Kinds of work: inputs are read, computed elsewhere stage by stage with progress, and the results are stored."""
 
+import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, field
 from datetime import datetime
+from pathlib import Path
 from typing import Any
 
 from sqlalchemy.orm import Session
 
-from service.jobs.progress import Tell
 from service.jobs.queue import Claim
 from service.settings import Settings
+
+Tell = Callable[[str, int, int], None]
+"""Reports progress: the current step in words, the number of finished steps, and of all steps."""
+
+
+def silent(doing: str, done: int, of: int) -> None:
+    """Report to no one."""
+
+
+@dataclass(frozen=True, slots=True)
+class Note:
+    """A file in which a computation reports its current step to another process."""
+
+    path: Path
+
+    def __call__(self, doing: str, done: int, of: int) -> None:
+        """Report; failures are ignored, since a Dask worker on another machine has no such folder."""
+        new = self.path.with_suffix(".new")
+        with suppress(OSError):
+            new.write_text(doing, "utf-8")
+            new.replace(self.path)
+
+    def erase(self) -> None:
+        """Remove the file."""
+        self.path.unlink(missing_ok=True)
+
+    def read(self) -> str | None:
+        """The latest report; None before the first."""
+        try:
+            return self.path.read_text("utf-8")
+        except FileNotFoundError:
+            return None
 
 
 @dataclass(frozen=True, slots=True)
 class Stage:
-    """One computation; it receives and returns values, so that any process can do it."""
+    """One computation; it receives and returns values, so that any process can run it."""
 
     doing: str
-    """For who waits."""
+    """Description for people."""
     function: Callable[..., Any]
-    """Of a module."""
+    """A module's function."""
     arguments: Callable[[Sequence[Any], Tell], tuple[Any, ...]]
-    """Of the function, from the results of the stages before and what tells how far it is."""
+    """Arguments of the function, from the results of earlier stages and a progress report."""
 
 
 @dataclass(frozen=True, slots=True)
 class Kind:
-    """A kind of work; what it reads is its own, and so is what its stages return."""
+    """A kind of work with its own types of inputs and results."""
 
     inputs: Callable[[Session, Claim, Settings], Any]
-    """All that it is made from, as it is stored now; raises core's errors where there is too little."""
+    """Reads all inputs as stored now; raises errors of core where they do not suffice."""
     stages: Callable[[Any], Sequence[Stage]]
-    """In order, one at least."""
+    """At least one stage, in order."""
     store: Callable[[Session, Claim, Any, Sequence[Any], datetime], None]
-    """Writes what came of the inputs by the results of all stages, in the transaction that finishes the job."""
+    """Stores the results of all stages, in the transaction that finishes the job."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Running:
+    """A job with a stage under computation."""
+
+    claim: Claim
+    inputs: Any
+    stages: Sequence[Stage]
+    results: tuple[Any, ...] = ()
+    """Results of the finished stages."""
+    note: Note | None = None
+    """Where the stage reports its current step."""
+    told: str | None = None
+    """The latest step that was stored for people to see."""
+    begun: float = field(default_factory=time.monotonic)
+    """Monotonic s at which its first stage began."""
+
+    @property
+    def stage(self) -> Stage:
+        """The stage under computation."""
+        return self.stages[len(self.results)]
+
+    @property
+    def news(self) -> str | None:
+        """The stage's current step, if it is not stored yet."""
+        doing = self.note.read() if self.note else None
+        return None if doing == self.told else doing

@@ -19,14 +19,12 @@ from sqlalchemy.orm import Session, sessionmaker
 from core.errors import CoreError
 from service.db import leases
 from service.db.leases import WORKING
-from service.db.outage import Attempts
+from service.db.problems import Attempts
 from service.db.sessions import reading
 from service.jobs import queue
 from service.jobs.executors import Executors, end, out_of_reach_of_interrupts
-from service.jobs.progress import Note, silent
 from service.jobs.queue import Claim
-from service.jobs.running import Running
-from service.jobs.stages import Kind
+from service.jobs.stages import Kind, Note, Running, silent
 from service.settings import Settings
 
 log = logging.getLogger(__name__)

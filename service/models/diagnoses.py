@@ -9,9 +9,8 @@ import vl_convert
 from sqlalchemy.orm import Session
 
 from core.workbench.earthquakes import Earthquakes
-from service.jobs.progress import Tell
 from service.jobs.queue import Claim
-from service.jobs.stages import Stage
+from service.jobs.stages import Stage, Tell
 from service.jobs.tables import Job
 from service.models.inputs import WorkInputs
 from service.models.model_file import ModelFile

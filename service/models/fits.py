@@ -8,9 +8,8 @@ from typing import Any
 from sqlalchemy.orm import Session
 
 from core.workbench.earthquakes import Earthquakes
-from service.jobs.progress import Tell
 from service.jobs.queue import Claim
-from service.jobs.stages import Stage
+from service.jobs.stages import Stage, Tell
 from service.jobs.tables import Job
 from service.models import results, versions
 from service.models.inputs import FITTED, LEFT_OUT, WorkInputs

@@ -6,7 +6,7 @@ from datetime import datetime, timedelta
 from sqlalchemy import exists, or_, select, update
 from sqlalchemy.orm import Session, aliased
 
-from service.db.deadlines import is_wrong
+from service.db.leases import is_wrong
 from service.notify.channels.alertmanager import STANDING
 from service.notify.tables import Delivery, Message, Receiver
 

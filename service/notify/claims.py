@@ -12,7 +12,7 @@ from sqlalchemy import Select, and_, exists, or_, select, update
 from sqlalchemy.orm import Session, aliased, joinedload
 
 from service.buildings.recipient_rules import shown_address
-from service.db.deadlines import is_wrong
+from service.db.leases import is_wrong
 from service.errors import ConflictError
 from service.notify.outcome import Answer
 from service.notify.tables import Delivery, DeliveryAttempt, Message

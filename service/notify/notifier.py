@@ -13,7 +13,7 @@ from time import monotonic
 from sqlalchemy.exc import OperationalError
 from sqlalchemy.orm import Session, sessionmaker
 
-from service.db.outage import Attempts
+from service.db.problems import Attempts
 from service.db.sessions import reading
 from service.notify import claims, writing
 from service.notify.channels.senders import SENDERS

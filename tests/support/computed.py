@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 from uuid import uuid4
 
-from service.jobs.progress import Note
+from service.jobs.stages import Note
 
 
 class Computed(Executor):

@@ -13,7 +13,6 @@ from service.analyses.series_schema import ForceSeries, LayerMotionSeries, Wavef
 from service.buildings.store import described
 from service.db.blobs import decode
 from service.db.select import Line
-from service.http import numbers
 from service.http.parameters import AnalysisId, ChannelId, HorizontalDirection, Id, Points, Reading
 from service.http.responses import (
     OPTIONS,
@@ -21,6 +20,8 @@ from service.http.responses import (
     Format,
     is_known,
     responses,
+    rounded,
+    series_json,
     series_lines,
     tag,
     unchanged,
@@ -97,14 +98,12 @@ def restoring_force(
 def sampled(result: Line, found: Mapping[str, Vector], chosen: Indices | None) -> dict[str, Vector]:
     """Time and histories as columns, of the samples that were chosen or of all."""
     time = (np.arange(result.length) if chosen is None else chosen) / result.rate
-    return {"time": time} | {
-        name: numbers.rounded(one if chosen is None else one[chosen]) for name, one in found.items()
-    }
+    return {"time": time} | {name: rounded(one if chosen is None else one[chosen]) for name, one in found.items()}
 
 
 def force_document(result: Line, names: Sequence[str], found: Mapping[str, Vector], chosen: Indices | None) -> bytes:
     """The answer as JSON, of the samples that were chosen or of all; a series that is not stored is null."""
-    series = {name: numbers.written(one if chosen is None else one[chosen]) for name, one in found.items()}
+    series = {name: series_json(one if chosen is None else one[chosen]) for name, one in found.items()}
     time = None if chosen is None else chosen / result.rate
     content = dict.fromkeys(names) | described_force(result) | {"time": time} | series
     return orjson.dumps(content, option=OPTIONS)
@@ -152,7 +151,7 @@ def layer_motion(
     chosen = kept(found, result.length, points)
     if csv:
         return written(request, series_lines(sampled(result, found, chosen)), "text/csv", etag)
-    thinned = {name: numbers.written(one if chosen is None else one[chosen]) for name, one in found.items()}
+    thinned = {name: series_json(one if chosen is None else one[chosen]) for name, one in found.items()}
     content = dict.fromkeys(LAYER_NAMES) | {
         "event": result.event,
         "building": result.building,
@@ -185,7 +184,7 @@ def waveform(
         times = [offset + time for offset, (time, _) in zip(offsets, series, strict=True)]
         lines = {
             "time": np.concatenate(times),
-            "samples": np.concatenate([numbers.rounded(samples) for _, samples in series]),
+            "samples": np.concatenate([rounded(samples) for _, samples in series]),
         }
         return written(request, series_lines(lines), "text/csv", etag)
     content = {
@@ -217,5 +216,5 @@ def described_piece(piece: Waveform, series: tuple[Vector, Vector]) -> dict[str,
         "step": 1 / piece.rate,
         "count": piece.count,
         "time": None if samples.size == piece.count else time,
-        "samples": numbers.written(samples),
+        "samples": series_json(samples),
     }

@@ -8,14 +8,15 @@ from fastapi import APIRouter, Path, Request, Response
 
 from service.analyses.api.series import kept
 from service.db.blobs import decode
-from service.http import numbers
-from service.http.parameters import LARGEST, Before, Limit, ModelId, Points, Reading
+from service.http.parameters import LARGEST, Before, Limit, ModelId, Points, Reading, next_number
 from service.http.responses import (
     OPTIONS,
     Format,
     document,
     is_known,
     responses,
+    rounded,
+    series_json,
     series_lines,
     tag,
     unchanged,
@@ -63,7 +64,7 @@ def force(
     shown = series if chosen is None else {name: one[chosen] for name, one in series.items()}
     if csv:
         time = (np.arange(count) if chosen is None else chosen) / measured.rate
-        lines = {"time": time} | {name: numbers.rounded(one) for name, one in shown.items()}
+        lines = {"time": time} | {name: rounded(one) for name, one in shown.items()}
         return answered(request, series_lines(lines), "text/csv", etag)
     content = {
         "comparison": found.id,
@@ -75,7 +76,7 @@ def force(
         "step": 1 / measured.rate,
         "count": count,
         "time": None if chosen is None else chosen / measured.rate,
-    } | {name: numbers.written(one) for name, one in shown.items()}
+    } | {name: series_json(one) for name, one in shown.items()}
     return answered(request, orjson.dumps(content, option=OPTIONS), "application/json", etag)
 
 
@@ -90,7 +91,7 @@ def of_model(
     with sessions() as session:
         queries.version(session, model_id)
         rows = [answers.diagnosis_row(one) for one in queries.diagnoses(session, model_id, cursor, limit)]
-    last = str(rows[-1].id) if len(rows) == limit and rows[-1].id > 1 else None
+    last = next_number([row.id for row in rows], limit)
     return document(request, Diagnoses(items=rows, next=last))
 
 

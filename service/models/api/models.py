@@ -7,7 +7,6 @@ from fastapi import APIRouter, Body, Depends, Request, Response
 
 from service.access.auth import Caller, engineer
 from service.buildings import queries as building_queries
-from service.buildings.api import following
 from service.errors import documented
 from service.http.parameters import (
     AnyModelDirection,
@@ -20,6 +19,8 @@ from service.http.parameters import (
     Reading,
     RowLimit,
     Writing,
+    next_number,
+    next_place,
     place,
 )
 from service.http.responses import Format, document, responses, table
@@ -66,7 +67,7 @@ def models_of_building(
     with sessions() as session:
         found, _ = building_queries.building(session, code)
         rows = answers.rows(session, queries.versions(session, found.id, direction, state, cursor, limit))
-    last = str(rows[-1].id) if len(rows) == limit and rows[-1].id > 1 else None
+    last = next_number([row.id for row in rows], limit)
     return document(request, Models(items=rows, next=last))
 
 
@@ -127,7 +128,7 @@ def comparisons(
         pairs = queries.comparisons(session, model_id, place(cursor), limit)
         rows = [answers.comparison_row(comparison, event) for comparison, event in pairs]
     columns = tuple(ComparisonRow.model_fields)
-    last = following([(row.event_start, row.id) for row in rows], limit)
+    last = next_place([(row.event_start, row.id) for row in rows], limit)
     return table(request, format, columns, [tuple(row.model_dump().values()) for row in rows], last)
 
 

@@ -12,7 +12,7 @@ from core.errors import CoreError, RecordError
 from core.record import Direction
 from core.workbench.earthquakes import EPOCH, AnalysedEarthquake, Earthquakes, analysed, joined
 from service.buildings.description import BuildingFile
-from service.jobs.progress import Tell
+from service.jobs.stages import Tell
 from service.records.event_files import EventFiles, events
 
 

@@ -12,7 +12,7 @@ from core.workbench.earthquakes import Earthquakes
 from core.workbench.fitting import FitResult
 from core.workbench.improving import ExtensionResult, ImprovementResult
 from core.workbench.tables import Deviations
-from service.jobs.progress import Tell
+from service.jobs.stages import Tell
 from service.models.model_file import ModelFile
 
 Result = TypeVar("Result")

@@ -12,7 +12,7 @@ from sqlalchemy.orm import Session, sessionmaker
 from service.access.auth import Caller, caller, engineer
 from service.buildings import queries as building_queries
 from service.errors import documented
-from service.http.parameters import LARGEST, Before, Code, DeliveryId, Limit, MessageId, Reading, Writing
+from service.http.parameters import LARGEST, Before, Code, DeliveryId, Limit, MessageId, Reading, Writing, next_number
 from service.http.responses import Format, document, responses, table
 from service.http.server_sent_events import followed
 from service.models.api.models import making
@@ -32,11 +32,6 @@ State = Annotated[
 ]
 
 
-def following(ids: list[int], limit: int) -> str | None:
-    """Cursor of the page after these rows, the latest first."""
-    return str(ids[-1]) if len(ids) == limit and ids[-1] > 1 else None
-
-
 @router.get("/buildings/{code}/messages", operation_id="list_messages", **responses(Messages, 404, csv=True))
 def messages(
     request: Request, code: Code, sessions: Reading, cursor: Before = None, limit: Limit = 50, format: Format = None
@@ -46,7 +41,7 @@ def messages(
         found, _ = building_queries.building(session, code)
         rows = [answers.message_row(row) for row in queries.messages(session, found.id, cursor, limit)]
     lines = [tuple(row.model_dump().values()) for row in rows]
-    return table(request, format, tuple(MessageRow.model_fields), lines, following([row.id for row in rows], limit))
+    return table(request, format, tuple(MessageRow.model_fields), lines, next_number([row.id for row in rows], limit))
 
 
 @router.get("/messages/{message_id}", operation_id="get_message", **responses(MessageOut, 404))
@@ -123,7 +118,7 @@ def deliveries(
         role = caller(request).role
         rows = [answers.seen_by(role, row) for row in answers.delivery_rows(session, found)]
     lines = [tuple(row.model_dump().values()) for row in rows]
-    return table(request, format, tuple(DeliveryRow.model_fields), lines, following([row.id for row in rows], limit))
+    return table(request, format, tuple(DeliveryRow.model_fields), lines, next_number([row.id for row in rows], limit))
 
 
 @router.get("/deliveries/{delivery_id}", operation_id="get_delivery", **responses(DeliveryOut, 404))

@@ -11,7 +11,7 @@ from fastapi import APIRouter, Request, Response
 from starlette.exceptions import HTTPException
 
 from service.access.auth import caller
-from service.http import bodies
+from service.http.forms import read_body
 from service.http.guard import QUESTION
 from service.http.parameters import Reading
 from service.records import fdsn
@@ -112,7 +112,7 @@ def answered(request: Request, answer: Callable[[], Response]) -> Response:
 async def answered_post(request: Request, answer: Callable[[str], Response]) -> Response:
     """The answer to a posted request, or an error."""
     try:
-        body = await bodies.text(request, QUESTION)
+        body = await read_body(request, QUESTION)
     except HTTPException as error:  # the guard's, which counts the body as it comes
         return refusal(request, error.status_code, error.detail)
     return await to_thread.run_sync(answered, request, lambda: answer(body))

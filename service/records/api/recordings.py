@@ -10,7 +10,7 @@ from service.access.pages import reader
 from service.alerts.api import AnyBuilding
 from service.buildings import queries as building_queries
 from service.buildings.store import described
-from service.http.parameters import Before, Code, Limit, Reading
+from service.http.parameters import Before, Code, Limit, Reading, next_number
 from service.http.rendering import page
 from service.http.responses import Format, responses, table
 from service.records import queries
@@ -65,7 +65,7 @@ def every(
     with sessions() as session:
         of = None if building is None else building_queries.building(session, building)[0].id
         rows = [row(one) for one in queries.recordings(session, of, state, cursor, limit)]
-    last = str(rows[-1].id) if len(rows) == limit and rows[-1].id > 1 else None
+    last = next_number([row.id for row in rows], limit)
     return table(request, format, tuple(RecordingOut.model_fields), [tuple(dict(one).values()) for one in rows], last)
 
 

@@ -12,7 +12,7 @@ from http import HTTPStatus
 from typing import Any
 
 from service import parsing
-from service.db.deadlines import has_passed
+from service.db.leases import has_passed
 from service.formats.waveforms import Piece
 from service.parsing import Limits
 from service.records.sources.catalogue import Catalogue

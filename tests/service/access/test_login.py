@@ -8,9 +8,9 @@ from asking import client
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.access import keys, logins
-from service.access.attempts import ATTEMPTS
 from service.access.auth import COOKIE, SAFE_COOKIE
 from service.access.callers import FRESH
+from service.access.logins import ATTEMPTS
 from service.access.roles import Role
 from service.access.tables import AuditEntry, LoginLink, LoginSession
 

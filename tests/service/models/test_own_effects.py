@@ -208,7 +208,7 @@ from core.model.isolator import Isolator
 from held_records import held_records
 from observed import BOUC_WEN, observations
 from service.own_effects import add_own_effects
-from service.jobs.progress import silent
+from service.jobs.stages import silent
 from service.models.model_file import ModelFile
 from service.models.workbench.diagnosis_json import as_json
 from service.models.workbench.work import diagnose

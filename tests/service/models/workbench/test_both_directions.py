@@ -16,7 +16,7 @@ from core.model.isolator import Isolator
 from core.paper import BUILDING
 from core.workbench.diagnosing import DiagnosisResult
 from core.workbench.earthquakes import Earthquakes
-from service.jobs.progress import silent
+from service.jobs.stages import silent
 from service.models.model_file import ModelFile, read, written
 from service.models.workbench.diagnosis_json import as_json
 from service.models.workbench.diagnosis_page import page

@@ -21,7 +21,7 @@ from core.model.isolator import Isolator
 from core.workbench.diagnosing import DiagnosisResult
 from core.workbench.earthquakes import Version, lowers
 from core.workbench.improving import ImprovementResult
-from service.jobs.progress import silent
+from service.jobs.stages import silent
 from service.models.model_file import ModelFile, read, written
 from service.models.workbench import adding_output, diagnosis_json, improving_output
 from service.models.workbench.diagnosis_page import page
