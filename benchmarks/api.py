@@ -33,7 +33,7 @@ from service.app import create
 from service.buildings import store as building_store
 from service.db import migrate, sessions
 from service.db.blobs import encode
-from service.demo.motions import recorded
+from service.demo.earthquakes import recorded
 from service.demo.site import building_file
 from service.jobs.tables import Job
 from service.records.tables import Event

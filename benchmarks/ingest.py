@@ -23,7 +23,7 @@ from core.model.simulation import simulate
 from core.paper import BUILDING, ISOLATOR
 from service.buildings.tables import Building
 from service.db import blobs, migrate, sessions
-from service.demo.motions import prepared, recorded
+from service.demo.earthquakes import prepared, recorded
 from service.records.tables import Event, Waveform
 
 RATE, ROUNDS = 100.0, 5

@@ -21,9 +21,8 @@ from sqlalchemy.orm import Session, sessionmaker
 from service import roles
 from service.analyses.tables import Analysis
 from service.buildings import store as building_store
-from service.demo.catalogue import Earthquake
-from service.demo.motions import recorded
-from service.demo.recorder import record
+from service.demo.earthquakes import Earthquake, recorded
+from service.demo.scenario import record
 from service.demo.site import building_file, inventory
 from service.settings import Settings
 

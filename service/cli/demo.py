@@ -60,13 +60,13 @@ def demo(
     from platformdirs import user_data_path
     from rich.console import Console
 
-    from service.demo.guiding import guide
-    from service.demo.listening import free_port
-    from service.demo.motions import MotionsMissingError, recorded
+    from service.demo.earthquakes import MotionsMissingError, recorded
+    from service.demo.guide import guide
+    from service.demo.narration import bars, tell, tell_of_a_loss
     from service.demo.performance import address, perform, settings_of
     from service.demo.scenario import BY_DESIGN, HIDDEN_EFFECT, STIFFNESS_LOSS
+    from service.demo.server import free_port
     from service.demo.stage import forget, prepared
-    from service.demo.telling import bars, tell, tell_of_a_loss
 
     console = Console()
     if hidden_effect and stiffness_loss:

@@ -10,8 +10,8 @@ import typer
 from service.cli.inputs import current_settings, levels_by_name, read_building, refusals, write_text
 
 if TYPE_CHECKING:
-    from service.reproduction.ground import Ground
     from service.reproduction.real import RealBuilding
+    from service.reproduction.simulated import Ground
 
 PLACES = ("output", "markdown")
 """Options that do not change what is printed."""
@@ -69,9 +69,7 @@ def reproduce(
 
     from rich.console import Console
 
-    from service.reproduction.page import page
-    from service.reproduction.printing import as_markdown, on_terminal
-    from service.reproduction.report import report
+    from service.reproduction.report import as_markdown, on_terminal, page, report
     from service.reproduction.simulated import simulated
 
     console, began = Console(), monotonic()
@@ -91,11 +89,11 @@ def reproduce(
 
 
 def _ground(path: Path | None, channel: str | None) -> "Ground":
-    from service.reproduction.ground import default, of_file
+    from service.reproduction.simulated import default_ground, ground_of_file
 
     if path is None and channel is not None:
         raise typer.BadParameter("it names a channel of --ground, which is missing", param_hint="--channel")
-    return default() if path is None else of_file(path, channel)
+    return default_ground() if path is None else ground_of_file(path, channel)
 
 
 def _real(files: list[Path], building: Path | None, sensors: str | None, tell: Callable[[str], None]) -> "RealBuilding":

@@ -1,7 +1,7 @@
-"""How does the building answer whose isolation layer does more than its engineer was told?
+"""A building whose isolation layer does more than its model: rubber that hardens exponentially.
 
-Its rubber hardens as an exponential does, a form that no effect of the library has. It is integrated here by itself:
-the service that is to find out gets to see records, nothing of this file.
+No effect of the library has this form. It is integrated here by itself: the service gets records, and nothing of this
+file.
 """
 
 from dataclasses import dataclass

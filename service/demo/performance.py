@@ -14,8 +14,7 @@ from sqlalchemy.orm import Session, sessionmaker
 from service import roles, serving
 from service.access.roles import Caller, Role
 from service.buildings import store as building_store
-from service.demo.listening import LOOPBACK, free_port, listening
-from service.demo.server import application
+from service.demo.server import LOOPBACK, application, free_port, listening
 from service.demo.site import CODE, building_file
 from service.demo.stage import BUILDING, DATABASE, Stage
 from service.settings import Polling, Settings

@@ -1,20 +1,28 @@
-"""A monitoring server: FDSN web services (station, dataselect, event) over an archive.
+"""A monitoring server: FDSN web services (station, dataselect, event) over an archive that may grow while it is served.
 
 International Federation of Digital Seismograph Networks, FDSN Web Service Specifications 1.2 (2019).
 """
 
-from collections.abc import Callable
+import socket
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from copy import copy
+from fnmatch import fnmatchcase
 from functools import partial
 from io import BytesIO, StringIO
+from threading import Lock, Thread
 
-from obspy import Stream
+import uvicorn
+from obspy import Inventory, Stream, Trace, UTCDateTime
+from obspy.core.event import Catalog, Event
+from obspy.core.inventory import Channel, Network, Station
 from starlette.applications import Starlette
 from starlette.concurrency import run_in_threadpool
 from starlette.requests import Request
 from starlette.responses import PlainTextResponse, Response
 from starlette.routing import Route
 
-from service.demo.archive import Archive
 from service.records.fdsn_query import (
     EARLIEST,
     LATEST,
@@ -26,6 +34,76 @@ from service.records.fdsn_query import (
     posted,
     selection,
 )
+
+
+class Archive:
+    """Waveforms, stations and earthquakes. Reading and adding may happen in different threads."""
+
+    def __init__(self, inventory: Inventory, traces: Sequence[Trace] = (), events: Sequence[Event] = ()) -> None:
+        self.inventory = inventory
+        self._traces = tuple(traces)
+        self._events = tuple(events)
+        self._growing = Lock()
+
+    def add(self, traces: Sequence[Trace], event: Event) -> None:
+        """A new record and the earthquake that it is of."""
+        with self._growing:
+            self._traces += tuple(traces)
+            self._events += (event,)
+
+    def waveforms(self, selection: Selection) -> Stream:
+        """The samples of the selected channels between the selected times, both included; may be empty."""
+        selected = [trace for trace in self._traces if _holds(trace, selection)]
+        return Stream(selected).slice(selection.start, selection.end)
+
+    def stations(self, selection: Selection) -> Inventory:
+        """The selected channels that were in operation between the selected times; may be empty."""
+        networks = [_network(network, selection) for network in self.inventory]
+        return Inventory(networks=[network for network in networks if network.stations], source=self.inventory.source)
+
+    def earthquakes(self, start: UTCDateTime, end: UTCDateTime) -> Catalog:
+        """The earthquakes between two times, the latest first; may be empty."""
+        found = [event for event in self._events if start <= event.preferred_origin().time <= end]
+        return Catalog(sorted(found, key=lambda event: event.preferred_origin().time, reverse=True))
+
+
+def _holds(trace: Trace, selection: Selection) -> bool:
+    stats = trace.stats
+    return bool(
+        stats.starttime <= selection.end
+        and stats.endtime >= selection.start
+        and _named(stats.network, selection.network)
+        and _named(stats.station, selection.station)
+        and _named(stats.location, selection.location)
+        and _named(stats.channel, selection.channel)
+    )
+
+
+def _network(network: Network, selection: Selection) -> Network:
+    chosen = copy(network)
+    stations = [_station(station, selection) for station in network if _named(network.code, selection.network)]
+    chosen.stations = [station for station in stations if station.channels]
+    return chosen
+
+
+def _station(station: Station, selection: Selection) -> Station:
+    chosen = copy(station)
+    kept = [channel for channel in station if _named(station.code, selection.station)]
+    chosen.channels = [channel for channel in kept if _operating(channel, selection)]
+    return chosen
+
+
+def _operating(channel: Channel, selection: Selection) -> bool:
+    return (
+        _named(channel.location_code, selection.location)
+        and _named(channel.code, selection.channel)
+        and channel.is_active(starttime=selection.start, endtime=selection.end)
+    )
+
+
+def _named(code: str, wanted: str) -> bool:
+    return any(fnmatchcase(code, "" if pattern == "--" else pattern) for pattern in wanted.split(","))
+
 
 VERSION = "1.2.0"
 MINISEED = "application/vnd.fdsn.mseed"
@@ -139,3 +217,33 @@ def _description(service: str, request: Request) -> Response:
         f"</resource></resources></application>",
         media_type="application/xml",
     )
+
+
+LOOPBACK = "127.0.0.1"
+
+
+@contextmanager
+def listening(application: Starlette, port: int = 0) -> Iterator[str]:
+    """The address under which the application answers on loopback, from a thread; port 0 takes a free one."""
+    with socket.create_server((LOOPBACK, port)) as door:
+        server = uvicorn.Server(uvicorn.Config(application, log_level="warning", lifespan="off"))
+        thread = Thread(target=server.run, args=([door],), name="monitoring server", daemon=True)
+        thread.start()
+        while not server.started and thread.is_alive():
+            time.sleep(0.01)
+        try:
+            yield f"http://{LOOPBACK}:{door.getsockname()[1]}"
+        finally:
+            server.should_exit = True
+            thread.join(timeout=10.0)
+
+
+def free_port(wanted: int) -> int:
+    """The wanted port if nobody listens there, else a free one."""
+    for port in (wanted, 0):
+        try:
+            with socket.create_server((LOOPBACK, port)) as door:
+                return int(door.getsockname()[1])
+        except OSError:
+            continue
+    raise OSError(f"no port is free at {LOOPBACK}")

@@ -1,16 +1,72 @@
-"""The demonstration's simulated world, as it stands when the service begins to watch it."""
+"""The simulated world: earthquakes stored in a folder, their records in the server's archive and in files."""
 
+import json
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from datetime import datetime
+from dataclasses import asdict, dataclass
+from datetime import datetime, timedelta
 from pathlib import Path
 
-from service.demo import memory
-from service.demo.archive import Archive
-from service.demo.catalogue import Earthquake
-from service.demo.motions import GroundMotion
-from service.demo.scenario import Scenario
-from service.demo.site import inventory
+import numpy as np
+from obspy import UTCDateTime
+
+from service.demo.earthquakes import Earthquake, GroundMotion, history, next_earthquake, quakeml
+from service.demo.scenario import Scenario, record
+from service.demo.server import Archive
+from service.demo.site import AFTER_ORIGIN, LATITUDE, LONGITUDE, inventory
+from service.records.fdsn_query import Selection
+
+FILE = "earthquakes.json"
+SEED = 2006
+RECORDED = timedelta(seconds=AFTER_ORIGIN)
+"""After which the record of an earthquake is complete, however long its motion."""
+BETWEEN_RECORDS = timedelta(minutes=5)
+"""Least time between the end of a record and the next earthquake."""
+
+
+def remembered(
+    folder: Path, now: datetime, count: int, scenario: Scenario, motions: Sequence[GroundMotion]
+) -> tuple[Earthquake, ...]:
+    """The earthquakes stored in the folder; the first time, new ones until now."""
+    path = folder / FILE
+    if not path.exists():
+        names = [motion.name for motion in motions]
+        remember(folder, history(now, count, scenario.peaks, names, np.random.default_rng(SEED)))
+    rows = json.loads(path.read_text())
+    return tuple(Earthquake(**{**row, "arrival": datetime.fromisoformat(row["arrival"])}) for row in rows)
+
+
+def remember(folder: Path, earthquakes: Sequence[Earthquake]) -> None:
+    """Store the earthquakes, all or none of them."""
+    rows = [{**asdict(earthquake), "arrival": earthquake.arrival.isoformat()} for earthquake in earthquakes]
+    fresh = folder / f"{FILE}.new"
+    fresh.write_text(json.dumps(rows, indent=1))
+    fresh.replace(folder / FILE)
+
+
+def record_earthquake(
+    held: Archive, earthquake: Earthquake, scenario: Scenario, motions: Sequence[GroundMotion]
+) -> None:
+    """Add an earthquake's record to the archive."""
+    motion = next(motion for motion in motions if motion.name == earthquake.motion)
+    held.add(record(earthquake, motion, scenario, SEED), quakeml(earthquake, LATITUDE, LONGITUDE))
+
+
+def one_more(
+    folder: Path, earlier: Sequence[Earthquake], now: datetime, scenario: Scenario, motions: Sequence[GroundMotion]
+) -> Earthquake:
+    """An earthquake that the monitoring server has just finished recording; it is stored in the folder."""
+    names = [motion.name for motion in motions]
+    rng = np.random.default_rng([SEED, len(earlier)])
+    fresh = next_earthquake(len(earlier), now - RECORDED, scenario.next_peak, names, rng)
+    remember(folder, (*earlier, fresh))
+    return fresh
+
+
+def until_next(earlier: Sequence[Earthquake], now: datetime, wanted: timedelta) -> timedelta:
+    """How long to wait before one more earthquake: as wanted, or longer, so that no two records overlap."""
+    latest = max(earthquake.arrival for earthquake in earlier)
+    return max(wanted, latest + BETWEEN_RECORDS + RECORDED - now)
+
 
 DATABASE, BUILDING = "menshin.sqlite", "building.toml"
 RECORDS, STATION = "records", "station.xml"
@@ -29,8 +85,8 @@ class Stage:
 
     def strike(self, now: datetime) -> Earthquake:
         """One more earthquake, of which the record is complete now."""
-        fresh = memory.one_more(self.folder, self.earthquakes, now, self.scenario, self.motions)
-        memory.strike(self.archive, fresh, self.scenario, self.motions)
+        fresh = one_more(self.folder, self.earthquakes, now, self.scenario, self.motions)
+        record_earthquake(self.archive, fresh, self.scenario, self.motions)
         self.earthquakes = (*self.earthquakes, fresh)
         return fresh
 
@@ -54,20 +110,32 @@ def prepared(
         done: called with how many of how many earthquakes are done.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    earthquakes = memory.remembered(folder, now, count, scenario, motions)
+    earthquakes = remembered(folder, now, count, scenario, motions)
     archive = Archive(inventory(scenario.sensors))
     for number, earthquake in enumerate(earthquakes, start=1):
-        memory.strike(archive, earthquake, scenario, motions)
+        record_earthquake(archive, earthquake, scenario, motions)
         done(number, len(earthquakes))
     return Stage(folder, scenario, motions, earthquakes, archive)
 
 
 def forget(folder: Path) -> None:
     """Remove what a demonstration leaves in its folder, and nothing else."""
-    for name in (DATABASE, f"{DATABASE}-wal", f"{DATABASE}-shm", BUILDING, memory.FILE):
+    for name in (DATABASE, f"{DATABASE}-wal", f"{DATABASE}-shm", BUILDING, FILE):
         (folder / name).unlink(missing_ok=True)
     records = folder / RECORDS
     for file in (*records.glob("[0-9]*.mseed"), records / STATION):
         file.unlink(missing_ok=True)
     if records.is_dir() and not any(records.iterdir()):
         records.rmdir()
+
+
+def write_records(stage: Stage) -> Path:
+    """Write a miniSEED file for each earthquake, numbered in order of time, and StationXML; return the folder."""
+    folder = stage.folder / RECORDS
+    folder.mkdir(exist_ok=True)
+    stage.archive.inventory.write(str(folder / STATION), format="STATIONXML", level="response")
+    for number, earthquake in enumerate(stage.earthquakes, start=1):
+        arrival = UTCDateTime(earthquake.arrival)
+        around = Selection(start=arrival - RECORDED.total_seconds(), end=arrival + RECORDED.total_seconds())
+        stage.archive.waveforms(around).write(str(folder / f"{number}.mseed"), format="MSEED")
+    return folder

@@ -1,6 +1,6 @@
-"""How does a building answer whose isolators lose 8 % of their stiffness in an earthquake, in summer and in winter?
+"""A building whose isolators lose 8 % of their stiffness in an earthquake, and soften in summer.
 
-All that the service is told of it are records of its sensors, a thermometer among them.
+The service gets the records of its sensors, a thermometer among them.
 """
 
 from datetime import UTC, datetime
@@ -12,7 +12,7 @@ from core.effects import EFFECTS
 from core.model.isolator import Isolator
 from core.model.simulation import Response, simulate
 from core.paper import BUILDING, ISOLATOR
-from service.demo.catalogue import Earthquake
+from service.demo.earthquakes import Earthquake
 from service.demo.site import RATE
 
 LOSS = 0.08

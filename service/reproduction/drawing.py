@@ -1,4 +1,4 @@
-"""How are the paper's kinds of figures drawn: histories, loops, mode shapes?"""
+"""The paper's kinds of figures: histories, loops, mode shapes."""
 
 import json
 from collections.abc import Mapping, Sequence

@@ -1,4 +1,4 @@
-"""What the paper prints: every number of its sections 7 and 8, with the table or figure it stands in.
+"""The numbers that the paper prints in its sections 7 and 8, with their tables and figures.
 
 Using component mode synthesis to estimate the restoring force of an isolation layer subjected to earthquakes
 (John Wiley & Sons, 2008). Units are the paper's: Hz, %, t, kN, mm.

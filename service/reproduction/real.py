@@ -1,4 +1,4 @@
-"""What do section 8's steps come to on a real building?"""
+"""Section 8: the paper's steps on the records of a real building."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -15,7 +15,7 @@ from core.estimators.superstructure import InstrumentedSuperstructure, instrumen
 from core.record import Direction, Record
 from core.sensors.preparation import prepared
 from service.records.event_files import EventFiles
-from service.reproduction.modal import identified_shapes, modal_accelerations
+from service.reproduction.simulated import identified_shapes, modal_accelerations
 
 
 @dataclass(frozen=True, slots=True, eq=False)

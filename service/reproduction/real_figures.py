@@ -17,8 +17,8 @@ from service.reproduction.drawing import (
     profiles,
     strongest,
 )
-from service.reproduction.modal import MODES
 from service.reproduction.real import RealBuilding, RealEvent
+from service.reproduction.simulated import MODES
 from service.reproduction.simulated_figures import GAL, KN, MM, ROOT_T, WINDOW
 
 

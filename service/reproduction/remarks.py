@@ -1,4 +1,4 @@
-"""Where do our numbers differ from the paper's, and why?"""
+"""Differences between our numbers and the paper's, with their causes."""
 
 from collections.abc import Iterator
 

@@ -1,14 +1,27 @@
-"""What is printed of a reproduction, whatever it is printed on."""
+"""The reproduction: tables and remarks on a terminal and as Markdown, with figures as one self-contained HTML file."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from pathlib import Path
 
-from service.reproduction.amplitude_tables import amplitude_tables
+from altair import LayerChart
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+from rich.console import Group, RenderableType
+from rich.table import Table as RichTable
+from rich.text import Text
+
+from service.reports.svg import svg
+from service.reproduction.drawing import Figure
 from service.reproduction.real import RealBuilding
-from service.reproduction.real_tables import real_tables
+from service.reproduction.real_figures import real_figures
+from service.reproduction.real_tables import amplitude_tables, real_tables
 from service.reproduction.remarks import real_remarks, simulated_remarks
 from service.reproduction.simulated import Simulated
+from service.reproduction.simulated_figures import force_figures, response_figures
 from service.reproduction.simulated_tables import simulated_tables
 from service.reproduction.table import Table
+from service.version import VERSION
 
 OPENING = (
     'Every number that sections 7 and 8 print of "Using component mode synthesis to estimate the restoring force of '
@@ -46,3 +59,72 @@ def report(simulated: Simulated, real: RealBuilding | None) -> Report:
     if real is None:
         return Report((seven, Section(title, (), (WITHOUT_RECORDS,))))
     return Report((seven, Section(title, (*real_tables(real), *amplitude_tables(real)), real_remarks(real))))
+
+
+def on_terminal(report: Report) -> RenderableType:
+    """Every section with its tables and remarks."""
+    return Group(*(part for section in report.sections for part in _section(section)))
+
+
+def _section(section: Section) -> list[RenderableType]:
+    remarks = [Text(f"\n{remark}") for remark in section.remarks]
+    return [Text(f"\n{section.title}", style="bold"), *map(_rich, section.tables), *remarks]
+
+
+def _rich(table: Table) -> RichTable:
+    drawn = RichTable(title=f"\n{table.title}", title_justify="left", caption=table.note, caption_justify="left")
+    for index, heading in enumerate(table.columns):
+        drawn.add_column(Text(heading), justify="left" if index < table.numbers_from else "right")
+    for row in table.rows:
+        drawn.add_row(*map(Text, row))
+    return drawn
+
+
+def as_markdown(report: Report, command: str) -> str:
+    """The same as a document, with the command that printed it."""
+    opening = ["# The paper, reproduced", report.opening, "Printed by", f"    {command}"]
+    parts = [part for section in report.sections for part in _markdown(section)]
+    return "\n\n".join([*opening, *parts]) + "\n"
+
+
+def _markdown(section: Section) -> list[str]:
+    remarks = "\n".join(f"- {remark}" for remark in section.remarks)
+    tables = [part for table in section.tables for part in (f"### {table.title}", _rows(table), table.note)]
+    return [part for part in (f"## {section.title}", *tables, remarks) if part]
+
+
+def _rows(table: Table) -> str:
+    rule = ["---" if index < table.numbers_from else "---:" for index in range(len(table.columns))]
+    return "\n".join(f"| {' | '.join(row)} |" for row in (table.columns, rule, *table.rows))
+
+
+STYLE = Path(__file__).parents[1] / "http" / "static" / "menshin.css"
+
+
+def page(report: Report, simulated: Simulated, real: RealBuilding | None) -> str:
+    """Tables, remarks and figures."""
+    figures = ((*response_figures(simulated), *force_figures(simulated)), () if real is None else real_figures(real))
+    environment = Environment(
+        loader=PackageLoader("service.reproduction"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    return environment.get_template("reproduction.html").render(
+        opening=report.opening,
+        version=VERSION,
+        style=Markup(STYLE.read_text("utf-8")),
+        sections=[(section, _with_svgs(some)) for section, some in zip(report.sections, figures, strict=True)],
+    )
+
+
+def _with_svgs(figures: Iterable[Figure]) -> list[tuple[Figure, list[Markup]]]:
+    return [
+        (figure, [_panel(figure.number, number, panel) for number, panel in enumerate(figure.panels)])
+        for figure in figures
+    ]
+
+
+def _panel(figure: int, number: int, panel: LayerChart) -> Markup:
+    return svg(panel, f"figure-{figure}-{number}", f"Figure {figure}, panel {number + 1}")

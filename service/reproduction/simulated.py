@@ -1,7 +1,8 @@
-"""What does section 7 come to on the paper's building: what is exact, and what each estimator makes of the sensors?"""
+"""Section 7: the paper's simulated building, its ground motion, exact results and every estimator's."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
@@ -9,12 +10,79 @@ from core.arrays import Matrix, Vector
 from core.building import fixed_base_modes
 from core.estimators import ESTIMATORS, cms
 from core.estimators.result import RestoringForce
+from core.estimators.substructure import modal_acceleration
 from core.estimators.superstructure import InstrumentedSuperstructure
+from core.identification.modes import mass_normalised
 from core.model.simulation import Response, simulate
-from core.paper import BUILDING, FOURTH_STOREY, ISOLATOR, RATE
-from service.reproduction.ground import Ground
-from service.reproduction.modal import identified_shapes, modal_accelerations
+from core.paper import BUILDING, FOURTH_STOREY, ISOLATOR, RATE, ground_motion
+from service import akt013
+from service.formats import FormatError, Gain, Trace, UnknownUnitError, read
 from service.reproduction.published import MASS_SCALE, SCATTERED_MASS
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Ground:
+    """A recorded motion, made ready to stand in for the paper's."""
+
+    name: str
+    acceleration: Vector
+    """(n,) m/s² at core.paper.RATE."""
+
+
+def default_ground() -> Ground:
+    """AKT013, which comes with ObsPy."""
+    return Ground(akt013.NAME, ground_motion(*akt013.recorded()))
+
+
+def ground_of_file(path: Path, channel: str | None) -> Ground:
+    """The motion that a file holds; its unit does not matter, since its peak becomes the paper's.
+
+    Args:
+        path: any format that records may have.
+        channel: which of its channels; None where it holds one only.
+
+    Raises:
+        FormatError: a file that cannot be read, or that leaves open which channel is meant.
+        RecordError: a motion that is too long, or none.
+        OSError: a file that cannot be opened.
+    """
+    trace = _chosen(path.name, _accelerations(path.name, path.read_bytes()), channel)
+    return Ground(f"{path.name}, {trace.channel}", ground_motion(trace.to_si(), trace.rate))
+
+
+def _accelerations(name: str, data: bytes) -> tuple[Trace, ...]:
+    """What a file holds; numbers of unknown unit are taken for accelerations."""
+    try:
+        traces = read(name, data, {}).traces
+    except UnknownUnitError as error:
+        traces = read(name, data, dict.fromkeys(error.channels, Gain(1.0, "acceleration"))).traces
+    return tuple(trace for trace in traces if trace.quantity == "acceleration")
+
+
+def _chosen(name: str, traces: tuple[Trace, ...], channel: str | None) -> Trace:
+    found = [trace for trace in traces if channel in (None, trace.channel)]
+    if len(found) == 1:
+        return found[0]
+    names = ", ".join(sorted({trace.channel for trace in traces})) or "no acceleration"
+    wanted = "one unbroken channel" if channel is None else f"{channel} in one piece"
+    raise FormatError(f"{name} holds {names}; {wanted} is needed, name it with --channel")
+
+
+MODES = 2
+"""Modes that the paper shows, at most."""
+
+
+def identified_shapes(superstructure: InstrumentedSuperstructure, force: RestoringForce) -> Matrix:
+    """(floors, MODES or fewer) kg^(-1/2), expanded and mass-normalised."""
+    shapes = cms.shape_matrix(force.modes[:MODES], superstructure.floor_mass.size)
+    return mass_normalised(shapes, superstructure.floor_mass)
+
+
+def modal_accelerations(superstructure: InstrumentedSuperstructure, shapes: Matrix) -> Matrix:
+    """(modes, n) m/s² kg^(1/2), of the motion relative to the base slab (eq 23)."""
+    relative = superstructure.floor_acceleration - superstructure.base_acceleration
+    return modal_acceleration(shapes, superstructure.measured, relative)
+
 
 ROOF = BUILDING.floor_mass.size - 1
 MEASURED = np.array([FOURTH_STOREY, ROOF])

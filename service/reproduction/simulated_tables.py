@@ -1,4 +1,4 @@
-"""Section 7's numbers: the paper's beside ours."""
+"""Section 7 in numbers, beside the paper's."""
 
 from collections.abc import Iterator, Mapping
 
@@ -10,8 +10,7 @@ from core.comparison.fitting_rate import fitting_rate
 from core.estimators import cms
 from core.paper import BUILDING, FOURTH_STOREY, ISOLATOR, PEAK
 from service.reproduction import published
-from service.reproduction.modal import MODES
-from service.reproduction.simulated import HIGH, KG_PER_T, LEVELS, LOW, ROOF, Forces, Simulated, scattered_total
+from service.reproduction.simulated import HIGH, KG_PER_T, LEVELS, LOW, MODES, ROOF, Forces, Simulated, scattered_total
 from service.reproduction.table import NONE, Table, by_estimator, ours, with_noise
 
 ALPHA = "0.0029"

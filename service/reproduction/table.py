@@ -1,4 +1,4 @@
-"""One table of the reproduction, as text in cells: for the terminal, for Markdown and for the page alike."""
+"""A table of the reproduction: text in cells, for terminal, Markdown and page."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -24,9 +24,7 @@ from service import roles
 from service.analyses.tables import Analysis, DirectionResult
 from service.buildings import store as building_store
 from service.db.blobs import decode
-from service.demo.archive import Archive
-from service.demo.listening import listening
-from service.demo.server import application
+from service.demo.server import Archive, application, listening
 from service.jobs import queue as job_queue
 from service.jobs.worker import Worker
 from service.kinds import KINDS

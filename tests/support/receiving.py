@@ -14,7 +14,7 @@ from time import sleep
 from aiosmtpd.controller import Controller
 from aiosmtpd.smtp import SMTP, AuthResult, Envelope, LoginPassword, Session
 
-from service.demo.listening import free_port
+from service.demo.server import free_port
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,9 +14,7 @@ from sqlalchemy.orm import Session, sessionmaker, undefer
 from service.analyses.tables import Analysis, DirectionResult
 from service.buildings import store as building_store
 from service.db.blobs import decode
-from service.demo.archive import Archive
-from service.demo.listening import listening
-from service.demo.server import application
+from service.demo.server import Archive, application, listening
 from service.jobs.worker import Worker
 from service.kinds import KINDS
 from service.records.polling import SourcePoller

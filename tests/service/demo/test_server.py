@@ -10,10 +10,8 @@ from obspy import Trace, UTCDateTime
 from obspy.clients.fdsn import Client
 from obspy.clients.fdsn.header import FDSNNoDataException
 
-from service.demo.archive import Archive
-from service.demo.catalogue import Earthquake, quakeml
-from service.demo.listening import free_port, listening
-from service.demo.server import application
+from service.demo.earthquakes import Earthquake, quakeml
+from service.demo.server import Archive, application, free_port, listening
 from service.demo.site import LATITUDE, LONGITUDE, inventory, sensors
 
 START = UTCDateTime(2024, 5, 1, 12)

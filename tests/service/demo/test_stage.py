@@ -10,21 +10,22 @@ from obspy import Trace, UTCDateTime, read, read_inventory
 from core.building import ShearBuilding
 from core.paper import BUILDING as PAPER
 from service.buildings import description
-from service.demo import files, memory
-from service.demo.catalogue import (
+from service.demo.earthquakes import (
     APART,
     STRONG,
     WEAK,
     YEARS,
+    GroundMotion,
     history,
     natural,
     peak_accelerations,
+    prepared,
+    recorded,
     weak_then_strong,
 )
-from service.demo.motions import GroundMotion, prepared, recorded
 from service.demo.scenario import BY_DESIGN, HIDDEN_EFFECT, Scenario
 from service.demo.site import LATITUDE, building_file as written, sensors
-from service.demo.stage import Stage, forget, prepared as staged
+from service.demo.stage import BETWEEN_RECORDS, Stage, forget, prepared as staged, until_next, write_records
 from service.records.fdsn_query import Selection
 
 NOW = datetime(2026, 1, 1, tzinfo=UTC)
@@ -84,7 +85,7 @@ def test_a_second_start_is_the_first_one_continued(tmp_path: Path) -> None:
 def test_what_is_forgotten_happens_otherwise_only_in_time(tmp_path: Path) -> None:
     (tmp_path / "notes.txt").write_text("mine")
     first = stage(tmp_path)
-    files.write(first)
+    write_records(first)
     forget(tmp_path)
     assert [file.name for file in tmp_path.iterdir()] == ["notes.txt"]
     later = stage(tmp_path, NOW + timedelta(days=1))
@@ -93,7 +94,7 @@ def test_what_is_forgotten_happens_otherwise_only_in_time(tmp_path: Path) -> Non
 
 def test_records_as_files_are_what_the_server_holds(tmp_path: Path) -> None:
     begun = stage(tmp_path)
-    folder = files.write(begun)
+    folder = write_records(begun)
     written = [read(folder / f"{number}.mseed") for number in range(1, COUNT + 1)]
     assert sorted((t.id, str(t.stats.starttime), t.data.tobytes()) for stream in written for t in stream) == sorted(
         samples(begun)
@@ -109,9 +110,9 @@ def test_the_next_earthquake_waits_until_its_record_stands_alone(tmp_path: Path)
     begun = stage(tmp_path)
     fresh = begun.strike(now)
     wanted = timedelta(seconds=60)
-    wait = memory.until_next(begun.earthquakes, now, wanted)
-    assert begun.strike(now + wait).arrival - fresh.arrival >= memory.APART
-    assert memory.until_next(begun.earthquakes, now + timedelta(days=1), wanted) == wanted
+    wait = until_next(begun.earthquakes, now, wanted)
+    assert begun.strike(now + wait).arrival - fresh.arrival >= BETWEEN_RECORDS
+    assert until_next(begun.earthquakes, now + timedelta(days=1), wanted) == wanted
 
 
 def test_records_hold_the_peak_that_the_catalogue_promises(tmp_path: Path) -> None:

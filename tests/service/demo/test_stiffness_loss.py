@@ -10,8 +10,7 @@ from obspy import UTCDateTime
 from core.model.simulation import simulate
 from core.paper import BUILDING, ISOLATOR
 from service.buildings import description
-from service.demo.catalogue import Earthquake
-from service.demo.motions import GroundMotion
+from service.demo.earthquakes import Earthquake, GroundMotion
 from service.demo.scenario import STIFFNESS_LOSS
 from service.demo.site import RATE, THERMOMETER, building_file as written
 from service.demo.stage import prepared

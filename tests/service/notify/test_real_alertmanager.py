@@ -12,7 +12,7 @@ import httpx
 import pytest
 from letters import letter
 
-from service.demo.listening import free_port
+from service.demo.server import free_port
 from service.notify.channels.alertmanager import ROUNDS, send
 from service.notify.letter import Addressee
 from service.settings import Settings

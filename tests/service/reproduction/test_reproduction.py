@@ -22,16 +22,13 @@ from service.buildings.description import read
 from service.cli import app
 from service.formats import FormatError
 from service.records.event_files import events
-from service.reproduction import ground, published
-from service.reproduction.amplitude_tables import amplitude_tables
-from service.reproduction.force_figures import force_figures
-from service.reproduction.page import page as page_of
+from service.reproduction import published
 from service.reproduction.real import papers_sensors, real
 from service.reproduction.real_figures import real_figures
-from service.reproduction.real_tables import real_tables
-from service.reproduction.report import report
-from service.reproduction.simulated import Simulated, simulated
-from service.reproduction.simulated_figures import response_figures
+from service.reproduction.real_tables import amplitude_tables, real_tables
+from service.reproduction.report import page as page_of, report
+from service.reproduction.simulated import Simulated, default_ground, ground_of_file, simulated
+from service.reproduction.simulated_figures import force_figures, response_figures
 from service.reproduction.table import Table
 
 pytestmark = pytest.mark.slow  # one run of it all
@@ -224,7 +221,7 @@ def test_the_page_has_every_figure_once_with_units_and_caption(page: Page) -> No
 
 @pytest.fixture(scope="module")
 def seven() -> Simulated:
-    return simulated(ground.default(), 1, lambda _: None)
+    return simulated(default_ground(), 1, lambda _: None)
 
 
 def test_every_axis_says_what_it_shows_and_in_which_unit(seven: Simulated) -> None:
@@ -282,15 +279,15 @@ def test_what_cannot_be_used_is_said(
 def test_a_ground_motion_of_ones_own(tmp_path: Path) -> None:
     """AKT013's own file, and its counts as miniSEED, whose unit nothing tells, are the default motion."""
     with as_file(files("obspy") / PLACE) as path:
-        assert ground.of_file(path, None).acceleration == pytest.approx(ground.default().acceleration, abs=1e-12)
+        assert ground_of_file(path, None).acceleration == pytest.approx(default_ground().acceleration, abs=1e-12)
         trace = obspy.read(str(path), format="KNET")[0]
     trace.data = trace.data.astype(np.int32)
     trace.stats.station = "AKT13"  # miniSEED has five letters for it
     trace.write(str(tmp_path / "ground.mseed"), format="MSEED")
-    own = ground.of_file(tmp_path / "ground.mseed", trace.id)
-    assert own.acceleration == pytest.approx(ground.default().acceleration, abs=1e-12)  # rounding, of 0.7 m/s²
+    own = ground_of_file(tmp_path / "ground.mseed", trace.id)
+    assert own.acceleration == pytest.approx(default_ground().acceleration, abs=1e-12)  # rounding, of 0.7 m/s²
     with pytest.raises(FormatError, match="name it with --channel"):
-        ground.of_file(tmp_path / "ground.mseed", "XX.OTHER.00.HNX")
+        ground_of_file(tmp_path / "ground.mseed", "XX.OTHER.00.HNX")
 
 
 @needs_shared

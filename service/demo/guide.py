@@ -1,18 +1,89 @@
-"""What the demonstration tells a spectator who is to find out what a model of the isolation layer lacks."""
+"""The demonstration of a hidden effect: an engineer's first model, then steps for the spectator."""
 
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from threading import Event as Signal
+from typing import Any
 
 from rich.console import Console
 from sqlalchemy.orm import Session, sessionmaker
 
 from core.comparison.misfit import Misfit
+from service.buildings import queries as building_queries
 from service.db.sessions import reading
-from service.demo import files, memory
-from service.demo.first_fit import BY, DIRECTION, InForce, finished, in_force, put_in_force
-from service.demo.stage import Stage
-from service.demo.telling import LOOK, tell_of_one_more, tell_of_the_past
-from service.models import queries as model_queries, requests as model_requests
+from service.demo.narration import LOOK, tell_of_one_more, tell_of_the_past
+from service.demo.site import CODE
+from service.demo.stage import Stage, until_next, write_records
+from service.jobs import queries as job_queries
+from service.models import queries as model_queries, requests as model_requests, versions as model_versions
+from service.models.tables import ModelVersion
+
+BY = "the demonstration"
+DIRECTION = "x"
+
+
+@dataclass(frozen=True, slots=True)
+class InForce:
+    """A version of the building's model that is in force."""
+
+    id: int
+    number: int
+    accepted_by: str
+
+
+def in_force(session: Session) -> InForce | None:
+    """The version in force, None if there is none."""
+    building, _ = building_queries.building(session, CODE)
+    found = model_queries.current_versions(session, building.id)
+    return InForce(found[0].id, found[0].number, found[0].accepted_by or "") if found else None
+
+
+def put_in_force(sessions: sessionmaker[Session], stop: Signal) -> None:
+    """Make a model, fit it to the earlier half of the events, and hold it against the others; but not twice.
+
+    Ends early when it is asked to stop.
+    """
+    with reading(sessions)() as session:
+        if in_force(session) is not None:
+            return
+    with sessions.begin() as session:
+        design = model_requests.make(session, CODE, DIRECTION, None, "", BY, datetime.now(UTC))
+        earlier, later = _halves(session, design)
+        fit = model_requests.fit(session, design, earlier, None, BY, datetime.now(UTC)).id
+    found = finished(sessions, fit, stop)
+    if found is None:
+        return
+    with sessions.begin() as session:
+        made = model_queries.version(session, found["made"])
+        model_versions.accept(session, made, BY, datetime.now(UTC))
+        compared = [model_requests.compare(session, made, [event], BY, datetime.now(UTC)).id for event in later]
+    for job in compared:  # one each, so that several are done at a time
+        finished(sessions, job, stop)
+
+
+def finished(sessions: sessionmaker[Session], job: int, stop: Signal) -> Mapping[str, Any] | None:
+    """What came of a job once it is done, None when asked to stop before.
+
+    Raises:
+        RuntimeError: it was refused, or failed.
+    """
+    while not stop.wait(LOOK):
+        with reading(sessions)() as session:
+            found = job_queries.job(session, job)
+        if found.state == "failed" or found.refusal:
+            raise RuntimeError(f"the demonstration's own {found.kind} went wrong: {found.refusal or found.error}")
+        if found.state == "done":
+            return found.result or {}
+    return None
+
+
+def _halves(session: Session, model: ModelVersion) -> tuple[Sequence[int], Sequence[int]]:
+    """Numbers of the earlier events and of the later ones."""
+    there = model_queries.comparable(session, model.building_id, model_versions.DIRECTIONS[model.direction], None)
+    numbers, half = [event.id for event in there], (len(there) + 1) // 2
+    return numbers[:half], numbers[half:]
+
 
 SOON = timedelta(seconds=2)
 """After which one more earthquake happens, once a model was put in force."""
@@ -47,7 +118,7 @@ def guide(address: str, stage: Stage, sessions: sessionmaker[Session], stop: Sig
         return
     console.print(STEPS.format(address=address, number=former.id), highlight=False, soft_wrap=True)
     console.print(
-        f"the records lie in {files.write(stage)}, for those who would rather work at a command line", soft_wrap=True
+        f"the records lie in {write_records(stage)}, for those who would rather work at a command line", soft_wrap=True
     )
     better = _successor(former, sessions, stop)
     if better is not None:
@@ -68,7 +139,7 @@ def _successor(former: InForce, sessions: sessionmaker[Session], stop: Signal) -
 def _tell_how_both_predict(
     stage: Stage, models: tuple[InForce, InForce], sessions: sessionmaker[Session], stop: Signal, console: Console
 ) -> None:
-    wait = memory.until_next(stage.earthquakes, datetime.now(UTC), SOON)
+    wait = until_next(stage.earthquakes, datetime.now(UTC), SOON)
     if stop.wait(wait.total_seconds()):
         return
     tell_of_one_more(stage, reading(sessions), stop, console)

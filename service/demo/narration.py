@@ -1,18 +1,43 @@
-"""What the demonstration tells its spectator while the service works."""
+"""What a spectator of the demonstration reads while the service works."""
 
+from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from threading import Event as Signal
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from sqlalchemy import func, select
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.db.sessions import reading
-from service.demo import memory
-from service.demo.outcome import counts, settled_state
 from service.demo.site import CODE
-from service.demo.stage import Stage
+from service.demo.stage import Stage, until_next
 from service.demo.stiffness_loss import LAST_HEALTHY, LOSS
+from service.records.tables import Event
+
+SETTLED = ("analysed", "refused")
+
+
+@dataclass(frozen=True, slots=True)
+class Counts:
+    """Numbers of events."""
+
+    fetched: int
+    settled: int
+    """Analysed or refused."""
+
+
+def counts(session: Session) -> Counts:
+    """Of all events in the database."""
+    by_state = dict(session.execute(select(Event.state, func.count()).group_by(Event.state)).tuples().all())
+    return Counts(sum(by_state.values()), sum(by_state.get(state, 0) for state in SETTLED))
+
+
+def settled_state(session: Session, after: datetime) -> str | None:
+    """What became of the latest event that ends after a time: `analysed`, `refused`, or None while that is open."""
+    settled = select(Event.state).where(Event.end > after, Event.state.in_(SETTLED))
+    return session.scalar(settled.order_by(Event.id.desc()).limit(1))
+
 
 LOOK = 0.5  # s between two looks at the database
 LOST = """\
@@ -48,7 +73,7 @@ def tell_of_a_loss(
 def _tell_of_the_next(
     next_after: timedelta, stage: Stage, sessions: sessionmaker[Session], stop: Signal, console: Console
 ) -> None:
-    wait = memory.until_next(stage.earthquakes, datetime.now(UTC), next_after)
+    wait = until_next(stage.earthquakes, datetime.now(UTC), next_after)
     console.print(f"one more earthquake will happen in {wait.total_seconds():.0f} s")
     if stop.wait(wait.total_seconds()):
         return
