@@ -136,7 +136,7 @@ class Poller:
     def _check(self, stopped: Callable[[], bool]) -> None:
         with self.attempts.one():
             try:
-                periodic_checks.go_round(self.sessions, self.settings, self.clock(), stopped)
+                periodic_checks.check_buildings(self.sessions, self.settings, self.clock(), stopped)
             except OperationalError:
                 raise
             except Exception:  # like the one below: the next round tries again

@@ -16,8 +16,9 @@ import typer
 from playwright.sync_api import sync_playwright
 
 from service.db.sessions import reading, sessions
-from service.notify import queries as notify_queries, writing
+from service.notify import queries as notify_queries
 from service.notify.channels import mail
+from service.notify.rendering import rendered
 
 TARGET = Path(__file__).parents[1] / "operate" / "mail.png"
 WIDTH, HEIGHT = 660, 800
@@ -38,9 +39,9 @@ def page(database: str, message: int) -> str:
         deliveries = notify_queries.message(session, message).deliveries
         if not deliveries:
             raise typer.BadParameter(f"message {message} went to no recipient; choose another one")
-        letter = writing.letter(session, deliveries[0], "email", PUBLIC, is_repeat=False)
-    picture = f"data:image/png;base64,{base64.b64encode(letter.picture or b'').decode()}"
-    return mail.page(letter, "picture").replace("cid:picture", picture)
+        rendered_message = rendered(session, deliveries[0], "email", PUBLIC, is_repeat=False)
+    picture = f"data:image/png;base64,{base64.b64encode(rendered_message.picture or b'').decode()}"
+    return mail.page(rendered_message, "picture").replace("cid:picture", picture)
 
 
 def write(

@@ -1,1 +1,1 @@
-"""Alerts: from a finding to what people hear, decide and do, with its history."""
+"""Alerts: from a candidate to messages, acknowledgement and inspection, with their history."""

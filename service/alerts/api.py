@@ -1,4 +1,4 @@
-"""Alerts: what people should know, what was done about it, and what they are not to be told for a while."""
+"""The API of alerts, of what engineers do about them, and of silences."""
 
 from datetime import UTC, datetime, timedelta
 from typing import Annotated, Literal
@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 from fastapi import APIRouter, Body, Depends, Path, Query, Request, Response
 
 from service.access.auth import Caller, engineer
-from service.alerts import answers, operator_actions, queries, requests
+from service.alerts import operator_actions, queries
 from service.alerts.schema import (
     AcknowledgeRequest,
     AlertLine,
@@ -16,6 +16,10 @@ from service.alerts.schema import (
     SilenceOut,
     SilenceRequest,
     Silences,
+    alert_cells,
+    alert_line,
+    alert_out,
+    silence_out,
 )
 from service.buildings import queries as building_queries
 from service.http.parameters import LARGEST, Before, Code, Limit, Reading, Writing, next_number
@@ -32,7 +36,7 @@ AnyBuilding = Annotated[
 ]
 AnyState = Annotated[
     Literal["open", "pending", "on_hold", "active", "acknowledged", "resolved", "withdrawn"] | None,
-    Query(description="Only alerts in this state; `open`: those that have not ended."),
+    Query(description="Only alerts in this state; `open`: any that has not ended."),
 ]
 AnyKind = Annotated[
     Literal["deterioration", "recovery", "sensor", "model", "data"] | None,
@@ -57,15 +61,15 @@ def every(
         rows = [answers.row(one) for one in queries.every(session, of, state, kind, cursor, limit)]
     last = next_number([row.id for row in rows], limit)
     is_csv = wants_csv(request, format)
-    lines = [answers.cells(one) if is_csv else tuple(one.model_dump().values()) for one in rows]
+    lines = [alert_cells(one) if is_csv else tuple(one.model_dump().values()) for one in rows]
     return table(request, format, tuple(AlertLine.model_fields), lines, last)
 
 
 @router.get("/alerts/{alert_id}", operation_id="get_alert", **responses(AlertOut, 404))
 def one(request: Request, alert_id: AlertId, sessions: Reading) -> Response:
-    """An alert: what it rests on, every change of it, what people found, and who was told."""
+    """An alert with its evidence, every change of it, inspections and deliveries of its messages."""
     with sessions() as session:
-        answer = answers.whole(session, queries.alert(session, alert_id), datetime.now(UTC))
+        answer = alert_out(session, queries.alert(session, alert_id), datetime.now(UTC))
     return document(request, answer)
 
 
@@ -79,14 +83,14 @@ def acknowledge(
     alert_id: AlertId,
     sessions: Writing,
     by: By,
-    wanted: Annotated[AcknowledgeRequest, Body(description="A note, and who it is.")],
+    wanted: Annotated[AcknowledgeRequest, Body(description="A note, and the person's name.")],
 ) -> AlertOut:
-    """Take an alert on, so that others see who looks after it; one that somebody has taken on stays theirs."""
+    """Acknowledge an alert, so that others see who looks after it; an acknowledged alert stays with its person."""
     now = datetime.now(UTC)
     with sessions.begin() as session:
         found = queries.alert(session, alert_id)
-        operator_actions.acknowledge(session, found, requests.person(by, wanted.name), wanted.note, now)
-        return answers.whole(session, found, now)
+        operator_actions.acknowledge(session, found, operator_actions.person_name(by, wanted.name), wanted.note, now)
+        return alert_out(session, found, now)
 
 
 @router.post("/alerts/{alert_id}/inspect", operation_id="inspect_alert", response_model=AlertOut, responses=making())
@@ -95,18 +99,20 @@ def inspect(
     alert_id: AlertId,
     sessions: Writing,
     by: By,
-    wanted: Annotated[InspectRequest, Body(description="What was found, and whether all is well from then on.")],
+    wanted: Annotated[InspectRequest, Body(description="Findings, and whether a new reference period begins.")],
 ) -> AlertOut:
-    """End an alert by what was found at the building, or by a review of its data.
+    """End an alert by an inspection of the building, or by a review of its data.
 
-    A deterioration ends in no other way. It does not come again for what began before, unless it gets worse. With
-    `reference_from` a new reference period begins: what comes later is held against the building as it is then.
+    Nothing else ends a deterioration. What began before raises no new alert unless it gets worse. With
+    `reference_from` a new reference period begins: later earthquakes are compared with the building as it is then.
     """
     now, age = datetime.now(UTC), timedelta(seconds=request.app.state.settings.notify.max_event_age)
     with sessions.begin() as session:
-        found, who = queries.alert(session, alert_id), requests.person(by, wanted.name)
-        requests.inspect(session, found, who, wanted.outcome, wanted.note, wanted.reference_from, age, now)
-        return answers.whole(session, found, now)
+        found, who = queries.alert(session, alert_id), operator_actions.person_name(by, wanted.name)
+        operator_actions.inspect_and_notify(
+            session, found, who, wanted.outcome, wanted.note, wanted.reference_from, age, now
+        )
+        return alert_out(session, found, now)
 
 
 @router.get("/buildings/{code}/silences", operation_id="list_silences", **responses(Silences, 404, csv=True))
@@ -114,7 +120,7 @@ def silences(request: Request, code: Code, sessions: Reading, format: Format = N
     """Silences of the building, the latest first; those that ended are kept."""
     with sessions() as session:
         found, _ = building_queries.building(session, code)
-        rows = [answers.silence_row(one) for one in reversed(queries.silences(session, found.id))]
+        rows = [silence_out(one) for one in reversed(queries.silences(session, found.id))]
     return table(request, format, tuple(SilenceOut.model_fields), [tuple(dict(one).values()) for one in rows], None)
 
 
@@ -132,19 +138,20 @@ def silence(
     by: By,
     wanted: Annotated[SilenceRequest, Body(description="Which causes, until when, and why.")],
 ) -> SilenceOut:
-    """Tell nobody of alerts of such causes for a while; they are kept and shown all the same, and told afterwards."""
+    """Send no messages about alerts of such causes for a while; they are stored and shown, and reported afterwards."""
     with sessions.begin() as session:
         now = datetime.now(UTC)
-        made = requests.silence(session, code, wanted.pattern, wanted.until, wanted.reason, by.name, now)
-        answer = answers.silence_row(made)
+        found, _ = building_queries.building(session, code)
+        made = operator_actions.silence(session, found, wanted.pattern, wanted.until, wanted.reason, by.name, now)
+        answer = silence_out(made)
     response.headers["Location"] = f"/api/v1/buildings/{code}/silences"
     return answer
 
 
 @router.post("/silences/{silence_id}/end", operation_id="end_silence", response_model=SilenceOut, responses=making())
 def end(silence_id: SilenceId, sessions: Writing, by: By) -> SilenceOut:
-    """Tell people again from now on; a silence that has ended stays as it was."""
+    """End a silence now; one that has ended already stays as it was."""
     with sessions.begin() as session:
         found = queries.silence(session, silence_id)
         operator_actions.end_silence(found, by.name, datetime.now(UTC))
-        return answers.silence_row(found)
+        return silence_out(found)

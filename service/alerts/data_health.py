@@ -1,41 +1,42 @@
-"""Did data stop? What the clock, and what is stored, say of it: pure functions of both."""
+"""Periodic checks of the data: pure functions of stored facts and the time, each of which yields alert candidates."""
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime, timedelta
 
-from service.alerts.candidates import Found
-from service.alerts.words import of_duration
+from service.alerts import texts
+from service.alerts.candidates import AlertCandidate
+from service.alerts.texts import Wording, duration
 
 GIB = 2**30
 STEPS = (1, 2, *(10**power for power in range(1, 10)))
-"""Numbers of files from which on people are told again."""
+"""Numbers of rejected files at which the wording changes, and a new message is due."""
 FILES = 3
-"""Of an earthquake that a sentence names."""
+"""Files of an earthquake that a sentence names."""
 RELIEF = 1.25
-"""Part of the reserve that must be free before a disk counts as no longer full: it shall not be told to and fro."""
+"""Multiple of the reserve that must be free before a full disk counts as mended, so that the alert does not flap."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Patience:
-    """How long is too long, from the settings."""
+class Thresholds:
+    """Durations and amounts, from the settings, beyond which a check raises an alert."""
 
     source: timedelta
     continuous: timedelta
-    """Without a good record, of a source that records all the time."""
+    """Without a usable record, for a source that records all the time."""
     quiet: timedelta
-    """The same of one that gives earthquakes."""
+    """The same for a source that records earthquakes only."""
     misses: int
     """Earthquakes in a row without a channel."""
     clock: timedelta
     worker: timedelta
     reserve: int
-    """Bytes that ought to be free."""
+    """Bytes of disk that should be free."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Source:
-    """How a building's source is doing."""
+    """State of a building's source."""
 
     is_continuous: bool
     watched_since: datetime
@@ -44,15 +45,15 @@ class Source:
     failing_since: datetime | None
     error: str | None
     described_at: datetime
-    """Since when the building file that names it is in force."""
+    """When the building file that names the source took effect."""
     last_record: datetime | None
-    """End of the last good one."""
+    """End of the last usable record."""
     ahead: timedelta
-    """By which that ended after it came: none ought to."""
+    """Time from its arrival to its end; positive only with a wrong clock."""
     came_at: datetime | None
-    """When it came."""
+    """Arrival of that record."""
     server_ahead: timedelta | None
-    """Of its clock against ours, at the last look; None where it does not say."""
+    """Offset of the server's clock at the last request; None where it gives no time."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,221 +62,168 @@ class Rejected:
 
     name: str
     at: datetime
-    """When it came."""
+    """When it arrived."""
     reason: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sighting:
-    """The channels that gave a good record in an earthquake."""
+    """The channels that gave a usable record in an earthquake."""
 
     event: int
     start: datetime
     channels: Collection[str]
     findings: Mapping[str, str] = field(default_factory=dict)
-    """What screening found, in words, of the channels that it took for dead."""
+    """Finding of the data quality check for each dead channel."""
     files: tuple[str, ...] = ()
-    """Names of what was received of it."""
+    """Names of its files."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Work:
-    """The jobs of a building that nobody has finished."""
+    """The unfinished jobs of a building."""
 
     oldest: datetime | None
-    """Since when the oldest one waits, or its worker was heard of last."""
+    """Since when the oldest one waits, or its worker has been silent."""
     last_progress: datetime | None
-    """When any job of the service was finished last."""
+    """When any job of the service was last finished."""
 
 
-def stopped_source(source: Source, patience: Patience, now: datetime) -> Iterator[Found]:
-    """The monitoring server has not answered for too long, or a look at it does not come to an end.
+def stopped_source(source: Source, thresholds: Thresholds, now: datetime) -> Iterator[AlertCandidate]:
+    """The monitoring server has not answered for too long, or a request to it does not end.
 
-    One that has never answered since its building file came into force may have a wrong address: there is no patience
-    with it.
+    A server that has never answered since its building file took effect may have a wrong address: that is reported at
+    once.
     """
-    looking = source.attempted_at is not None and source.attempted_at > (source.succeeded_at or source.watched_since)
-    began = source.failing_since or (source.attempted_at if looking else None)
+    has_pending_request = source.attempted_at is not None and source.attempted_at > (
+        source.succeeded_at or source.watched_since
+    )
+    began = source.failing_since or (source.attempted_at if has_pending_request else None)
     if began is None:
         return
     has_answered = source.succeeded_at is not None and source.succeeded_at >= source.described_at
     if source.failing_since is not None and not has_answered:
-        yield _found(
-            "source",
-            began,
-            began,
-            "The monitoring server has never answered at its address",
-            ("No earthquake is watched until it answers.", f"Menshin found: {source.error}."),
-            {"error": source.error},
-        )
-    elif now - began > patience.source:
-        said = f"It says: {source.error}." if source.failing_since else "A look at it does not come to an end."
-        yield _found(
-            "source",
-            began,
-            began + patience.source,
-            f"The monitoring server has not answered for more than {of_duration(patience.source)}",
-            ("Earthquakes from then on are not watched until it answers again.", said),
-            {"error": source.error},
-        )
+        wording = texts.SERVER_NEVER_ANSWERED.filled(error=source.error)
+        yield _candidate("source", began, began, wording, {"error": source.error})
+    elif now - began > thresholds.source:
+        is_failing = source.failing_since is not None
+        detail = texts.SERVER_ERROR.format(error=source.error) if is_failing else texts.REQUEST_NEVER_ENDS
+        wording = texts.SERVER_SILENT.filled(duration=duration(thresholds.source), detail=detail)
+        yield _candidate("source", began, began + thresholds.source, wording, {"error": source.error})
 
 
-def stopped_records(source: Source, patience: Patience, now: datetime) -> Iterator[Found]:
-    """The server answers, but there has been no good record for too long."""
-    longest = patience.continuous if source.is_continuous else patience.quiet
+def stopped_records(source: Source, thresholds: Thresholds, now: datetime) -> Iterator[AlertCandidate]:
+    """The server answers, but there has been no usable record for too long."""
+    longest = thresholds.continuous if source.is_continuous else thresholds.quiet
     began = max(source.last_record or source.watched_since, source.watched_since)
     if now - began > longest:
-        yield _found(
-            "record",
-            began,
-            began + longest,
-            f"No record that can be used has come for more than {of_duration(longest)}",
-            ("The recorder may have stopped though its server answers: it ought to be looked at.",),
-            {"last_record": None if source.last_record is None else source.last_record.isoformat()},
-        )
+        last = None if source.last_record is None else source.last_record.isoformat()
+        wording = texts.NO_USABLE_RECORD.filled(duration=duration(longest))
+        yield _candidate("record", began, began + longest, wording, {"last_record": last})
 
 
-def rejected_files(files: Sequence[Rejected]) -> Iterator[Found]:
-    """Files of which nothing could be used, in one finding, however many there are.
-
-    Its words change only when there are ten times as many: people are not told of each.
+def rejected_files(files: Sequence[Rejected]) -> Iterator[AlertCandidate]:
+    """Files of which nothing could be used, as one candidate; its wording changes at every tenfold number only.
 
     Args:
-        files: those that count still, the earliest first.
+        files: those that still count, the earliest first.
     """
     if not files:
         return
-    count, first = len(files), files[0]
-    least = max(step for step in STEPS if step <= count)
-    yield _found(
-        "rejected",
-        first.at,
-        first.at,
-        "A file could not be used" if count == 1 else f"{least} files or more could not be used",
-        (
-            "What they recorded is missing from the results. The page of the building's records lists every file with "
-            "its reason.",
-            f"The first is {first.name}: {first.reason}.",
-        ),
-        {"files": count, "first": first.name, "reason": first.reason},
-    )
+    number, first = len(files), files[0]
+    least = max(step for step in STEPS if step <= number)
+    count = texts.ONE_FILE if number == 1 else texts.SEVERAL_FILES.format(least=least)
+    wording = texts.FILES_REJECTED.filled(count=count, name=first.name, reason=first.reason)
+    evidence = {"files": number, "first": first.name, "reason": first.reason}
+    yield _candidate("rejected", first.at, first.at, wording, evidence)
 
 
-def wrong_clocks(source: Source, patience: Patience) -> Iterator[Found]:
+def wrong_clocks(source: Source, thresholds: Thresholds) -> Iterator[AlertCandidate]:
     """Records come from the future, or the server's clock and ours differ."""
-    if source.ahead > patience.clock and source.came_at is not None:
-        yield _found(
-            "clock/recorder",
-            source.came_at,
-            source.came_at,
-            f"The recorder's clock is ahead by more than {of_duration(patience.clock)}",
-            ("Its records end later than they came, so the times of earthquakes are wrong: its clock wants setting.",),
-            {"ahead": source.ahead.total_seconds()},
-        )
+    tolerance = duration(thresholds.clock)
+    if source.ahead > thresholds.clock and source.came_at is not None:
+        wording = texts.RECORDER_CLOCK.filled(tolerance=tolerance)
+        evidence = {"ahead": source.ahead.total_seconds()}
+        yield _candidate("clock/recorder", source.came_at, source.came_at, wording, evidence)
     offset = source.server_ahead
-    if offset is not None and abs(offset) > patience.clock and source.attempted_at is not None:
-        yield _found(
-            "clock/server",
-            source.attempted_at,
-            source.attempted_at,
-            f"The clocks of the monitoring server and of this one differ by more than {of_duration(patience.clock)}",
-            (f"The server's is {'ahead' if offset > timedelta(0) else 'behind'}: one of the two wants setting.",),
+    if offset is not None and abs(offset) > thresholds.clock and source.attempted_at is not None:
+        ahead = "ahead" if offset > timedelta(0) else "behind"
+        wording, evidence = (
+            texts.SERVER_CLOCK.filled(tolerance=tolerance, ahead=ahead),
             {"ahead": offset.total_seconds()},
         )
+        yield _candidate("clock/server", source.attempted_at, source.attempted_at, wording, evidence)
 
 
 def dead_channels(
-    sightings: Sequence[Sighting], channels: Collection[str], seen: Collection[str], patience: Patience
-) -> Iterator[Found]:
-    """Channels without a good record in the latest earthquakes, of those that ever gave one.
+    sightings: Sequence[Sighting], channels: Collection[str], seen: Collection[str], thresholds: Thresholds
+) -> Iterator[AlertCandidate]:
+    """Channels without a usable record in the latest earthquakes, of those that ever gave one.
 
     Args:
         sightings: of the latest earthquakes, in order of time.
         channels: of the building.
         seen: channels that ever gave a record.
-        patience: how many misses are too many.
+        thresholds: how many misses raise an alert.
     """
     for channel in sorted(set(channels) & set(seen)):
         missed = _missed(sightings, channel)
-        if len(missed) >= patience.misses:
-            raised = missed[patience.misses - 1]
-            yield _found(
-                f"channel/{channel}",
-                missed[0].start,
-                raised.start,
-                f"Sensor {channel} gave no good record in {patience.misses} earthquakes or more",
-                (
-                    "What it measured is missing from the results: the sensor or its line ought to be looked at.",
-                    _silence(missed[-1], channel),
-                ),
-                {"events": [one.event for one in missed], "files": list(missed[-1].files)},
-                (channel,),
-                tuple(one.event for one in missed),
-            )
+        if len(missed) < thresholds.misses:
+            continue
+        first, raised, last = missed[0], missed[thresholds.misses - 1], missed[-1]
+        wording = texts.DEAD_CHANNEL.filled(
+            channel=channel,
+            misses=thresholds.misses,
+            event=last.event,
+            files=f" ({', '.join(last.files[:FILES])})" if last.files else "",
+            finding=last.findings.get(channel, texts.NO_SAMPLES).rstrip("."),
+        )
+        events = tuple(one.event for one in missed)
+        evidence = {"events": list(events), "files": list(last.files)}
+        yield _candidate(f"channel/{channel}", first.start, raised.start, wording, evidence, (channel,), events)
 
 
-def stuck_work(work: Work, patience: Patience, now: datetime) -> Iterator[Found]:
-    """Work waits for too long while nothing at all gets done: a long queue that moves is no fault."""
-    if work.oldest is None or now - work.oldest <= patience.worker:
+def stuck_work(work: Work, thresholds: Thresholds, now: datetime) -> Iterator[AlertCandidate]:
+    """Work waits for too long while no job at all is finished: a long queue that moves is no fault."""
+    if work.oldest is None or now - work.oldest <= thresholds.worker:
         return
-    if work.last_progress is not None and now - work.last_progress <= patience.worker:
+    if work.last_progress is not None and now - work.last_progress <= thresholds.worker:
         return
     began = max(work.oldest, work.last_progress or work.oldest)
-    yield _found(
-        "worker",
-        began,
-        began + patience.worker,
-        f"Records have waited for their analysis for more than {of_duration(patience.worker)}",
-        ("They came in, but nothing is said of them until the worker runs again (menshin work, or menshin up).",),
-        {"oldest": work.oldest.isoformat()},
-    )
+    wording = texts.WORK_WAITS.filled(duration=duration(thresholds.worker))
+    yield _candidate("worker", began, began + thresholds.worker, wording, {"oldest": work.oldest.isoformat()})
 
 
-def full_disk(free: int, patience: Patience, since: datetime | None, now: datetime) -> Iterator[Found]:
+def full_disk(free: int, thresholds: Thresholds, since: datetime | None, now: datetime) -> Iterator[AlertCandidate]:
     """The disk of the database is nearly full.
 
     Args:
         free: bytes.
-        patience: what ought to be free.
-        since: when it became so; None if people were not told that it is.
+        thresholds: how much should be free.
+        since: beginning of the open alert about it; None if there is none.
         now: aware time.
     """
-    if free < patience.reserve * (1.0 if since is None else RELIEF):
+    if free < thresholds.reserve * (1.0 if since is None else RELIEF):
         began = since or now
-        yield _found(
-            "disk",
-            began,
-            began,
-            f"Less than {patience.reserve / GIB:.1f} GiB of disk is free for the database",
-            ("Once the disk is full no earthquake can be kept: make room, or give it a larger disk.",),
-            {},
-        )
-
-
-def _silence(last: Sighting, channel: str) -> str:
-    """What its last earthquake shows of a dead channel, and in which files."""
-    found = last.findings.get(channel, "no samples of it came").rstrip(".")
-    files = f" ({', '.join(last.files[:FILES])})" if last.files else ""
-    return f"In the latest earthquake, event {last.event}{files}: {found}."
+        yield _candidate("disk", began, began, texts.DISK_FULL.filled(gibibytes=thresholds.reserve / GIB), {})
 
 
 def _missed(sightings: Sequence[Sighting], channel: str) -> list[Sighting]:
-    """The earthquakes since the last one with a good record of the channel."""
+    """The earthquakes since the last one with a usable record of the channel."""
     good = [number for number, one in enumerate(sightings) if channel in one.channels]
     return list(sightings[good[-1] + 1 :] if good else sightings)
 
 
-def _found(
+def _candidate(
     cause: str,
     began_at: datetime,
     raised_at: datetime,
-    summary: str,
-    sentences: tuple[str, ...],
+    wording: Wording,
     evidence: Mapping[str, object],
     channels: tuple[str, ...] = (),
     event_ids: tuple[int, ...] = (),
-) -> Found:
-    return Found(
+) -> AlertCandidate:
+    return AlertCandidate(
         cause=cause,
         kind="data",
         is_sure=True,
@@ -284,6 +232,6 @@ def _found(
         channels=channels,
         event_ids=event_ids,
         evidence=dict(evidence),
-        summary=summary,
-        sentences=sentences,
+        summary=wording.summary,
+        sentences=wording.sentences,
     )

@@ -1,57 +1,69 @@
-"""What an engineer may do about an alert, and when that is refused; repeating it changes nothing."""
+"""Actions of engineers on an alert: acknowledge, inspect, silence. Repeating an action changes nothing."""
 
-from datetime import datetime
+from collections.abc import Mapping
+from datetime import datetime, timedelta
+from zoneinfo import ZoneInfo
 
 from sqlalchemy.orm import Session
 
-from service.alerts.acts import OUTCOMES, Act, Outcome
-from service.alerts.states import ACKNOWLEDGED, ACTIVE, MEANINGS, NAMES
+from core.drift.baseline import FEWEST_EVENTS
+from service.access.auth import Caller
+from service.alerts import texts
+from service.alerts.lifecycle import ACKNOWLEDGED, ACTIVE, OUTCOMES, OperatorAction, Outcome
+from service.alerts.messages import write_messages
+from service.alerts.reconciliation import record_acknowledgement, record_change
 from service.alerts.tables import Alert, Inspection, Silence
-from service.alerts.transitions import change, follow_act
-from service.alerts.words import quantity_of, sensor_of
+from service.analyses import history
 from service.buildings import reference_periods
 from service.buildings.tables import Building
 from service.errors import ConflictError
+from service.jobs import queue as job_queue
+
+AS_BEFORE, FROM_NOW, SINCE_IT_BEGAN = "as_before", "from_now", "since_it_began"
+"""Choices of the reference period after an inspection."""
+
+
+def person_name(by: Caller, name: str | None) -> str:
+    """Name of the key, with the person's name where that is another."""
+    return by.name if name is None or name == by.name else f"{name} ({by.name})"
 
 
 def acknowledge(session: Session, alert: Alert, by: str, note: str, now: datetime) -> None:
-    """Take an alert on: others see who looks after it. One that somebody has taken on stays theirs.
+    """Acknowledge an alert, so that others see who looks after it; an acknowledged alert stays with its person.
 
     Raises:
         ConflictError: it is not active.
     """
-    _held(session, alert)
+    _lock(session, alert)
     if alert.state == ACKNOWLEDGED:
         return
     if alert.state != ACTIVE:
-        raise ConflictError(
-            f"Alert {alert.id} is {NAMES[alert.state]}: {MEANINGS[alert.state]}; only an active one is acknowledged."
-        )
-    follow_act(alert, Act(alert.cause, now, by, note, ends=False, evidence=alert.evidence))
-    change(alert, ACKNOWLEDGED, by, note, now)
+        state, meaning = texts.STATE_NAMES[alert.state], texts.STATE_MEANINGS[alert.state]
+        raise ConflictError(texts.NOT_ACTIVE.format(id=alert.id, state=state, meaning=meaning))
+    record_acknowledgement(alert, OperatorAction(alert.cause, now, by, note, ends=False, evidence=alert.evidence))
+    record_change(alert, ACKNOWLEDGED, by, note, now)
 
 
 def inspect(
     session: Session, alert: Alert, by: str, outcome: Outcome, note: str, reference_from: datetime | None, now: datetime
 ) -> Inspection | None:
-    """End an alert by what somebody found at the building, or by a review of its data.
+    """End an alert by an inspection of the building, or by a review of its data.
 
-    What began before and does not get worse is answered by it. With `reference_from` the quantity that the alert is
-    about has a new reference from then on: of a sensor its own, else in every direction:
-    the isolators are the same.
+    The inspection covers what began before, unless it gets worse. `reference_from` begins a new reference period for
+    the alert's quantity: that of the one sensor, or of all directions, since the isolators are the same.
 
     Returns:
-        None if the same inspection was told before: then nothing changes.
+        None if the same inspection is recorded already: then nothing changes.
 
     Raises:
-        ConflictError: it has ended already.
+        ConflictError: the alert has ended already.
     """
-    _held(session, alert)
+    _lock(session, alert)
     for before in alert.inspections:
         if (before.outcome, before.note, before.reference_from) == (outcome, note, reference_from):
             return None
     if alert.closed_at is not None:
-        raise ConflictError(f"Alert {alert.id} is {alert.state} since {alert.closed_at:%Y-%m-%d %H:%M} UTC already.")
+        raise ConflictError(texts.HAS_ENDED.format(id=alert.id, state=alert.state, closed_at=alert.closed_at))
     made = Inspection(
         alert=alert,
         at=now,
@@ -62,25 +74,84 @@ def inspect(
         evidence=dict(alert.evidence),
     )
     session.add(made)
-    change(alert, OUTCOMES[outcome], by, note, now)
+    record_change(alert, OUTCOMES[outcome], by, note, now)
     session.flush()
-    quantity = quantity_of(alert.cause)
+    quantity = texts.quantity_of(alert.cause)
     if reference_from is not None and quantity is not None:
-        of, why = sensor_of(alert.cause), f"Inspection of alert {alert.id}: {note}"
-        reference_periods.begin(session, alert.building, quantity, of, reference_from, None, why, by, now)
+        sensor, why = texts.sensor_of(alert.cause), texts.REFERENCE_REASON.format(id=alert.id, note=note)
+        reference_periods.begin(session, alert.building, quantity, sensor, reference_from, None, why, by, now)
     return made
+
+
+def inspect_and_notify(
+    session: Session,
+    alert: Alert,
+    by: str,
+    outcome: Outcome,
+    note: str,
+    reference_from: datetime | None,
+    max_age: timedelta,
+    now: datetime,
+) -> None:
+    """End an alert by an inspection, and write the messages that follow from it.
+
+    Raises:
+        ConflictError: the alert has ended already.
+    """
+    if inspect(session, alert, by, outcome, note, reference_from, now) is None:
+        return
+    if alert.kind != "data":
+        job_queue.enqueue_watch(session, alert.building_id, by, now)  # what it kept on hold may become active
+    session.flush()
+    write_messages(session, alert.building_id, max_age, now)
+
+
+def reference_from(alert: Alert, choice: str, now: datetime) -> datetime | None:
+    """Start of the new reference period; None: none begins.
+
+    Raises:
+        KeyError: there is no such choice.
+    """
+    return {
+        AS_BEFORE: None,
+        FROM_NOW: now,
+        SINCE_IT_BEGAN: alert.changed_by or alert.began_at,  # earlier events may not have shown it
+    }[choice]
+
+
+def reference_consequences(session: Session, alert: Alert, zone: ZoneInfo) -> Mapping[str, str]:
+    """The effect of each choice on later alarms; empty for alerts without a reference period."""
+    quantity = texts.quantity_of(alert.cause)
+    if quantity is None:
+        return {}
+    sensor = texts.sensor_of(alert.cause)
+    title = texts.TITLES[quantity] if sensor is None else f"{texts.TITLES[quantity]} {sensor}"
+    shared = texts.ALL_DIRECTIONS_SHARE if sensor is None else texts.OTHER_SENSORS_KEEP
+    since = alert.changed_by or alert.began_at
+    count = history.analysed_since(session, alert.building_id, since)
+    return {
+        AS_BEFORE: texts.REFERENCE_STAYS,
+        FROM_NOW: texts.REFERENCE_FROM_NOW.format(title=title, needed=FEWEST_EVENTS, shared=shared),
+        SINCE_IT_BEGAN: texts.REFERENCE_SINCE_IT_BEGAN.format(
+            when=texts.local_time(since.astimezone(zone)),
+            counted=texts.ONE_COUNTS if count == 1 else texts.SEVERAL_COUNT.format(count=count),
+            title=title,
+            needed=max(0, FEWEST_EVENTS - count),
+            shared=shared,
+        ),
+    }
 
 
 def silence(
     session: Session, building: Building, pattern: str, until: datetime, reason: str, by: str, now: datetime
 ) -> Silence:
-    """Tell nobody of alerts of such causes for a while; the same again is the silence there is.
+    """Send no messages about alerts of such causes for a while; an equal silence is returned, not repeated.
 
     Raises:
         ConflictError: it would end before it begins.
     """
     if until <= now:
-        raise ConflictError(f"The silence would have ended at {until:%Y-%m-%d %H:%M} UTC; a time to come would do.")
+        raise ConflictError(texts.SILENCE_IN_THE_PAST.format(until=until))
     session.get_one(Building, building.id, with_for_update=True)
     alike = (Silence.building_id == building.id, Silence.pattern == pattern, Silence.reason == reason)
     for before in session.query(Silence).where(*alike, Silence.by == by, Silence.ends_at == until):
@@ -94,12 +165,12 @@ def silence(
 
 
 def end_silence(silence: Silence, by: str, now: datetime) -> None:
-    """Tell people again from now on; a silence that has ended stays as it was."""
+    """Send messages again from now on; a silence that has ended stays as it was."""
     if silence.ends_at > now:
         silence.ends_at, silence.ended_by = now, by
 
 
-def _held(session: Session, alert: Alert) -> None:
-    """One after the other: whoever comes second sees what the first one did."""
+def _lock(session: Session, alert: Alert) -> None:
+    """Serialise actions on a building's alerts: the second one sees what the first one did."""
     session.get_one(Building, alert.building_id, with_for_update=True)
     session.refresh(alert)

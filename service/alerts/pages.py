@@ -12,12 +12,10 @@ from core.drift.alarms import printed_change
 from core.drift.quantities import quantity
 from service.access.auth import Caller, Role
 from service.access.pages import reader
-from service.alerts import answers, ending, operator_actions, queries, requests
+from service.alerts import operator_actions, queries, texts
 from service.alerts.api import AlertId, By, SilenceId
-from service.alerts.schema import AcknowledgeRequest, InspectRequest, PartOut, SilenceRequest
-from service.alerts.states import MEANINGS, NAMES
+from service.alerts.schema import AcknowledgeRequest, InspectRequest, PartOut, SilenceRequest, alert_out
 from service.alerts.tables import Alert
-from service.alerts.words import of_cause, of_span, of_subject, of_time, quantity_of
 from service.analyses import queries as analysis_queries
 from service.analyses.tables import DirectionResult
 from service.buildings import queries as building_queries
@@ -34,8 +32,8 @@ router = APIRouter(include_in_schema=False)
 Reader = Annotated[Caller, Depends(reader)]
 LISTED = 200
 """Alerts of a building that its page lists, the latest first."""
-REFERENCES = (ending.AS_BEFORE, ending.FROM_NOW, ending.SINCE_IT_BEGAN)
-"""What the form offers as the start of a new reference period."""
+REFERENCES = (operator_actions.AS_BEFORE, operator_actions.FROM_NOW, operator_actions.SINCE_IT_BEGAN)
+"""Choices of the reference period in the form."""
 LONGEST = 24 * 365
 """h that a silence may last."""
 
@@ -72,7 +70,7 @@ def _listed(
 
 @router.get("/alerts/{alert_id}")
 def of_alert(request: Request, alert_id: AlertId, sessions: Reading, by: Reader) -> Response:
-    """An alert: what happened, what it rests on, its history, who was told, and what can be done about it."""
+    """An alert: what happened, its evidence, history and messages, and what can be done about it."""
     return _shown(request, alert_id, sessions, by)
 
 
@@ -89,9 +87,9 @@ def _shown(
             "alert",
             refused.status,
             refused=refused,
-            consequences=ending.consequences(session, found, zone),
+            consequences=operator_actions.reference_consequences(session, found, zone),
             building=found.building,
-            alert=answers.whole(session, found, now),
+            alert=alert_out(session, found, now),
             results=_results(session, found),
             may_work=by.role >= Role.engineer,
             **_words(session, found.building),
@@ -100,12 +98,12 @@ def _shown(
 
 @router.post("/alerts/{alert_id}/acknowledge")
 def acknowledge(request: Request, alert_id: AlertId, sessions: Writing, by: By, form: Form) -> Response:
-    """Take the alert on, and show it."""
+    """Acknowledge the alert, and show it."""
 
     def act() -> Response:
         wanted = checked(AcknowledgeRequest, form)
         with sessions.begin() as session:
-            found, who = queries.alert(session, alert_id), requests.person(by, wanted.name)
+            found, who = queries.alert(session, alert_id), operator_actions.person_name(by, wanted.name)
             operator_actions.acknowledge(session, found, who, wanted.note, datetime.now(UTC))
         return RedirectResponse(f"/alerts/{alert_id}", 303)
 
@@ -114,17 +112,17 @@ def acknowledge(request: Request, alert_id: AlertId, sessions: Writing, by: By, 
 
 @router.post("/alerts/{alert_id}/inspect")
 def inspect(request: Request, alert_id: AlertId, sessions: Writing, by: By, form: Form) -> Response:
-    """End the alert by what was found, and show it."""
+    """End the alert by an inspection, and show it."""
     now, age = datetime.now(UTC), timedelta(seconds=request.app.state.settings.notify.max_event_age)
-    reference = form.get("reference", ending.AS_BEFORE)
+    reference = form.get("reference", operator_actions.AS_BEFORE)
 
     def act() -> Response:
         strange = None if reference in REFERENCES else "choose one of these reference periods"
         wanted = checked(InspectRequest, form, {"reference": strange})
         with sessions.begin() as session:
-            found, who = queries.alert(session, alert_id), requests.person(by, wanted.name)
-            begins = ending.reference_from(found, reference, now)
-            requests.inspect(session, found, who, wanted.outcome, wanted.note, begins, age, now)
+            found, who = queries.alert(session, alert_id), operator_actions.person_name(by, wanted.name)
+            begins = operator_actions.reference_from(found, reference, now)
+            operator_actions.inspect_and_notify(session, found, who, wanted.outcome, wanted.note, begins, age, now)
         return RedirectResponse(f"/alerts/{alert_id}", 303)
 
     return taken("inspect", form, act, lambda refused: _shown(request, alert_id, sessions, by, refused))
@@ -132,7 +130,7 @@ def inspect(request: Request, alert_id: AlertId, sessions: Writing, by: By, form
 
 @router.post("/buildings/{code}/silences")
 def silence(request: Request, code: Code, sessions: Writing, by: By, form: Form) -> Response:
-    """Tell nobody of some alerts for a while, and show all of them."""
+    """Silence some alerts for a while, and show all alerts."""
     now, hours = datetime.now(UTC), form.get("hours", "")
 
     def act() -> Response:
@@ -141,7 +139,8 @@ def silence(request: Request, code: Code, sessions: Writing, by: By, form: Form)
         wrong = None if fits else f"give a whole number of hours from 1 to {LONGEST}"
         wanted = checked(SilenceRequest, form | {"until": f"{until:%Y-%m-%dT%H:%M:%SZ}"}, {"hours": wrong})
         with sessions.begin() as session:
-            requests.silence(session, code, wanted.pattern, wanted.until, wanted.reason, by.name, now)
+            found, _ = building_queries.building(session, code)
+            operator_actions.silence(session, found, wanted.pattern, wanted.until, wanted.reason, by.name, now)
         return RedirectResponse(f"/buildings/{code}/alerts", 303)
 
     return taken("silence", form, act, lambda refused: _listed(request, code, sessions, by, refused))
@@ -149,7 +148,7 @@ def silence(request: Request, code: Code, sessions: Writing, by: By, form: Form)
 
 @router.post("/silences/{silence_id}/end")
 def end(silence_id: SilenceId, sessions: Writing, by: By) -> Response:
-    """Tell people again, and show the alerts."""
+    """End a silence, and show the alerts."""
     with sessions.begin() as session:
         found = queries.silence(session, silence_id)
         operator_actions.end_silence(found, by.name, datetime.now(UTC))
@@ -158,21 +157,21 @@ def end(silence_id: SilenceId, sessions: Writing, by: By) -> Response:
 
 
 def _words(session: Session, building: Building) -> dict[str, Any]:
-    """How a page of the building tells times, causes and states."""
+    """Functions for times, causes and states on a page of the building."""
     zone = ZoneInfo(described(session, building).timezone)
     return {
-        "span": lambda first, last: of_span(first.astimezone(zone), last.astimezone(zone)),
-        "of": of_subject,
+        "span": lambda first, last: texts.time_span(first.astimezone(zone), last.astimezone(zone)),
+        "of": texts.subject,
         "size": _size,
-        "when": lambda moment: of_time(moment.astimezone(zone)),
-        "about": of_cause,
-        "meanings": MEANINGS,
-        "names": NAMES,
+        "when": lambda moment: texts.local_time(moment.astimezone(zone)),
+        "about": texts.cause,
+        "meanings": texts.STATE_MEANINGS,
+        "names": texts.STATE_NAMES,
     }
 
 
 def _results(session: Session, alert: Alert) -> list[DirectionResult]:
-    """What the event that raised it showed, in the direction that it is about; all where it is of none."""
+    """Results of the event that raised it in the direction that it is about; in all directions if it is about none."""
     if alert.raised_event_id is None:
         return []
     analyses = [one for one in record_queries.analyses(session, alert.raised_event_id) if one.current]
@@ -182,8 +181,8 @@ def _results(session: Session, alert: Alert) -> list[DirectionResult]:
 
 
 def _size(cause: str, part: PartOut) -> str:
-    """Change of a part with its 95 % interval; nothing where none is known."""
-    name = quantity_of(cause)
+    """Change of a part with its 95 % interval; empty if it is not known."""
+    name = texts.quantity_of(cause)
     if name is None or part.drift is None or part.low is None or part.high is None:
         return ""
     return printed_change(quantity(name), part.drift, part.low, part.high)

@@ -1,4 +1,4 @@
-"""What is asked about the alerts."""
+"""Queries of alerts, silences and the messages about them."""
 
 from collections.abc import Collection, Mapping, Sequence
 from datetime import datetime
@@ -21,34 +21,34 @@ def open_alerts(session: Session, building_id: int, kinds: Collection[str]) -> S
 
 
 def acknowledgements(session: Session, building_id: int) -> Sequence[tuple[str, AlertChange]]:
-    """(cause, change) of every alert of the building that somebody acknowledged."""
+    """(cause, change) of every alert of the building that a person acknowledged."""
     made = (Alert.building_id == building_id, AlertChange.state == "acknowledged", AlertChange.by.is_not(None))
-    question = select(Alert.cause, AlertChange).join(Alert, Alert.id == AlertChange.alert_id).where(*made)
-    return [(cause, change) for cause, change in session.execute(question.order_by(AlertChange.id))]
+    query = select(Alert.cause, AlertChange).join(Alert, Alert.id == AlertChange.alert_id).where(*made)
+    return [(cause, change) for cause, change in session.execute(query.order_by(AlertChange.id))]
 
 
 def inspections(session: Session, building_id: int) -> Sequence[tuple[str, Inspection]]:
     """(cause, inspection) of every alert of the building that was inspected."""
-    question = select(Alert.cause, Inspection).join(Alert, Alert.id == Inspection.alert_id)
-    found = session.execute(question.where(Alert.building_id == building_id).order_by(Inspection.id))
+    query = select(Alert.cause, Inspection).join(Alert, Alert.id == Inspection.alert_id)
+    found = session.execute(query.where(Alert.building_id == building_id).order_by(Inspection.id))
     return [(cause, inspection) for cause, inspection in found]
 
 
 def has_newer_results(session: Session, alert: Alert) -> bool:
-    """Whether events up to the one that raised an alert have results that were not there when it was found last."""
+    """True if events up to the one that raised an alert have results newer than its evidence."""
     if alert.raised_event is None:
         return False
     older = (Event.building_id == alert.building_id, Event.start <= alert.raised_event.start)
     newer = select(Analysis.id).join(Event, Event.id == Analysis.event_id)
-    question = newer.where(*older, Analysis.created_at > alert.updated_at).limit(1)
-    return session.scalar(question) is not None
+    query = newer.where(*older, Analysis.created_at > alert.updated_at).limit(1)
+    return session.scalar(query) is not None
 
 
 def alert(session: Session, number: int) -> Alert:
     """An alert.
 
     Raises:
-        NotFoundError: there is none by that number.
+        NotFoundError: there is none with that number.
     """
     found = session.get(Alert, number)
     if found is None:
@@ -64,44 +64,44 @@ def every(
     Args:
         session: to read with.
         building_id: of one building; None: of all.
-        state: one of service.alerts.states, or `open`; None: any.
+        state: one of service.alerts.lifecycle, or `open`; None: any.
         kind: one of service.alerts.candidates.Kind; None: any.
-        before: the number at which the page before ended.
+        before: the last number of the previous page.
         limit: rows.
     """
-    question = select(Alert).options(joinedload(Alert.building))
+    query = select(Alert).options(joinedload(Alert.building))
     for column, wanted in ((Alert.building_id, building_id), (Alert.kind, kind)):
         if wanted is not None:
-            question = question.where(column == wanted)
+            query = query.where(column == wanted)
     if state is not None:
-        question = question.where(Alert.closed_at.is_(None) if state == "open" else Alert.state == state)
+        query = query.where(Alert.closed_at.is_(None) if state == "open" else Alert.state == state)
     if before is not None:
-        question = question.where(Alert.id < before)
-    return session.scalars(question.order_by(Alert.id.desc()).limit(limit)).all()
+        query = query.where(Alert.id < before)
+    return session.scalars(query.order_by(Alert.id.desc()).limit(limit)).all()
 
 
 def open_counts(session: Session) -> Mapping[int, int]:
-    """Number of alerts that have not ended, by the building's number; buildings without any are not in it."""
-    question = select(Alert.building_id, func.count()).where(Alert.closed_at.is_(None)).group_by(Alert.building_id)
-    return {row[0]: row[1] for row in session.execute(question)}
+    """Number of alerts that have not ended, by the building's number; buildings without any are left out."""
+    query = select(Alert.building_id, func.count()).where(Alert.closed_at.is_(None)).group_by(Alert.building_id)
+    return {row[0]: row[1] for row in session.execute(query)}
 
 
-def tellings(session: Session, building_id: int, key: str) -> Sequence[Line]:
-    """(Message, Delivery | None, name of the receiver | None) of what was told under a key, the earliest first."""
-    question = (
+def deliveries(session: Session, building_id: int, key: str) -> Sequence[Line]:
+    """(Message, Delivery | None, name of the receiver | None) of the messages under a key, the earliest first."""
+    query = (
         select(Message, Delivery, Receiver.name)
         .outerjoin(Delivery, Delivery.message_id == Message.id)
         .outerjoin(Receiver, Receiver.id == Delivery.receiver_id)
         .where(Message.building_id == building_id, Message.key == key)
     )
-    return session.execute(question.order_by(Message.number, Delivery.id)).all()
+    return session.execute(query.order_by(Message.number, Delivery.id)).all()
 
 
 def silence(session: Session, number: int) -> Silence:
     """A silence.
 
     Raises:
-        NotFoundError: there is none by that number.
+        NotFoundError: there is none with that number.
     """
     found = session.get(Silence, number)
     if found is None:
@@ -126,39 +126,39 @@ def silences(session: Session, building_id: int) -> Sequence[Silence]:
 
 
 def messages(session: Session, building_id: int, key: str) -> Sequence[Message]:
-    """What people were told under a key, the earliest first."""
+    """Messages under a key, the earliest first."""
     of_key = (Message.building_id == building_id, Message.key == key)
     return session.scalars(select(Message).where(*of_key).order_by(Message.number)).all()
 
 
 def messages_of_alerts(session: Session, building_id: int) -> Sequence[Message]:
-    """What people were told of events that raised an alert, the earliest first."""
+    """Messages about events with alerts, the earliest first."""
     of_alerts = (Message.building_id == building_id, Message.kind == "alert", Message.key.like("event/%"))
     return session.scalars(select(Message).where(*of_alerts).order_by(Message.id)).all()
 
 
-def receivers_told(session: Session, building_id: int, keys: Collection[str]) -> Collection[int]:
-    """Numbers of those to whom messages under these keys went."""
+def recipients_of(session: Session, building_id: int, keys: Collection[str]) -> Collection[int]:
+    """Numbers of the recipients of messages under these keys."""
     of_keys = (Message.building_id == building_id, Message.key.in_(keys))
     return set(session.scalars(select(Delivery.receiver_id).join(Delivery.message).where(*of_keys)))
 
 
-def events_to_tell(session: Session, building_id: int, since: datetime) -> Sequence[int]:
-    """Numbers of the building's events of which there may be news, the earliest first.
+def events_to_report(session: Session, building_id: int, since: datetime) -> Sequence[int]:
+    """Numbers of the building's events that may need a message, the earliest first.
 
-    Those that ended since then, those that raised an alert that is open, and those with which people were told of one.
+    These are the events that ended since then, those that raised an open alert, and those whose messages reported one.
     """
     of_alerts = (Message.building_id == building_id, Message.kind == "alert", Message.key.like("event/%"))
-    told = {
+    reported = {
         int(key.removeprefix("event/")) for key in session.scalars(select(Message.key).where(*of_alerts).distinct())
     }
     raised = select(Alert.raised_event_id).where(Alert.building_id == building_id, Alert.closed_at.is_(None))
-    wanted = or_(Event.end >= since, Event.id.in_(raised), Event.id.in_(told))
-    question = select(Event.id).where(Event.building_id == building_id, wanted)
-    return session.scalars(question.order_by(Event.start, Event.id)).all()
+    wanted = or_(Event.end >= since, Event.id.in_(raised), Event.id.in_(reported))
+    query = select(Event.id).where(Event.building_id == building_id, wanted)
+    return session.scalars(query.order_by(Event.start, Event.id)).all()
 
 
 def alerts_without_event(session: Session, building_id: int) -> Sequence[Alert]:
-    """Alerts that became active and that no event raised: they go by the clock; ended ones too, by number."""
-    question = select(Alert).where(Alert.building_id == building_id, Alert.activated_at.is_not(None))
-    return session.scalars(question.where(Alert.raised_event_id.is_(None)).order_by(Alert.id)).all()
+    """Alerts of the periodic checks that became active, ended ones too, by number."""
+    query = select(Alert).where(Alert.building_id == building_id, Alert.activated_at.is_not(None))
+    return session.scalars(query.where(Alert.raised_event_id.is_(None)).order_by(Alert.id)).all()

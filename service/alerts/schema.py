@@ -1,14 +1,20 @@
-"""Alerts, silences and the audit trail, as the API answers them, and what may be asked of them."""
+"""Alerts and silences as the API and the pages show them, and the requests about them."""
 
 from datetime import datetime
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
+from sqlalchemy.orm import Session
 
+from service.alerts import queries
+from service.alerts.lifecycle import CLOSED
+from service.alerts.message_content import REMINDER_KEY
+from service.alerts.message_facts import message_key, reports_by_alert, silence_of
+from service.alerts.tables import Alert, Silence
 from service.schema import Answer, Number
 from service.times import read_time
 
-Given = Annotated[
+Time = Annotated[
     datetime,
     BeforeValidator(read_time),
     WithJsonSchema({"type": "string", "format": "date-time", "examples": ["2024-05-01T00:00:00Z"]}),
@@ -26,48 +32,49 @@ class AlertRow(Answer):
     kind: str = Field(description="`deterioration`, `recovery`, `sensor`, `model` or `data`.")
     state: str = Field(
         description="`pending` (under review), `on_hold` (another alert may explain it), `active`, `acknowledged`, "
-        "`resolved` or `withdrawn` (it never was so)."
+        "`resolved` or `withdrawn` (it was never the case)."
     )
-    summary: str = Field(description="One line for somebody who is no engineer.")
-    began_at: datetime = Field(description="Since when it is so, as it seems: the start of the likeliest event.")
+    summary: str = Field(description="One line for readers who are not engineers.")
+    began_at: datetime = Field(description="When it most likely began: the start of that event.")
     changed_after: datetime | None = Field(
-        description="Start of the last event that did not show it; null where the clock found it."
+        description="Start of the last event that did not show it; null for a periodic check."
     )
     changed_by: datetime | None = Field(
-        description="Start of the first event that did; with 95 % it began between. Null where the clock found it."
+        description="Start of the first event that did; it began between the two with 95 % confidence. "
+        "Null for a periodic check."
     )
-    opened_at: datetime = Field(description="When it was found first.")
-    activated_at: datetime | None = Field(description="When there was evidence enough; null before.")
-    acknowledged_at: datetime | None = Field(description="When somebody took it on; null before.")
-    acknowledged_by: str | None = Field(description="Who took it on; null before.")
+    opened_at: datetime = Field(description="When it was opened.")
+    activated_at: datetime | None = Field(description="When the evidence sufficed; null before.")
+    acknowledged_at: datetime | None = Field(description="When it was acknowledged; null before.")
+    acknowledged_by: str | None = Field(description="Who acknowledged it; null before.")
     closed_at: datetime | None = Field(description="When it was resolved or withdrawn; null while it is open.")
-    raised_event: int | None = Field(description="Number of the event that raised it; null where the clock did.")
+    raised_event: int | None = Field(description="Number of the event that raised it; null for a periodic check.")
 
 
 class PartOut(Answer):
-    """What one direction of a layer, or the mean of both, shows of an alert."""
+    """The part of an alert in one direction of the isolation layer, or in the mean of both."""
 
     subject: str = Field(description="`x`, `y`, or `xy`: both directions on average.")
     state: str = Field(
-        description="`active`, `pending` or `on_hold`, as it was found last; after its end that of the alert."
+        description="`active`, `pending` or `on_hold`, by the last evidence; after the end of the alert, its state."
     )
-    held_by: str | None = Field(description="Cause of the alert that may explain it; null where none does.")
+    held_by: str | None = Field(description="Cause of the alert that may explain it; null if there is none.")
     rule: str | None = Field(description="`sudden`, `slow`, `recovery` or `within` (one event).")
-    drift: Number | None = Field(description="Relative, -0.08 for 8 % less; of `residual_displacement` m.")
+    drift: Number | None = Field(description="Relative: -0.08 for 8 % less; m for `residual_displacement`.")
     low: Number | None = Field(description="Lower end of its 95 % interval.")
-    high: Number | None = Field(description="Upper end of it.")
+    high: Number | None = Field(description="Upper end of its 95 % interval.")
     began_at: datetime = Field(description="Start of the event with which it most likely began.")
     changed_after: datetime | None = Field(description="Start of the last event that did not show it.")
     changed_by: datetime | None = Field(description="Start of the first event that did.")
     events: list[int] = Field(description="Numbers of the events that show it.")
-    summary: str = Field(description="One line for somebody who is no engineer.")
+    summary: str = Field(description="One line for readers who are not engineers.")
 
 
 class AlertLine(AlertRow):
     """An alert in a list, with its parts."""
 
     parts: list[PartOut] = Field(
-        description="Directions of the layer; in CSV each as direction, state, change and interval."
+        description="Directions of the isolation layer; in CSV each as direction, state, change and interval."
     )
 
 
@@ -82,67 +89,65 @@ class ChangeOut(Answer):
     """A change of an alert's state."""
 
     at: datetime = Field(description="When.")
-    state: str = Field(description="Its state from then on.")
-    by: str | None = Field(description="Who did it; null where the service itself did.")
+    state: str = Field(description="State after the change.")
+    by: str | None = Field(description="Who did it; null for the service itself.")
     note: str = Field(description="Why.")
-    summary: str = Field(description="What it said then.")
-    evidence: dict[str, Any] = Field(description="What was known then.")
+    summary: str = Field(description="Summary at that time.")
+    evidence: dict[str, Any] = Field(description="Evidence at that time.")
 
 
 class InspectionOut(Answer):
-    """What somebody found at the building."""
+    """An inspection of the building, or a review of the data, that ended an alert."""
 
     id: int = Field(description="Its number.")
-    at: datetime = Field(description="When it was told.")
-    by: str = Field(description="Who told it.")
-    outcome: str = Field(description="`confirmed`, or `unfounded`: it never was so.")
-    note: str = Field(description="What was found, and done.")
+    at: datetime = Field(description="When it was recorded.")
+    by: str = Field(description="Who recorded it.")
+    outcome: str = Field(description="`confirmed`, or `unfounded`: it was never the case.")
+    note: str = Field(description="Findings and work done.")
     reference_from: datetime | None = Field(
-        description="From when on the building counts as healthy again; null where that stays as it was."
+        description="Start of the new reference period; null if the reference period stays."
     )
 
 
-class TellingOut(Answer):
-    """A message about an alert, and how far it came at one receiver."""
+class AlertMessageOut(Answer):
+    """A message about an alert, and its delivery to one recipient."""
 
     message: int = Field(description="Number of the message.")
     written_at: datetime = Field(description="When it was written.")
     sequence: str = Field(description="`new`, `updated`, `cancelled` or `repeat`.")
-    subject: str = Field(description="Its subject.")
-    receiver: str | None = Field(description="Name of the receiver; null where it was not sent.")
+    subject: str = Field(description="Subject line.")
+    receiver: str | None = Field(description="Name of the recipient; null if it was not sent.")
     state: str | None = Field(
-        description="`waiting`, `sending`, `delivered`, `failed` or `dropped`; null without a receiver."
+        description="`waiting`, `sending`, `delivered`, `failed` or `dropped`; null without a recipient."
     )
-    finished_at: datetime | None = Field(description="When it arrived or was given up; null before.")
-    unsent: str | None = Field(description="Why it went to nobody, such as `no recipients`; null where it was sent.")
+    finished_at: datetime | None = Field(description="When it arrived or failed for good; null before.")
+    unsent: str | None = Field(description="Why it was not sent, such as `no recipients`; null if it was sent.")
 
 
 class AlertOut(AlertLine):
     """An alert with its evidence and history."""
 
-    sentences: list[str] = Field(description="More of it, first for everybody, then for the engineer.")
-    evidence: dict[str, Any] = Field(description="What it rests on, SI units.")
-    onset_event: int | None = Field(
-        description="Number of the first event that shows it; null where the clock found it."
-    )
+    sentences: list[str] = Field(description="Details, first for everybody, then for the engineer.")
+    evidence: dict[str, Any] = Field(description="Evidence, SI units.")
+    onset_event: int | None = Field(description="Number of the first event that shows it; null for a periodic check.")
     events: list[int] = Field(description="Numbers of the events that triggered it.")
-    channels: list[str] = Field(description="Channels that it was found with.")
-    held_by: str | None = Field(description="Cause of the alert that holds it back; null where none does.")
-    acknowledgement: str | None = Field(description="Note of who took it on; null before.")
-    silenced_until: datetime | None = Field(description="Until when nobody is told of it; null where people are.")
+    channels: list[str] = Field(description="Channels that it was measured with.")
+    held_by: str | None = Field(description="Cause of the alert that keeps it on hold; null if there is none.")
+    acknowledgement: str | None = Field(description="Note of the acknowledgement; null before.")
+    silenced_until: datetime | None = Field(description="End of the silence that applies to it; null if there is none.")
     changes: list[ChangeOut] = Field(description="Every change of its state, the earliest first.")
-    inspections: list[InspectionOut] = Field(description="What people found.")
-    told: list[TellingOut] = Field(description="Who was told, and whether it arrived.")
+    inspections: list[InspectionOut] = Field(description="Inspections, the earliest first.")
+    told: list[AlertMessageOut] = Field(description="Messages about it and their deliveries.")
 
 
-class Asked(BaseModel):
-    """What somebody asks of an alert."""
+class RequestBody(BaseModel):
+    """A request about an alert."""
 
     model_config = ConfigDict(extra="forbid")
 
 
-class AcknowledgeRequest(Asked):
-    """Somebody takes an alert on."""
+class AcknowledgeRequest(RequestBody):
+    """Acknowledgement of an alert."""
 
     note: Note = Field(description="What is being done about it.", examples=["On my way to the building."])
     name: PersonName | None = Field(
@@ -150,46 +155,46 @@ class AcknowledgeRequest(Asked):
     )
 
 
-class InspectRequest(Asked):
-    """Somebody ends an alert by what was found."""
+class InspectRequest(RequestBody):
+    """Inspection that ends an alert."""
 
     outcome: Literal["confirmed", "unfounded"] = Field(
-        description="`confirmed`, or `unfounded`: it never was so.", examples=["confirmed"]
+        description="`confirmed`, or `unfounded`: it was never the case.", examples=["confirmed"]
     )
-    note: Note = Field(description="What was found, and done.", examples=["Bearings 3 and 4 were replaced."])
+    note: Note = Field(description="Findings and work done.", examples=["Bearings 3 and 4 were replaced."])
     name: PersonName | None = Field(
         None, description="Name of the person, where several share a key.", examples=["A. Engineer"]
     )
-    reference_from: Given | None = Field(
-        None, description="From when on the building counts as healthy again; without it that stays as it was."
+    reference_from: Time | None = Field(
+        None, description="Start of a new reference period; without it the reference period stays."
     )
 
 
-class SilenceRequest(Asked):
-    """Nobody is to be told of some alerts for a while."""
+class SilenceRequest(RequestBody):
+    """Silence for some alerts of a building."""
 
     pattern: str = Field(
-        description="Of causes, with * for any text and ? for any character; `*` is all.",
+        description="Pattern of causes, with * for any text and ? for any character; `*` matches all.",
         min_length=1,
         max_length=100,
         pattern=r"^[!-~]+$",
         examples=["stiffness/*"],
     )
-    until: Given = Field(description="When it ends.")
+    until: Time = Field(description="When it ends.")
     reason: Note = Field(description="Why.", examples=["A load test."])
 
 
 class SilenceOut(Answer):
-    """A time during which nobody is told of some alerts."""
+    """A time during which no messages about some alerts are sent."""
 
     id: int = Field(description="Its number.")
     building: str = Field(description="Code of the building.")
-    pattern: str = Field(description="Of causes.")
+    pattern: str = Field(description="Pattern of causes.")
     starts_at: datetime = Field(description="When it began.")
     ends_at: datetime = Field(description="When it ends, or was ended.")
     reason: str = Field(description="Why.")
-    by: str = Field(description="Who wished it.")
-    ended_by: str | None = Field(description="Who ended it before its time; null where nobody did.")
+    by: str = Field(description="Who set it.")
+    ended_by: str | None = Field(description="Who ended it early; null if it was not ended early.")
 
 
 class Silences(Answer):
@@ -199,20 +204,67 @@ class Silences(Answer):
     next: str | None = Field(description="Always null: they are all on one page.")
 
 
-class AuditRow(Answer):
-    """Something that a person changed."""
-
-    id: int = Field(description="Its number.")
-    at: datetime = Field(description="When.")
-    by: str = Field(description="Name of the key, or of the account that gave the command.")
-    address: str = Field(description="From where: an address, or the name of the machine.")
-    action: str = Field(description="Method of the request, or the command.")
-    target: str = Field(description="Path of the request; empty for a command.")
-    details: dict[str, Any] = Field(description="What was asked for, without secrets.")
+def alert_line(alert: Alert) -> AlertLine:
+    """An alert in a list."""
+    same = {name: getattr(alert, name) for name in AlertRow.model_fields if name not in ("building", "raised_event")}
+    settled = {"state": alert.state, "held_by": None} if alert.state in CLOSED else {}
+    parts = [PartOut(**{**part, **settled}) for part in alert.evidence.get("parts", ())]
+    return AlertLine(building=alert.building.code, raised_event=alert.raised_event_id, parts=parts, **same)
 
 
-class Audit(Answer):
-    """A page of the audit trail, the latest first."""
+def alert_cells(line: AlertLine) -> tuple[object, ...]:
+    """A line of CSV, with each part as direction, state, change and its 95 % interval."""
+    return tuple((dict(line) | {"parts": [_part_cell(part) for part in line.parts]}).values())
 
-    items: list[AuditRow] = Field(description="The rows of this page.")
-    next: str | None = Field(description="Cursor of the next page; null after the last.")
+
+def alert_out(session: Session, alert: Alert, now: datetime) -> AlertOut:
+    """An alert with its evidence and history."""
+    silence = silence_of(alert, queries.silences(session, alert.building_id), now)
+    return AlertOut(
+        **alert_line(alert).model_dump(),
+        sentences=alert.sentences,
+        evidence=alert.evidence,
+        onset_event=alert.onset_event_id,
+        events=alert.event_ids,
+        channels=alert.channels,
+        held_by=alert.held_by,
+        acknowledgement=alert.acknowledgement,
+        silenced_until=silence.ends_at if silence else None,
+        changes=[ChangeOut.model_validate(change) for change in alert.changes],
+        inspections=[InspectionOut.model_validate(one) for one in alert.inspections],
+        told=_messages(session, alert),
+    )
+
+
+def silence_out(silence: Silence) -> SilenceOut:
+    """A silence."""
+    same = {name: getattr(silence, name) for name in SilenceOut.model_fields if name != "building"}
+    return SilenceOut(building=silence.building.code, **same)
+
+
+def _part_cell(part: PartOut) -> str:
+    drift, low, high = [None if one is None else f"{one:.4g}" for one in (part.drift, part.low, part.high)]
+    return f"{part.subject} {part.state} {drift} ({low} to {high})"
+
+
+def _messages(session: Session, alert: Alert) -> list[AlertMessageOut]:
+    """The messages that report an alert, those of its event or its own, then the reminders of it."""
+    key = message_key(session, alert, reports_by_alert(session, alert.building_id))
+    reminders = [
+        line
+        for line in queries.deliveries(session, alert.building_id, REMINDER_KEY)
+        if alert.id in {one["id"] for one in line.Message.data["alerts"]}
+    ]
+    return [
+        AlertMessageOut(
+            message=message.id,
+            written_at=message.created_at,
+            sequence=message.sequence,
+            subject=message.subject,
+            receiver=recipient,
+            state=delivery.state if delivery else None,
+            finished_at=delivery.finished_at if delivery else None,
+            unsent=None if delivery else message.unsent,
+        )
+        for message, delivery, recipient in (*queries.deliveries(session, alert.building_id, key), *reminders)
+    ]

@@ -1,4 +1,4 @@
-"""Tables of the alerts, of every change of theirs, and of what people did about them."""
+"""Tables of alerts, their changes, inspections and silences."""
 
 from datetime import datetime
 from typing import Any
@@ -14,7 +14,7 @@ OPEN = column("closed_at").is_(None)
 
 
 class Alert(Base):
-    """Something that people should know of a building, from its first sign to its end; at most one open per cause."""
+    """An alert of a building, from its first evidence to its end; at most one open per cause."""
 
     __tablename__ = "alert"
     __table_args__ = (
@@ -23,21 +23,21 @@ class Alert(Base):
     id: Mapped[int] = mapped_column(primary_key=True)
     building_id: Mapped[int] = mapped_column(ForeignKey("building.id"), index=True)
     cause: Mapped[str]
-    """What it is about, such as `stiffness`, `frequency/x/1` or `source`."""
+    """Its subject, such as `stiffness`, `frequency/x/1` or `source`."""
     kind: Mapped[str]
     """One of service.alerts.candidates.KINDS."""
     state: Mapped[str]
-    """One of service.alerts.states."""
+    """One of service.alerts.lifecycle."""
     began_at: Mapped[datetime]
-    """Since when what it tells of has been so."""
+    """When the condition began."""
     changed_after: Mapped[datetime | None]
-    """Start of the last event that did not show it, and"""
+    """Start of the last event that did not show it; None for a periodic check."""
     changed_by: Mapped[datetime | None]
-    """of the first that surely did: it began between them. None of what goes by the clock."""
+    """Start of the first event that certainly did: it began between the two."""
     onset_event_id: Mapped[int | None] = mapped_column(ForeignKey("event.id"))
-    """First event that shows it; None of what goes by the clock."""
+    """First event that shows it; None for a periodic check."""
     raised_event_id: Mapped[int | None] = mapped_column(ForeignKey("event.id"), index=True)
-    """Event whose result made it active, and whose message reports it."""
+    """Event whose result made it active; its message reports the alert."""
     event_ids: Mapped[list[int]]
     """Events that triggered it."""
     channels: Mapped[list[str]]
@@ -45,15 +45,15 @@ class Alert(Base):
     summary: Mapped[str] = mapped_column(Text)
     sentences: Mapped[list[str]]
     held_by: Mapped[str | None]
-    """Cause of the alert that may explain it: it is on hold while that one is open."""
+    """Cause of the alert that may explain it, which keeps it on hold while open."""
     opened_at: Mapped[datetime]
     updated_at: Mapped[datetime]
-    """When its evidence was found last."""
+    """When its evidence was last confirmed."""
     activated_at: Mapped[datetime | None]
     acknowledged_at: Mapped[datetime | None]
     acknowledged_by: Mapped[str | None]
     acknowledgement: Mapped[str | None] = mapped_column(Text)
-    """Note of who acknowledged it."""
+    """Note of the acknowledgement."""
     closed_at: Mapped[datetime | None]
     """When it was resolved or withdrawn."""
     building: Mapped[Building] = relationship()
@@ -63,7 +63,7 @@ class Alert(Base):
 
 
 class AlertChange(Base):
-    """A change of an alert's state, with what was known then."""
+    """A change of an alert's state, with the evidence at that time."""
 
     __tablename__ = "alert_change"
     id: Mapped[int] = mapped_column(primary_key=True)
@@ -72,7 +72,7 @@ class AlertChange(Base):
     state: Mapped[str]
     """After the change."""
     by: Mapped[str | None]
-    """Who did it; None of the service itself."""
+    """Name of the person; None for the service itself."""
     note: Mapped[str] = mapped_column(Text)
     """Why."""
     summary: Mapped[str] = mapped_column(Text)
@@ -81,7 +81,7 @@ class AlertChange(Base):
 
 
 class Inspection(Base):
-    """What somebody found at the building, which ends an alert."""
+    """An inspection of the building, or a review of the data, that ended an alert."""
 
     __tablename__ = "inspection"
     id: Mapped[int] = mapped_column(primary_key=True)
@@ -89,28 +89,28 @@ class Inspection(Base):
     at: Mapped[datetime]
     by: Mapped[str]
     outcome: Mapped[str]
-    """One of service.alerts.acts.OUTCOMES."""
+    """One of service.alerts.lifecycle.OUTCOMES."""
     note: Mapped[str] = mapped_column(Text)
     reference_from: Mapped[datetime | None]
-    """From when on the building counts as healthy again; None: as before."""
+    """Start of the new reference period; None: the reference period stays."""
     evidence: Mapped[dict[str, Any]]
-    """What was known of the alert then: what is worse later on is a new one."""
+    """Evidence at that time: if it gets worse later, a new alert opens."""
     alert: Mapped[Alert] = relationship(back_populates="inspections")
 
 
 class Silence(Base):
-    """A time during which nobody is told of some alerts of a building; they are kept and shown all the same."""
+    """A time without messages about some alerts of a building; they are stored and shown all the same."""
 
     __tablename__ = "silence"
     id: Mapped[int] = mapped_column(primary_key=True)
     building_id: Mapped[int] = mapped_column(ForeignKey("building.id"), index=True)
     pattern: Mapped[str]
-    """Of causes, with * and ?."""
+    """Pattern of causes, with * and ?."""
     starts_at: Mapped[datetime]
     ends_at: Mapped[datetime]
     reason: Mapped[str] = mapped_column(Text)
     by: Mapped[str]
     created_at: Mapped[datetime]
     ended_by: Mapped[str | None]
-    """Who ended it before its time."""
+    """Name of the person who ended it early."""
     building: Mapped[Building] = relationship()

@@ -24,8 +24,7 @@ from service.http.parameters import (
 from service.http.responses import TaggedRoute, responses, rows_of, table_responses
 from service.records import queries as record_queries
 from service.verdict import reading
-from service.verdict.documents import assessment_json
-from service.verdict.schema import VerdictOut
+from service.verdict.schema import verdict_out
 
 router = APIRouter(prefix="/buildings", tags=["buildings"], route_class=TaggedRoute)
 
@@ -44,7 +43,7 @@ def building(code: Code, sessions: Reading) -> BuildingOut:
     with sessions() as session:
         found, revision = queries.building(session, code)
         file = described(session, found)
-        verdict = VerdictOut(**assessment_json(reading.of_building(session, found)))
+        verdict = verdict_out(reading.of_building(session, found))
     description = file.description
     return BuildingOut(
         code=found.code,

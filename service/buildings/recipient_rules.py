@@ -1,4 +1,4 @@
-"""What may a receiver of messages be, and what does it want to hear of?"""
+"""Rules of recipients: kinds, addresses, secrets and subscriptions."""
 
 import base64
 import binascii
@@ -9,27 +9,27 @@ from urllib.parse import urlsplit
 
 ReceiverKind = Literal["email", "webhook", "alertmanager", "apprise"]
 WantedKind = Literal["event", "alert", "data", "drill"]
-"""Of notices: an earthquake, an alert on the building or its sensors, data that stopped, a drill."""
+"""Kinds of messages: an earthquake, an alert on the building or its sensors, data that stopped, a drill."""
 Severity = Literal["normal", "note", "warning", "alarm"]
 """From the least to the most."""
 
 WANTED_KINDS: tuple[WantedKind, ...] = get_args(WantedKind)
 SEVERITIES: tuple[Severity, ...] = get_args(Severity)
 STANDING: tuple[WantedKind, ...] = ("alert", "data", "drill")
-"""What an Alertmanager is for: it keeps what stands, and an earthquake does not."""
+"""Kinds of messages for an Alertmanager, which keeps open alerts; an earthquake does not stay open."""
 VARIABLE = "env:"
 """Before the name of a variable of the environment that holds an address or a secret."""
 SECRET = "whsec_"
 """Before the base64 of a key of Standard Webhooks."""
 KEY_BYTES = range(24, 65)
-"""How long a key of Standard Webhooks may be."""
+"""Permitted lengths of a key of Standard Webhooks."""
 MAIL = re.compile(r"[^@\s<>,;:\"]+@[^@\s<>,;:\"]+", re.ASCII)
 SERVICE = re.compile(r"[a-z][a-z0-9]*://\S+", re.IGNORECASE)
 
 
 @dataclass(frozen=True, slots=True)
 class ReceiverRule:
-    """Who is told, where, and of what."""
+    """A recipient: name, address and subscriptions."""
 
     name: str
     kind: ReceiverKind
@@ -41,12 +41,12 @@ class ReceiverRule:
 
 
 def wanted_kinds(kind: ReceiverKind) -> tuple[WantedKind, ...]:
-    """What a receiver hears of unless it says otherwise."""
+    """Default subscriptions of a kind of recipient."""
     return STANDING if kind == "alertmanager" else WANTED_KINDS
 
 
 def wrong_address(kind: str, address: str) -> str | None:
-    """What is wrong with an address, without repeating it; None if nothing is."""
+    """The error in an address, without repeating it; None if it is valid."""
     if address.startswith(VARIABLE):
         return _wrong_variable(address)
     if kind == "email":
@@ -57,7 +57,7 @@ def wrong_address(kind: str, address: str) -> str | None:
 
 
 def wrong_secret(kind: str, secret: str | None) -> str | None:
-    """What is wrong with a secret, without repeating it; None if nothing is."""
+    """The error in a secret, without repeating it; None if it is valid."""
     if kind != "webhook":
         return None if secret is None else "only a webhook is signed; leave it out"
     if secret is None:

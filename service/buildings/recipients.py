@@ -1,4 +1,4 @@
-"""Who is told of a building: those of its file, and those that people add; none is ever deleted."""
+"""Recipients of a building's messages: those of its file, and those added through the API; none is ever deleted."""
 
 from collections.abc import Sequence
 from datetime import datetime
@@ -14,7 +14,7 @@ FILE, API = "file", "api"
 
 
 def follow_file(session: Session, building_id: int, rules: Sequence[ReceiverRule], now: datetime) -> None:
-    """Bring a building's receivers to what its file says; what people added under the same names is the file's now."""
+    """Bring a building's recipients in line with its file; an added one of the same name belongs to the file then."""
     named = {rule.name for rule in rules}
     for receiver in of_building(session, building_id):
         if receiver.origin == FILE and receiver.name not in named:
@@ -24,10 +24,10 @@ def follow_file(session: Session, building_id: int, rules: Sequence[ReceiverRule
 
 
 def add(session: Session, building_id: int, rule: ReceiverRule, by: str, now: datetime) -> Receiver:
-    """Let somebody be told of a building.
+    """Add a recipient.
 
     Raises:
-        ConflictError: the name is taken, or the address or the secret will not do.
+        FieldsError: the name is in use, or the address or the secret is not valid.
     """
     if any(receiver.name == rule.name for receiver in of_building(session, building_id)):
         raise FieldsError({"name": f"there is a receiver {rule.name!r} already; give another name"})
@@ -36,10 +36,11 @@ def add(session: Session, building_id: int, rule: ReceiverRule, by: str, now: da
 
 
 def change(receiver: Receiver, rule: ReceiverRule, now: datetime) -> Receiver:
-    """Tell a receiver elsewhere, or of other things; what waits for it goes where it is now.
+    """Change address or subscriptions; waiting messages go to the new address.
 
     Raises:
-        ConflictError: it is the file's, or the address or the secret will not do.
+        ConflictError: it is in the building file.
+        FieldsError: the address or the secret is not valid.
     """
     _refuse_the_files(receiver)
     _refuse_wrong(rule)
@@ -47,33 +48,33 @@ def change(receiver: Receiver, rule: ReceiverRule, now: datetime) -> Receiver:
 
 
 def remove_added(session: Session, receiver: Receiver, now: datetime) -> None:
-    """Tell somebody no longer whom people added.
+    """Remove a recipient that was added through the API.
 
     Raises:
-        ConflictError: it is the file's.
+        ConflictError: it is in the building file.
     """
     _refuse_the_files(receiver)
     remove(session, receiver, now)
 
 
 def remove(session: Session, receiver: Receiver, now: datetime) -> None:
-    """Tell somebody no longer; what still waits for it is dropped, and its log stays."""
+    """Remove a recipient; its waiting deliveries are dropped, and its log stays."""
     receiver.removed_at = now
     waiting = (Delivery.receiver_id == receiver.id, Delivery.state == "waiting")
     session.execute(update(Delivery).where(*waiting).values(state="dropped", finished_at=now))
 
 
 def of_building(session: Session, building_id: int) -> Sequence[Receiver]:
-    """Those who are told of a building."""
+    """Current recipients of a building."""
     there = (Receiver.building_id == building_id, Receiver.removed_at.is_(None))
     return session.scalars(select(Receiver).where(*there).order_by(Receiver.id)).all()
 
 
 def receiver(session: Session, identity: int) -> Receiver:
-    """One of them.
+    """A recipient.
 
     Raises:
-        NotFoundError: there is none by that number, or it is no longer told.
+        NotFoundError: there is none with that number, or it was removed.
     """
     found = session.get(Receiver, identity)
     if found is None or found.removed_at is not None:
@@ -82,7 +83,7 @@ def receiver(session: Session, identity: int) -> Receiver:
 
 
 def without_secrets(text: str, rules: Sequence[ReceiverRule]) -> str:
-    """A building file as it may be shown."""
+    """A building file without secrets."""
     for rule in rules:
         shown = shown_address(rule.kind, rule.address)
         for secret, instead in ((rule.secret, "…"), (rule.address, shown)):
@@ -97,7 +98,7 @@ def _refuse_the_files(receiver: Receiver) -> None:
 
 
 def _refuse_wrong(rule: ReceiverRule) -> None:
-    """Of what comes by the API; the environment of the service is not its to read."""
+    """Refuse invalid values of a request, which may not read the environment of the service."""
     given = {"address": rule.address, "secret": rule.secret}
     problems = {
         "address": wrong_address(rule.kind, rule.address),
@@ -114,7 +115,7 @@ def _refuse_wrong(rule: ReceiverRule) -> None:
 def _put(
     session: Session, building_id: int, rule: ReceiverRule, origin: str, by: str | None, now: datetime
 ) -> Receiver:
-    """Of one name there is one row, so that its log goes on when it comes back."""
+    """There is one row per name, so that its log continues when it is added again."""
     same = (Receiver.building_id == building_id, Receiver.name == rule.name)
     row = session.scalars(select(Receiver).where(*same)).one_or_none()
     if row is None:

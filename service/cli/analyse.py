@@ -83,15 +83,15 @@ def _analysed(
     from core.analysis import analyse as analyse_event
     from service.analyses.report import document, files, terminal
     from service.verdict import terminal as verdict_terminal
-    from service.verdict.documents import assessment_json
     from service.verdict.measured import of_analysis
+    from service.verdict.schema import verdict_json
 
     result = analyse_event(event.segments, description, settings)
     assessment = of_analysis(result, description)
     Console().print(terminal.summary(result, description))
     Console().print(verdict_terminal.checks(assessment))
     if json is not None:
-        verdict = {"verdict": assessment_json(assessment)}
+        verdict = {"verdict": verdict_json(assessment)}
         write_json(document.as_json(result, description, settings) | verdict, json)
     if out is not None:
         files.write(result, description.code, out)

@@ -57,12 +57,13 @@ def _awaited(sessions: "sessionmaker[Session]", number: int, seconds: float) -> 
     from time import monotonic, sleep
 
     from service.db.sessions import reading
-    from service.notify import answers as notify_answers, queries as notify_queries
+    from service.notify import queries as notify_queries
+    from service.notify.schema import delivery_rows
 
     end = monotonic() + seconds
     while True:
         with reading(sessions)() as session:
-            rows = notify_answers.delivery_rows(session, notify_queries.message(session, number).deliveries)
+            rows = delivery_rows(session, notify_queries.message(session, number).deliveries)
         if monotonic() > end or not any(row.state in ("waiting", "sending") for row in rows):
             return rows
         sleep(LOOK)

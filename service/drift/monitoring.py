@@ -16,15 +16,14 @@ from core.drift.pooled import BOTH_DIRECTIONS, pooled
 from core.drift.quantities import LAYER_QUANTITIES
 from core.drift.series import Series
 from core.quality import Finding
-from service.alerts.event_messages import tell
-from service.alerts.reconciling import reconcile
+from service.alerts.messages import write_messages
+from service.alerts.reconciliation import reconcile
 from service.analyses import history
 from service.buildings.reference_periods import in_force, reference
 from service.buildings.store import described
 from service.buildings.tables import Building
+from service.drift.alert_candidates import drift_candidates, limit_candidates
 from service.drift.baseline import written
-from service.drift.findings import findings
-from service.drift.limit_findings import limit_findings
 from service.drift.series import channels_of, watched_series
 from service.drift.tables import DriftAlarm, DriftValue, ReferencePeriod, WatchedSeries
 from service.jobs.queue import WATCH, Claim
@@ -109,12 +108,12 @@ def store(
         return
     pairs = results[-1]
     _update(session, claim, inputs.building_id, pairs, now)
-    told = [(found, watched.channels) for watched, found in pairs]
-    found = findings(told, inputs.starts, ZoneInfo(inputs.timezone))
-    exceeded = limit_findings(session, inputs.building_id)
-    reconcile(session, inputs.building_id, (*exceeded, *found), "events", now)
+    monitorings = [(found, watched.channels) for watched, found in pairs]
+    changes = drift_candidates(monitorings, inputs.starts, ZoneInfo(inputs.timezone))
+    exceeded = limit_candidates(session, inputs.building_id)
+    reconcile(session, inputs.building_id, (*exceeded, *changes), "events", now)
     session.flush()
-    tell(session, inputs.building_id, inputs.message_age, now)
+    write_messages(session, inputs.building_id, inputs.message_age, now)
 
 
 def _update(

@@ -17,7 +17,7 @@ from core.comparison.misfit import Misfit
 from core.description import BuildingDescription
 from core.drift.quantities import QUANTITIES
 from core.drift.series import Measurement, Series
-from service.alerts.words import SENSOR_QUANTITIES
+from service.alerts.texts import SENSOR_QUANTITIES
 from service.analyses import history, mode_tracks
 from service.analyses.mode_tracks import DIRECTIONS, Sighting
 from service.db.select import Span

@@ -10,7 +10,7 @@ from core.rounding import plain, significant, with_std
 from core.units import quantity, shown, unit
 from service.access.auth import login
 from service.jobs.schema import error_in_words
-from service.verdict import words
+from service.verdict import texts
 
 FOLDER = Path(__file__).parent
 TEMPLATES = Jinja2Templates(FOLDER / "templates")
@@ -34,13 +34,13 @@ def time(moment: datetime) -> str:
 
 
 TEMPLATES.env.globals |= {
-    "opening": words.opening,
-    "headline": words.headline,
-    "check_title": words.title,
-    "check_value": words.value,
-    "check_limit": words.limit,
-    "check_source": words.source,
-    "state_names": words.STATE_NAMES,
+    "opening": texts.opening,
+    "headline": texts.headline,
+    "check_title": texts.title,
+    "check_value": texts.value,
+    "check_limit": texts.limit,
+    "check_source": texts.source,
+    "state_names": texts.STATE_NAMES,
 }
 TEMPLATES.env.filters |= {
     "words": error_in_words,

@@ -1,7 +1,6 @@
-"""Which delivery is tried next, by whom, and what became of it?
+"""Claims of deliveries: the next one due is claimed under a lease, and finished under a fencing token.
 
-Claimed under a lease, ended under a fencing token. An attempt is written down before anything is sent; whoever finds
-one without an end knows that its message may be out already, and says so with the next.
+An attempt is stored before anything is sent. An attempt without a result may have arrived, and the next one says so.
 """
 
 from dataclasses import dataclass
@@ -14,26 +13,27 @@ from sqlalchemy.orm import Session, aliased, joinedload
 from service.buildings.recipient_rules import shown_address
 from service.db.leases import is_wrong
 from service.errors import ConflictError
-from service.notify.outcome import Answer
+from service.notify import texts
+from service.notify.channels import DeliveryResult
 from service.notify.tables import Delivery, DeliveryAttempt, Message
 
-DIED = "The process that sent it ended before the answer came."
 OPEN = ("waiting", "sending")
+"""States of deliveries that have not ended."""
 
 
 @dataclass(frozen=True, slots=True)
-class Patience:
-    """How often a delivery is tried, and how far apart."""
+class RetryPolicy:
+    """Number of attempts at a delivery, and the pauses between them."""
 
     attempts: int
     delay: timedelta
-    """Before the second attempt."""
+    """Pause before the second attempt."""
     longest: timedelta
-    """Between two attempts."""
+    """Longest pause."""
 
     def pause(self, tries: int, rng: Random) -> timedelta:
-        """Before the next attempt, after so many: twice as long each time, less by chance, so that not all who wait
-        for one server come back at once.
+        """Pause after this many attempts: doubled each time, less a random part, so that not all deliveries to one
+        server come back at once.
 
         Exponential backoff with equal jitter (Brooker, Exponential Backoff And Jitter, 2015).
         """
@@ -43,63 +43,69 @@ class Patience:
 
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """The right to try a delivery, until its lease lapses."""
+    """The right to attempt a delivery, until its lease lapses."""
 
     delivery_id: int
     token: int
-    """How often the delivery had been claimed when this claim was made; the number of the attempt."""
+    """Fencing token: number of the claim, and of the attempt."""
     tries: int
-    """Attempts since it was put into the outbox or replayed, with this one."""
+    """Attempts since it was put into the outbox or replayed, this one included."""
     is_repeat: bool
-    """Whether an earlier attempt may have reached the receiver."""
+    """True if an earlier attempt may have arrived."""
     receiver: str
-    """Code of the building and name of the receiver."""
+    """Code of the building and name of the recipient."""
 
 
-def claim(session: Session, now: datetime, lease: timedelta, patience: Patience) -> Claim | None:
-    """Take a delivery that is due and that nobody holds, and begin an attempt; None if there is none.
+def claim(session: Session, now: datetime, lease: timedelta, policy: RetryPolicy) -> Claim | None:
+    """Claim a due delivery and begin an attempt; None if there is none.
 
-    Messages about one thing reach a receiver in their order: the next waits for the end of the one before.
+    Messages of one key reach a recipient in order: each waits for the end of the one before.
     """
-    while (delivery := session.scalars(_next(now, lease, patience)).one_or_none()) is not None:
-        _note_the_dead(session, delivery)
-        is_told = delivery.receiver.removed_at is None
-        if is_told and delivery.tries < patience.attempts:
+    while (delivery := session.scalars(_next(now, lease, policy)).one_or_none()) is not None:
+        _end_lost_attempts(session, delivery)
+        is_there = delivery.receiver.removed_at is None
+        if is_there and delivery.tries < policy.attempts:
             return _begun(session, delivery, now, lease)
-        delivery.state = "failed" if is_told else "dropped"
+        delivery.state = "failed" if is_there else "dropped"
         delivery.claimed_until, delivery.finished_at = None, now
         session.flush()
     return None
 
 
 def finish(
-    session: Session, held: Claim, answer: Answer, seconds: float, now: datetime, patience: Patience, rng: Random
+    session: Session,
+    claimed: Claim,
+    result: DeliveryResult,
+    seconds: float,
+    now: datetime,
+    policy: RetryPolicy,
+    rng: Random,
 ) -> bool:
-    """Write what came of an attempt; False if somebody else has taken the delivery over meanwhile."""
-    of_attempt = (DeliveryAttempt.delivery_id == held.delivery_id, DeliveryAttempt.number == held.token)
-    ended = {"outcome": answer.outcome, "answer": answer.text, "seconds": seconds}
+    """Store the result of an attempt; False if another notifier has taken the delivery over meanwhile."""
+    of_attempt = (DeliveryAttempt.delivery_id == claimed.delivery_id, DeliveryAttempt.number == claimed.token)
+    ended = {"outcome": result.outcome, "answer": result.text, "seconds": seconds}
     session.execute(update(DeliveryAttempt).where(*of_attempt).values(**ended))
-    if answer.outcome == "delivered":
-        return _change(session, held, state="delivered", finished_at=now, kept_at=now)
-    if answer.is_final or held.tries >= patience.attempts:
-        return _change(session, held, state="failed", finished_at=now)
-    return _change(session, held, state="waiting", due_at=now + patience.pause(held.tries, rng))
+    if result.outcome == "delivered":
+        return _change(session, claimed, state="delivered", finished_at=now, kept_at=now)
+    if result.is_final or claimed.tries >= policy.attempts:
+        return _change(session, claimed, state="failed", finished_at=now)
+    return _change(session, claimed, state="waiting", due_at=now + policy.pause(claimed.tries, rng))
 
 
 def replay(delivery: Delivery, now: datetime) -> None:
-    """Let a delivery that was given up be tried again, as often as a new one.
+    """Try a failed delivery again, as often as a new one.
 
     Raises:
-        ConflictError: it was not given up, or its receiver is no longer told.
+        ConflictError: it has not failed, or its recipient was removed.
     """
     if delivery.state != "failed":
-        raise ConflictError(f"Delivery {delivery.id} is {delivery.state}; only one that has failed is replayed.")
+        raise ConflictError(f"Delivery {delivery.id} is {delivery.state}; only a failed delivery can be replayed.")
     if delivery.receiver.removed_at is not None:
-        raise ConflictError(f"Receiver {delivery.receiver.name!r} is no longer told of the building.")
+        raise ConflictError(f"Receiver {delivery.receiver.name!r} was removed from the building.")
     delivery.state, delivery.due_at, delivery.finished_at, delivery.tries = "waiting", now, None, 0
 
 
-def _next(now: datetime, lease: timedelta, patience: Patience) -> Select[Delivery]:
+def _next(now: datetime, lease: timedelta, policy: RetryPolicy) -> Select[Delivery]:
     before, message_before = aliased(Delivery), aliased(Message)
     earlier = (
         exists()
@@ -107,7 +113,7 @@ def _next(now: datetime, lease: timedelta, patience: Patience) -> Select[Deliver
         .where(message_before.building_id == Message.building_id, message_before.key == Message.key)
         .where(message_before.number < Message.number, before.state.in_(OPEN))
     )
-    waited = or_(Delivery.due_at <= now, is_wrong(Delivery.due_at, now, patience.longest + lease))
+    waited = or_(Delivery.due_at <= now, is_wrong(Delivery.due_at, now, policy.longest + lease))
     due = and_(Delivery.state == "waiting", waited)
     silent = or_(Delivery.claimed_until < now, is_wrong(Delivery.claimed_until, now, lease))
     lapsed = and_(Delivery.state == "sending", silent)
@@ -122,10 +128,10 @@ def _next(now: datetime, lease: timedelta, patience: Patience) -> Select[Deliver
     )
 
 
-def _note_the_dead(session: Session, delivery: Delivery) -> None:
-    """An attempt without an end, which nobody makes any more, may have reached the receiver."""
-    open_ones = (DeliveryAttempt.delivery_id == delivery.id, DeliveryAttempt.outcome.is_(None))
-    session.execute(update(DeliveryAttempt).where(*open_ones).values(outcome="unknown", answer=DIED))
+def _end_lost_attempts(session: Session, delivery: Delivery) -> None:
+    """Attempts whose process died have an unknown result: they may have arrived."""
+    without_result = (DeliveryAttempt.delivery_id == delivery.id, DeliveryAttempt.outcome.is_(None))
+    session.execute(update(DeliveryAttempt).where(*without_result).values(outcome="unknown", answer=texts.PROCESS_DIED))
 
 
 def _begun(session: Session, delivery: Delivery, now: datetime, lease: timedelta) -> Claim:
@@ -149,7 +155,7 @@ def _begun(session: Session, delivery: Delivery, now: datetime, lease: timedelta
     return Claim(delivery.id, delivery.claims, delivery.tries, is_repeat, receiver)
 
 
-def _change(session: Session, held: Claim, **values: object) -> bool:
-    still = (Delivery.id == held.delivery_id, Delivery.claims == held.token, Delivery.state == "sending")
+def _change(session: Session, claimed: Claim, **values: object) -> bool:
+    still = (Delivery.id == claimed.delivery_id, Delivery.claims == claimed.token, Delivery.state == "sending")
     done = session.scalars(update(Delivery).where(*still).values(claimed_until=None, **values).returning(Delivery.id))
     return done.one_or_none() is not None

@@ -1,7 +1,7 @@
-"""Sends what is in the outbox: claims a delivery, sends outside any transaction, writes what came of it."""
+"""The notifier: claims deliveries, sends them outside any transaction, and stores the results."""
 
 import logging
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -9,37 +9,42 @@ from datetime import UTC, datetime, timedelta
 from random import Random
 from threading import Event as Signal
 from time import monotonic
+from types import MappingProxyType
 
 from sqlalchemy.exc import OperationalError
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.db.problems import Attempts
 from service.db.sessions import reading
-from service.notify import claims, writing
-from service.notify.channels.senders import SENDERS
-from service.notify.claims import Claim, Patience
-from service.notify.housekeeping import Upkeep
-from service.notify.outcome import Answer
+from service.notify import claims, texts
+from service.notify.channels import DeliveryResult, alertmanager, chat, mail, webhook
+from service.notify.claims import Claim, RetryPolicy
+from service.notify.housekeeping import Housekeeping
+from service.notify.rendering import Destination, MissingVariableError, RenderedMessage, destination, rendered
 from service.notify.tables import Delivery
-from service.notify.writing import MissingVariableError
 from service.settings import Settings
 
 log = logging.getLogger(__name__)
 
+Send = Callable[[RenderedMessage, Destination, Settings, datetime], DeliveryResult]
+SENDERS: Mapping[str, Send] = MappingProxyType(
+    {"email": mail.send, "webhook": webhook.send, "alertmanager": alertmanager.send, "apprise": chat.send}
+)
+"""By kind of recipient."""
 IDLE = 0.5
 """s between two looks at the outbox."""
 AT_ONCE = 8
-"""Deliveries under way together, so that one slow receiver holds up no other."""
+"""Concurrent deliveries, so that a slow recipient does not delay others."""
 SPARE = timedelta(seconds=60)
-"""That a lease outlasts the longest attempt: for the picture, and for a busy machine."""
+"""Time by which a lease outlasts the longest attempt: for the picture, and for a busy machine."""
 
 
 @dataclass(slots=True)
 class Notifier:
-    """Delivers until it is told to stop.
+    """Delivers until it is stopped.
 
-    A delivery is tried at least once. That it is tried again although it may have arrived is said with the message: the
-    attempt is written down before anything is sent, and its end is written only under a claim that still holds.
+    Every delivery is attempted at least once. An attempt is stored before anything is sent, its result only under a
+    valid claim; a message that may have arrived before says so.
     """
 
     sessions: sessionmaker[Session]
@@ -47,22 +52,22 @@ class Notifier:
     clock: Callable[[], datetime] = lambda: datetime.now(UTC)
     rng: Random = field(default_factory=Random)
     failing: set[str] = field(default_factory=set)
-    """Receivers whose last attempt went wrong."""
+    """Recipients whose last attempt failed."""
 
     def run(self, stop: Signal) -> None:
-        """Deliver until `stop` is set; attempts that are under way then are brought to their end."""
-        attempts, upkeep = Attempts(log), Upkeep(self.sessions, self.settings, self.clock)
+        """Deliver until `stop` is set; attempts under way are completed."""
+        attempts, housekeeping = Attempts(log), Housekeeping(self.sessions, self.settings, self.clock)
         with ThreadPoolExecutor(AT_ONCE + 1, thread_name_prefix="delivery") as pool:
             under_way: set[Future[None]] = set()
-            upkeeping = pool.submit(self._keep_up, upkeep)
+            step = pool.submit(self._step, housekeeping)
             while not stop.is_set():
                 with attempts.one():
                     under_way = self._begun(pool, under_way)
-                if upkeeping.done():
-                    upkeeping = pool.submit(self._keep_up, upkeep)
+                if step.done():
+                    step = pool.submit(self._step, housekeeping)
                 stop.wait(attempts.pause(IDLE))
-        with suppress(OperationalError):  # then the right lapses by itself
-            upkeep.end()
+        with suppress(OperationalError):  # the lease lapses by itself
+            housekeeping.end()
 
     def run_until_idle(self) -> int:
         """Deliver until nothing is due; the number of attempts."""
@@ -73,70 +78,70 @@ class Notifier:
         return attempts
 
     def _begun(self, pool: ThreadPoolExecutor, under_way: Collection[Future[None]]) -> set[Future[None]]:
-        """The attempts under way, with as many new ones as there is room for."""
+        """The attempts under way, with new ones up to the limit."""
         going = {one for one in under_way if not one.done()}
         while len(going) < AT_ONCE and (claim := self._claim()) is not None:
             going.add(pool.submit(self._deliver, claim))
         return going
 
-    def _keep_up(self, upkeep: Upkeep) -> None:
+    def _step(self, housekeeping: Housekeeping) -> None:
         try:
-            upkeep.step()
-        except OperationalError:  # told where the outbox is looked at
+            housekeeping.step()
+        except OperationalError:  # logged where the outbox is read
             return
-        except Exception:  # a bug here stops no message
-            log.exception("what a notifier does by the clock went wrong")
+        except Exception:  # a bug here does not stop deliveries
+            log.exception("housekeeping of the notifier failed")
 
     def _claim(self) -> Claim | None:
         lease = timedelta(seconds=self.settings.notify.timeout) + SPARE
         with self.sessions.begin() as session:
-            return claims.claim(session, self.clock(), lease, self._patience)
+            return claims.claim(session, self.clock(), lease, self._retry_policy)
 
     def _deliver(self, claim: Claim) -> None:
-        """One attempt, from the letter to the log; an end that cannot be written is found missing by who comes next."""
+        """One attempt; if its result cannot be stored, the lease lapses and the delivery is attempted again."""
         begun = monotonic()
-        answer = self._sent(claim)
+        result = self._sent(claim)
         seconds = monotonic() - begun
         try:
             with self.sessions.begin() as session:
-                held = claims.finish(session, claim, answer, seconds, self.clock(), self._patience, self.rng)
+                is_stored = claims.finish(session, claim, result, seconds, self.clock(), self._retry_policy, self.rng)
         except OperationalError as error:
-            log.warning("the end of an attempt could not be written, its lease will lapse: %s", error.orig)
+            log.warning("the result of an attempt could not be stored, its lease will lapse: %s", error.orig)
             return
-        if not held:
+        if not is_stored:
             log.warning("delivery %d was taken over by another notifier", claim.delivery_id)
-        self._tell(claim.receiver, answer)
+        self._log(claim.receiver, result)
 
-    def _sent(self, claim: Claim) -> Answer:
+    def _sent(self, claim: Claim) -> DeliveryResult:
         try:
             with reading(self.sessions)() as session:
                 delivery = session.get_one(Delivery, claim.delivery_id)
-                to = writing.addressee(delivery.receiver)
-                letter = writing.letter(session, delivery, to.kind, self.settings.public_url, claim.is_repeat)
+                to = destination(delivery.receiver)
+                message = rendered(session, delivery, to.kind, self.settings.public_url, claim.is_repeat)
         except MissingVariableError as missing:
-            return Answer("not_taken", str(missing))
-        except Exception:  # a bug at one message stops no other, and is shown
-            log.exception("delivery %d could not be written", claim.delivery_id)
-            return Answer("not_taken", "it could not be written; the log has why")
+            return DeliveryResult("not_taken", str(missing))
+        except Exception:  # a bug with one message does not stop others, and is shown
+            log.exception("delivery %d could not be rendered", claim.delivery_id)
+            return DeliveryResult("not_taken", texts.NOT_RENDERED)
         try:
-            return SENDERS[to.kind](letter, to, self.settings, self.clock())
-        except Exception:  # like the one before
+            return SENDERS[to.kind](message, to, self.settings, self.clock())
+        except Exception:  # as above
             log.exception("delivery %d could not be sent", claim.delivery_id)
-            return Answer("unknown", "an error of ours; the log has it")
+            return DeliveryResult("unknown", texts.INTERNAL_ERROR)
 
-    def _tell(self, receiver: str, answer: Answer) -> None:
-        """One line when a receiver begins to fail, and one when it takes messages again."""
-        if answer.outcome != "delivered" and receiver not in self.failing:
-            self.failing.add(receiver)
-            log.warning("messages to %s do not arrive: %s", receiver, answer.text)
-        if answer.outcome == "delivered" and receiver in self.failing:
-            self.failing.discard(receiver)
-            log.info("messages to %s arrive again", receiver)
+    def _log(self, recipient: str, result: DeliveryResult) -> None:
+        """One line when a recipient begins to fail, and one when it recovers."""
+        if result.outcome != "delivered" and recipient not in self.failing:
+            self.failing.add(recipient)
+            log.warning("messages to %s do not arrive: %s", recipient, result.text)
+        if result.outcome == "delivered" and recipient in self.failing:
+            self.failing.discard(recipient)
+            log.info("messages to %s arrive again", recipient)
 
     @property
-    def _patience(self) -> Patience:
+    def _retry_policy(self) -> RetryPolicy:
         given = self.settings
-        return Patience(
+        return RetryPolicy(
             given.notify.attempts,
             timedelta(seconds=given.notify.retry_delay),
             timedelta(seconds=given.notify.longest_delay),

@@ -1,8 +1,10 @@
-"""How does a message get on its way? In the transaction that stores what it tells of."""
+"""The outbox: messages are stored with their deliveries in the transaction that stores their news."""
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from datetime import datetime
+from typing import Any, Literal
 from uuid import uuid4
 
 import orjson
@@ -10,121 +12,157 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from service.buildings import recipients
+from service.buildings.recipient_rules import Severity
 from service.buildings.tables import Building
-from service.notify.notice import Notice
+from service.notify import texts
 from service.notify.tables import Delivery, Message, Receiver
 
-NO_RECIPIENTS = "no recipients"
-NOT_WANTED = "no recipient wants messages of this kind and severity"
-"""Why a message goes to nobody."""
+Kind = Literal["event", "alert", "data", "drill", "test"]
+"""An earthquake, an alert on the building or its sensors, data that stopped, a drill, a test of one recipient."""
+Order = Literal["new", "updated", "cancelled", "repeat"]
+"""`repeat` reminds of what is still open; it does not mark a second attempt of a delivery."""
 ENDED = ("delivered", "failed", "dropped")
-"""States of deliveries that nothing more is done about."""
+"""Final states of deliveries."""
 
 
-def put(session: Session, notice: Notice, now: datetime) -> Message:
-    """Put a notice into the outbox, for every receiver whose rule it meets.
+@dataclass(frozen=True, slots=True)
+class MessageContent:
+    """A message to the recipients of a building, before it is stored."""
 
-    A notice that tells people nothing but what the last message of its key told them is not put again: another
-    `sequence` than `cancelled` or `repeat`, another link, picture or `data` alone is no news. A reminder (`repeat`) so
-    has to say of when it is. Whoever was told of a thing is told what becomes of it, even where its rule asks for
-    graver news only.
+    key: str
+    """Its subject: `event/17`, `alert/5`. Messages of one key make one thread."""
+    building_id: int
+    kind: Kind
+    sequence: Order
+    severity: Severity
+    """`normal` only with a verdict of that level."""
+    subject: str
+    """One line, without the building's name, which is put before it."""
+    sentences: tuple[str, ...]
+    """One paragraph each, for readers who are not engineers."""
+    facts: tuple[tuple[str, str], ...] = ()
+    """Names and values with units, in order."""
+    link: str = ""
+    """Path of the page with the details."""
+    picture: tuple[int, str] | None = None
+    """Event and direction of the hysteresis loop that is shown."""
+    data: Mapping[str, Any] = field(default_factory=dict)
+    """For programs, as JSON in SI units."""
+    has_ended: bool = False
+    """True if nothing of what it reports is open."""
+    news: "MessageContent | None" = None
+    """Content that decides whether it differs from the last message of its key; None: its own."""
+
+    @property
+    def is_over(self) -> bool:
+        """True if what it reports no longer holds."""
+        return self.has_ended or self.sequence == "cancelled"
+
+
+def put(session: Session, content: MessageContent, now: datetime) -> Message:
+    """Store a message for every recipient that is subscribed to it, unless the last one of its key says the same.
+
+    A different `sequence` (except `cancelled` and `repeat`), link, picture or `data` alone is no news. A reminder
+    (`repeat`) therefore has to contain its date. Recipients of earlier messages of the key get the later ones too,
+    whatever severity they subscribed to.
 
     Args:
-        session: of the transaction that stores what the notice tells of.
-        notice: what is to be told.
+        session: of the transaction that stores the news.
+        content: of the message.
         now: aware time.
 
     Returns:
-        The message; that of before, if this one is no news.
+        The message; the last one, if this one is no news.
     """
-    _held(session, notice.building_id)
-    of_key = (Message.building_id == notice.building_id, Message.key == notice.key)
+    _lock(session, content.building_id)
+    of_key = (Message.building_id == content.building_id, Message.key == content.key)
     last = session.scalars(select(Message).where(*of_key).order_by(Message.number.desc()).limit(1)).one_or_none()
-    if last is not None and last.digest == _digest(notice):
+    if last is not None and last.digest == _digest(content):
         return last
-    told = set(session.scalars(select(Delivery.receiver_id).join(Delivery.message).where(*of_key)))
-    wanting = [
+    reached = set(session.scalars(select(Delivery.receiver_id).join(Delivery.message).where(*of_key)))
+    receivers = [
         receiver
-        for receiver in recipients.of_building(session, notice.building_id)
-        if _wants(receiver, notice) or receiver.id in told
+        for receiver in recipients.of_building(session, content.building_id)
+        if _is_subscribed(receiver, content) or receiver.id in reached
     ]
-    return put_for(session, notice, wanting, now)
+    return put_for(session, content, receivers, now)
 
 
-def put_for(session: Session, notice: Notice, wanting: Sequence[Receiver], now: datetime) -> Message:
-    """Put a notice into the outbox for these receivers, whatever their rules."""
-    of_key = (Message.building_id == notice.building_id, Message.key == notice.key)
+def put_for(session: Session, content: MessageContent, receivers: Sequence[Receiver], now: datetime) -> Message:
+    """Store a message for these recipients, whatever their subscriptions."""
+    of_key = (Message.building_id == content.building_id, Message.key == content.key)
     before = session.scalar(select(func.max(Message.number)).where(*of_key))
-    message = _message(notice, 1 + (before or 0), now)
-    message.deliveries = [
-        Delivery(receiver_id=receiver.id, state="waiting", due_at=now, created_at=now) for receiver in wanting
-    ]
-    if not wanting:
-        message.unsent = NOT_WANTED if recipients.of_building(session, notice.building_id) else NO_RECIPIENTS
+    message = _message(content, 1 + (before or 0), now)
+    message.deliveries = [_delivery(receiver, now) for receiver in receivers]
+    if not receivers:
+        has_recipients = recipients.of_building(session, content.building_id)
+        message.unsent = texts.NO_SUBSCRIBER if has_recipients else texts.NO_RECIPIENTS
     session.add(message)
     session.flush()
     return message
 
 
-def hand_on(session: Session, building_id: int, messages: Sequence[Message], now: datetime) -> None:
-    """Send messages of what is still open to the recipients that want them and were none when they were written.
+def forward(session: Session, building_id: int, messages: Sequence[Message], now: datetime) -> None:
+    """Send messages about open alerts to the subscribed recipients that were added after they were written.
 
-    One whose address changed since it was sent, or that was removed and came back, gets it once more.
+    A recipient whose address has changed since, or that was removed and added again, gets them once more.
     """
-    _held(session, building_id)
+    _lock(session, building_id)
     for message in messages:
         session.refresh(message, ["deliveries"])
         sent = {one.receiver_id: one for one in message.deliveries}
         for receiver in recipients.of_building(session, building_id):
             before = sent.get(receiver.id)
-            if not _wants(receiver, message):
+            if not _is_subscribed(receiver, message):
                 continue
             if before is None:
-                message.deliveries.append(
-                    Delivery(receiver_id=receiver.id, state="waiting", due_at=now, created_at=now)
-                )
+                message.deliveries.append(_delivery(receiver, now))
             elif before.state in ENDED and receiver.since is not None and before.created_at < receiver.since:
                 before.state, before.due_at, before.created_at = "waiting", now, now
                 before.finished_at, before.tries = None, 0
     session.flush()
 
 
-def _held(session: Session, building_id: int) -> None:
-    """Two transactions with news of one thing come one after the other."""
+def _lock(session: Session, building_id: int) -> None:
+    """Serialise transactions with messages about one building."""
     session.scalars(select(Building).where(Building.id == building_id).with_for_update(key_share=True)).one()
 
 
-def _message(notice: Notice, number: int, now: datetime) -> Message:
-    event_id, direction = notice.picture or (None, None)
+def _delivery(receiver: Receiver, now: datetime) -> Delivery:
+    return Delivery(receiver_id=receiver.id, state="waiting", due_at=now, created_at=now)
+
+
+def _message(content: MessageContent, number: int, now: datetime) -> Message:
+    event_id, direction = content.picture or (None, None)
     return Message(
         identity=f"msg_{uuid4().hex}",
-        building_id=notice.building_id,
-        key=notice.key,
+        building_id=content.building_id,
+        key=content.key,
         number=number,
-        kind=notice.kind,
-        sequence=notice.sequence,
-        severity=notice.severity,
-        subject=notice.subject,
-        sentences=list(notice.sentences),
-        facts=[{"name": name, "value": value} for name, value in notice.facts],
-        link=notice.link,
+        kind=content.kind,
+        sequence=content.sequence,
+        severity=content.severity,
+        subject=content.subject,
+        sentences=list(content.sentences),
+        facts=[{"name": name, "value": value} for name, value in content.facts],
+        link=content.link,
         picture_event_id=event_id,
         picture_direction=direction,
-        data=dict(notice.data),
-        digest=_digest(notice),
-        is_over=notice.is_over,
+        data=dict(content.data),
+        digest=_digest(content),
+        is_over=content.is_over,
         created_at=now,
     )
 
 
-def _wants(receiver: Receiver, notice: Notice | Message) -> bool:
-    return notice.kind in receiver.kinds and notice.severity in receiver.severities
+def _is_subscribed(receiver: Receiver, content: MessageContent | Message) -> bool:
+    return content.kind in receiver.kinds and content.severity in receiver.severities
 
 
-def _digest(notice: Notice) -> str:
-    """SHA-256 of what people read, or of what decides whether it is news."""
-    if notice.news is not None:
-        return _digest(notice.news)
-    order = notice.sequence if notice.sequence in ("cancelled", "repeat") else None
-    read = (notice.kind, notice.severity, order, notice.subject, notice.sentences, notice.facts)
+def _digest(content: MessageContent) -> str:
+    """SHA-256 of what people read, of the content that decides whether it is news."""
+    if content.news is not None:
+        return _digest(content.news)
+    order = content.sequence if content.sequence in ("cancelled", "repeat") else None
+    read = (content.kind, content.severity, order, content.subject, content.sentences, content.facts)
     return hashlib.sha256(orjson.dumps(read)).hexdigest()

@@ -1,4 +1,4 @@
-"""The pages of who is told of a building, what they were told, and whether it arrived; no JavaScript."""
+"""The pages of a building's recipients and messages, and their forms; no JavaScript."""
 
 from datetime import UTC, datetime
 from typing import Annotated, get_args
@@ -9,14 +9,23 @@ from starlette.responses import RedirectResponse
 
 from service.access.auth import Caller, Role, admin, engineer
 from service.access.pages import reader
-from service.buildings import queries as building_queries, recipients as told_of
+from service.buildings import queries as building_queries, recipients
 from service.buildings.recipient_rules import SEVERITIES, WANTED_KINDS, ReceiverKind
 from service.http.forms import NOT_REFUSED, Form, Refused, checked, taken
 from service.http.parameters import Code, DeliveryId, MessageId, Reading, ReceiverId, Writing
 from service.http.rendering import page
-from service.notify import answers, claims, drill, queries
-from service.notify.api import requests
-from service.notify.schema import DeliveryRow, ReceiverRequest
+from service.notify import claims, drill, queries
+from service.notify.api.recipients import add_recipient
+from service.notify.schema import (
+    DeliveryRow,
+    ReceiverRequest,
+    delivery_out,
+    delivery_rows,
+    message_out,
+    message_row,
+    receiver_out,
+    visible_to,
+)
 from service.notify.tables import Message
 
 router = APIRouter(include_in_schema=False)
@@ -30,7 +39,7 @@ LATEST = 100
 
 @router.get("/buildings/{code}/messages")
 def of_building(request: Request, code: Code, sessions: Reading, by: Reader) -> Response:
-    """Who is told of the building, and what became of the latest messages."""
+    """The recipients of the building, and the latest messages."""
     return _listed(request, code, sessions, by)
 
 
@@ -47,11 +56,9 @@ def _listed(
             refused=refused,
             can_mail=request.app.state.settings.smtp.host is not None,
             building=found,
-            receivers=[
-                answers.seen_by(by.role, answers.receiver(row)) for row in told_of.of_building(session, found.id)
-            ],
+            receivers=[visible_to(by.role, receiver_out(row)) for row in recipients.of_building(session, found.id)],
             messages=[
-                (answers.message_row(row), _deliveries(session, row, by))
+                (message_row(row), _deliveries(session, row, by))
                 for row in queries.messages(session, found.id, None, LATEST)
             ],
             kinds=WANTED_KINDS,
@@ -71,17 +78,15 @@ def of_message(request: Request, message_id: MessageId, sessions: Reading, by: R
             request,
             "message",
             building=row.building,
-            message=answers.message(session, row),
-            deliveries=[
-                answers.seen_by(by.role, answers.delivery(queries.delivery(session, one.id))) for one in row.deliveries
-            ],
+            message=message_out(session, row),
+            deliveries=[visible_to(by.role, delivery_out(queries.delivery(session, one.id))) for one in row.deliveries],
             may_work=by.role >= Role.engineer,
         )
 
 
 @router.post("/buildings/{code}/receivers")
 def add(request: Request, code: Code, sessions: Writing, by: ByAdmin, form: Form) -> Response:
-    """Let somebody be told of the building; a secret that was made is shown this once."""
+    """Add a recipient; a secret that was made is shown this once."""
     given: dict[str, object] = {name: form.get(name) for name in ("name", "kind", "address", "secret")}
     for name, values in (("kinds", WANTED_KINDS), ("severities", SEVERITIES)):
         given[name] = [value for value in values if f"{name}_{value}" in form]
@@ -91,8 +96,8 @@ def add(request: Request, code: Code, sessions: Writing, by: ByAdmin, form: Form
         wanted, now = checked(ReceiverRequest, given), datetime.now(UTC)
         with sessions.begin() as session:
             found, _ = building_queries.building(session, code)
-            row, secret = requests.add(session, found.id, wanted, by.name, now, can_mail=can_mail)
-            shown = answers.receiver(row)
+            row, secret = add_recipient(session, found.id, wanted, by.name, now, can_mail=can_mail)
+            shown = receiver_out(row)
         if secret is not None:
             return page(request, "receiver_secret", 201, building=found, receiver=shown, secret=secret)
         return RedirectResponse(f"/buildings/{code}/messages", 303)
@@ -102,26 +107,26 @@ def add(request: Request, code: Code, sessions: Writing, by: ByAdmin, form: Form
 
 @router.post("/receivers/{receiver_id}/remove")
 def remove(receiver_id: ReceiverId, sessions: Writing, _: ByAdmin) -> Response:
-    """Tell a receiver no longer, and show who still is."""
+    """Remove a recipient, and show the others."""
     with sessions.begin() as session:
-        row = told_of.receiver(session, receiver_id)
-        told_of.remove_added(session, row, datetime.now(UTC))
+        row = recipients.receiver(session, receiver_id)
+        recipients.remove_added(session, row, datetime.now(UTC))
         code = row.building.code
     return RedirectResponse(f"/buildings/{code}/messages", 303)
 
 
 @router.post("/receivers/{receiver_id}/test")
 def test(receiver_id: ReceiverId, sessions: Writing, by: ByEngineer) -> Response:
-    """Send a test to a receiver, and show what becomes of it."""
+    """Send a test to a recipient, and show its delivery."""
     with sessions.begin() as session:
-        message = drill.trial(session, told_of.receiver(session, receiver_id), by.name, datetime.now(UTC))
+        message = drill.trial(session, recipients.receiver(session, receiver_id), by.name, datetime.now(UTC))
         number = message.id
     return RedirectResponse(f"/messages/{number}", 303)
 
 
 @router.post("/buildings/{code}/drill")
 def hold(code: Code, sessions: Writing, by: ByEngineer) -> Response:
-    """Hold a drill, and show what becomes of it."""
+    """Send a drill, and show its deliveries."""
     with sessions.begin() as session:
         found, _ = building_queries.building(session, code)
         number = drill.drill(session, found, by.name, datetime.now(UTC)).id
@@ -130,7 +135,7 @@ def hold(code: Code, sessions: Writing, by: ByEngineer) -> Response:
 
 @router.post("/deliveries/{delivery_id}/replay")
 def replay(delivery_id: DeliveryId, sessions: Writing, _: ByEngineer) -> Response:
-    """Try a delivery again that was given up, and show what becomes of it."""
+    """Try a failed delivery again, and show its message."""
     with sessions.begin() as session:
         row = queries.delivery(session, delivery_id)
         claims.replay(row, datetime.now(UTC))
@@ -139,5 +144,5 @@ def replay(delivery_id: DeliveryId, sessions: Writing, _: ByEngineer) -> Respons
 
 
 def _deliveries(session: Session, message: Message, by: Caller) -> list[DeliveryRow]:
-    """To whom a message goes, as the reader may see it."""
-    return [answers.seen_by(by.role, one) for one in answers.delivery_rows(session, message.deliveries)]
+    """Deliveries of a message as the reader may see them."""
+    return [visible_to(by.role, one) for one in delivery_rows(session, message.deliveries)]

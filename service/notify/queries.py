@@ -1,4 +1,4 @@
-"""What is asked about messages and what became of them."""
+"""Queries of messages and their deliveries."""
 
 from collections.abc import Mapping, Sequence
 
@@ -11,19 +11,19 @@ from service.notify.tables import Delivery, DeliveryAttempt, Message
 
 
 def messages(session: Session, building_id: int, before: int | None, limit: int) -> Sequence[Message]:
-    """A building's messages with their deliveries, the latest first; `before` is the id where the page before ended."""
-    question = select(Message).options(selectinload(Message.deliveries).joinedload(Delivery.receiver))
-    question = question.where(Message.building_id == building_id)
+    """A building's messages with their deliveries, the latest first; `before` is the last id of the previous page."""
+    query = select(Message).options(selectinload(Message.deliveries).joinedload(Delivery.receiver))
+    query = query.where(Message.building_id == building_id)
     if before is not None:
-        question = question.where(Message.id < before)
-    return session.scalars(question.order_by(Message.id.desc()).limit(limit)).all()
+        query = query.where(Message.id < before)
+    return session.scalars(query.order_by(Message.id.desc()).limit(limit)).all()
 
 
 def message(session: Session, identity: int) -> Message:
     """A message with its building and its deliveries.
 
     Raises:
-        NotFoundError: there is none by that number.
+        NotFoundError: there is none with that number.
     """
     wanted = (joinedload(Message.building), selectinload(Message.deliveries).joinedload(Delivery.receiver))
     found = session.scalars(select(Message).options(*wanted).where(Message.id == identity)).one_or_none()
@@ -40,24 +40,22 @@ def deliveries(
     before: int | None,
     limit: int,
 ) -> Sequence[Delivery]:
-    """Deliveries with their message and receiver, the latest first; `before` is the id where the page before ended."""
-    question = select(Delivery).join(Delivery.message).join(Message.building)
-    question = question.options(
-        joinedload(Delivery.message).joinedload(Message.building), joinedload(Delivery.receiver)
-    )
+    """Deliveries with their message and receiver, the latest first; `before` is the last id of the previous page."""
+    query = select(Delivery).join(Delivery.message).join(Message.building)
+    query = query.options(joinedload(Delivery.message).joinedload(Message.building), joinedload(Delivery.receiver))
     for column, wanted in ((Building.code, building), (Delivery.receiver_id, receiver_id), (Delivery.state, state)):
         if wanted is not None:
-            question = question.where(column == wanted)
+            query = query.where(column == wanted)
     if before is not None:
-        question = question.where(Delivery.id < before)
-    return session.scalars(question.order_by(Delivery.id.desc()).limit(limit)).all()
+        query = query.where(Delivery.id < before)
+    return session.scalars(query.order_by(Delivery.id.desc()).limit(limit)).all()
 
 
 def delivery(session: Session, identity: int) -> Delivery:
     """A delivery with its message, receiver and attempts.
 
     Raises:
-        NotFoundError: there is none by that number.
+        NotFoundError: there is none with that number.
     """
     wanted = (
         joinedload(Delivery.message).joinedload(Message.building),
@@ -71,8 +69,8 @@ def delivery(session: Session, identity: int) -> Delivery:
 
 
 def last_attempts(session: Session, deliveries: Sequence[Delivery]) -> Mapping[int, DeliveryAttempt]:
-    """The last attempt at each of these deliveries, by its id; those that were not tried yet are not in it."""
+    """The last attempt at each of these deliveries, by its id; without those that have none yet."""
     numbers = [one.id for one in deliveries]
     last = select(func.max(DeliveryAttempt.id)).where(DeliveryAttempt.delivery_id.in_(numbers))
-    question = select(DeliveryAttempt).where(DeliveryAttempt.id.in_(last.group_by(DeliveryAttempt.delivery_id)))
-    return {one.delivery_id: one for one in session.scalars(question)}
+    query = select(DeliveryAttempt).where(DeliveryAttempt.id.in_(last.group_by(DeliveryAttempt.delivery_id)))
+    return {one.delivery_id: one for one in session.scalars(query)}

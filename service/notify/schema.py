@@ -1,11 +1,17 @@
-"""Receivers, messages and deliveries, as the API takes and answers them."""
+"""Recipients, messages and deliveries as the API and the pages show them, and the requests about them."""
 
+from collections.abc import Sequence
 from datetime import datetime
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field
+from sqlalchemy.orm import Session
 
-from service.buildings.recipient_rules import ReceiverKind, Severity, WantedKind
+from service.access.roles import Role
+from service.buildings.recipient_rules import ReceiverKind, Severity, WantedKind, shown_address
+from service.notify import queries
+from service.notify.tables import Delivery, DeliveryAttempt, Message, Receiver
+from service.notify.texts import HIDDEN
 from service.schema import Answer, Number
 
 Kinds = Annotated[list[WantedKind], Field(min_length=1, max_length=4)]
@@ -15,7 +21,7 @@ Secret = Annotated[str, Field(min_length=1, max_length=200, pattern=r"^\S+$")]
 
 
 class ReceiverRequest(BaseModel):
-    """Who shall be told, where, and of what."""
+    """A recipient to add: its address and its subscriptions."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
 
@@ -23,106 +29,104 @@ class ReceiverRequest(BaseModel):
         min_length=1,
         max_length=64,
         pattern=r"^[^\x00-\x1f]+$",
-        description="Its own in this building.",
+        description="Unique in this building.",
         examples=["manager"],
     )
-    kind: ReceiverKind = Field(description="How it is told.", examples=["email"])
-    address: Address = Field(
-        description="Mail address, web address, or address of Apprise.", examples=["manager@example.org"]
-    )
+    kind: ReceiverKind = Field(description="Kind of recipient.", examples=["email"])
+    address: Address = Field(description="Mail address, web address, or Apprise URL.", examples=["manager@example.org"])
     secret: Secret | None = Field(
         None,
-        description="Of a webhook: whsec_ and the base64 of 24 to 64 bytes, which sign what is sent; without it one is "
-        "made and answered this once.",
+        description="For a webhook: whsec_ and the base64 of the 24 to 64 bytes that sign messages; without it one is "
+        "made and returned this once.",
     )
-    kinds: Kinds | None = Field(None, description="Of what it is told; null: all, but no event for an alertmanager.")
-    severities: Severities | None = Field(None, description="From how grave on is for it to say; null: all.")
+    kinds: Kinds | None = Field(None, description="Kinds of messages; null: all, except events for an alertmanager.")
+    severities: Severities | None = Field(None, description="Severities of messages; null: all.")
 
 
 class ReceiverChange(BaseModel):
-    """What shall be otherwise; what is left out stays as it is."""
+    """Changes of a recipient; what is left out stays as it is."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
 
-    address: Address | None = Field(None, description="Where it is told from now on.", examples=["other@example.org"])
-    secret: Secret | None = Field(None, description="Of a webhook, from now on.")
-    kinds: Kinds | None = Field(None, description="Of what it is told from now on.")
-    severities: Severities | None = Field(None, description="Severities of which it is told from now on.")
+    address: Address | None = Field(None, description="New address.", examples=["other@example.org"])
+    secret: Secret | None = Field(None, description="New secret of a webhook.")
+    kinds: Kinds | None = Field(None, description="New kinds of messages.")
+    severities: Severities | None = Field(None, description="New severities of messages.")
 
 
 class ReceiverOut(Answer):
-    """Who is told of a building; no secret is shown, and of a web address only the server."""
+    """A recipient of a building's messages; secrets are not shown, and of a web address only the server."""
 
-    id: int = Field(description="Its number among all receivers.")
+    id: int = Field(description="Its number among all recipients.")
     building: str = Field(description="Code of the building.")
-    name: str = Field(description="Its own in this building.")
+    name: str = Field(description="Unique in this building.")
     kind: str = Field(description="`email`, `webhook`, `alertmanager` or `apprise`.")
-    address: str = Field(description="As it may be shown.")
-    kinds: list[str] = Field(description="Of what it is told.")
-    severities: list[str] = Field(description="Severities of which it is told.")
+    address: str = Field(description="Address, without secrets.")
+    kinds: list[str] = Field(description="Kinds of messages.")
+    severities: list[str] = Field(description="Severities of messages.")
     origin: str = Field(description="`file` (the building's, and changed there) or `api`.")
-    created_by: str | None = Field(description="Name of the key that added it; null of the file's.")
-    created_at: datetime = Field(description="When it was told of the building first.")
+    created_by: str | None = Field(description="Name of the key that added it; null for one of the building file.")
+    created_at: datetime = Field(description="When it was added.")
 
 
 class ReceiverMade(ReceiverOut):
-    """A new receiver."""
+    """A new recipient."""
 
-    secret: str | None = Field(description="That was made for it: shown now and never again; null where none was.")
+    secret: str | None = Field(description="Secret that was made for it: shown now and never again; null if none was.")
 
 
 class Receivers(Answer):
-    """Who is told of a building."""
+    """Recipients of a building's messages."""
 
     items: list[ReceiverOut] = Field(description="The earliest first.")
 
 
 class FactOut(Answer):
-    """Something that a message tells beside its sentences."""
+    """A fact of a message, beside its sentences."""
 
-    name: str = Field(description="What it is.")
-    value: str = Field(description="With its unit, as people read it.")
+    name: str = Field(description="Name of the fact.")
+    value: str = Field(description="Value with its unit.")
 
 
 class DeliveryRow(Answer):
-    """One message on its way to one receiver."""
+    """Delivery of one message to one recipient."""
 
     id: int = Field(description="Its number among all deliveries.")
     building: str = Field(description="Code of the building.")
     message: int = Field(description="Number of the message.")
-    about: str = Field(description="What the message is about, such as `event/17`.")
+    about: str = Field(description="Subject of the message, such as `event/17`.")
     kind: str = Field(description="`event`, `alert`, `data`, `drill` or `test`.")
     severity: str = Field(description="`normal`, `note`, `warning` or `alarm`.")
-    subject: str = Field(description="Of the message, in one line.")
-    receiver: int = Field(description="Number of the receiver.")
-    receiver_name: str = Field(description="Its name.")
-    receiver_kind: str = Field(description="How it is told.")
+    subject: str = Field(description="Subject line of the message.")
+    receiver: int = Field(description="Number of the recipient.")
+    receiver_name: str = Field(description="Name of the recipient.")
+    receiver_kind: str = Field(description="Kind of recipient.")
     state: str = Field(
-        description="`waiting`, `sending`, `delivered`, `failed`, or `dropped`: its receiver was removed before."
+        description="`waiting`, `sending`, `delivered`, `failed`, or `dropped`: its recipient was removed before."
     )
-    attempts: int = Field(description="How often it was tried.")
-    due_at: datetime | None = Field(description="Before which it is not tried again; null unless it waits.")
-    last_answer: str | None = Field(description="What came of the last attempt; null before it, and while it lasts.")
+    attempts: int = Field(description="Number of attempts.")
+    due_at: datetime | None = Field(description="Time of the next attempt; null unless it waits.")
+    last_answer: str | None = Field(description="Answer to the last attempt; null before and during it.")
     created_at: datetime = Field(description="When the message was put into the outbox.")
-    finished_at: datetime | None = Field(description="When it arrived or was given up; null before that.")
+    finished_at: datetime | None = Field(description="When it arrived or failed for good; null before.")
 
 
 class AttemptOut(Answer):
     """One attempt to deliver."""
 
     number: int = Field(description="From 1 for each delivery.")
-    address: str = Field(description="Where it went, as it may be shown.")
-    is_repeat: bool = Field(description="Whether it said that it may be the second of its kind.")
+    address: str = Field(description="Address, without secrets.")
+    is_repeat: bool = Field(description="True if the message said that it may be the second one.")
     begun_at: datetime = Field(description="When it began.")
     outcome: str | None = Field(
-        description="`delivered`, `not_taken`, or `unknown`: the receiver may have it; null while it lasts."
+        description="`delivered`, `not_taken`, or `unknown`: the recipient may have it; null while it lasts."
     )
-    answer: str | None = Field(description="What the receiver said, or what went wrong; null while it lasts.")
-    seconds: Number | None = Field(description="s that it took; null while it lasts, and where its process died.")
+    answer: str | None = Field(description="Answer of the recipient, or the error; null while it lasts.")
+    seconds: Number | None = Field(description="Duration, s; null while it lasts, and if its process died.")
 
 
 class DeliveryOut(DeliveryRow):
-    """The same with every attempt."""
+    """A delivery with every attempt."""
 
     log: list[AttemptOut] = Field(description="The earliest first.")
 
@@ -138,21 +142,21 @@ class MessageRow(Answer):
     """A message in a list."""
 
     id: int = Field(description="Its number among all messages.")
-    identity: str = Field(description="By which receivers know it again.")
+    identity: str = Field(description="Identity, the same for every recipient and in every attempt.")
     building: str = Field(description="Code of the building.")
-    about: str = Field(description="What it is about, such as `event/17`.")
-    number: int = Field(description="From 1 for each thing.")
+    about: str = Field(description="Its subject, such as `event/17`.")
+    number: int = Field(description="From 1 for each subject.")
     kind: str = Field(description="`event`, `alert`, `data`, `drill` or `test`.")
     sequence: str = Field(description="`new`, `updated`, `cancelled` or `repeat`: a reminder.")
     severity: str = Field(description="`normal`, `note`, `warning` or `alarm`.")
-    subject: str = Field(description="In one line.")
+    subject: str = Field(description="Subject line.")
     created_at: datetime = Field(description="When it was put into the outbox.")
-    receivers: int = Field(description="To how many it goes.")
+    receivers: int = Field(description="Number of recipients.")
     unsent: str | None = Field(
-        description="Why it went to nobody when it was written, such as `no recipients`; null where it was sent."
+        description="Why it was not sent when it was written, such as `no recipients`; null if it was sent."
     )
-    delivered: int = Field(description="At how many it has arrived.")
-    failed: int = Field(description="At how many it was given up.")
+    delivered: int = Field(description="Number of recipients that have it.")
+    failed: int = Field(description="Number of recipients at which it failed for good.")
 
 
 class Messages(Answer):
@@ -163,10 +167,113 @@ class Messages(Answer):
 
 
 class MessageOut(MessageRow):
-    """A message, whole."""
+    """A message with its sentences, facts and deliveries."""
 
     sentences: list[str] = Field(description="One paragraph each.")
-    facts: list[FactOut] = Field(description="Beside them, in order.")
-    link: str = Field(description="Path of the page that has more; empty where there is none.")
+    facts: list[FactOut] = Field(description="Facts beside the sentences, in order.")
+    link: str = Field(description="Path of the page with the details; empty if there is none.")
     values: dict[str, Any] = Field(description="For programs, in SI units.")
-    deliveries: list[DeliveryRow] = Field(description="To whom it goes, and what became of it.")
+    deliveries: list[DeliveryRow] = Field(description="Its deliveries.")
+
+
+Shown = TypeVar("Shown", ReceiverOut, MessageOut, DeliveryRow, DeliveryOut)
+
+
+def visible_to(role: Role, answer: Shown) -> Shown:
+    """The same as a role may see it: viewers see neither recipients' addresses nor their answers."""
+    if role >= Role.engineer:
+        return answer
+    hidden: dict[str, object] = {}
+    if isinstance(answer, ReceiverOut):
+        hidden["address"] = HIDDEN
+    if isinstance(answer, DeliveryRow):
+        hidden["last_answer"] = answer.last_answer and HIDDEN
+    if isinstance(answer, DeliveryOut):
+        hidden["log"] = [
+            one.model_copy(update={"address": HIDDEN, "answer": one.answer and HIDDEN}) for one in answer.log
+        ]
+    if isinstance(answer, MessageOut):
+        hidden["deliveries"] = [visible_to(role, one) for one in answer.deliveries]
+    return answer.model_copy(update=hidden)
+
+
+def receiver_out(row: Receiver) -> ReceiverOut:
+    """A recipient, without secrets."""
+    return ReceiverOut(
+        id=row.id,
+        building=row.building.code,
+        name=row.name,
+        kind=row.kind,
+        address=shown_address(row.kind, row.address),
+        kinds=row.kinds,
+        severities=row.severities,
+        origin=row.origin,
+        created_by=row.created_by,
+        created_at=row.created_at,
+    )
+
+
+def message_row(row: Message) -> MessageRow:
+    """A message in a list."""
+    states = [delivery.state for delivery in row.deliveries]
+    return MessageRow(
+        id=row.id,
+        identity=row.identity,
+        building=row.building.code,
+        about=row.key,
+        number=row.number,
+        kind=row.kind,
+        sequence=row.sequence,
+        severity=row.severity,
+        subject=row.subject,
+        created_at=row.created_at,
+        receivers=len(states),
+        unsent=row.unsent,
+        delivered=states.count("delivered"),
+        failed=states.count("failed"),
+    )
+
+
+def message_out(session: Session, row: Message) -> MessageOut:
+    """A message with its sentences, facts and deliveries."""
+    return MessageOut(
+        **message_row(row).model_dump(),
+        sentences=row.sentences,
+        facts=[FactOut(**fact) for fact in row.facts],
+        link=row.link,
+        values=row.data,
+        deliveries=delivery_rows(session, row.deliveries),
+    )
+
+
+def delivery_rows(session: Session, rows: Sequence[Delivery]) -> list[DeliveryRow]:
+    """Deliveries in a list."""
+    last = queries.last_attempts(session, rows)
+    return [_delivery_row(row, last.get(row.id)) for row in rows]
+
+
+def delivery_out(row: Delivery) -> DeliveryOut:
+    """A delivery with every attempt."""
+    log = [AttemptOut.model_validate(attempt) for attempt in row.attempts]
+    return DeliveryOut(**_delivery_row(row, row.attempts[-1] if row.attempts else None).model_dump(), log=log)
+
+
+def _delivery_row(row: Delivery, last: DeliveryAttempt | None) -> DeliveryRow:
+    return DeliveryRow(
+        id=row.id,
+        building=row.message.building.code,
+        message=row.message_id,
+        about=row.message.key,
+        kind=row.message.kind,
+        severity=row.message.severity,
+        subject=row.message.subject,
+        receiver=row.receiver_id,
+        receiver_name=row.receiver.name,
+        receiver_kind=row.receiver.kind,
+        state=row.state,
+        attempts=row.claims,
+        due_at=row.due_at if row.state == "waiting" else None,
+        last_answer=last.answer if last else None,
+        created_at=row.created_at,
+        finished_at=row.finished_at,
+    )

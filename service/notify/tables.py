@@ -1,4 +1,4 @@
-"""Tables of what people are told: who they are, the messages, and what became of each on its way."""
+"""Tables of recipients, messages, and the deliveries of each message."""
 
 from datetime import datetime
 from typing import Any
@@ -12,7 +12,7 @@ from service.db.encryption import Encrypted
 
 
 class Receiver(Base):
-    """Somebody, or some program, that is told of a building; one that is no longer told stays, with its log."""
+    """A person or a program that receives messages about a building; a removed one stays, with its log."""
 
     __tablename__ = "receiver"
     __table_args__ = (UniqueConstraint("building_id", "name"),)
@@ -26,38 +26,38 @@ class Receiver(Base):
     secret: Mapped[str | None] = mapped_column(Encrypted)
     """Key of the signature, or the variable that holds it; never shown again."""
     kinds: Mapped[list[str]]
-    """Of notices that it wants."""
+    """Subscribed to these."""
     severities: Mapped[list[str]]
-    """Of notices that it wants."""
+    """Subscribed to these."""
     origin: Mapped[str]
     """`file` (the building's) or `api`."""
     created_by: Mapped[str | None]
-    """Name of the key that added it; None for one of the file."""
+    """Name of the key that added it; None for one of the building file."""
     created_at: Mapped[datetime]
     removed_at: Mapped[datetime | None]
     since: Mapped[datetime | None]
-    """When its address changed last, or it came back; None: it is as it was added."""
+    """When its address last changed, or it was added again; None: neither has happened."""
     building: Mapped[Building] = relationship()
 
 
 class Message(Base):
-    """What is to be told, as it was when it was put into the outbox; never changed afterwards."""
+    """A message as it was put into the outbox; never changed afterwards."""
 
     __tablename__ = "message"
     __table_args__ = (UniqueConstraint("building_id", "key", "number"), Index(None, "building_id", "id"))
     id: Mapped[int] = mapped_column(primary_key=True)
     identity: Mapped[str] = mapped_column(unique=True)
-    """By which receivers know it again: the same in every attempt, at every receiver."""
+    """Its identity for recipients: the same in every attempt, for every recipient."""
     building_id: Mapped[int] = mapped_column(ForeignKey("building.id"))
     key: Mapped[str]
-    """What it is about, such as `event/17`."""
+    """Its subject, such as `event/17`."""
     number: Mapped[int]
     """1 for the first message of the key."""
     kind: Mapped[str]
     sequence: Mapped[str]
     severity: Mapped[str]
     is_over: Mapped[bool]
-    """Whether nothing of what it is about stood any more."""
+    """True if what it reports no longer held."""
     subject: Mapped[str] = mapped_column(Text)
     sentences: Mapped[list[str]]
     facts: Mapped[list[dict[str, Any]]]
@@ -68,16 +68,16 @@ class Message(Base):
     data: Mapped[dict[str, Any]]
     """For programs, SI units."""
     digest: Mapped[str]
-    """SHA-256 of what decides whether a later notice is news: of what people read, unless the notice says otherwise."""
+    """SHA-256 of the content that decides whether a later message is news."""
     created_at: Mapped[datetime]
     unsent: Mapped[str | None] = mapped_column(Text)
-    """Why it went to nobody when it was written; None where it was sent."""
+    """Why it was not sent when it was written; None if it was sent."""
     building: Mapped[Building] = relationship()
     deliveries: Mapped[list["Delivery"]] = relationship(back_populates="message", order_by="Delivery.id")
 
 
 class Delivery(Base):
-    """One message on its way to one receiver; claimed under a lease, its claims count is the fencing token."""
+    """Delivery of one message to one recipient; claimed under a lease, with the number of claims as fencing token."""
 
     __tablename__ = "delivery"
     __table_args__ = (UniqueConstraint("message_id", "receiver_id"), Index(None, "state", "due_at"))
@@ -85,17 +85,17 @@ class Delivery(Base):
     message_id: Mapped[int] = mapped_column(ForeignKey("message.id"))
     receiver_id: Mapped[int] = mapped_column(ForeignKey("receiver.id"), index=True)
     state: Mapped[str]
-    """`waiting`, `sending`, `delivered`, `failed` or `dropped` (its receiver was removed before)."""
+    """`waiting`, `sending`, `delivered`, `failed` or `dropped` (its recipient was removed before)."""
     due_at: Mapped[datetime]
-    """Before which it is not tried."""
+    """Earliest time of the next attempt."""
     claims: Mapped[int] = mapped_column(default=0)
     claimed_until: Mapped[datetime | None]
     tries: Mapped[int] = mapped_column(default=0)
-    """Attempts since it was put here or replayed."""
+    """Attempts since it was put into the outbox or replayed."""
     created_at: Mapped[datetime]
     finished_at: Mapped[datetime | None]
     kept_at: Mapped[datetime | None]
-    """When it was last repeated at a receiver that forgets what is not repeated."""
+    """When it was last sent to an Alertmanager, which drops alerts that are not repeated."""
     message: Mapped[Message] = relationship(back_populates="deliveries")
     receiver: Mapped[Receiver] = relationship()
     attempts: Mapped[list["DeliveryAttempt"]] = relationship(
@@ -104,7 +104,7 @@ class Delivery(Base):
 
 
 class DeliveryAttempt(Base):
-    """One attempt to deliver: written before anything is sent, and again when its end is known."""
+    """One attempt to deliver: stored before anything is sent, and completed with its result."""
 
     __tablename__ = "delivery_attempt"
     __table_args__ = (UniqueConstraint("delivery_id", "number"),)
@@ -113,13 +113,13 @@ class DeliveryAttempt(Base):
     number: Mapped[int]
     """The fencing token of the claim under which it was made."""
     is_repeat: Mapped[bool]
-    """Whether it said that it may be the second of its kind."""
+    """True if the message said that it may be the second one."""
     address: Mapped[str] = mapped_column(Text)
-    """Where it went, as it may be shown."""
+    """Address, without secrets."""
     begun_at: Mapped[datetime]
     outcome: Mapped[str | None]
-    """`delivered`, `not_taken`, `unknown` (the receiver may have it); None: under way, or its process died over it."""
+    """`delivered`, `not_taken`, `unknown` (the recipient may have it); None: under way, or its process died."""
     answer: Mapped[str | None] = mapped_column(Text)
-    """What the receiver said, or what went wrong."""
+    """Answer of the recipient, or the error."""
     seconds: Mapped[float | None]
     delivery: Mapped[Delivery] = relationship(back_populates="attempts")

@@ -39,9 +39,9 @@ class OpenAlert:
     exceeded: Level | None = None
     """Level of the limit that was exceeded; None where the alert is about none."""
     rests_here: bool = False
-    """Whether its evidence includes the earthquake."""
+    """True if its evidence includes the earthquake."""
     is_later: bool = False
-    """Whether it began after the earthquake."""
+    """True if it began after the earthquake."""
 
     @property
     def level(self) -> Level:
@@ -107,7 +107,7 @@ class Assessment:
 
     @property
     def is_beyond_history(self) -> bool:
-        """Whether the isolators moved farther than, or not surely less than, in any earlier earthquake."""
+        """True if the isolators moved farther than, or not surely less than, in any earlier earthquake."""
         return any(check.name == LARGEST and check.outcome is not Outcome.PASSED for check in self.checks)
 
     def of_outcome(self, outcome: Outcome) -> tuple[Check, ...]:

@@ -48,13 +48,13 @@ class Measured:
     """A value that is checked."""
 
     value: float
-    """Of either sign: its size is checked."""
+    """Its absolute value is checked."""
     uncertainty: float | None
     """95 %, the same unit; None where it is not known."""
     doubt: str = ""
     """Why the true value may be larger than the measured one and its uncertainty; empty where it may not."""
     remedy: str = ""
-    """What would remove the doubt."""
+    """Action that removes the doubt."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -104,7 +104,7 @@ class Check:
     reason: str = ""
     """Why it is undecided or exceeded, where the numbers alone do not say so."""
     remedy: str = ""
-    """What would settle it, where it is undecided."""
+    """Action that settles it, where it is undecided."""
 
 
 NOT_A_NUMBER = Lacking(reason="The value is not a number.", remedy="Analyse the earthquake again.")

@@ -1,4 +1,4 @@
-"""How far the isolators moved, with its uncertainty, and the assessment of an analysis that no database has."""
+"""The displacement of the isolators with its uncertainty, and the assessment of an analysis outside a database."""
 
 from collections.abc import Mapping, Sequence
 from math import hypot, sqrt

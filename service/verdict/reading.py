@@ -26,7 +26,7 @@ from service.verdict.measured import (
     measured_displacement,
     measured_residual,
 )
-from service.verdict.words import NONE_YET
+from service.verdict.texts import NONE_YET
 
 SILENT = ("source", "record")
 """Causes of alerts that say that no records arrive."""

@@ -1,8 +1,14 @@
-"""The verdict on an earthquake or a building, as the API answers it."""
+"""The verdict for programs, in SI units: one schema for the API, CloudEvents, files and reports."""
+
+from math import isfinite
+from typing import Any
 
 from pydantic import Field
 
 from service.schema import Answer, Number
+from service.verdict import texts
+from service.verdict.assessment import Assessment, OpenAlert
+from service.verdict.checks import Check
 
 
 class CheckOut(Answer):
@@ -32,10 +38,10 @@ class OpenAlertOut(Answer):
     cause: str = Field(description="What it is about, such as `stiffness` or `source`.")
     kind: str = Field(description="`deterioration`, `limit`, `recovery`, `sensor`, `model` or `data`.")
     state: str = Field(description="`pending`, `on_hold`, `active` or `acknowledged`.")
-    summary: str = Field(description="One line for somebody who is no engineer.")
+    summary: str = Field(description="One line for readers who are not engineers.")
     level: str = Field(description="Level of the verdict that the alert alone leads to.")
-    rests_here: bool = Field(description="Whether its evidence includes the earthquake.")
-    is_later: bool = Field(description="Whether it began after the earthquake.")
+    rests_here: bool = Field(description="True if its evidence includes the earthquake.")
+    is_later: bool = Field(description="True if it began after the earthquake.")
 
 
 class VerdictOut(Answer):
@@ -47,9 +53,58 @@ class VerdictOut(Answer):
     )
     headline: str = Field(description="The verdict and its first reason, one line.")
     sentences: list[str] = Field(description="The verdict with everything that weakens it.")
-    is_provisional: bool = Field(description="Whether the result is not final.")
+    is_provisional: bool = Field(description="True if the result is not final.")
     is_beyond_history: bool = Field(
-        description="Whether the isolators moved farther than, or not surely less than, in any earlier earthquake."
+        description="True if the isolators moved farther than, or not surely less than, in any earlier earthquake."
     )
     checks: list[CheckOut] = Field(description="Empty where there is no usable record.")
     open_alerts: list[OpenAlertOut] = Field(description="Active ones first.")
+
+
+def verdict_out(assessment: Assessment) -> VerdictOut:
+    """An assessment in the schema of the verdict; docs/operate/verdict.md explains each value."""
+    return VerdictOut(
+        level=assessment.level.value,
+        headline=texts.headline(assessment),
+        sentences=list(texts.sentences(assessment)),
+        is_provisional=bool(assessment.provisional),
+        is_beyond_history=assessment.is_beyond_history,
+        checks=[_check_out(check) for check in assessment.checks],
+        open_alerts=[_alert_out(alert) for alert in assessment.alerts],
+    )
+
+
+def verdict_json(assessment: Assessment) -> dict[str, Any]:
+    """The same as JSON values."""
+    return verdict_out(assessment).model_dump()
+
+
+def _check_out(check: Check) -> CheckOut:
+    u = check.uncertainty
+    return CheckOut(
+        name=check.name,
+        direction=check.subject or None,
+        outcome=check.outcome.value,
+        level=check.level.value,
+        unit=check.unit,
+        value=check.value,
+        uncertainty=u if u is not None and isfinite(u) else None,  # JSON has no infinity
+        limit=check.limit,
+        limits=None if check.limits is None else {str(level): limit for level, limit in check.limits},
+        source=None if check.limits is None else check.limits.source,
+        reason=check.reason,
+        remedy=check.remedy,
+    )
+
+
+def _alert_out(alert: OpenAlert) -> OpenAlertOut:
+    return OpenAlertOut(
+        id=alert.id,
+        cause=alert.cause,
+        kind=alert.kind,
+        state=alert.state,
+        summary=alert.summary,
+        level=alert.level.value,
+        rests_here=alert.rests_here,
+        is_later=alert.is_later,
+    )

@@ -6,7 +6,7 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from service.verdict import words
+from service.verdict import texts
 from service.verdict.assessment import Assessment
 from service.verdict.checks import Check, Outcome
 
@@ -19,16 +19,16 @@ def checks(found: Assessment) -> RenderableType:
 
 
 def _parts(found: Assessment) -> Iterator[RenderableType]:
-    yield Text(f"\nverdict: {words.headline(found)}", style="bold")
-    yield Text(" ".join(words.opening(found)))
+    yield Text(f"\nverdict: {texts.headline(found)}", style="bold")
+    yield Text(" ".join(texts.opening(found)))
     if not found.checks:
         return
     table = Table("check", "value (± 95 %)", "limit", "outcome", "source, or what would settle it")
     for check in found.checks:
-        row = (words.title(check), words.value(check), words.limit(check), check.outcome.value, _ground(check))
+        row = (texts.title(check), texts.value(check), texts.limit(check), check.outcome.value, _ground(check))
         table.add_row(*(Text(cell) for cell in row), style=STYLES[check.outcome])
     yield table
 
 
 def _ground(check: Check) -> str:
-    return f"{check.reason} {check.remedy}" if check.outcome is Outcome.UNDECIDED else words.source(check)
+    return f"{check.reason} {check.remedy}" if check.outcome is Outcome.UNDECIDED else texts.source(check)

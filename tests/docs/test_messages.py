@@ -11,7 +11,7 @@ from receiving import Posted, hook
 from standardwebhooks import WebhookVerificationError
 
 from service.notify.channels.webhook import send
-from service.notify.letter import Addressee, Letter
+from service.notify.rendering import Destination, RenderedMessage
 from service.settings import Settings
 
 DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "operate" / "messages.md"
@@ -27,10 +27,10 @@ def receive() -> Receive:
     return names["receive"]
 
 
-def sent(one: Letter) -> Posted:
+def sent(one: RenderedMessage) -> Posted:
     with hook() as server:
         settings = Settings(inside_allowed=("localhost",), plain_http_allowed=True)
-        send(one, Addressee("program", "webhook", server.address, KEY), settings, datetime.now(UTC))
+        send(one, Destination("program", "webhook", server.address, KEY), settings, datetime.now(UTC))
         return server.posted[0]
 
 

@@ -16,7 +16,7 @@ from standardwebhooks import Webhook
 from service.buildings import recipients, store as building_store
 from service.buildings.recipient_rules import SEVERITIES, WANTED_KINDS, ReceiverRule
 from service.db import sessions as opened
-from service.notify.letter import DRILL
+from service.notify.texts import DRILL
 
 pytestmark = pytest.mark.slow
 

@@ -10,8 +10,8 @@ from findings import DAY, START, softer
 from sqlalchemy import select, update
 from sqlalchemy.orm import Session
 
-from service.alerts.candidates import Found
-from service.alerts.reconciling import reconcile
+from service.alerts.candidates import AlertCandidate
+from service.alerts.reconciliation import reconcile
 from service.alerts.tables import Alert
 from service.analyses.tables import Analysis, DirectionResult
 from service.buildings import store as building_store
@@ -113,7 +113,7 @@ def messages(session: Session) -> list[Message]:
     return session.query(Message).order_by(Message.id).all()
 
 
-def raised(session: Session, of: Building, *found: Found, softer_by: float = 8.0) -> tuple[int, ...]:
+def raised(session: Session, of: Building, *found: AlertCandidate, softer_by: float = 8.0) -> tuple[int, ...]:
     """Three earthquakes and what they show."""
     events = three_earthquakes(session, of)
     shown = [owned(one, events) for one in (softer(softer_by), *found)]
@@ -122,7 +122,7 @@ def raised(session: Session, of: Building, *found: Found, softer_by: float = 8.0
     return events
 
 
-def owned(found: Found, events: tuple[int, ...]) -> Found:
+def owned(found: AlertCandidate, events: tuple[int, ...]) -> AlertCandidate:
     """The same with the numbers that these earthquakes have in the database."""
     return replace(
         found,
@@ -132,7 +132,7 @@ def owned(found: Found, events: tuple[int, ...]) -> Found:
     )
 
 
-def of_events(found: Found, onset: int, raised: int, events: tuple[int, ...]) -> Found:
+def of_events(found: AlertCandidate, onset: int, raised: int, events: tuple[int, ...]) -> AlertCandidate:
     """The same with other earthquakes, counted from 0."""
     return replace(
         found,

@@ -2,17 +2,17 @@
 
 from datetime import UTC, datetime, timedelta
 
-from service.alerts.candidates import Found
+from service.alerts.candidates import AlertCandidate
 
 START = datetime(2024, 1, 1, tzinfo=UTC)
 DAY = timedelta(days=1)
 CHANNELS = ("XX.DEMO.00.HNX", "XX.DEMO.01.HNX")
 
 
-def softer(percent: float = 8.0, **differently: object) -> Found:
+def softer(percent: float = 8.0, **differently: object) -> AlertCandidate:
     """The isolators became softer in x with the first event, as the third one showed."""
     drift = -percent / 100
-    return Found(
+    return AlertCandidate(
         **{
             "cause": "stiffness/x",
             "kind": "deterioration",
@@ -31,9 +31,9 @@ def softer(percent: float = 8.0, **differently: object) -> Found:
     )
 
 
-def gain(channel: str = CHANNELS[1], **differently: object) -> Found:
+def gain(channel: str = CHANNELS[1], **differently: object) -> AlertCandidate:
     """A sensor reads more than it should since the first event."""
-    return Found(
+    return AlertCandidate(
         **{
             "cause": f"gain/{channel}",
             "kind": "sensor",
@@ -52,9 +52,9 @@ def gain(channel: str = CHANNELS[1], **differently: object) -> Found:
     )
 
 
-def stopped(cause: str = "source", **differently: object) -> Found:
+def stopped(cause: str = "source", **differently: object) -> AlertCandidate:
     """Data stopped."""
-    return Found(
+    return AlertCandidate(
         **{
             "cause": cause,
             "kind": "data",

@@ -4,16 +4,16 @@ import base64
 from dataclasses import replace
 from datetime import UTC, datetime
 
-from service.notify.letter import Letter
+from service.notify.rendering import RenderedMessage
 
 KEY = "whsec_" + base64.b64encode(bytes(range(32))).decode()
 """A secret of a webhook."""
 WRITTEN = datetime(2024, 3, 1, 5, 6, 7, tzinfo=UTC)
 
 
-def letter(**other: object) -> Letter:
+def letter(**other: object) -> RenderedMessage:
     """One about an earthquake without consequences; `other` is what differs."""
-    usual = Letter(
+    usual = RenderedMessage(
         identity="msg_2",
         first_identity="msg_2",
         key="event/17",

@@ -34,8 +34,7 @@ from service.jobs.schema import JobOut
 from service.records import queries as record_queries
 from service.settings import Settings
 from service.verdict import reading
-from service.verdict.documents import assessment_json
-from service.verdict.schema import VerdictOut
+from service.verdict.schema import verdict_out
 
 router = APIRouter(prefix="/events", tags=["events"])
 
@@ -61,7 +60,7 @@ def event(request: Request, event_id: Id, sessions: Reading, analysis: AnalysisI
             waveforms=[WaveformOut.model_validate(waveform) for waveform in found.waveforms],
             analysis=Provenance.model_validate(shown) if shown else None,
             earlier=[Provenance.model_validate(one) for one in made if one is not shown],
-            verdict=VerdictOut(**assessment_json(reading.of_event(session, found))),
+            verdict=verdict_out(reading.of_event(session, found)),
             quality=[FindingOut.model_validate(finding) for finding in shown.quality] if shown else [],
             peaks=peaks(shown, described(session, found.building).description) if shown else [],
             sensors=[SensorOut.model_validate(sensor) for sensor in shown.sensors] if shown else [],

@@ -1,4 +1,4 @@
-"""Messages: what people were told, who was told, when, and whether it arrived."""
+"""The API of messages, drills and deliveries."""
 
 from collections.abc import AsyncIterator
 from datetime import UTC, datetime
@@ -16,8 +16,20 @@ from service.http.parameters import LARGEST, Before, Code, DeliveryId, Limit, Me
 from service.http.responses import Format, document, responses, table
 from service.http.server_sent_events import followed
 from service.models.api.models import making
-from service.notify import answers, claims, drill, queries
-from service.notify.schema import Deliveries, DeliveryOut, DeliveryRow, MessageOut, MessageRow, Messages
+from service.notify import claims, drill, queries
+from service.notify.schema import (
+    Deliveries,
+    DeliveryOut,
+    DeliveryRow,
+    MessageOut,
+    MessageRow,
+    Messages,
+    delivery_out,
+    delivery_rows,
+    message_out,
+    message_row,
+    visible_to,
+)
 
 router = APIRouter(tags=["messages"])
 
@@ -25,7 +37,7 @@ By = Annotated[Caller, Depends(engineer)]
 OfBuilding = Annotated[
     str | None, Query(description="Only deliveries of this building.", pattern=r"^[A-Za-z0-9_-]{1,32}$")
 ]
-OfReceiver = Annotated[int | None, Query(description="Only deliveries to this receiver.", ge=1, le=LARGEST)]
+OfReceiver = Annotated[int | None, Query(description="Only deliveries to this recipient.", ge=1, le=LARGEST)]
 State = Annotated[
     Literal["waiting", "sending", "delivered", "failed", "dropped"] | None,
     Query(description="Only deliveries in this state."),
@@ -36,24 +48,24 @@ State = Annotated[
 def messages(
     request: Request, code: Code, sessions: Reading, cursor: Before = None, limit: Limit = 50, format: Format = None
 ) -> Response:
-    """What people were told of the building, the latest first."""
+    """Messages about the building, the latest first."""
     with sessions() as session:
         found, _ = building_queries.building(session, code)
-        rows = [answers.message_row(row) for row in queries.messages(session, found.id, cursor, limit)]
+        rows = [message_row(row) for row in queries.messages(session, found.id, cursor, limit)]
     lines = [tuple(row.model_dump().values()) for row in rows]
     return table(request, format, tuple(MessageRow.model_fields), lines, next_number([row.id for row in rows], limit))
 
 
 @router.get("/messages/{message_id}", operation_id="get_message", **responses(MessageOut, 404))
 def message(request: Request, message_id: MessageId, sessions: Reading) -> Response:
-    """A message, whole, and what became of it."""
+    """A message with its deliveries."""
     with sessions() as session:
-        answer = answers.message(session, queries.message(session, message_id))
-    return document(request, answers.seen_by(caller(request).role, answer))
+        answer = message_out(session, queries.message(session, message_id))
+    return document(request, visible_to(caller(request).role, answer))
 
 
 def existing(message_id: MessageId, sessions: Reading) -> int:
-    """The number of a message that there is; checked before a stream begins, which can only succeed."""
+    """Number of an existing message, checked before the stream begins."""
     with sessions() as session:
         return queries.message(session, message_id).id
 
@@ -69,15 +81,15 @@ async def progress(
 ) -> AsyncIterator[MessageOut]:
     """The message as server-sent events: as it is, then whenever a delivery changes, until none is under way.
 
-    A stream without news for long ends as well, and so does one whose key was revoked; browsers ask again.
+    A stream without news for long ends too, and so does one whose key was revoked; browsers reconnect.
     """
-    async for found in followed(request, partial(_answered, sessions, identity), _has_arrived):
-        yield found
+    async for message in followed(request, partial(_answered, sessions, identity), _has_arrived):
+        yield message
 
 
 def _answered(sessions: sessionmaker[Session], identity: int) -> MessageOut:
     with sessions() as session:
-        return answers.message(session, queries.message(session, identity))
+        return message_out(session, queries.message(session, identity))
 
 
 def _has_arrived(message: MessageOut) -> bool:
@@ -92,11 +104,11 @@ def _has_arrived(message: MessageOut) -> bool:
     responses=making(202),
 )
 def hold(code: Code, sessions: Writing, response: Response, by: By) -> MessageOut:
-    """Send a drill to all of the building's receivers that want drills: an alarm that says it is none."""
+    """Send a drill to all recipients of the building that are subscribed to drills: an alarm marked as not real."""
     with sessions.begin() as session:
         found, _ = building_queries.building(session, code)
         row = drill.drill(session, found, by.name, datetime.now(UTC))
-        answer = answers.message(session, queries.message(session, row.id))
+        answer = message_out(session, queries.message(session, row.id))
     response.headers["Location"] = f"/api/v1/messages/{answer.id}"
     return answer
 
@@ -112,21 +124,21 @@ def deliveries(
     limit: Limit = 50,
     format: Format = None,
 ) -> Response:
-    """Who was told what, when, and whether it arrived; the latest first."""
+    """Deliveries of messages to recipients, the latest first."""
     with sessions() as session:
         found = queries.deliveries(session, building, receiver, state, cursor, limit)
         role = caller(request).role
-        rows = [answers.seen_by(role, row) for row in answers.delivery_rows(session, found)]
+        rows = [visible_to(role, row) for row in delivery_rows(session, found)]
     lines = [tuple(row.model_dump().values()) for row in rows]
     return table(request, format, tuple(DeliveryRow.model_fields), lines, next_number([row.id for row in rows], limit))
 
 
 @router.get("/deliveries/{delivery_id}", operation_id="get_delivery", **responses(DeliveryOut, 404))
 def delivery(request: Request, delivery_id: DeliveryId, sessions: Reading) -> Response:
-    """A delivery with every attempt: when, what the receiver said, how long it took."""
+    """A delivery with every attempt: time, answer of the recipient, duration."""
     with sessions() as session:
-        answer = answers.delivery(queries.delivery(session, delivery_id))
-    return document(request, answers.seen_by(caller(request).role, answer))
+        answer = delivery_out(queries.delivery(session, delivery_id))
+    return document(request, visible_to(caller(request).role, answer))
 
 
 @router.post(
@@ -137,10 +149,10 @@ def delivery(request: Request, delivery_id: DeliveryId, sessions: Reading) -> Re
     responses=making(202),
 )
 def replay(delivery_id: DeliveryId, sessions: Writing, response: Response, _: By) -> DeliveryOut:
-    """Try a delivery that was given up again, as often as a new one; else 409."""
+    """Try a failed delivery again, as often as a new one; 409 unless it has failed."""
     with sessions.begin() as session:
         row = queries.delivery(session, delivery_id)
         claims.replay(row, datetime.now(UTC))
-        answer = answers.delivery(row)
+        answer = delivery_out(row)
     response.headers["Location"] = f"/api/v1/deliveries/{answer.id}"
     return answer

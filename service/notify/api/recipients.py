@@ -1,18 +1,22 @@
-"""Receivers: who is told of a building, and whether the way to them works."""
+"""The API of recipients: add, change, remove and test them."""
 
+import base64
+import secrets
 from datetime import UTC, datetime
 from typing import Annotated
 
 from fastapi import APIRouter, Body, Depends, Request, Response
+from sqlalchemy.orm import Session
 
 from service.access.auth import Caller, admin, caller, engineer
-from service.buildings import queries as building_queries, recipients as told
-from service.errors import documented
+from service.alerts.messages import send_open_alerts_to_new_recipients
+from service.buildings import queries as building_queries, recipients
+from service.buildings.recipient_rules import SECRET, SEVERITIES, ReceiverRule, wanted_kinds
+from service.errors import ConflictError, FieldsError, documented
 from service.http.parameters import Code, Reading, ReceiverId, Writing
 from service.http.responses import document, responses
 from service.models.api.models import making
-from service.notify import answers, drill
-from service.notify.api import requests
+from service.notify import drill
 from service.notify.queries import delivery
 from service.notify.schema import (
     DeliveryOut,
@@ -21,21 +25,29 @@ from service.notify.schema import (
     ReceiverOut,
     ReceiverRequest,
     Receivers,
+    delivery_out,
+    receiver_out,
+    visible_to,
 )
+from service.notify.tables import Receiver
 
 router = APIRouter(tags=["messages"])
 
 ByAdmin = Annotated[Caller, Depends(admin)]
 ByEngineer = Annotated[Caller, Depends(engineer)]
+NO_MAIL = (
+    "no mail can be sent, as no mail server is set; set smtp.host, and smtp.port, smtp.security, smtp.user and "
+    "smtp.password as the server needs them, and restart Menshin"
+)
 
 
 @router.get("/buildings/{code}/receivers", operation_id="list_receivers", **responses(Receivers, 404))
 def of_building(request: Request, code: Code, sessions: Reading) -> Response:
-    """Who is told of the building, and of what."""
+    """Recipients of the building's messages."""
     with sessions() as session:
         found, _ = building_queries.building(session, code)
         role = caller(request).role
-        rows = [answers.seen_by(role, answers.receiver(row)) for row in told.of_building(session, found.id)]
+        rows = [visible_to(role, receiver_out(row)) for row in recipients.of_building(session, found.id)]
     return document(request, Receivers(items=rows))
 
 
@@ -52,28 +64,28 @@ def add(
     sessions: Writing,
     response: Response,
     by: ByAdmin,
-    wanted: Annotated[ReceiverRequest, Body(description="Who, where, and of what.")],
+    wanted: Annotated[ReceiverRequest, Body(description="Name, address and subscriptions.")],
 ) -> ReceiverMade:
-    """Let somebody be told of the building, at once of the alerts that are open; it takes an admin's key.
+    """Add a recipient, and send it the messages about open alerts; needs an admin's key.
 
-    For a webhook without a secret one is made, and answered this once. A mail address is refused while no mail server
+    For a webhook without a secret one is made and returned this once. Mail addresses are refused while no mail server
     is set.
     """
     can_mail = request.app.state.settings.smtp.host is not None
     with sessions.begin() as session:
         found, _ = building_queries.building(session, code)
-        row, secret = requests.add(session, found.id, wanted, by.name, datetime.now(UTC), can_mail=can_mail)
-        answer = ReceiverMade(**answers.receiver(row).model_dump(), secret=secret)
+        row, secret = add_recipient(session, found.id, wanted, by.name, datetime.now(UTC), can_mail=can_mail)
+        answer = ReceiverMade(**receiver_out(row).model_dump(), secret=secret)
     response.headers["Location"] = f"/api/v1/receivers/{answer.id}"
     return answer
 
 
 @router.get("/receivers/{receiver_id}", operation_id="get_receiver", **responses(ReceiverOut, 404))
 def one(request: Request, receiver_id: ReceiverId, sessions: Reading) -> Response:
-    """A receiver."""
+    """A recipient."""
     with sessions() as session:
-        answer = answers.receiver(told.receiver(session, receiver_id))
-    return document(request, answers.seen_by(caller(request).role, answer))
+        answer = receiver_out(recipients.receiver(session, receiver_id))
+    return document(request, visible_to(caller(request).role, answer))
 
 
 @router.patch(
@@ -83,15 +95,15 @@ def change(
     receiver_id: ReceiverId,
     sessions: Writing,
     _: ByAdmin,
-    wanted: Annotated[ReceiverChange, Body(description="What shall be otherwise.")],
+    wanted: Annotated[ReceiverChange, Body(description="The changes.")],
 ) -> ReceiverOut:
-    """Tell a receiver elsewhere, or of other things; it takes an admin's key. Those of the file are changed there.
+    """Change address or subscriptions; needs an admin's key. Recipients of the building file are changed there.
 
-    What is open and it has not heard of is sent to it.
+    Messages about open alerts that it has not received are sent to it.
     """
     with sessions.begin() as session:
-        return answers.receiver(
-            requests.change(session, told.receiver(session, receiver_id), wanted, datetime.now(UTC))
+        return receiver_out(
+            change_recipient(session, recipients.receiver(session, receiver_id), wanted, datetime.now(UTC))
         )
 
 
@@ -102,9 +114,9 @@ def change(
     responses=documented(401, 403, 404, 409, 422),
 )
 def remove(receiver_id: ReceiverId, sessions: Writing, _: ByAdmin) -> None:
-    """Tell a receiver no longer; it takes an admin's key. What it was told stays in the log."""
+    """Remove a recipient; needs an admin's key. Its deliveries stay in the log."""
     with sessions.begin() as session:
-        told.remove_added(session, told.receiver(session, receiver_id), datetime.now(UTC))
+        recipients.remove_added(session, recipients.receiver(session, receiver_id), datetime.now(UTC))
 
 
 @router.post(
@@ -115,9 +127,64 @@ def remove(receiver_id: ReceiverId, sessions: Writing, _: ByAdmin) -> None:
     responses=making(202),
 )
 def test(receiver_id: ReceiverId, sessions: Writing, response: Response, by: ByEngineer) -> DeliveryOut:
-    """Send a message to this receiver alone that says it is a test, whatever it wants to hear of."""
+    """Send a test message to this recipient alone, whatever its subscriptions."""
     with sessions.begin() as session:
-        message = drill.trial(session, told.receiver(session, receiver_id), by.name, datetime.now(UTC))
-        answer = answers.delivery(delivery(session, message.deliveries[0].id))
+        message = drill.trial(session, recipients.receiver(session, receiver_id), by.name, datetime.now(UTC))
+        answer = delivery_out(delivery(session, message.deliveries[0].id))
     response.headers["Location"] = f"/api/v1/deliveries/{answer.id}"
     return answer
+
+
+def add_recipient(
+    session: Session, building_id: int, wanted: ReceiverRequest, by: str, now: datetime, *, can_mail: bool
+) -> tuple[Receiver, str | None]:
+    """Add a recipient to a building.
+
+    Args:
+        session: in which the recipient is added.
+        building_id: number of the building.
+        wanted: the request.
+        by: who adds it.
+        now: the time.
+        can_mail: whether a mail server is set; without one mail addresses are refused.
+
+    Returns:
+        The recipient, and the secret that was made for it, if any.
+
+    Raises:
+        FieldsError: the name is taken, the address or the secret is not valid, or no mail can be sent.
+    """
+    if wanted.kind == "email" and not can_mail:
+        raise FieldsError({"kind": NO_MAIL})
+    made = _new_secret() if wanted.kind == "webhook" and wanted.secret is None else None
+    rule = ReceiverRule(
+        name=wanted.name,
+        kind=wanted.kind,
+        address=wanted.address,
+        secret=wanted.secret or made,
+        kinds=tuple(wanted.kinds or wanted_kinds(wanted.kind)),
+        severities=tuple(wanted.severities or SEVERITIES),
+    )
+    row = recipients.add(session, building_id, rule, by, now)
+    send_open_alerts_to_new_recipients(session, building_id, now)
+    return row, made
+
+
+def change_recipient(session: Session, receiver: Receiver, wanted: ReceiverChange, now: datetime) -> Receiver:
+    """Change what is given, and nothing else; send the messages about open alerts that the recipient has not received.
+
+    Raises:
+        ConflictError: nothing is given, it is in the building file, or the address or the secret is not valid.
+    """
+    given = wanted.model_dump(exclude_none=True)
+    if not given:
+        raise ConflictError("The request changes nothing; give address, secret, kinds or severities.")
+    of_now = {name: getattr(receiver, name) for name in ("name", "kind", "address", "secret", "kinds", "severities")}
+    recipients.change(receiver, ReceiverRule(**(of_now | given)), now)
+    send_open_alerts_to_new_recipients(session, receiver.building_id, now)
+    return receiver
+
+
+def _new_secret() -> str:
+    """A key of Standard Webhooks of 256 random bits."""
+    return SECRET + base64.b64encode(secrets.token_bytes(32)).decode()

@@ -1,7 +1,7 @@
-"""How does a letter go to an Alertmanager (Prometheus; API v2)?
+"""Messages as alerts of an Alertmanager (Prometheus; API v2).
 
-An alert there is known by its labels, and forgotten unless it is told again before its end. So what stands is told
-again and again with an end a while ahead, as Prometheus itself does, and with an end of now once it is over.
+An Alertmanager identifies an alert by its labels, and drops it at its end unless it is sent again. So an open alert is
+sent repeatedly with an end in the near future, as Prometheus itself does, and with an end of now once it is over.
 """
 
 from datetime import datetime, timedelta
@@ -9,61 +9,59 @@ from typing import Any
 
 import orjson
 
-from service.notify.addresses import Reach
-from service.notify.letter import DRILL, TEST, Addressee, Letter
-from service.notify.outbound_http import posted
-from service.notify.outcome import Answer
+from service.notify.channels import DeliveryResult
+from service.notify.channels.outbound_http import Reach, posted
+from service.notify.rendering import Destination, RenderedMessage
 from service.settings import Settings
 
-STANDING = frozenset({"alert", "data"})
-"""Kinds that stand until they are over; the others pass by themselves."""
+LASTING = frozenset({"alert", "data"})
+"""Kinds that last until they are over; the others end by themselves."""
 ROUNDS = 4
-"""Repetitions that an alert outlives, as Prometheus has it."""
+"""Missed repetitions that an alert survives, as in Prometheus."""
 PASSING = timedelta(minutes=15)
-"""After which a drill, a test or an earthquake is over."""
+"""Duration of a drill, a test or an earthquake."""
 
 
-def send(letter: Letter, to: Addressee, settings: Settings, now: datetime) -> Answer:
-    """Push a letter to an Alertmanager, as an alert that stands or that is over."""
-    body = orjson.dumps([alert(letter, timedelta(seconds=settings.notify.alertmanager_interval), now)])
+def send(message: RenderedMessage, to: Destination, settings: Settings, now: datetime) -> DeliveryResult:
+    """Push a message to an Alertmanager, as an open or ended alert."""
+    body = orjson.dumps([alert(message, timedelta(seconds=settings.notify.alertmanager_interval), now)])
     reach = Reach(settings.notify.allowed_private_hosts, settings.notify.allow_plain_http)
     url = f"{to.address.rstrip('/')}/api/v2/alerts"
     return posted(url, {"Content-Type": "application/json"}, body, reach, settings.notify.timeout)
 
 
-def alert(letter: Letter, interval: timedelta, now: datetime) -> dict[str, Any]:
-    """A letter as an alert of the API.
+def alert(message: RenderedMessage, interval: timedelta, now: datetime) -> dict[str, Any]:
+    """A message as an alert of the API.
 
     Args:
-        letter: what is told.
-        interval: between two repetitions.
+        message: as it is rendered.
+        interval: between repetitions.
         now: aware time.
     """
     labels = {
-        "alertname": f"Menshin{letter.kind.capitalize()}",
-        "building": letter.building_code,
-        "about": letter.key,
-        "severity": letter.gravest,
-        "real": "true" if letter.is_real else "false",
+        "alertname": f"Menshin{message.kind.capitalize()}",
+        "building": message.building_code,
+        "about": message.key,
+        "severity": message.gravest,
+        "real": "true" if message.is_real else "false",
     }
-    mark = {"drill": f"{DRILL}: ", "test": f"{TEST}: "}.get(letter.kind, "")
-    told = {
-        "summary": f"{mark}[{letter.building_name}] {letter.subject}",
-        "description": "\n".join(letter.paragraphs),
-        "message": letter.identity,
+    annotations = {
+        "summary": f"{message.mark}[{message.building_name}] {message.subject}",
+        "description": "\n".join(message.paragraphs),
+        "message": message.identity,
     }
-    started = letter.began_at if letter.kind in STANDING else letter.written_at
-    link = {"generatorURL": letter.link} if letter.link else {}
+    started = message.began_at if message.kind in LASTING else message.written_at
+    link = {"generatorURL": message.link} if message.link else {}
     return {
         "labels": labels,
-        "annotations": told,
+        "annotations": annotations,
         "startsAt": started.isoformat(),
-        "endsAt": _end(letter, interval, now).isoformat(),
+        "endsAt": _end(message, interval, now).isoformat(),
         **link,
     }
 
 
-def _end(letter: Letter, interval: timedelta, now: datetime) -> datetime:
-    if letter.kind not in STANDING:
-        return letter.written_at + PASSING
-    return now if letter.is_over else now + ROUNDS * interval
+def _end(message: RenderedMessage, interval: timedelta, now: datetime) -> datetime:
+    if message.kind not in LASTING:
+        return message.written_at + PASSING
+    return now if message.is_over else now + ROUNDS * interval

@@ -1,7 +1,7 @@
-"""How does a letter go to a chat service? Through Apprise, in a process of its own.
+"""Messages to chat services, through Apprise in a separate process.
 
-Apprise knows more than a hundred services, and connects wherever an address says. In a process of its own it can be
-kept from reaching inside (see chat_process), it can be ended when its time is over, and it sees none of our settings.
+Apprise supports more than a hundred services, and connects wherever an address points. A separate process keeps it from
+reaching inside addresses (see chat_process), can be ended when its time is over, and sees none of our settings.
 """
 
 import os
@@ -12,38 +12,38 @@ from datetime import datetime
 
 import orjson
 
-from service.notify.letter import Addressee, Letter
-from service.notify.outcome import Answer
+from service.notify.channels import DeliveryResult
+from service.notify.rendering import Destination, RenderedMessage
 from service.settings import PREFIX, Settings
 
 COMMAND = (sys.executable, "-m", "service.notify.channels.chat_process")
 
 
-def send(letter: Letter, to: Addressee, settings: Settings, now: datetime) -> Answer:
-    """Hand a letter to a chat service, with its picture where the service takes one.
+def send(message: RenderedMessage, to: Destination, settings: Settings, now: datetime) -> DeliveryResult:
+    """Send a message to a chat service, with its picture where the service accepts one.
 
-    A repeat goes without: a picture that is refused costs one attempt, and holds up no message.
+    A repeat has no picture: a refused picture costs one attempt, but does not block the message.
 
     Returns:
-        `delivered` where the service said so; `not_taken` where nothing was sent; else `unknown`, for Apprise does not
-        tell which it was.
+        `delivered` if the service confirmed it; `not_taken` if nothing was sent; otherwise `unknown`, since Apprise
+        does not distinguish the two.
     """
-    picture = None if letter.is_repeat or letter.picture is None else b64encode(letter.picture).decode()
-    given = {
+    picture = None if message.is_repeat or message.picture is None else b64encode(message.picture).decode()
+    request = {
         "address": to.address,
-        "title": letter.heading,
-        "body": letter.text,
+        "title": message.heading,
+        "body": message.text,
         "picture": picture,
-        "severity": letter.severity,
+        "severity": message.severity,
         "allowed": settings.notify.allowed_private_hosts,
     }
-    kept = {name: value for name, value in os.environ.items() if not name.startswith(PREFIX)}
+    environment = {name: value for name, value in os.environ.items() if not name.startswith(PREFIX)}
     try:
         ended = subprocess.run(
-            COMMAND, input=orjson.dumps(given), capture_output=True, timeout=settings.notify.timeout, env=kept
+            COMMAND, input=orjson.dumps(request), capture_output=True, timeout=settings.notify.timeout, env=environment
         )
     except subprocess.TimeoutExpired:
-        return Answer("unknown", f"no answer within {settings.notify.timeout:g} s")
+        return DeliveryResult("unknown", f"no answer within {settings.notify.timeout:g} s")
     if ended.returncode != 0:
-        return Answer("unknown", f"the process that sends to chat services ended with code {ended.returncode}")
-    return Answer(**orjson.loads(ended.stdout))
+        return DeliveryResult("unknown", f"the process that sends to chat services ended with code {ended.returncode}")
+    return DeliveryResult(**orjson.loads(ended.stdout))

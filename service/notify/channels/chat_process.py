@@ -1,7 +1,7 @@
-"""What runs in the process that speaks to a chat service: a letter in, what came of it out, as JSON.
+"""The process that sends to a chat service: a message in, the result out, as JSON.
 
-An audit hook (PEP 578) sees every connection before it is made, whichever library makes it and after whichever
-redirect: what is not public, and not allowed, is refused, and so is what would stay on this machine.
+An audit hook (PEP 578) checks every connection before it is made, whatever library makes it and after any redirect:
+addresses that are neither public nor allowed are refused, and so are other programs and the log of this machine.
 """
 
 import logging
@@ -15,8 +15,8 @@ import apprise
 import orjson
 from apprise.attachment.memory import AttachMemory
 
-from service.notify.addresses import Reach, may_be_reached
-from service.notify.outcome import Answer, one_line
+from service.notify.channels import DeliveryResult, one_line
+from service.notify.channels.outbound_http import Reach, may_be_reached
 
 TYPES = {
     "normal": apprise.NotifyType.SUCCESS,
@@ -25,21 +25,21 @@ TYPES = {
     "alarm": apprise.NotifyType.FAILURE,
 }
 HERE = frozenset({"subprocess.Popen", "os.system", "os.exec", "os.posix_spawn", "os.forkpty", "syslog.syslog"})
-"""Audit events of what would be done on this machine, by another program or its log."""
+"""Audit events of other programs, and of the log, of this machine."""
 
 
 @dataclass(slots=True)
 class Guard:
-    """Refuses connections to the inside, and remembers that it did."""
+    """Refuses connections to inside addresses, and records them."""
 
     reach: Reach
     refused: list[str] = field(default_factory=list)
 
     def __call__(self, event: str, arguments: tuple[Any, ...]) -> None:
-        """Of an audit event.
+        """Check an audit event.
 
         Raises:
-            PermissionError: it must not be.
+            PermissionError: it is not allowed.
         """
         if event in HERE:
             self._refuse(f"{event}, which stays on this machine")
@@ -53,39 +53,43 @@ class Guard:
         raise PermissionError(f"refused: {what}")
 
 
-class Said(logging.Handler):
-    """What Apprise says went wrong."""
+class Warnings(logging.Handler):
+    """Warnings of Apprise."""
 
     def __init__(self) -> None:
         super().__init__(logging.WARNING)
         self.lines: list[str] = []
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Keep it."""
+        """Store the line."""
         self.lines.append(record.getMessage())
 
 
-def sent(given: dict[str, Any]) -> Answer:
-    """Send what the process was given; afterwards it connects to public addresses only."""
-    service = apprise.Apprise.instantiate(given["address"])
+def sent(request: dict[str, Any]) -> DeliveryResult:
+    """Send the message of a request; from then on the process connects to allowed addresses only."""
+    service = apprise.Apprise.instantiate(request["address"])
     if service is None:
-        return Answer("not_taken", "Apprise knows no such service, or not with such an address", is_final=True)
-    said, guard = Said(), Guard(Reach(tuple(given["allowed"])))
-    logging.getLogger("apprise").addHandler(said)
+        return DeliveryResult("not_taken", "Apprise does not support such a service or address", is_final=True)
+    warnings, guard = Warnings(), Guard(Reach(tuple(request["allowed"])))
+    logging.getLogger("apprise").addHandler(warnings)
     sys.addaudithook(guard)
-    picture = given["picture"] and apprise.AppriseAttachment(
-        AttachMemory(b64decode(given["picture"]), "loop.png", "image/png")  # type: ignore[no-untyped-call]
+    picture = request["picture"] and apprise.AppriseAttachment(
+        AttachMemory(b64decode(request["picture"]), "loop.png", "image/png")  # type: ignore[no-untyped-call]
     )
-    done = False
-    with suppress(PermissionError):  # the guard's, where the service does not take it for a broken connection
-        done = service.notify(
-            body=given["body"], title=given["title"], notify_type=TYPES[given["severity"]], attach=picture
+    is_sent = False
+    with suppress(PermissionError):  # of the guard, unless the service treats it as a broken connection
+        is_sent = service.notify(
+            body=request["body"], title=request["title"], notify_type=TYPES[request["severity"]], attach=picture
         )
     if guard.refused:
-        return Answer("not_taken", f"refused: {guard.refused[0]}; notify.allowed_private_hosts can allow a network")
-    return Answer("delivered", "taken") if done else Answer("unknown", one_line("; ".join(said.lines) or "no answer"))
+        return DeliveryResult("not_taken", f"refused: {guard.refused[0]}; notify.allowed_private_hosts can allow a network")
+    return (
+        DeliveryResult("delivered", "accepted")
+        if is_sent
+        else DeliveryResult("unknown", one_line("; ".join(warnings.lines) or "no answer"))
+    )
 
 
 if __name__ == "__main__":
-    answer = sent(orjson.loads(sys.stdin.buffer.read()))
-    sys.stdout.buffer.write(orjson.dumps(asdict(answer)))
+    result = sent(orjson.loads(sys.stdin.buffer.read()))
+    sys.stdout.buffer.write(orjson.dumps(asdict(result)))

@@ -1,4 +1,4 @@
-"""How does a letter go to a program? As a CloudEvent, signed as Standard Webhooks says.
+"""Messages to programs: a CloudEvent, signed by the rules of Standard Webhooks.
 
 CloudEvents 1.0.2, JSON event format (CNCF 2022); Standard Webhooks 1.0.0 (2023), symmetric signatures (v1).
 """
@@ -10,34 +10,33 @@ from cloudevents.core.bindings.http import to_structured_event
 from cloudevents.core.v1.event import CloudEvent
 from standardwebhooks import Webhook
 
-from service.notify.addresses import Reach
-from service.notify.letter import Addressee, Letter
-from service.notify.outbound_http import posted
-from service.notify.outcome import Answer
+from service.notify.channels import DeliveryResult
+from service.notify.channels.outbound_http import Reach, posted
+from service.notify.rendering import Destination, RenderedMessage
 from service.settings import Settings
 from service.version import VERSION
 
 TYPE = "menshin.{kind}.v1"
-"""Of the CloudEvent: `menshin.event.v1`, `menshin.alert.v1`, `menshin.drill.v1` ..."""
+"""Type of the CloudEvent: `menshin.event.v1`, `menshin.alert.v1`, `menshin.drill.v1` ..."""
 
 
-def send(letter: Letter, to: Addressee, settings: Settings, now: datetime) -> Answer:
-    """Post a letter to a webhook; the bytes that are signed are those that are sent."""
+def send(message: RenderedMessage, to: Destination, settings: Settings, now: datetime) -> DeliveryResult:
+    """Post a message to a webhook; the signature is of the bytes that are sent."""
     assert to.secret is not None
-    media_type, body = cloud_event(letter)
+    media_type, body = cloud_event(message)
     headers = {
         "Content-Type": media_type,
         "User-Agent": f"Menshin/{VERSION}",
-        "Menshin-Kind": letter.kind,
-        "Menshin-Repeat": "true" if letter.is_repeat else "false",
-        **signature(letter.identity, body, to.secret, now),
+        "Menshin-Kind": message.kind,
+        "Menshin-Repeat": "true" if message.is_repeat else "false",
+        **signature(message.identity, body, to.secret, now),
     }
     reach = Reach(settings.notify.allowed_private_hosts, settings.notify.allow_plain_http)
     return posted(to.address, headers, body, reach, settings.notify.timeout)
 
 
 def signature(identity: str, body: bytes, secret: str, now: datetime) -> dict[str, str]:
-    """The headers by which a receiver knows who sent these bytes, and when.
+    """The headers by which a recipient verifies the sender and the time of these bytes.
 
     Args:
         identity: of the message, the same in every attempt.
@@ -52,37 +51,37 @@ def signature(identity: str, body: bytes, secret: str, now: datetime) -> dict[st
     }
 
 
-def cloud_event(letter: Letter) -> tuple[str, bytes]:
-    """Media type and bytes of a letter as a CloudEvent."""
+def cloud_event(message: RenderedMessage) -> tuple[str, bytes]:
+    """Media type and bytes of a message as a CloudEvent."""
     attributes = {
         "specversion": "1.0",
-        "id": letter.identity,
-        "source": f"/buildings/{letter.building_code}",
-        "type": TYPE.format(kind=letter.kind),
-        "subject": letter.key,
-        "time": letter.written_at,
+        "id": message.identity,
+        "source": f"/buildings/{message.building_code}",
+        "type": TYPE.format(kind=message.kind),
+        "subject": message.key,
+        "time": message.written_at,
         "datacontenttype": "application/json",
     }
-    message = to_structured_event(CloudEvent(attributes, _data(letter)))
-    return message.headers["content-type"], message.body
+    event = to_structured_event(CloudEvent(attributes, _data(message)))
+    return event.headers["content-type"], event.body
 
 
-def _data(letter: Letter) -> dict[str, Any]:
+def _data(message: RenderedMessage) -> dict[str, Any]:
     return {
-        "building": letter.building_code,
-        "building_name": letter.building_name,
-        "kind": letter.kind,
-        "is_real": letter.is_real,
-        "sequence": letter.sequence,
-        "number": letter.number,
-        "repeat": letter.is_repeat,
-        "standing_since": letter.standing_since and letter.standing_since.isoformat(),
-        "severity": letter.severity,
-        "is_over": letter.is_over,
-        "heading": letter.heading,
-        "subject": letter.subject,
-        "sentences": list(letter.paragraphs),
-        "facts": [{"name": name, "value": value} for name, value in letter.facts],
-        "link": letter.link or None,
-        "values": dict(letter.data),
+        "building": message.building_code,
+        "building_name": message.building_name,
+        "kind": message.kind,
+        "is_real": message.is_real,
+        "sequence": message.sequence,
+        "number": message.number,
+        "repeat": message.is_repeat,
+        "standing_since": message.standing_since and message.standing_since.isoformat(),
+        "severity": message.severity,
+        "is_over": message.is_over,
+        "heading": message.heading,
+        "subject": message.subject,
+        "sentences": list(message.paragraphs),
+        "facts": [{"name": name, "value": value} for name, value in message.facts],
+        "link": message.link or None,
+        "values": dict(message.data),
     }

@@ -6,8 +6,8 @@ from findings import DAY, START, gain, softer
 from sqlalchemy.orm import Session
 
 from service.alerts import operator_actions
-from service.alerts.event_messages import tell
-from service.alerts.reconciling import reconcile
+from service.alerts.messages import write_messages
+from service.alerts.reconciliation import reconcile
 from service.alerts.tables import Alert
 from service.buildings.tables import Building
 from service.records.tables import Event
@@ -16,7 +16,7 @@ from service.records.tables import Event
 def test_an_import_of_years_tells_of_its_alert_alone(session: Session, of: Building) -> None:
     events = raised(session, of)
     for _ in range(3):
-        tell(session, of.id, AGE, START + 1000 * DAY)
+        write_messages(session, of.id, AGE, START + 1000 * DAY)
     (told,) = messages(session)
     assert (told.key, told.kind, told.severity) == (f"event/{events[2]}", "alert", "alarm")
     assert told.subject.endswith(": The isolators are 8 % softer in direction x")
@@ -29,7 +29,7 @@ def test_alerts_of_one_earthquake_are_one_message(session: Session, of: Building
     found = (softer(), softer(cause="damping/x", summary="The isolators damp 9 % less in direction x"))
     reconcile(session, of.id, [owned(one, events) for one in found], "events", START + 3 * DAY)
     session.flush()
-    tell(session, of.id, AGE, START + 1000 * DAY)
+    write_messages(session, of.id, AGE, START + 1000 * DAY)
     (told,) = messages(session)
     assert told.subject.endswith("softer in direction x (and 1 more)")
     assert len(told.data["alerts"]) == 2
@@ -39,13 +39,13 @@ def test_alerts_of_one_earthquake_are_one_message(session: Session, of: Building
 def test_acknowledging_is_no_news_and_an_inspection_is(session: Session, of: Building) -> None:
     raised(session, of)
     alert, now = session.query(Alert).one(), START + 1000 * DAY
-    tell(session, of.id, AGE, now)
+    write_messages(session, of.id, AGE, now)
     operator_actions.acknowledge(session, alert, "Jo", "on my way", now)
-    tell(session, of.id, AGE, now)
+    write_messages(session, of.id, AGE, now)
     assert len(messages(session)) == 1
     operator_actions.inspect(session, alert, "Jo", "confirmed", "bearings 3 and 4 were replaced", None, now + DAY)
     for _ in range(2):
-        tell(session, of.id, AGE, now + DAY)
+        write_messages(session, of.id, AGE, now + DAY)
     _, told = messages(session)
     assert (told.sequence, told.severity) == ("updated", "note")
     assert "This is settled" in " ".join(told.sentences)
@@ -55,7 +55,7 @@ def test_acknowledging_is_no_news_and_an_inspection_is(session: Session, of: Bui
 @pytest.mark.parametrize("how", ["data", "review"])
 def test_an_alert_that_never_was_is_cancelled(session: Session, of: Building, how: str) -> None:
     events, now = raised(session, of), START + 1000 * DAY
-    tell(session, of.id, AGE, now)
+    write_messages(session, of.id, AGE, now)
     if how == "data":
         analysed(session, session.get_one(Event, events[1]), now)
         reconcile(session, of.id, [], "events", now + SOON)
@@ -63,7 +63,7 @@ def test_an_alert_that_never_was_is_cancelled(session: Session, of: Building, ho
         operator_actions.inspect(session, session.query(Alert).one(), "Jo", "unfounded", "a test load", None, now)
     session.flush()
     for _ in range(2):
-        tell(session, of.id, AGE, now + SOON)
+        write_messages(session, of.id, AGE, now + SOON)
     _, told = messages(session)
     assert (told.sequence, told.severity) == ("cancelled", "note")
     assert "This is cancelled, it never was so" in " ".join(told.sentences)
@@ -71,7 +71,7 @@ def test_an_alert_that_never_was_is_cancelled(session: Session, of: Building, ho
 
 def test_what_a_sensor_may_explain_is_told_so(session: Session, of: Building) -> None:
     events = raised(session, of, gain(began_at=START + 2 * DAY, raised_event_id=3))
-    tell(session, of.id, AGE, START + 1000 * DAY)
+    write_messages(session, of.id, AGE, START + 1000 * DAY)
     (told,) = messages(session)
     assert told.key == f"event/{events[2]}"
     assert (told.kind, told.severity) == ("alert", "warning")
@@ -82,8 +82,8 @@ def test_what_is_silenced_is_told_when_the_silence_ends(session: Session, of: Bu
     raised(session, of)
     now = START + 1000 * DAY
     operator_actions.silence(session, of, "stiffness/*", now + DAY, "a load test", "Jo", now)
-    tell(session, of.id, AGE, now)
+    write_messages(session, of.id, AGE, now)
     assert messages(session) == []
-    tell(session, of.id, AGE, now + DAY)
+    write_messages(session, of.id, AGE, now + DAY)
     (told,) = messages(session)
     assert told.severity == "alarm"

@@ -17,8 +17,8 @@ from sqlalchemy.orm import Session, sessionmaker
 
 from service.access import keys
 from service.access.auth import Role
-from service.alerts.event_messages import tell
-from service.alerts.reconciling import reconcile
+from service.alerts.messages import write_messages
+from service.alerts.reconciliation import reconcile
 from service.buildings.tables import Building
 from service.records.tables import Event
 
@@ -39,7 +39,7 @@ def lost(session: Session) -> None:
     reconcile(session, building.id, [found], "events", watched.NOW)
     reconcile(session, building.id, [stopped()], "clock", watched.NOW)
     session.flush()
-    tell(session, building.id, AGE, watched.NOW)
+    write_messages(session, building.id, AGE, watched.NOW)
 
 
 @pytest.fixture

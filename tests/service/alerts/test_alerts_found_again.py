@@ -7,21 +7,21 @@ from alarmed import AGE, earthquake, messages, of_events, raised
 from findings import DAY, START, softer
 from sqlalchemy.orm import Session
 
-from service.alerts.candidates import Found
-from service.alerts.event_messages import tell
-from service.alerts.reconciling import reconcile
+from service.alerts.candidates import AlertCandidate
+from service.alerts.messages import write_messages
+from service.alerts.reconciliation import reconcile
 from service.buildings.tables import Building
 from service.notify.tables import Message
 
 
-def found_again(session: Session, of: Building, *found: Found) -> list[Message]:
+def found_again(session: Session, of: Building, *found: AlertCandidate) -> list[Message]:
     """What people are told once the rules find this; they were told of a loss with the third earthquake before."""
     now = START + 1000 * DAY
-    tell(session, of.id, AGE, now)
+    write_messages(session, of.id, AGE, now)
     reconcile(session, of.id, found, "events", now)
     session.flush()
     for _ in range(2):
-        tell(session, of.id, AGE, now)
+        write_messages(session, of.id, AGE, now)
     first, *then = messages(session)
     assert first.sequence == "new"
     return then

@@ -15,8 +15,8 @@ from sqlalchemy.orm import Session, sessionmaker
 from service.access import keys
 from service.access.auth import Role
 from service.access.tables import AuditEntry
-from service.alerts.event_messages import tell
-from service.alerts.reconciling import reconcile
+from service.alerts.messages import write_messages
+from service.alerts.reconciliation import reconcile
 from service.alerts.tables import Alert
 from service.buildings.tables import Building
 from service.drift.tables import ReferencePeriod
@@ -50,7 +50,7 @@ def code(sessions: sessionmaker[Session]) -> str:
         reconcile(session, of.id, [found], "events", NOW)
         reconcile(session, of.id, [stopped()], "clock", NOW)
         session.flush()
-        tell(session, of.id, AGE, NOW)
+        write_messages(session, of.id, AGE, NOW)
         return of.code
 
 
@@ -106,7 +106,7 @@ def test_an_alert_is_acknowledged_and_ended_by_an_inspection(
         (watching,) = session.query(Job).filter(Job.kind == "watch")
         assert session.query(Message).filter(Message.key.like("event/%")).count() == 1
         watching.state = "done"
-        tell(session, watching.building_id, AGE, NOW)
+        write_messages(session, watching.building_id, AGE, NOW)
         assert [message.sequence for message in session.query(Message).filter(Message.key.like("event/%"))] == [
             "new",
             "updated",

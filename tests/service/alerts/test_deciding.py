@@ -2,24 +2,24 @@
 
 from findings import DAY, START, gain, softer, stopped
 
-from service.alerts.acts import Act, is_worse
-from service.alerts.candidates import Found
-from service.alerts.lifecycle import Standing, decide
-from service.alerts.parts import alert_cause
+from service.alerts.candidates import AlertCandidate, alert_cause
+from service.alerts.lifecycle import OpenAlert, OperatorAction, decide, is_worse
 
 BEFORE, NOW, LATER = START - DAY, START + 10 * DAY, START + 20 * DAY
 
 
-def states(*found: Found, standing: tuple[Standing, ...] = (), acts: tuple[Act, ...] = ()) -> dict[str, str]:
-    return {verdict.cause: verdict.state for verdict in decide(found, standing, acts)}
+def states(
+    *found: AlertCandidate, standing: tuple[OpenAlert, ...] = (), acts: tuple[OperatorAction, ...] = ()
+) -> dict[str, str]:
+    return {decision.cause: decision.state for decision in decide(found, standing, acts)}
 
 
-def acknowledged(found: Found) -> Act:
-    return Act(alert_cause(found.cause), NOW, "Jo", "a note", ends=False, evidence=found.evidence)
+def acknowledged(found: AlertCandidate) -> OperatorAction:
+    return OperatorAction(alert_cause(found.cause), NOW, "Jo", "a note", ends=False, evidence=found.evidence)
 
 
-def inspected(found: Found) -> Act:
-    return Act(alert_cause(found.cause), NOW, "Jo", "a note", ends=True, evidence=found.evidence)
+def inspected(found: AlertCandidate) -> OperatorAction:
+    return OperatorAction(alert_cause(found.cause), NOW, "Jo", "a note", ends=True, evidence=found.evidence)
 
 
 def test_evidence_gathers_then_fires_and_is_acknowledged() -> None:
@@ -40,8 +40,8 @@ def test_what_was_acknowledged_and_grew_fires_again() -> None:
 
 
 def test_deterioration_ends_by_revised_data_only() -> None:
-    told = Standing("stiffness", "deterioration", was_active=True, is_revised=False)
-    revised = Standing("stiffness", "deterioration", was_active=True, is_revised=True)
+    told = OpenAlert("stiffness", "deterioration", was_active=True, is_revised=False)
+    revised = OpenAlert("stiffness", "deterioration", was_active=True, is_revised=True)
     assert states(standing=(told,)) == {}
     assert states(softer(is_sure=False), standing=(told,)) == {}
     assert states(standing=(revised,)) == {"stiffness": "withdrawn"}
@@ -49,8 +49,8 @@ def test_deterioration_ends_by_revised_data_only() -> None:
 
 
 def test_what_never_was_active_is_withdrawn_and_data_resolve_by_themselves() -> None:
-    pending = Standing("stiffness", "deterioration", was_active=False, is_revised=False)
-    source = Standing("source", "data", was_active=True, is_revised=False)
+    pending = OpenAlert("stiffness", "deterioration", was_active=False, is_revised=False)
+    source = OpenAlert("source", "data", was_active=True, is_revised=False)
     assert states(standing=(pending,)) == {"stiffness": "withdrawn"}
     assert states(standing=(source,)) == {"source": "resolved"}
 
@@ -68,11 +68,11 @@ def test_a_sensor_holds_back_nothing_else() -> None:
     assert states(softer(), gain(began_at=LATER))["stiffness"] == "active"
 
 
-def whole(*found: Found, acts: tuple[Act, ...] = ()) -> Found:
+def whole(*found: AlertCandidate, acts: tuple[OperatorAction, ...] = ()) -> AlertCandidate:
     """What the one alert says of these."""
-    (verdict,) = decide(found, (), acts)
-    assert verdict.found is not None
-    return verdict.found
+    (decision,) = decide(found, (), acts)
+    assert decision.candidate is not None
+    return decision.candidate
 
 
 def test_the_directions_of_a_layer_are_one_alert_with_its_parts() -> None:
@@ -104,7 +104,7 @@ def test_an_inspection_answers_every_part_that_began_before_it_and_is_no_worse()
     """Who looks at a layer looks at all of it; what gets worse in one direction is an alert about that one."""
     x, y = softer(8.0), softer(8.0, cause="stiffness/y")
     known = whole(x)
-    acts = (Act("stiffness", NOW, "Jo", "a note", ends=True, evidence=known.evidence),)
+    acts = (OperatorAction("stiffness", NOW, "Jo", "a note", ends=True, evidence=known.evidence),)
     assert states(x, y, softer(cause="stiffness/xy"), acts=acts) == {}
     worse = whole(x, softer(15.0, cause="stiffness/y"), acts=acts)
     assert [one["subject"] for one in worse.evidence["parts"]] == ["y"]
@@ -113,9 +113,9 @@ def test_an_inspection_answers_every_part_that_began_before_it_and_is_no_worse()
 def test_a_part_that_a_sensor_explains_is_on_hold_within_an_active_alert() -> None:
     y = softer(cause="stiffness/y", channels=("XX.DEMO.00.HNY",))
     assert states(softer(), y, gain()) == {"stiffness": "active", gain().cause: "active"}
-    verdict = next(one for one in decide((softer(), y, gain()), (), ()) if one.cause == "stiffness")
-    assert verdict.found is not None
-    parts = {one["subject"]: (one["state"], one["held_by"]) for one in verdict.found.evidence["parts"]}
+    decision = next(one for one in decide((softer(), y, gain()), (), ()) if one.cause == "stiffness")
+    assert decision.candidate is not None
+    parts = {one["subject"]: (one["state"], one["held_by"]) for one in decision.candidate.evidence["parts"]}
     assert parts == {"x": ("on_hold", gain().cause), "y": ("active", None)}
 
 

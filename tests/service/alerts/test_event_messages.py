@@ -8,7 +8,7 @@ from findings import DAY, START
 from sqlalchemy.orm import Session
 
 from service.alerts import operator_actions
-from service.alerts.event_messages import tell, tell_of_event
+from service.alerts.messages import write_event_message, write_messages
 from service.alerts.tables import Alert
 from service.analyses.tables import DirectionResult
 from service.buildings.tables import Building
@@ -18,7 +18,7 @@ from service.jobs import queue as job_queue
 def test_an_earthquake_is_told_once_in_local_time_with_what_is_undecided(session: Session, of: Building) -> None:
     event = earthquake(session, of, START, 0.0237)
     for _ in range(3):
-        tell_of_event(session, event.id, AGE, START + SOON)
+        write_event_message(session, event.id, AGE, START + SOON)
     (told,) = messages(session)
     assert (told.key, told.kind, told.sequence, told.severity) == (f"event/{event.id}", "event", "new", "note")
     assert told.subject.startswith(
@@ -53,7 +53,7 @@ def test_a_residual_displacement_is_written_to_the_digit_that_its_uncertainty_su
     event = earthquake(session, of, START)
     (found,) = session.query(DirectionResult).all()
     found.residual_displacement, found.residual_displacement_std = value, std
-    tell_of_event(session, event.id, AGE, START + SOON)
+    write_event_message(session, event.id, AGE, START + SOON)
     (told,) = messages(session)
     assert {"name": "Displacement that remained, direction x", "value": expected} in told.facts
     assert told.data["residual_displacement"] == {"x": value}
@@ -61,12 +61,12 @@ def test_a_residual_displacement_is_written_to_the_digit_that_its_uncertainty_su
 
 def test_a_new_analysis_is_told_only_if_it_says_something_else(session: Session, of: Building) -> None:
     event = earthquake(session, of, START, 0.0237)
-    tell_of_event(session, event.id, AGE, START + SOON)
+    write_event_message(session, event.id, AGE, START + SOON)
     analysed(session, event, START + 2 * SOON, 0.0237 + 1e-6)
-    tell_of_event(session, event.id, AGE, START + 2 * SOON)
+    write_event_message(session, event.id, AGE, START + 2 * SOON)
     assert len(messages(session)) == 1
     analysed(session, event, START + 3 * SOON, 0.031)
-    tell_of_event(session, event.id, AGE, START + 3 * SOON)
+    write_event_message(session, event.id, AGE, START + 3 * SOON)
     assert [(one.sequence, one.severity) for one in messages(session)] == [
         ("new", "note"),
         ("updated", "note"),
@@ -76,10 +76,10 @@ def test_a_new_analysis_is_told_only_if_it_says_something_else(session: Session,
 
 def test_an_event_whose_records_turn_out_useless_is_cancelled(session: Session, of: Building) -> None:
     event = earthquake(session, of, START)
-    tell_of_event(session, event.id, AGE, START + SOON)
+    write_event_message(session, event.id, AGE, START + SOON)
     analysed(session, event, START + 2 * SOON, refusal="the base slab's record is missing.")
     for _ in range(3):
-        tell_of_event(session, event.id, AGE, START + 2 * SOON)
+        write_event_message(session, event.id, AGE, START + 2 * SOON)
     first, second = messages(session)
     assert (first.sequence, second.sequence, second.severity) == ("new", "cancelled", "warning")
     assert "cannot be used: the base slab's record is missing." in second.sentences[0]
@@ -89,14 +89,14 @@ def test_a_refused_event_is_told_and_not_cancelled(session: Session, of: Buildin
     event = earthquake(session, of, START)
     analysed(session, event, START, refusal="the base slab's record is missing")
     for _ in range(2):
-        tell_of_event(session, event.id, AGE, START + SOON)
+        write_event_message(session, event.id, AGE, START + SOON)
     (told,) = messages(session)
     assert (told.sequence, told.severity) == ("new", "warning")
 
 
 def test_an_unmeasured_displacement_is_said_to_be(session: Session, of: Building) -> None:
     event = earthquake(session, of, START, None)
-    tell_of_event(session, event.id, AGE, START + SOON)
+    write_event_message(session, event.id, AGE, START + SOON)
     (told,) = messages(session)
     assert "was not measured" in told.sentences[0]
     assert told.picture_direction is None
@@ -105,16 +105,16 @@ def test_an_unmeasured_displacement_is_said_to_be(session: Session, of: Building
 def test_an_event_that_is_still_analysed_is_not_told(session: Session, of: Building) -> None:
     event = earthquake(session, of, START)
     event.state = "queued"
-    tell_of_event(session, event.id, AGE, START + SOON)
+    write_event_message(session, event.id, AGE, START + SOON)
     assert messages(session) == []
 
 
 def test_an_earthquake_that_comes_late_is_not_called_harmless(session: Session, of: Building) -> None:
     """It lies between the onset of a loss that was told and the earthquake that it was told with."""
     events, now = raised(session, of), START + 3 * DAY
-    tell(session, of.id, timedelta(minutes=1), now)
+    write_messages(session, of.id, timedelta(minutes=1), now)
     late = earthquake(session, of, START + DAY / 2)
-    tell_of_event(session, late.id, AGE * 2, now + SOON)
+    write_event_message(session, late.id, AGE * 2, now + SOON)
     told = messages(session)[-1]
     assert told.key == f"event/{late.id}" != f"event/{events[2]}"
     assert "Also open at the building: stiffness of the isolators." in told.sentences[-1]
@@ -124,7 +124,7 @@ def test_a_fresh_event_says_that_something_is_silenced(session: Session, of: Bui
     raised(session, of)
     now = START + 3 * DAY
     operator_actions.silence(session, of, "stiffness/x", now + DAY, "a load test", "Jo", now)
-    tell(session, of.id, AGE, now)
+    write_messages(session, of.id, AGE, now)
     told = messages(session)[-1]
     assert (told.kind, told.severity) == ("event", "note")
     assert told.data["verdict"]["level"] == "undecided"
@@ -136,20 +136,20 @@ def test_a_later_event_names_what_still_stands_and_is_not_told_again_for_it(sess
     raised(session, of)
     later = earthquake(session, of, START + 10 * DAY)
     now = START + 10 * DAY + SOON
-    tell_of_event(session, later.id, AGE, now)
+    write_event_message(session, later.id, AGE, now)
     (told,) = messages(session)
     assert told.severity == "note"
     assert "Also open at the building: stiffness of the isolators." in told.sentences[-1]
     operator_actions.inspect(session, session.query(Alert).one(), "Jo", "confirmed", "replaced", None, now + SOON)
-    tell_of_event(session, later.id, AGE, now + SOON)
+    write_event_message(session, later.id, AGE, now + SOON)
     assert len(messages(session)) == 1
 
 
 def test_nothing_is_said_of_earthquakes_while_a_look_for_drift_waits(session: Session, of: Building) -> None:
     raised(session, of)
     job = job_queue.enqueue_watch(session, of.id, None, START)
-    tell(session, of.id, AGE, START + 1000 * DAY)
+    write_messages(session, of.id, AGE, START + 1000 * DAY)
     assert messages(session) == []
     job.state = "failed"
-    tell(session, of.id, AGE, START + 1000 * DAY)
+    write_messages(session, of.id, AGE, START + 1000 * DAY)
     assert len(messages(session)) == 1

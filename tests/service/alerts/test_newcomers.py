@@ -16,9 +16,9 @@ from sqlalchemy import update
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.alerts import operator_actions
-from service.alerts.event_messages import tell
-from service.alerts.periodic_checks import go_round
-from service.alerts.reconciling import reconcile
+from service.alerts.messages import write_messages
+from service.alerts.periodic_checks import check_buildings
+from service.alerts.reconciliation import reconcile
 from service.alerts.tables import Alert
 from service.buildings import store as building_store
 from service.buildings.tables import Building
@@ -44,7 +44,7 @@ class Stage:
     def goes_on(self) -> list[str]:
         """Subjects of the mails that have come, after two rounds of the poller and the notifier."""
         for _ in range(2):
-            go_round(self.sessions, self.settings, datetime.now(UTC))
+            check_buildings(self.sessions, self.settings, datetime.now(UTC))
             Notifier(self.sessions, self.settings).run_until_idle()
         return [str(mail["Subject"]) for mail in self.box.mails]
 
@@ -65,7 +65,7 @@ def stage(sessions: sessionmaker[Session], database_url: str) -> Iterator[Stage]
     with sessions.begin() as session:
         of = building(session)
         raised(session, of)
-        tell(session, of.id, AGE, START + 3 * DAY)
+        write_messages(session, of.id, AGE, START + 3 * DAY)
         code = of.code
     with client(database_url, smtp_host="localhost") as asking, mailbox() as box:
         settings = Settings(
@@ -94,7 +94,7 @@ def test_a_message_to_nobody_is_stored_listed_and_says_why(stage: Stage) -> None
     with stage.sessions.begin() as session:
         of = session.query(Building).one()
         late = earthquake(session, of, START + 9 * DAY)
-        tell(session, of.id, AGE, late.end)
+        write_messages(session, of.id, AGE, late.end)
     page = stage.asking.get(f"/buildings/{stage.code}/messages").text
     assert "Not sent: no recipient wants messages of this kind and severity" in page
 

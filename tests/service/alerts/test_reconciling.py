@@ -11,8 +11,8 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.alerts import operator_actions
-from service.alerts.candidates import Found
-from service.alerts.reconciling import reconcile
+from service.alerts.candidates import AlertCandidate
+from service.alerts.reconciliation import reconcile
 from service.alerts.tables import Alert, AlertChange
 from service.buildings.tables import Building
 from service.errors import ConflictError
@@ -32,7 +32,7 @@ Lists = tuple[tuple[str, ...], str | None]
 """What is found at one time, and what somebody then does about the isolators."""
 
 
-def found(names: tuple[str, ...], events: tuple[int, int, int]) -> list[Found]:
+def found(names: tuple[str, ...], events: tuple[int, int, int]) -> list[AlertCandidate]:
     """The findings of these names, one of a cause at most, of a building's own earthquakes."""
     by_cause = {OFFERED[name].cause: OFFERED[name] for name in names}
     return [

@@ -11,13 +11,13 @@ from findings import DAY, START, gain, softer, stopped
 from hypothesis import given, strategies as st
 from sqlalchemy.orm import Session, sessionmaker
 
-from service.alerts import answers as alert_answers, operator_actions
-from service.alerts.event_facts import AlertFacts
-from service.alerts.event_messages import tell
-from service.alerts.periodic_checks import go_round
-from service.alerts.reconciling import reconcile
-from service.alerts.reminders import remind
-from service.alerts.reminding import APART, Untaken, is_due, reminder
+from service.alerts import operator_actions
+from service.alerts.message_content import Unacknowledged, reminder_content
+from service.alerts.message_facts import AlertFacts
+from service.alerts.messages import REMINDERS_APART, is_reminder_due, remind, write_messages
+from service.alerts.periodic_checks import check_buildings
+from service.alerts.reconciliation import reconcile
+from service.alerts.schema import alert_out
 from service.alerts.tables import Alert
 from service.buildings import recipients
 from service.buildings.recipient_rules import SEVERITIES, WANTED_KINDS, ReceiverRule
@@ -31,10 +31,10 @@ AGE = timedelta(days=2)
 SETTINGS = Settings(disk_reserve=0)
 
 
-def untaken(told_at: datetime, **differently: object) -> Untaken:
+def untaken(reported_at: datetime, **differently: object) -> Unacknowledged:
     about = {"id": 5, "cause": "stiffness", "kind": "deterioration", "state": "active", "summary": "It is softer"}
     facts = AlertFacts(**about | {"sentences": (), "evidence": {}, "began_at": START} | differently)
-    return Untaken(facts=facts, activated_at=START, told_at=told_at)
+    return Unacknowledged(facts=facts, activated_at=START, reported_at=reported_at)
 
 
 @pytest.mark.parametrize(
@@ -54,7 +54,7 @@ def untaken(told_at: datetime, **differently: object) -> Untaken:
 def test_when_a_reminder_is_due(told: list[float], last: float | None, due: bool) -> None:
     """By the days since each alert was told, and since the last reminder."""
     waiting = [untaken(NOW - days * DAY) for days in told]
-    assert is_due(waiting, None if last is None else NOW - last * DAY, WEEK, NOW) is due
+    assert is_reminder_due(waiting, None if last is None else NOW - last * DAY, WEEK, NOW) is due
 
 
 @given(
@@ -68,16 +68,18 @@ def test_reminders_are_never_closer_than_a_day_and_none_is_forgotten(
     """Whenever somebody looks: after the interval and a day without a reminder there is one."""
     waiting, every, sent = [untaken(START + days * DAY) for days in told], timedelta(days=interval), [START]
     for now in (START + max(40.0, days) * DAY for days in sorted(looks)):
-        if is_due(waiting, sent[-1], every, now):
-            assert now - sent[-1] >= APART
+        if is_reminder_due(waiting, sent[-1], every, now):
+            assert now - sent[-1] >= REMINDERS_APART
             sent.append(now)
         else:
-            assert now - sent[-1] < APART or all(now - max(one.told_at, sent[-1]) < every for one in waiting)
+            assert now - sent[-1] < REMINDERS_APART or all(
+                now - max(one.reported_at, sent[-1]) < every for one in waiting
+            )
 
 
 def test_a_reminder_says_what_waits_since_when_and_what_to_do() -> None:
     waiting = [untaken(START), untaken(START, id=6, cause="source", kind="data", summary="The server is silent")]
-    said = reminder(1, "TOWER", "A tower", ZoneInfo("Asia/Tokyo"), waiting, WEEK)
+    said = reminder_content(1, "TOWER", "A tower", ZoneInfo("Asia/Tokyo"), waiting, WEEK)
     assert (said.sequence, said.kind, said.severity, said.is_over) == ("repeat", "alert", "alarm", False)
     assert said.subject == "Nobody has taken it on yet: It is softer (and 1 more)"
     assert said.sentences[1] == "It is softer. It has been active since 1 January 2024, 09:00 (JST)."
@@ -87,8 +89,8 @@ def test_a_reminder_says_what_waits_since_when_and_what_to_do() -> None:
     assert "acknowledge it" in words
     assert "every 7 days" in words
     assert said.link == "/buildings/TOWER/alerts"
-    assert reminder(1, "TOWER", "A tower", ZoneInfo("UTC"), waiting[:1], WEEK).link == "/alerts/5"
-    assert reminder(1, "TOWER", "A tower", ZoneInfo("UTC"), waiting[1:], WEEK).kind == "data"
+    assert reminder_content(1, "TOWER", "A tower", ZoneInfo("UTC"), waiting[:1], WEEK).link == "/alerts/5"
+    assert reminder_content(1, "TOWER", "A tower", ZoneInfo("UTC"), waiting[1:], WEEK).kind == "data"
 
 
 @pytest.fixture
@@ -107,14 +109,14 @@ def of(sessions: sessionmaker[Session]) -> Iterator[Building]:
         found = [replace(softer(), **owned), replace(gain("XX.DEMO.05.HNX"), **owned)]
         reconcile(session, made.id, found, "events", NOW)
         session.flush()
-        tell(session, made.id, AGE, NOW)
+        write_messages(session, made.id, AGE, NOW)
     return made
 
 
 def looked(sessions: sessionmaker[Session], settings: Settings, *days: float) -> list[Message]:
     """The reminders, after looks so many days after people were told."""
     for one in days:
-        go_round(sessions, settings, NOW + one * DAY)
+        check_buildings(sessions, settings, NOW + one * DAY)
     with sessions() as session:
         found = session.query(Message).filter_by(sequence="repeat").order_by(Message.id).all()
         for message in found:
@@ -141,9 +143,7 @@ def test_those_who_were_told_are_reminded_every_week_until_somebody_takes_it_on(
     assert len(looked(sessions, SETTINGS, 30, 60)) == 2
     with sessions() as session:
         orders = {
-            alert.kind: [
-                one.sequence for one in alert_answers.whole(session, alert, NOW).told if one.receiver == "manager"
-            ]
+            alert.kind: [one.sequence for one in alert_out(session, alert, NOW).told if one.receiver == "manager"]
             for alert in session.query(Alert)
         }
     assert orders["deterioration"].count("repeat") == 1
@@ -178,7 +178,7 @@ def test_data_that_stopped_are_reminded_of_too(sessions: sessionmaker[Session]) 
         reconcile(session, made.id, [stopped()], "clock", NOW)
         session.flush()
         for days in (0, 6, 7, 8):
-            tell(session, made.id, AGE, NOW + days * DAY)
+            write_messages(session, made.id, AGE, NOW + days * DAY)
             remind(session, made.id, WEEK, NOW + days * DAY)
         told = [(one.kind, one.sequence, one.created_at) for one in session.query(Message).order_by(Message.id)]
     assert told == [("data", "new", NOW), ("data", "repeat", NOW + WEEK)]

@@ -15,8 +15,8 @@ from sqlalchemy import update
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.alerts import operator_actions
-from service.alerts.periodic_checks import go_round
-from service.alerts.reconciling import reconcile
+from service.alerts.periodic_checks import check_buildings
+from service.alerts.reconciliation import reconcile
 from service.alerts.tables import Alert
 from service.buildings import store as building_store
 from service.buildings.tables import Building
@@ -54,12 +54,12 @@ def test_a_source_that_stops_is_told_once_and_resolves_by_itself(
     poller = SourcePoller(sessions, SETTINGS, lambda: now)
     poller.poll("PAPER")
     for now in (NOW + HOUR, NOW + 1.1 * HOUR, NOW + 2 * HOUR):
-        go_round(sessions, SETTINGS, now)
+        check_buildings(sessions, SETTINGS, now)
     assert states(sessions) == {"source": "active"}
     folder.mkdir()
     poller.poll("PAPER")
     for now in (NOW + 3 * HOUR, NOW + 4 * HOUR):
-        go_round(sessions, SETTINGS, now)
+        check_buildings(sessions, SETTINGS, now)
     assert states(sessions) == {"source": "resolved"}
     assert told(sessions) == [("data", "new", "warning"), ("data", "updated", "note")]
     with sessions() as session:
@@ -72,13 +72,13 @@ def test_work_that_nobody_does_is_told(sessions: sessionmaker[Session]) -> None:
     with sessions.begin() as session:
         event = earthquake(session, building(session), NOW - HOUR)
         job_queue.enqueue(session, event, {}, NOW)
-    go_round(sessions, SETTINGS, NOW + HOUR / 3)
+    check_buildings(sessions, SETTINGS, NOW + HOUR / 3)
     assert states(sessions) == {}
-    go_round(sessions, SETTINGS, NOW + HOUR)
+    check_buildings(sessions, SETTINGS, NOW + HOUR)
     assert states(sessions) == {"worker": "active"}
     with sessions.begin() as session:
         session.execute(update(Job).where(Job.state == "waiting").values(state="done", finished_at=NOW + HOUR))
-    go_round(sessions, SETTINGS, NOW + HOUR)
+    check_buildings(sessions, SETTINGS, NOW + HOUR)
     assert states(sessions) == {"worker": "resolved"}
 
 
@@ -88,9 +88,9 @@ def test_a_worker_that_died_over_a_job_is_told(sessions: sessionmaker[Session]) 
         job_queue.enqueue(session, event, {}, NOW)
     with sessions.begin() as session:
         assert job_queue.claim(session, NOW, HOUR)
-    go_round(sessions, SETTINGS, NOW + HOUR)
+    check_buildings(sessions, SETTINGS, NOW + HOUR)
     assert states(sessions) == {}
-    go_round(sessions, SETTINGS, NOW + 2 * HOUR)
+    check_buildings(sessions, SETTINGS, NOW + 2 * HOUR)
     assert states(sessions) == {"worker": "active"}
 
 
@@ -98,8 +98,8 @@ def test_a_full_disk_is_told(sessions: sessionmaker[Session], database_url: str)
     with sessions.begin() as session:
         building(session)
     greedy = Settings(disk_reserve=2**62)
-    go_round(sessions, greedy, NOW)
-    go_round(sessions, greedy, NOW + HOUR)
+    check_buildings(sessions, greedy, NOW)
+    check_buildings(sessions, greedy, NOW + HOUR)
     assert states(sessions) == ({"disk": "active"} if database_url.startswith("sqlite") else {})
     with sessions() as session:
         for alert in session.query(Alert):
@@ -112,10 +112,10 @@ def test_a_round_that_is_stopped_ends_between_two_buildings(sessions: sessionmak
             event = earthquake(session, building(session), NOW - HOUR + number * HOUR / 60)
             job_queue.enqueue(session, event, {}, NOW - HOUR)
     answers = iter([False, True])
-    go_round(sessions, SETTINGS, NOW + HOUR, lambda: next(answers))
+    check_buildings(sessions, SETTINGS, NOW + HOUR, lambda: next(answers))
     with sessions() as session:
         assert session.query(Alert).count() == 1
-    go_round(sessions, SETTINGS, NOW + HOUR)
+    check_buildings(sessions, SETTINGS, NOW + HOUR)
     with sessions() as session:
         assert session.query(Alert).count() == 3
 
@@ -127,13 +127,13 @@ def test_a_dead_channel_is_told_and_comes_back(sessions: sessionmaker[Session]) 
             event = earthquake(session, of, START + number * HOUR)
             for channel in list(simulated.SENSORS)[: 5 if number == 0 else 4]:
                 _seen(session, event, channel)
-    go_round(sessions, SETTINGS, NOW)
+    check_buildings(sessions, SETTINGS, NOW)
     assert states(sessions) == {f"channel/{list(simulated.SENSORS)[4]}": "active"}
     with sessions.begin() as session:
         event = earthquake(session, session.query(Building).one(), START + 5 * HOUR)
         for channel in simulated.SENSORS:
             _seen(session, event, channel)
-    go_round(sessions, SETTINGS, NOW)
+    check_buildings(sessions, SETTINGS, NOW)
     assert set(states(sessions).values()) == {"resolved"}
 
 
@@ -160,7 +160,7 @@ def test_a_record_from_the_future_tells_of_the_clock(sessions: sessionmaker[Sess
                 end=NOW + HOUR,
             )
         )
-    go_round(sessions, SETTINGS, NOW)
+    check_buildings(sessions, SETTINGS, NOW)
     assert states(sessions) == {"clock/recorder": "active"}
 
 
@@ -171,9 +171,9 @@ def test_a_round_tells_what_was_silenced_and_what_nobody_told(sessions: sessionm
         found = softer(onset_event_id=event.id, raised_event_id=event.id, event_ids=(event.id,))
         reconcile(session, of.id, [found], "events", NOW)
         operator_actions.silence(session, of, "*", NOW + HOUR, "a test", "Jo", NOW)
-    go_round(sessions, SETTINGS, NOW)
+    check_buildings(sessions, SETTINGS, NOW)
     assert told(sessions) == []
-    go_round(sessions, SETTINGS, NOW + HOUR)
+    check_buildings(sessions, SETTINGS, NOW + HOUR)
     assert told(sessions) == [("alert", "new", "alarm")]
 
 
@@ -187,7 +187,7 @@ def test_a_server_whose_clock_differs_is_told_until_it_is_set(sessions: sessionm
             building_store.add(session, text, Path("/"), now)
         for ours, wanted in ((now + timedelta(minutes=10), "active"), (now, "resolved")):
             look_at(sessions, ours)
-            go_round(sessions, SETTINGS, ours)
+            check_buildings(sessions, SETTINGS, ours)
             assert states(sessions) == {"clock/server": wanted}
     with sessions() as session:
         assert session.query(Alert).one().evidence["ahead"] == pytest.approx(-600, abs=60)  # one machine, 1 s of Date

@@ -7,10 +7,10 @@ import pytest
 from findings import DAY, START
 
 from service.alerts import data_health
-from service.alerts.data_health import Patience, Sighting, Source, Work
+from service.alerts.data_health import Sighting, Source, Thresholds, Work
 
 HOUR, SECOND = timedelta(hours=1), timedelta(seconds=1)
-PATIENCE = Patience(
+PATIENCE = Thresholds(
     source=HOUR,
     continuous=2 * HOUR,
     quiet=100 * DAY,

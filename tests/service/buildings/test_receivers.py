@@ -15,8 +15,7 @@ from service.buildings.description import BuildingFileError, read
 from service.buildings.recipient_rules import ReceiverRule, shown_address, wrong_address, wrong_secret
 from service.buildings.tables import Building
 from service.errors import ConflictError, NotFoundError
-from service.notify.notice import Notice
-from service.notify.outbox import put
+from service.notify.outbox import MessageContent, put
 from service.notify.tables import Delivery, Message, Receiver
 
 NOW = datetime(2024, 1, 1, tzinfo=UTC)
@@ -85,7 +84,7 @@ def test_receivers_follow_the_file(sessions: sessionmaker[Session]) -> None:
     with sessions.begin() as session:
         building = building_store.add(session, SMALL + MANAGER + PROGRAM, Path("/"), NOW)
         assert names(session, building) == ["manager", "program"]
-        put(session, Notice("event/1", building.id, "event", "new", "alarm", "Earthquake", ()), NOW)
+        put(session, MessageContent("event/1", building.id, "event", "new", "alarm", "Earthquake", ()), NOW)
         building_store.update_description(session, SMALL + PROGRAM.replace("alert", "event"), Path("/"), LATER)
         assert names(session, building) == ["program"]
         assert recipients.of_building(session, building.id)[0].kinds == ["event"]

@@ -21,10 +21,9 @@ from service.db import leases, sessions as opened
 from service.db.leases import has_passed
 from service.jobs import queue as job_queue
 from service.jobs.tables import Job
-from service.notify import alertmanager_resend, claims
-from service.notify.claims import Patience
-from service.notify.notice import Notice
-from service.notify.outbox import put
+from service.notify import claims, housekeeping
+from service.notify.claims import RetryPolicy
+from service.notify.outbox import MessageContent, put
 from service.notify.tables import Delivery, Receiver
 from service.records import events
 from service.records.tables import Event, Recording
@@ -68,7 +67,7 @@ def test_work_claimed_before_the_clock_was_set_back_is_claimed_again(sessions: s
 
 
 def test_a_message_put_off_before_the_clock_was_set_back_is_sent(sessions: sessionmaker[Session]) -> None:
-    patience = Patience(attempts=9, delay=timedelta(seconds=10), longest=timedelta(minutes=10))
+    patience = RetryPolicy(attempts=9, delay=timedelta(seconds=10), longest=timedelta(minutes=10))
     with sessions.begin() as session:
         delivery = delivered(session, "email")
         delivery.state, delivery.due_at = "waiting", NOW + patience.longest
@@ -84,9 +83,9 @@ def test_what_alertmanager_has_to_hear_again_does_not_wait_for_the_old_time(sess
     with sessions.begin() as session:
         delivered(session, "alertmanager").kept_at = NOW
         session.flush()
-        assert not alertmanager_resend.due(session, NOW + interval / 2, interval)
-        assert len(alertmanager_resend.due(session, NOW + interval, interval)) == 1
-        assert len(alertmanager_resend.due(session, BACK, interval)) == 1
+        assert not housekeeping.due_to_resend(session, NOW + interval / 2, interval)
+        assert len(housekeeping.due_to_resend(session, NOW + interval, interval)) == 1
+        assert len(housekeeping.due_to_resend(session, BACK, interval)) == 1
 
 
 def test_an_earthquake_of_before_the_clock_was_set_back_is_analysed(sessions: sessionmaker[Session]) -> None:
@@ -105,7 +104,7 @@ def delivered(session: Session, kind: str) -> Delivery:
     to = Receiver(building_id=of.id, name="a", kind=kind, address="a", origin="api", created_at=NOW, **EVERYTHING)
     session.add(to)
     session.flush()
-    said = Notice("alert/1", of.id, "alert", "new", "alarm", "Softer", ("The isolators are softer.",))
+    said = MessageContent("alert/1", of.id, "alert", "new", "alarm", "Softer", ("The isolators are softer.",))
     (delivery,) = put(session, said, NOW).deliveries
     delivery.state = "delivered"
     return delivery

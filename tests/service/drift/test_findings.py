@@ -5,7 +5,7 @@ from zoneinfo import ZoneInfo
 from drifting import Plan, both_directions, history, series
 
 from core.drift.monitor import Monitoring, Reference
-from service.drift.findings import findings
+from service.drift.alert_candidates import drift_candidates
 from service.drift.monitoring import Watched, monitored
 
 PLAN = Plan(events=80, giant=False, outliers=0.0, scatter=(0.01, 0.01))
@@ -22,7 +22,7 @@ def both(loss: float) -> tuple[tuple[Monitoring, tuple[str, ...]], ...]:
 def test_a_loss_in_both_directions_is_told_of_their_mean_too() -> None:
     watched = both(0.04)
     starts = {value.event: value.time for value in watched[0][0].values}
-    found = {one.cause: one for one in findings(watched, starts, ZoneInfo("UTC"))}
+    found = {one.cause: one for one in drift_candidates(watched, starts, ZoneInfo("UTC"))}
     together = found["stiffness/xy"]
     assert together.is_sure
     assert together.summary.endswith("% softer in both directions on average")

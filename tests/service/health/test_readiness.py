@@ -22,7 +22,7 @@ from service.db import leases, sessions as opened
 from service.db.leases import POLLING, POLLING_LEASE, WORKING
 from service.jobs import queue as job_queue
 from service.jobs.tables import Job, Lease
-from service.notify.housekeeping import Upkeep
+from service.notify.housekeeping import Housekeeping
 from service.records.polling import SourcePoller
 from service.records.tables import Event, SourceState
 from service.settings import Settings
@@ -162,7 +162,7 @@ def beats(there: Hook, sessions: sessionmaker[Session], **other: float) -> int:
     """How often a notifier that does what is due now asks outside."""
     before = len(there.posted)
     given = GIVEN | {"heartbeat_url": f"{there.address}/ping"} | other
-    Upkeep(sessions, Settings(**given)).step()
+    Housekeeping(sessions, Settings(**given)).step()
     return len(there.posted) - before
 
 

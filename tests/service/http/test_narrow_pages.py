@@ -9,7 +9,7 @@ from playwright.sync_api import sync_playwright
 from serving import served
 from sqlalchemy.orm import Session, sessionmaker
 
-from service.alerts.event_messages import tell_of_event
+from service.alerts.messages import write_event_message
 
 WIDTH = 375
 """Pixels."""
@@ -21,7 +21,7 @@ pytestmark = pytest.mark.slow
 def test_a_message_fits_a_telephone(database_url: str, sessions: sessionmaker[Session]) -> None:
     with sessions.begin() as session:
         event = earthquake(session, building(session), day(1))
-        tell_of_event(session, event.id, AGE, event.end + SOON)
+        write_event_message(session, event.id, AGE, event.end + SOON)
     with served(database_url) as address, sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=which("chromium"))
         page = browser.new_page(viewport={"width": WIDTH, "height": 800})

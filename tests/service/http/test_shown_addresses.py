@@ -82,7 +82,7 @@ def test_no_password_of_a_source_is_stored_shown_or_logged(
         server.pages["/events/"] = Page(b"", status=403)
         SourcePoller(sessions, SETTINGS, clock=lambda: NOW + timedelta(minutes=1)).poll_all()
     SourcePoller(sessions, SETTINGS, clock=lambda: NOW + timedelta(minutes=2)).poll_all()
-    periodic_checks.go_round(sessions, SETTINGS, NOW + timedelta(hours=1))
+    periodic_checks.check_buildings(sessions, SETTINGS, NOW + timedelta(hours=1))
     with sessions() as session:
         assert {row.name: row.state for row in session.scalars(select(Recording))} == {
             "a.mseed": "read",

@@ -10,7 +10,8 @@ from letters import WRITTEN, letter
 from receiving import Hook, hook
 
 from service.notify.channels.alertmanager import send
-from service.notify.letter import DRILL, Addressee, Letter
+from service.notify.rendering import Destination, RenderedMessage
+from service.notify.texts import DRILL
 from service.settings import Settings
 
 SETTINGS = Settings(inside_allowed=("localhost",), plain_http_allowed=True, alertmanager_interval=30)
@@ -23,8 +24,8 @@ def there() -> Iterator[Hook]:
         yield server
 
 
-def pushed(there: Hook, one: Letter, now: datetime = NOW) -> dict[str, Any]:
-    to = Addressee("manager", "alertmanager", f"{there.address}/prefix/", None)
+def pushed(there: Hook, one: RenderedMessage, now: datetime = NOW) -> dict[str, Any]:
+    to = Destination("manager", "alertmanager", f"{there.address}/prefix/", None)
     assert send(one, to, SETTINGS, now).outcome == "delivered"
     assert there.posted[-1].path == "/prefix/api/v2/alerts"
     [alert] = json.loads(there.posted[-1].body)
@@ -33,7 +34,7 @@ def pushed(there: Hook, one: Letter, now: datetime = NOW) -> dict[str, Any]:
     return dict(alert)
 
 
-def standing(**other: object) -> Letter:
+def standing(**other: object) -> RenderedMessage:
     return letter(**({"kind": "alert", "key": "alert/5", "severity": "alarm", "gravest": "alarm"} | other))
 
 

@@ -23,9 +23,8 @@ from service.access.auth import Role
 from service.access.tables import AuditEntry
 from service.buildings import store as building_store
 from service.notify import drill
-from service.notify.notice import Notice
 from service.notify.notifier import Notifier
-from service.notify.outbox import put
+from service.notify.outbox import MessageContent, put
 from service.notify.tables import Message
 from service.settings import Settings
 
@@ -188,7 +187,7 @@ def test_messages_and_deliveries_page_by_page_and_as_csv(
     with sessions.begin() as session:
         building = building_store.find(session, "TOWER").id
         for number in range(3):
-            said = Notice(f"event/{number}", building, "event", "new", "note", f"Number {number}", ("Said.",))
+            said = MessageContent(f"event/{number}", building, "event", "new", "note", f"Number {number}", ("Said.",))
             put(session, said, NOW)
     first = asking.get("/api/v1/buildings/TOWER/messages?limit=2").json()
     assert [one["subject"] for one in first["items"]] == ["Number 2", "Number 1"]

@@ -9,9 +9,10 @@ import pytest
 from letters import letter
 from receiving import Hook, hook
 
+from service.notify.channels import DeliveryResult
 from service.notify.channels.chat import send
-from service.notify.letter import DRILL, Addressee, Letter
-from service.notify.outcome import Answer
+from service.notify.rendering import Destination, RenderedMessage
+from service.notify.texts import DRILL
 from service.settings import Settings
 
 NOW = datetime(2024, 3, 1, tzinfo=UTC)
@@ -25,8 +26,8 @@ def there() -> Iterator[Hook]:
         yield server
 
 
-def sent(address: str, one: Letter | None = None, settings: Settings = OPEN) -> Answer:
-    return send(one or letter(), Addressee("chat", "apprise", address, None), settings, NOW)
+def sent(address: str, one: RenderedMessage | None = None, settings: Settings = OPEN) -> DeliveryResult:
+    return send(one or letter(), Destination("chat", "apprise", address, None), settings, NOW)
 
 
 def chat(there: Hook) -> str:

@@ -21,8 +21,7 @@ from standardwebhooks import Webhook
 
 from service.buildings import recipients, store as building_store
 from service.buildings.recipient_rules import SEVERITIES, WANTED_KINDS, ReceiverRule
-from service.notify.notice import Notice
-from service.notify.outbox import put
+from service.notify.outbox import MessageContent, put
 from service.notify.tables import Delivery, DeliveryAttempt, Message
 
 MESSAGES = 16
@@ -50,7 +49,7 @@ def prepared(sessions: sessionmaker[Session], program: Hook, count: int) -> None
         for rule in rules:
             recipients.add(session, building.id, rule, "engineer", now)
         for number in range(count):
-            one = Notice(f"event/{number}", building.id, "event", "new", "note", f"Number {number}", ("Said.",))
+            one = MessageContent(f"event/{number}", building.id, "event", "new", "note", f"Number {number}", ("Said.",))
             put(session, one, now)
 
 

@@ -12,14 +12,15 @@ import trustme
 from letters import letter
 from receiving import Mailbox, mailbox
 
+from service.notify.channels import DeliveryResult
 from service.notify.channels.mail import send
-from service.notify.letter import DRILL, TEST, Addressee, Letter
-from service.notify.outcome import Answer
+from service.notify.rendering import Destination, RenderedMessage
+from service.notify.texts import DRILL, TEST
 from service.settings import Settings
 
 NOW = datetime(2024, 3, 1, 5, 7, tzinfo=UTC)
 PNG = b"\x89PNG\r\n\x1a\n" + bytes(range(256))
-TO = Addressee("manager", "email", "manager@example.org", None)
+TO = Destination("manager", "email", "manager@example.org", None)
 
 
 @pytest.fixture
@@ -33,7 +34,7 @@ def settings(box: Mailbox, **other: object) -> Settings:
     return Settings(**(usual | other))  # type: ignore[arg-type]
 
 
-def mailed(box: Mailbox, one: Letter) -> EmailMessage:
+def mailed(box: Mailbox, one: RenderedMessage) -> EmailMessage:
     assert send(one, TO, settings(box), NOW).outcome == "delivered"
     return box.mails[-1]
 
@@ -104,11 +105,11 @@ def test_a_subject_stays_one_line(box: Mailbox) -> None:
 @pytest.mark.parametrize(
     ("reply", "answer"),
     [
-        ("550 no such mailbox", Answer("not_taken", "550 no such mailbox", is_final=True)),
-        ("451 come back later", Answer("not_taken", "451 come back later")),
+        ("550 no such mailbox", DeliveryResult("not_taken", "550 no such mailbox", is_final=True)),
+        ("451 come back later", DeliveryResult("not_taken", "451 come back later")),
     ],
 )
-def test_a_recipient_that_is_refused(box: Mailbox, reply: str, answer: Answer) -> None:
+def test_a_recipient_that_is_refused(box: Mailbox, reply: str, answer: DeliveryResult) -> None:
     box.refuses[TO.address] = reply
     assert send(letter(), TO, settings(box), NOW) == answer
     assert box.raw == []
@@ -117,7 +118,7 @@ def test_a_recipient_that_is_refused(box: Mailbox, reply: str, answer: Answer) -
 @pytest.mark.parametrize(("reply", "is_final"), [("554 spam", True), ("452 full", False)])
 def test_a_mail_that_is_refused(box: Mailbox, reply: str, is_final: bool) -> None:
     box.after_data = reply
-    assert send(letter(), TO, settings(box), NOW) == Answer("not_taken", reply, is_final)
+    assert send(letter(), TO, settings(box), NOW) == DeliveryResult("not_taken", reply, is_final)
 
 
 def test_a_server_that_takes_it_and_does_not_say_so_may_have_it(box: Mailbox) -> None:

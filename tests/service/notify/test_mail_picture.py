@@ -10,7 +10,7 @@ from alarmed import AGE, SOON
 from judged import building, day, earthquake
 from sqlalchemy.orm import Session, sessionmaker
 
-from service.alerts.event_messages import tell_of_event
+from service.alerts.messages import write_event_message
 from service.buildings import recipients
 from service.buildings.recipient_rules import SEVERITIES, WANTED_KINDS, ReceiverRule
 from service.notify import drill
@@ -35,6 +35,6 @@ def test_a_message_is_rendered_as_its_recipient_gets_it(database_url: str, sessi
 def test_a_message_to_no_recipient_is_refused(database_url: str, sessions: sessionmaker[Session]) -> None:
     with sessions.begin() as session:
         event = earthquake(session, building(session), day(1))
-        tell_of_event(session, event.id, AGE, event.end + SOON)
+        write_event_message(session, event.id, AGE, event.end + SOON)
     with pytest.raises(typer.BadParameter, match="went to no recipient"):
         writer.page(database_url, 1)

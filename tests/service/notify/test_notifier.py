@@ -21,17 +21,16 @@ from standardwebhooks import Webhook
 from service.buildings import recipients, store as building_store
 from service.buildings.recipient_rules import SEVERITIES, WANTED_KINDS, ReceiverRule
 from service.notify import claims
-from service.notify.claims import Claim, Patience
-from service.notify.notice import Notice
+from service.notify.channels import DeliveryResult
+from service.notify.claims import Claim, RetryPolicy
 from service.notify.notifier import Notifier
-from service.notify.outbox import put
-from service.notify.outcome import Answer
+from service.notify.outbox import MessageContent, put
 from service.notify.tables import Delivery, DeliveryAttempt
 from service.settings import Settings
 
 NOW = datetime(2024, 1, 1, tzinfo=UTC)
 LEASE = timedelta(seconds=30)
-PATIENCE = Patience(attempts=3, delay=timedelta(seconds=10), longest=timedelta(seconds=60))
+PATIENCE = RetryPolicy(attempts=3, delay=timedelta(seconds=10), longest=timedelta(seconds=60))
 
 
 @dataclass(slots=True)
@@ -78,7 +77,7 @@ class Stage:
             recipients.add(session, self.building, rule, "engineer", NOW)
 
     def put(self, said: str, sequence: str = "new", key: str = "event/1") -> None:
-        one = Notice(key, self.building, "event", sequence, "note", said, (said,), link="/events/1")  # type: ignore[arg-type]
+        one = MessageContent(key, self.building, "event", sequence, "note", said, (said,), link="/events/1")  # type: ignore[arg-type]
         with self.sessions.begin() as session:
             put(session, one, self.clock())
 
@@ -221,7 +220,7 @@ def claimed(stage: Stage, now: datetime) -> Claim | None:
         return claims.claim(session, now, LEASE, PATIENCE)
 
 
-def finished(stage: Stage, held: Claim, answer: Answer, now: datetime) -> bool:
+def finished(stage: Stage, held: Claim, answer: DeliveryResult, now: datetime) -> bool:
     with stage.sessions.begin() as session:
         return claims.finish(session, held, answer, 0.1, now, PATIENCE, Random(2))
 
@@ -236,9 +235,9 @@ def test_a_delivery_is_one_notifiers_until_its_lease_lapses(stage: Stage) -> Non
     second = claimed(stage, NOW + LEASE * 1.1)
     assert second is not None
     assert second.is_repeat, "the first one may have sent it"
-    assert not finished(stage, first, Answer("delivered", "late"), NOW + LEASE * 1.2)
+    assert not finished(stage, first, DeliveryResult("delivered", "late"), NOW + LEASE * 1.2)
     assert stage.states() == ["sending"], "who lost the claim decides nothing"
-    assert finished(stage, second, Answer("delivered", "taken"), NOW + LEASE * 1.3)
+    assert finished(stage, second, DeliveryResult("delivered", "taken"), NOW + LEASE * 1.3)
     assert stage.states() == ["delivered"]
     assert [one.answer for one in stage.attempts()] == ["late", "taken"], "but what it saw is kept"
 
@@ -250,7 +249,7 @@ def test_who_is_removed_in_the_middle_of_an_attempt_gets_no_other(stage: Stage) 
     assert held is not None
     with stage.sessions.begin() as session:
         recipients.remove_added(session, recipients.of_building(session, stage.building)[0], NOW)
-    assert finished(stage, held, Answer("not_taken", "451 later"), NOW)
+    assert finished(stage, held, DeliveryResult("not_taken", "451 later"), NOW)
     assert claimed(stage, NOW + LEASE) is None
     assert stage.states() == ["dropped"]
 

@@ -12,8 +12,7 @@ from sqlalchemy.orm import Session, sessionmaker
 
 from service.buildings import store as building_store
 from service.buildings.recipient_rules import SEVERITIES, WANTED_KINDS
-from service.notify.notice import Notice
-from service.notify.outbox import put
+from service.notify.outbox import MessageContent, put
 from service.notify.tables import Delivery, Message, Receiver
 
 NOW = datetime(2024, 1, 1, tzinfo=UTC)
@@ -41,8 +40,8 @@ def add(session: Session, building_id: int, name: str, **rule: list[str]) -> Rec
     return receiver
 
 
-def notice(building_id: int, **other: object) -> Notice:
-    said = Notice("event/1", building_id, "event", "new", "normal", "Earthquake", ("8 of 8 checks passed.",))
+def notice(building_id: int, **other: object) -> MessageContent:
+    said = MessageContent("event/1", building_id, "event", "new", "normal", "Earthquake", ("8 of 8 checks passed.",))
     return replace(said, **other)  # type: ignore[arg-type]
 
 

@@ -15,9 +15,8 @@ import trustme
 from hypothesis import given, strategies as st
 from receiving import Hook, hook
 
-from service.notify.addresses import Reach, may_be_reached
-from service.notify.outbound_http import MOST_BYTES, posted
-from service.notify.outcome import Answer
+from service.notify.channels import DeliveryResult
+from service.notify.channels.outbound_http import MOST_BYTES, Reach, may_be_reached, posted
 
 OPEN = Reach(allowed=("localhost", "127.0.0.0/8"), plain_http=True)
 SHUT = Reach(plain_http=True)
@@ -29,7 +28,7 @@ def there() -> Iterator[Hook]:
         yield server
 
 
-def post(url: str, reach: Reach = OPEN, seconds: float = 5.0) -> Answer:
+def post(url: str, reach: Reach = OPEN, seconds: float = 5.0) -> DeliveryResult:
     return posted(url, {"content-type": "text/plain", "X-Name": "ä"}, "ü".encode(), reach, seconds)
 
 
@@ -41,7 +40,7 @@ def test_what_is_posted_arrives_as_it_is(there: Hook) -> None:
     there.answer = b"taken\x00\r\n with thanks"
     there.status = 200
     answer = post(f"{there.address}/a%20path?b=c", OPEN)
-    assert answer == Answer("delivered", "200 taken with thanks")
+    assert answer == DeliveryResult("delivered", "200 taken with thanks")
     [one] = there.posted
     assert (one.path, one.body) == ("/a%20path?b=c", "ü".encode())
     assert one.headers["host"] == f"localhost:{port(there)}"

@@ -18,10 +18,9 @@ from service.buildings.recipient_rules import SEVERITIES, STANDING, ReceiverRule
 from service.db import leases
 from service.db.leases import POLLING, WORKING
 from service.jobs.tables import Lease
-from service.notify.housekeeping import Upkeep
-from service.notify.notice import Notice
+from service.notify.housekeeping import Housekeeping
 from service.notify.notifier import Notifier
-from service.notify.outbox import put
+from service.notify.outbox import MessageContent, put
 from service.settings import Settings
 
 NOW = datetime(2024, 1, 1, tzinfo=UTC)
@@ -74,13 +73,13 @@ def ends(there: Hook) -> list[datetime]:
 
 def test_what_stands_is_repeated_until_it_is_over(sessions: sessionmaker[Session], building: int, there: Hook) -> None:
     clock = Clock()
-    alarm = Notice("alert/1", building, "alert", "new", "alarm", "Softer", ("The isolators are softer.",))
+    alarm = MessageContent("alert/1", building, "alert", "new", "alarm", "Softer", ("The isolators are softer.",))
     rule = ReceiverRule("am", "alertmanager", there.address, None, STANDING, SEVERITIES)
     with sessions.begin() as session:
         recipients.add(session, building, rule, "engineer", NOW)
         put(session, alarm, NOW)
     notifier = Notifier(sessions, settings(there), clock)
-    upkeep = Upkeep(sessions, settings(there), clock, timer=clock.timer)
+    upkeep = Housekeeping(sessions, settings(there), clock, timer=clock.timer)
     notifier.run_until_idle()
     upkeep.step()
     assert ends(there) == [NOW + timedelta(seconds=120)]
@@ -119,7 +118,7 @@ def test_the_heart_beats_while_poller_and_worker_live(
     sessions: sessionmaker[Session], building: int, there: Hook, caplog: pytest.LogCaptureFixture
 ) -> None:
     clock = Clock()
-    upkeep = Upkeep(sessions, settings(there), clock, timer=clock.timer)
+    upkeep = Housekeeping(sessions, settings(there), clock, timer=clock.timer)
     for rights, expected in (((), 0), ((POLLING,), 0), ((WORKING,), 0), ((POLLING, WORKING), 1), ((WORKING,), 1)):
         alive(sessions, clock(), *rights)
         upkeep.step()
@@ -156,16 +155,16 @@ def test_no_heart_beats_while_work_is_stuck(sessions: sessionmaker[Session], bui
                 updated_at=NOW,
             )
         )
-    Upkeep(sessions, settings(there), Clock()).step()
+    Housekeeping(sessions, settings(there), Clock()).step()
     assert beats(there) == 0
 
 
 def test_one_of_two_notifiers_does_it(sessions: sessionmaker[Session], building: int, there: Hook) -> None:
     alive(sessions, NOW, POLLING, WORKING)
-    first, second = (Upkeep(sessions, settings(there), Clock(), holder) for holder in ("a", "b"))
+    first, second = (Housekeeping(sessions, settings(there), Clock(), holder) for holder in ("a", "b"))
     first.step()
     second.step()
     assert beats(there) == 1
     first.end()
-    Upkeep(sessions, settings(there), Clock(), "b").step()
+    Housekeeping(sessions, settings(there), Clock(), "b").step()
     assert beats(there) == 2

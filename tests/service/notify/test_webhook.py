@@ -14,7 +14,7 @@ from receiving import Hook, Posted, hook
 from standardwebhooks import Webhook, WebhookVerificationError
 
 from service.notify.channels.webhook import cloud_event, send, signature
-from service.notify.letter import Addressee, Letter
+from service.notify.rendering import Destination, RenderedMessage
 from service.settings import Settings
 
 SETTINGS = Settings(inside_allowed=("localhost",), plain_http_allowed=True)
@@ -26,8 +26,8 @@ def there() -> Iterator[Hook]:
         yield server
 
 
-def received(there: Hook, one: Letter) -> Posted:
-    answer = send(one, Addressee("program", "webhook", there.address, KEY), SETTINGS, datetime.now(UTC))
+def received(there: Hook, one: RenderedMessage) -> Posted:
+    answer = send(one, Destination("program", "webhook", there.address, KEY), SETTINGS, datetime.now(UTC))
     assert answer.outcome == "delivered"
     return there.posted[-1]
 
@@ -99,6 +99,6 @@ def test_a_drill_cannot_be_taken_for_real(there: Hook) -> None:
 
 def test_nothing_goes_inside_unless_it_is_allowed(there: Hook) -> None:
     shut = Settings(plain_http_allowed=True)
-    answer = send(letter(), Addressee("program", "webhook", there.address, KEY), shut, datetime.now(UTC))
+    answer = send(letter(), Destination("program", "webhook", there.address, KEY), shut, datetime.now(UTC))
     assert (answer.outcome, there.posted) == ("not_taken", [])
-    assert KEY not in repr(replace(Addressee("program", "webhook", there.address, KEY)))
+    assert KEY not in repr(replace(Destination("program", "webhook", there.address, KEY)))

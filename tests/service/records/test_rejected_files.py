@@ -58,7 +58,7 @@ def look(sessions: sessionmaker[Session], later: timedelta = timedelta(0)) -> da
     """A look at every source, and the checks a minute after it."""
     now = datetime.now(UTC) + later
     SourcePoller(sessions, SETTINGS, lambda: now, lambda _: None).poll("TOWER")
-    periodic_checks.go_round(sessions, SETTINGS, now + timedelta(minutes=1))
+    periodic_checks.check_buildings(sessions, SETTINGS, now + timedelta(minutes=1))
     return now + timedelta(minutes=1)
 
 
@@ -243,7 +243,7 @@ def test_a_dead_channel_is_named_with_its_file_everywhere(
     fault = "every sample is 0 (SI); check the sensor and its cable"
     (line,) = [one.getMessage() for one in caplog.records if fault in one.getMessage()]
     assert line.startswith(f"event 1 of PAPER (0.mseed): {watched.BASE} {fault}")
-    periodic_checks.go_round(sessions, Settings(channel_misses=1), watched.NOW)
+    periodic_checks.check_buildings(sessions, Settings(channel_misses=1), watched.NOW)
     with client(url) as asking:
         event = asking.get("/api/v1/events/1").json()
         assert (watched.BASE, "dead") in [(one["channel"], one["kind"]) for one in event["quality"]]

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from core.description import IsolationLayer
-from service.verdict import words
+from service.verdict import texts
 from service.verdict.assessment import REQUIRED, Facts, OpenAlert, assess
 from service.verdict.checks import LEVELS, Lacking, Level, Limits, Measured, Outcome, checked, gravest
 
@@ -68,15 +68,15 @@ def test_only_facts_without_any_weakness_are_normal() -> None:
     found = assess(CALM)
     assert found.level is Level.NORMAL
     assert {check.name for check in found.checks} == REQUIRED
-    assert " ".join(words.sentences(found)) == "Normal. This is not an inspection. 8 of 8 checks passed."
-    assert words.headline(found) == "normal: 8 of 8 checks passed"
+    assert " ".join(texts.sentences(found)) == "Normal. This is not an inspection. 8 of 8 checks passed."
+    assert texts.headline(found) == "normal: 8 of 8 checks passed"
 
 
 @pytest.mark.parametrize("weakness", WEAKER)
 def test_one_weakness_is_enough(weakness: str) -> None:
     found = assess(replace(CALM, **WEAKER[weakness]))  # type: ignore[arg-type]
     assert found.level is not Level.NORMAL
-    said = " ".join((words.headline(found), *words.sentences(found)))
+    said = " ".join((texts.headline(found), *texts.sentences(found)))
     assert "Normal" not in said
     assert "normal:" not in said
 
@@ -141,7 +141,7 @@ def is_weak(of: Facts) -> bool:
 @given(facts)
 def test_no_path_leads_to_a_good_statement_while_anything_is_open(of: Facts) -> None:
     found = assess(of)
-    said = " ".join((words.headline(found), *words.sentences(found))).lower()
+    said = " ".join((texts.headline(found), *texts.sentences(found))).lower()
     if is_weak(of):
         assert found.level is not Level.NORMAL
         assert "this is not an inspection" not in said
@@ -218,7 +218,7 @@ def test_a_strong_earthquake_names_the_limit_and_its_source() -> None:
     found = assess(replace(CALM, displacement=Measured(value=0.295, uncertainty=0.0004), largest_earlier=0.1))
     assert found.level is Level.INSPECT
     assert found.is_beyond_history
-    said = " ".join(words.sentences(found))
+    said = " ".join(texts.sentences(found))
     assert said.startswith("Inspect. Have the isolators inspected before normal use.")
     assert "Shear strain of the isolators: 147.50 ± 0.20 %, limit 100 % (watch), Menshin's default" in said
     assert "design_displacement is 400 mm in the building file" in said
@@ -228,9 +228,9 @@ def test_a_strong_earthquake_names_the_limit_and_its_source() -> None:
 def test_an_undecided_check_says_what_would_settle_it() -> None:
     found = assess(replace(CALM, layer=replace(CALM.layer, design_displacement=None)))
     assert found.level is Level.UNDECIDED
-    assert words.headline(found) == "undecided: 1 of 8 checks undecided"
+    assert texts.headline(found) == "undecided: 1 of 8 checks undecided"
     assert (
         "Undecided: Displacement as a share of the design displacement. The building file gives no "
         "design_displacement. Give design_displacement under [isolation] in the building file."
-        in words.sentences(found)
+        in texts.sentences(found)
     )

@@ -11,13 +11,13 @@ from judged import STRONG, building, compared, day, earthquake
 from sqlalchemy.orm import Session
 
 from service.alerts import operator_actions
-from service.alerts.candidates import Found
-from service.alerts.event_messages import tell, tell_of_event
-from service.alerts.reconciling import reconcile
+from service.alerts.candidates import AlertCandidate
+from service.alerts.messages import write_event_message, write_messages
+from service.alerts.reconciliation import reconcile
 from service.alerts.tables import Alert
 from service.analyses.tables import Analysis, DirectionResult
 from service.buildings.tables import Building
-from service.drift.limit_findings import limit_findings
+from service.drift.alert_candidates import limit_candidates
 from service.drift.tables import DriftValue
 from service.jobs import queue as job_queue
 from service.notify.tables import Message
@@ -30,7 +30,7 @@ GOOD = ("normal", "this is not an inspection", "nothing", "all clear")
 
 def told(session: Session, event: Event) -> Message:
     """The message about it, sent soon after."""
-    tell_of_event(session, event.id, AGE, event.end + SOON)
+    write_event_message(session, event.id, AGE, event.end + SOON)
     return messages(session)[-1]
 
 
@@ -96,7 +96,7 @@ def _pending(session: Session, event: Event) -> None:
     reconcile(session, event.building_id, [owned(gathering(), (event.id,) * 3)], "events", event.end)
 
 
-def gathering() -> Found:
+def gathering() -> AlertCandidate:
     """Evidence of a loss that is not enough yet."""
     return softer(is_sure=False)
 
@@ -183,7 +183,7 @@ def test_a_strong_earthquake_exceeds_limits_and_says_which(session: Session, of:
 
 def found_limits(session: Session, of: Building, now: object) -> None:
     """What watching the building makes of exceeded limits."""
-    reconcile(session, of.id, limit_findings(session, of.id), "events", now)  # type: ignore[arg-type]
+    reconcile(session, of.id, limit_candidates(session, of.id), "events", now)  # type: ignore[arg-type]
     session.flush()
 
 
@@ -191,7 +191,7 @@ def test_an_exceeded_limit_stays_open_until_an_inspection_is_recorded(session: S
     strong = earthquake(session, of, day(1), STRONG)
     compared(session, strong)
     found_limits(session, of, day(1) + SOON)
-    tell(session, of.id, AGE, day(1) + SOON)
+    write_messages(session, of.id, AGE, day(1) + SOON)
     alarm = messages(session)[-1]
     assert (alarm.key, alarm.kind, alarm.severity) == (f"event/{strong.id}", "alert", "alarm")
     assert " ".join(alarm.sentences).count("Have the isolators inspected") == 1
@@ -234,12 +234,12 @@ def test_an_alert_that_began_later_sends_no_message_about_an_earlier_earthquake_
     found = replace(softer(), began_at=second.start, raised_at=second.start)
     reconcile(session, of.id, [owned(found, (second.id,) * 3)], "events", second.end)
     session.flush()
-    tell_of_event(session, first.id, AGE, second.end + SOON)
+    write_event_message(session, first.id, AGE, second.end + SOON)
     assert [one.key for one in messages(session)] == [f"event/{first.id}"]
     assert reading.of_event(session, first).level is Level.WATCH
     _analysis(session, first).directions[0].peak_force = 2e6
     session.flush()
-    tell_of_event(session, first.id, AGE, second.end + SOON)
+    write_event_message(session, first.id, AGE, second.end + SOON)
     updated = messages(session)[-1]
     assert (updated.number, updated.severity) == (2, "note")
     assert not any(word in said(updated) for word in GOOD)

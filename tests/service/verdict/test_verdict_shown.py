@@ -11,10 +11,10 @@ from judged import STRONG, building, compared, day, earthquake
 from prometheus_client.parser import text_string_to_metric_families
 from sqlalchemy.orm import Session, sessionmaker
 
-from service.alerts.reconciling import reconcile
+from service.alerts.reconciliation import reconcile
 from service.alerts.tables import Alert
 from service.buildings.tables import Building
-from service.drift.limit_findings import limit_findings
+from service.drift.alert_candidates import limit_candidates
 from service.records.tables import Event
 
 
@@ -97,7 +97,7 @@ def test_active_alerts_stand_above_those_on_hold(database_url: str, stored: Sess
 def test_a_strong_earthquake_shows_the_limit_that_it_exceeded(database_url: str, stored: Session, of: Building) -> None:
     event = earthquake(stored, of, day(1), STRONG)
     compared(stored, event)
-    reconcile(stored, of.id, limit_findings(stored, of.id), "events", day(1) + SOON)
+    reconcile(stored, of.id, limit_candidates(stored, of.id), "events", day(1) + SOON)
     found = answers(database_url, stored, event, of)
     assert levels(found) == ("inspect", "inspect", "4.0")
     for page in ("event", "home"):

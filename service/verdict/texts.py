@@ -1,4 +1,4 @@
-"""An assessment in words: one place for everything that messages, pages and terminals say of a verdict."""
+"""The texts of the verdict: the one place for everything that messages, pages and terminals say about it."""
 
 from collections.abc import Iterator, Mapping
 
@@ -108,7 +108,7 @@ def opening(found: Assessment) -> Iterator[str]:
     """The verdict without its checks."""
     yield f"{found.level.words.capitalize()}. {MEANINGS[found.level]}"
     if found.unusable:
-        yield f"{found.unusable.rstrip('.')}. What the isolators did cannot be assessed; inspect them if it was strong."
+        yield f"{found.unusable.rstrip('.')}. The isolators cannot be assessed; inspect them if the shaking was strong."
     if found.silence:
         yield f"Later earthquakes may have been missed: {found.silence.rstrip('.')}."
     if found.provisional:
@@ -123,7 +123,7 @@ def source(check: Check) -> str:
 
 
 def _reasons(found: Assessment) -> Iterator[str]:
-    """What led to the level, the gravest first."""
+    """Reasons of the level, the gravest first."""
     worst = [check for check in found.checks if check.level is found.level and found.level is not Level.NORMAL]
     exceeded = [check for check in worst if check.outcome is Outcome.EXCEEDED]
     if exceeded:

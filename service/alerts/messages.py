@@ -1,0 +1,180 @@
+"""The rules of when a message is written: about earthquakes and alerts, to new recipients, and as a reminder."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from datetime import datetime, timedelta
+from zoneinfo import ZoneInfo
+
+from sqlalchemy.orm import Session
+
+from service.alerts import queries
+from service.alerts.lifecycle import ACTIVE, PENDING
+from service.alerts.message_content import (
+    REMINDER_KEY,
+    Earlier,
+    Unacknowledged,
+    alert_content,
+    event_content,
+    reminder_content,
+)
+from service.alerts.message_facts import (
+    GRAVITY,
+    alert_facts,
+    alert_key,
+    event_facts,
+    event_key,
+    gravity,
+    message_key,
+    reports_by_alert,
+    silence_of,
+)
+from service.alerts.tables import Alert
+from service.buildings import recipients, store as building_store
+from service.buildings.tables import Building
+from service.jobs import queue as job_queue
+from service.notify import outbox
+from service.notify.tables import Message
+from service.records.tables import Event
+
+FINAL = ("analysed", "refused", "failed")
+"""States of events without further work under way."""
+REPEATING = "alertmanager"
+"""Kind of recipients that repeat messages themselves."""
+REMINDERS_APART = timedelta(days=1)
+"""Shortest time between two reminders of one building."""
+
+
+def write_messages(session: Session, building_id: int, max_age: timedelta, now: datetime) -> None:
+    """Put everything new about a building into the outbox; repeating it writes nothing.
+
+    While the building's earthquakes are being compared, no message about them is written: the comparison ends with
+    this call.
+
+    Args:
+        session: of the transaction that stores the news.
+        building_id: of the building.
+        max_age: of an earthquake without alerts, settings.notify.max_event_age.
+        now: aware time.
+    """
+    if not job_queue.is_being_watched(session, building_id):
+        for event_id in queries.events_to_report(session, building_id, now - max_age):
+            write_event_message(session, event_id, max_age, now)
+    for alert in queries.alerts_without_event(session, building_id):
+        _write_alert_message(session, alert, now)
+    session.flush()
+    send_open_alerts_to_new_recipients(session, building_id, now)
+
+
+def write_event_message(session: Session, event_id: int, max_age: timedelta, now: datetime) -> None:
+    """Put a message about an event into the outbox, unless the last one says the same.
+
+    An alert about another earthquake that opens or ends later is no news of this one; a message that is written for
+    another reason counts it all the same. An event that ended longer ago than `max_age` has a message only if it raised
+    an alert, so that importing the records of years sends no other messages.
+    """
+    event = session.get_one(Event, event_id)
+    if event.state not in FINAL:
+        return
+    messages = queries.messages(session, event.building_id, event_key(event_id))
+    earlier = _earlier(messages)
+    facts = event_facts(session, event, earlier.alerts, now)
+    has_alert = earlier.alerts or any(one.is_reported or one.is_on_hold for one in facts.alerts)
+    if has_alert or event.end >= now - max_age:
+        first = messages[0].created_at if messages else now
+        as_of_first = event_facts(session, event, earlier.alerts, now, as_of=first)
+        content = replace(event_content(facts, earlier), news=event_content(as_of_first, earlier))
+        outbox.put(session, content, now)
+
+
+def send_open_alerts_to_new_recipients(session: Session, building_id: int, now: datetime) -> None:
+    """Send the last message of each alert that is active, acknowledged or on hold to recipients added since.
+
+    Repeating it changes nothing: each message goes to each recipient once.
+    """
+    keys = sorted(set(_open_keys(session, building_id, now)))
+    last = [messages[-1] for key in keys if (messages := queries.messages(session, building_id, key))]
+    if last:
+        outbox.forward(session, building_id, last, now)
+
+
+def remind(session: Session, building_id: int, interval: timedelta, now: datetime) -> None:
+    """Put a reminder of all unacknowledged alerts of a building into the outbox, if one is due.
+
+    Args:
+        session: of a transaction.
+        building_id: of the building.
+        interval: between reminders of an alert; zero: none.
+        now: aware time.
+    """
+    if not interval:
+        return
+    building = session.get_one(Building, building_id, with_for_update=True)
+    zone = ZoneInfo(building_store.described(session, building).timezone)
+    found = sorted(_unacknowledged(session, building_id, zone, now), key=lambda one: gravity(one[1].facts))
+    before = queries.messages(session, building_id, REMINDER_KEY)
+    alerts = [one for _, one in found]
+    if is_reminder_due(alerts, before[-1].created_at if before else None, interval, now):
+        reached = queries.recipients_of(session, building_id, {key for key, _ in found})
+        every = recipients.of_building(session, building_id)
+        if again := [one for one in every if one.id in reached and one.kind != REPEATING]:
+            every_so_often = max(interval, REMINDERS_APART)
+            content = reminder_content(building_id, building.code, building.name, zone, alerts, every_so_often)
+            outbox.put_for(session, content, again, now)
+
+
+def is_reminder_due(
+    alerts: Sequence[Unacknowledged], last: datetime | None, interval: timedelta, now: datetime
+) -> bool:
+    """True if a reminder is due now.
+
+    Args:
+        alerts: of one building.
+        last: time of the building's last reminder; None: there was none.
+        interval: between reminders of an alert.
+        now: aware time.
+    """
+    if last is not None and now - last < REMINDERS_APART:
+        return False
+    return any(now - (one.reported_at if last is None else max(one.reported_at, last)) >= interval for one in alerts)
+
+
+def _write_alert_message(session: Session, alert: Alert, now: datetime) -> None:
+    """Report that an alert is active, and its end; an alert that ended before its first message is not reported."""
+    zone = ZoneInfo(building_store.described(session, alert.building).timezone)
+    facts = alert_facts(alert, queries.silences(session, alert.building_id), zone, now)
+    was_reported = bool(queries.messages(session, alert.building_id, alert_key(alert.id)))
+    if facts.is_reported or (facts.has_ended and was_reported):
+        outbox.put(session, alert_content(alert, facts, was_reported, zone), now)
+
+
+def _earlier(messages: Sequence[Message]) -> Earlier:
+    return Earlier(
+        is_empty=not messages,
+        had_results=any(message.data["refusal"] is None for message in messages),
+        alerts=frozenset(one["id"] for message in messages for one in message.data["alerts"]),
+    )
+
+
+def _open_keys(session: Session, building_id: int, now: datetime) -> Iterator[str]:
+    """Keys of the messages that reported open alerts, silenced ones left out."""
+    open_alerts = [one for one in queries.open_alerts(session, building_id, GRAVITY) if one.state != PENDING]
+    if not open_alerts:
+        return
+    reports, silences = reports_by_alert(session, building_id), queries.silences(session, building_id)
+    for one in open_alerts:
+        if (one.raised_event_id is None or one.id in reports) and silence_of(one, silences, now) is None:
+            yield message_key(session, one, reports)
+
+
+def _unacknowledged(
+    session: Session, building_id: int, zone: ZoneInfo, now: datetime
+) -> Iterator[tuple[str, Unacknowledged]]:
+    """Each with the key of the messages that reported it; silenced ones are left out."""
+    reports, silences = reports_by_alert(session, building_id), queries.silences(session, building_id)
+    for one in queries.open_alerts(session, building_id, GRAVITY):
+        key, facts = message_key(session, one, reports), alert_facts(one, silences, zone, now)
+        messages = queries.messages(session, building_id, key)
+        was_reported = bool(messages) and (one.raised_event_id is None or one.id in reports)
+        if one.state == ACTIVE and one.activated_at is not None and facts.is_reported and was_reported:
+            reported_at = messages[-1].created_at
+            yield key, Unacknowledged(facts=facts, activated_at=one.activated_at, reported_at=reported_at)

@@ -1,0 +1,255 @@
+"""A stored message rendered for one recipient: subject line, paragraphs, facts, picture and address."""
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from datetime import datetime
+from typing import Any
+from zoneinfo import ZoneInfo
+
+import numpy as np
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from service.alerts.tables import Alert
+from service.analyses import queries as analysis_queries
+from service.buildings import store as building_store
+from service.buildings.recipient_rules import VARIABLE
+from service.db.blobs import decode
+from service.errors import NotFoundError
+from service.notify import texts
+from service.notify.tables import Delivery, Message, Receiver
+
+WITH_PICTURE = frozenset({"email", "apprise"})
+"""Kinds of recipients that see the picture."""
+SCALE = 2.0
+"""Pixels of the picture per pixel of the chart, for high-density screens."""
+
+
+class MissingVariableError(Exception):
+    """The building file names an environment variable that is not set."""
+
+
+@dataclass(frozen=True, slots=True)
+class RenderedMessage:
+    """A message for one recipient, in one attempt."""
+
+    identity: str
+    first_identity: str
+    """Identity of the first message of its key."""
+    key: str
+    number: int
+    building_code: str
+    building_name: str
+    timezone: str
+    """IANA name."""
+    kind: str
+    sequence: str
+    severity: str
+    gravest: str
+    """Severity by which programs identify the thread: that of its last message that was not over."""
+    subject: str
+    sentences: tuple[str, ...]
+    facts: tuple[tuple[str, str], ...]
+    link: str
+    """Address of the page with the details; empty where the address of the pages is not set."""
+    data: Mapping[str, Any]
+    began_at: datetime
+    """When the first message of its key was written."""
+    written_at: datetime
+    is_repeat: bool
+    """True if an earlier attempt may have arrived."""
+    picture: bytes | None = None
+    """PNG."""
+    has_ended: bool = False
+    """True if what it reports had ended when it was written."""
+    standing_since: datetime | None = None
+    """For a recipient added after it was written: when the open alert that it reports began; None otherwise."""
+    standing: str = ""
+    """Note to that recipient; empty otherwise."""
+
+    @property
+    def is_over(self) -> bool:
+        """True if what it reports no longer holds."""
+        return self.has_ended or self.sequence == "cancelled"
+
+    @property
+    def is_real(self) -> bool:
+        """True if it is about the building; a drill or a test is not."""
+        return self.kind not in texts.NOT_REAL
+
+    @property
+    def mark(self) -> str:
+        """`DRILL – NOT REAL: ` before the subject of a drill; empty if it is real."""
+        return "" if self.is_real else f"{texts.MARKS[self.kind]}: "
+
+    @property
+    def heading(self) -> str:
+        """The subject line, marks first."""
+        resent = texts.RESENT if self.is_repeat else ""
+        return f"{resent}{self.mark}{self.order}[{self.building_name}] {' '.join(self.subject.split())}"
+
+    @property
+    def order(self) -> str:
+        """Its relation to earlier messages, before the subject."""
+        if self.standing_since is None:
+            return texts.SEQUENCES[self.sequence]
+        return texts.OPEN_SINCE.format(since=self.standing_since.astimezone(ZoneInfo(self.timezone)))
+
+    @property
+    def paragraphs(self) -> tuple[str, ...]:
+        """All paragraphs, notes first."""
+        before = (texts.NOT_REAL.get(self.kind, ""), self.standing)
+        after = (texts.MAY_BE_SECOND,) if self.is_repeat else ()
+        return (*filter(None, before), *self.sentences, *after)
+
+    @property
+    def written(self) -> str:
+        """When it was written, in the building's time."""
+        local = self.written_at.astimezone(ZoneInfo(self.timezone))
+        return f"{local:%Y-%m-%d %H:%M:%S} ({self.timezone})"
+
+    @property
+    def text(self) -> str:
+        """All of it as plain text."""
+        widest = max((len(name) for name, _ in self.facts), default=0)
+        facts = "\n".join(f"{name:<{widest}}  {value}" for name, value in self.facts)
+        more = texts.LINK.format(link=self.link) if self.link else ""
+        footer = texts.FOOTER.format(written=self.written, identity=self.identity)
+        return "\n\n".join(part for part in (*self.paragraphs, facts, more, footer) if part) + "\n"
+
+
+@dataclass(frozen=True, slots=True)
+class Destination:
+    """Name and address of a recipient, with secrets; never shown."""
+
+    name: str
+    kind: str
+    address: str = field(repr=False)
+    secret: str | None = field(repr=False)
+
+
+def rendered(
+    session: Session, delivery: Delivery, kind: str, public_url: str | None, is_repeat: bool
+) -> RenderedMessage:
+    """A stored message for the recipient of a delivery.
+
+    Args:
+        session: to read with.
+        delivery: of a stored message.
+        kind: of the recipient.
+        public_url: address of the pages.
+        is_repeat: whether an earlier attempt may have arrived.
+    """
+    message = delivery.message
+    thread = _thread(session, message)
+    timezone = building_store.described(session, message.building).timezone
+    since, note = _new_recipient_note(session, delivery, ZoneInfo(timezone))
+    return RenderedMessage(
+        identity=message.identity,
+        first_identity=thread[0].identity,
+        key=message.key,
+        number=message.number,
+        building_code=message.building.code,
+        building_name=message.building.name,
+        timezone=timezone,
+        kind=message.kind,
+        sequence=message.sequence,
+        severity=message.severity,
+        gravest=next((one.severity for one in reversed(thread) if not one.is_over), message.severity),
+        subject=message.subject,
+        sentences=tuple(message.sentences),
+        facts=tuple((fact["name"], fact["value"]) for fact in message.facts),
+        link=f"{public_url.rstrip('/')}{message.link}" if public_url and message.link else "",
+        data=message.data,
+        began_at=thread[0].created_at,
+        written_at=message.created_at,
+        is_repeat=is_repeat,
+        picture=_picture(session, message) if kind in WITH_PICTURE else None,
+        has_ended=message.is_over,
+        standing_since=since,
+        standing=note,
+    )
+
+
+def destination(receiver: Receiver) -> Destination:
+    """Where a recipient is reached, with values of environment variables that the building file names.
+
+    Raises:
+        MissingVariableError: one of them is not set.
+    """
+    secret = None if receiver.secret is None else _resolved(receiver.secret)
+    return Destination(receiver.name, receiver.kind, _resolved(receiver.address), secret)
+
+
+def _resolved(value: str) -> str:
+    if not value.startswith(VARIABLE):
+        return value
+    name = value.removeprefix(VARIABLE)
+    if name not in os.environ:
+        raise MissingVariableError(f"the environment has no {name}, which the building file names")
+    return os.environ[name]
+
+
+def _thread(session: Session, message: Message) -> Sequence[Message]:
+    """The messages of its key up to this one, in order."""
+    of_key = (Message.building_id == message.building_id, Message.key == message.key)
+    query = select(Message).where(*of_key, Message.number <= message.number)
+    return session.scalars(query.order_by(Message.number)).all()
+
+
+def _new_recipient_note(session: Session, delivery: Delivery, zone: ZoneInfo) -> tuple[datetime | None, str]:
+    """For a recipient added after the message was written: since when its alerts are open, and a note about that."""
+    message = delivery.message
+    if delivery.created_at <= message.created_at:
+        return None, ""
+    numbers = [one["id"] for one in message.data.get("alerts", ())] or [message.data["alert"]]
+    alerts = session.scalars(select(Alert).where(Alert.id.in_(numbers)).order_by(Alert.id)).all()
+    since, written = _local(delivery.created_at, zone), _local(message.created_at, zone)
+    opening = texts.NEW_RECIPIENT.format(since=since, zone=zone, written=written)
+    open_alerts = [one for one in alerts if one.closed_at is None]
+    if not open_alerts:
+        return None, opening + texts.HAS_ENDED
+    states = " ".join(texts.ALERT_STATE.format(id=one.id, state=_state(one, zone)) for one in open_alerts)
+    first = min(one.activated_at or one.opened_at for one in open_alerts)
+    return first, opening + texts.STILL_OPEN.format(states=states)
+
+
+def _state(alert: Alert, zone: ZoneInfo) -> str:
+    if alert.acknowledged_by is None or alert.acknowledged_at is None:
+        return alert.state.replace("_", " ")
+    return texts.ACKNOWLEDGED.format(by=alert.acknowledged_by, at=_local(alert.acknowledged_at, zone))
+
+
+def _local(moment: datetime, zone: ZoneInfo) -> str:
+    return f"{moment.astimezone(zone):%Y-%m-%d %H:%M}"
+
+
+def _picture(session: Session, message: Message) -> bytes | None:
+    """Hysteresis loop of the isolation layer in the message's event, by its latest analysis, as PNG.
+
+    Returns:
+        None where the message has no picture, or the result or its displacement does not exist.
+    """
+    if not message.picture_event_id or not message.picture_direction:
+        return None
+    import vl_convert  # slow to import, and few messages need it
+
+    from service.reports import charts
+
+    try:
+        result = analysis_queries.restoring_force(session, message.picture_event_id, message.picture_direction, None)
+        rate, displacement, force = analysis_queries.loop(session, result.id)
+    except NotFoundError:
+        return None
+    displacement, force = decode(displacement), decode(force)
+    mark = texts.MARKS.get(message.kind)
+    picture = charts.loop(
+        time=np.arange(force.size) / rate,
+        displacement=displacement,
+        force=force,
+        title=texts.PICTURE_TITLE.format(direction=message.picture_direction),
+        subtitle="" if mark is None else texts.PICTURE_MARK.format(mark=mark),
+    )
+    png: bytes = vl_convert.vegalite_to_png(picture.to_dict(), scale=SCALE)
+    return png

@@ -1,0 +1,55 @@
+"""The texts of this room that people read: the frame of every message, drills and tests, and delivery outcomes.
+
+The sentences of messages about a building are in `service.alerts.texts`, the layout of a mail in `channels/templates`.
+"""
+
+DRILL = "DRILL – NOT REAL"
+TEST = "TEST – NOT REAL"
+MARKS = {"drill": DRILL, "test": TEST}
+"""By kind of message."""
+NOT_REAL = {
+    "drill": "This is a drill. Nothing has happened at the building, and no action is needed.",
+    "test": "This is a test of message delivery. Nothing has happened at the building.",
+}
+SEQUENCES = {"new": "", "updated": "UPDATED: ", "cancelled": "CANCELLED: ", "repeat": "REMINDER: "}
+OPEN_SINCE = "OPEN SINCE {since:%Y-%m-%d}: "
+SEVERITIES = {"normal": "normal", "note": "note", "warning": "warning", "alarm": "ALARM"}
+RESENT = "(repeat) "
+MAY_BE_SECOND = (
+    "You may receive this for the second time: it was sent before, and it is not known whether it arrived. Both have "
+    "the message number below."
+)
+LINK = "More: {link}"
+FOOTER = "{written}, message {identity}"
+SENDER = "Menshin"
+
+NEW_RECIPIENT = "You became a recipient on {since} ({zone}). This was written before that, on {written}, and "
+HAS_ENDED = "has ended since."
+STILL_OPEN = "is still open. {states}"
+ALERT_STATE = "Alert {id} is {state}."
+ACKNOWLEDGED = "acknowledged by {by} since {at}"
+
+PICTURE_TITLE = "Force in the isolators, direction {direction}"
+PICTURE_MARK = "{mark}, from an earlier earthquake"
+
+DRILL_SUBJECT = "An alarm, as a drill"
+DRILL_BY = "{by} started this drill."
+TEST_SUBJECT = "A test of {name}"
+TEST_BY = "{by} requested this test of {name}."
+DRILL_CONTENT = (
+    "A real message would say here what happened, how far the isolators moved, and whether anything unusual was seen."
+)
+DELIVERY_WORKS = "If you can read this, messages reach you."
+TOO_MANY = (
+    "{most} drills and tests were sent for this building within the last hour, the most that are allowed. Try again "
+    "later."
+)
+
+NO_RECIPIENTS = "no recipients"
+NO_SUBSCRIBER = "no recipient is subscribed to messages of this kind and severity"
+HIDDEN = "(engineers see it)"
+"""In place of values that only engineers see."""
+
+PROCESS_DIED = "The process that sent it ended before the answer came."
+NOT_RENDERED = "the message could not be rendered; see the log"
+INTERNAL_ERROR = "internal error; see the log"
