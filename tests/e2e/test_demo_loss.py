@@ -65,7 +65,7 @@ def test_the_loss_reaches_a_mail_server_and_a_program_and_is_told_as_new_once(tm
     for words in (" ".join(text.get_content().split()), " ".join(page.get_content().split())):
         assert "% softer" in words
         assert link in words
-        assert "Somebody who knows isolators ought to look at them." in words
+        assert "Have them inspected by a specialist." in words
     [picture] = [part for part in mail.walk() if part.get_content_type() == "image/png"]
     assert picture.get_content().startswith(b"\x89PNG")
     assert len(picture.get_content()) > PICTURE_BYTES

@@ -58,7 +58,7 @@ def test_a_loss_of_eight_percent_is_told_once_in_words_for_everybody_and_signed_
     text = mails[0].get_body(("plain",))
     assert text is not None
     words = text.get_content()
-    assert "Somebody who knows isolators ought to look at them." in " ".join(words.split())
+    assert "Have them inspected by a specialist." in " ".join(words.split())
     assert f"https://menshin.example.org/alerts/{alert.id}" in words
     signed = [Webhook(KEY).verify(one.body, dict(one.headers)) for one in program.posted]
     assert {one["type"] for one in signed} == {"menshin.alert.v1"}

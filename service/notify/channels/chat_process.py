@@ -82,7 +82,9 @@ def sent(request: dict[str, Any]) -> DeliveryResult:
             body=request["body"], title=request["title"], notify_type=TYPES[request["severity"]], attach=picture
         )
     if guard.refused:
-        return DeliveryResult("not_taken", f"refused: {guard.refused[0]}; notify.allowed_private_hosts can allow a network")
+        return DeliveryResult(
+            "not_taken", f"refused: {guard.refused[0]}; notify.allowed_private_hosts can allow a network"
+        )
     return (
         DeliveryResult("delivered", "accepted")
         if is_sent

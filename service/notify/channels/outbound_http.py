@@ -73,7 +73,9 @@ def posted(url: str, headers: Mapping[str, str], body: bytes, reach: Reach, seco
     except httpx.InvalidURL:  # whose message repeats the address
         return DeliveryResult("not_taken", "its address is not a web address", is_final=True)
     if address.scheme != "https" and not (address.scheme == "http" and reach.plain_http):
-        return DeliveryResult("not_taken", f"{address.scheme}:// is not allowed: notify.allow_plain_http allows http://")
+        return DeliveryResult(
+            "not_taken", f"{address.scheme}:// is not allowed: notify.allow_plain_http allows http://"
+        )
     try:
         return _exchanged(address, _head(address, headers, body), body, reach, seconds)
     except (httpcore.ConnectError, httpcore.ConnectTimeout, OSError) as error:
@@ -198,7 +200,9 @@ def checked(host: str, port: int, reach: Reach) -> Sequence[str]:
     if host.lower().rstrip(".") not in {name.lower() for name in reach.allowed}:
         for address in addresses:
             if not may_be_reached(address, reach):
-                raise NotAllowedError(f"{host} is {address}, which is not public; notify.allowed_private_hosts can allow it")
+                raise NotAllowedError(
+                    f"{host} is {address}, which is not public; notify.allowed_private_hosts can allow it"
+                )
     return addresses
 
 

@@ -48,7 +48,7 @@ def test_acknowledging_is_no_news_and_an_inspection_is(session: Session, of: Bui
         write_messages(session, of.id, AGE, now + DAY)
     _, told = messages(session)
     assert (told.sequence, told.severity) == ("updated", "note")
-    assert "This is settled" in " ".join(told.sentences)
+    assert "Resolved: " in " ".join(told.sentences)
     assert "Jo: bearings 3 and 4 were replaced" in " ".join(told.sentences)
 
 
@@ -66,7 +66,7 @@ def test_an_alert_that_never_was_is_cancelled(session: Session, of: Building, ho
         write_messages(session, of.id, AGE, now + SOON)
     _, told = messages(session)
     assert (told.sequence, told.severity) == ("cancelled", "note")
-    assert "This is cancelled, it never was so" in " ".join(told.sentences)
+    assert "Cancelled, because it was never the case: " in " ".join(told.sentences)
 
 
 def test_what_a_sensor_may_explain_is_told_so(session: Session, of: Building) -> None:

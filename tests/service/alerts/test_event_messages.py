@@ -55,7 +55,7 @@ def test_a_residual_displacement_is_written_to_the_digit_that_its_uncertainty_su
     found.residual_displacement, found.residual_displacement_std = value, std
     write_event_message(session, event.id, AGE, START + SOON)
     (told,) = messages(session)
-    assert {"name": "Displacement that remained, direction x", "value": expected} in told.facts
+    assert {"name": "Residual displacement, direction x", "value": expected} in told.facts
     assert told.data["residual_displacement"] == {"x": value}
 
 

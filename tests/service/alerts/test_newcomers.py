@@ -96,7 +96,7 @@ def test_a_message_to_nobody_is_stored_listed_and_says_why(stage: Stage) -> None
         late = earthquake(session, of, START + 9 * DAY)
         write_messages(session, of.id, AGE, late.end)
     page = stage.asking.get(f"/buildings/{stage.code}/messages").text
-    assert "Not sent: no recipient wants messages of this kind and severity" in page
+    assert "Not sent: no recipient is subscribed to messages of this kind and severity" in page
 
 
 def test_a_new_recipient_hears_once_of_what_is_open_and_then_what_becomes_of_it(stage: Stage) -> None:

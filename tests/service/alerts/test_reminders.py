@@ -81,12 +81,12 @@ def test_a_reminder_says_what_waits_since_when_and_what_to_do() -> None:
     waiting = [untaken(START), untaken(START, id=6, cause="source", kind="data", summary="The server is silent")]
     said = reminder_content(1, "TOWER", "A tower", ZoneInfo("Asia/Tokyo"), waiting, WEEK)
     assert (said.sequence, said.kind, said.severity, said.is_over) == ("repeat", "alert", "alarm", False)
-    assert said.subject == "Nobody has taken it on yet: It is softer (and 1 more)"
+    assert said.subject == "Not acknowledged yet: It is softer (and 1 more)"
     assert said.sentences[1] == "It is softer. It has been active since 1 January 2024, 09:00 (JST)."
     words = " ".join(said.sentences)
     assert "reminder" in said.sentences[0]
     assert "The server is silent" in words
-    assert "acknowledge it" in words
+    assert "To acknowledge an alert, open its page" in words
     assert "every 7 days" in words
     assert said.link == "/buildings/TOWER/alerts"
     assert reminder_content(1, "TOWER", "A tower", ZoneInfo("UTC"), waiting[:1], WEEK).link == "/alerts/5"

@@ -65,7 +65,7 @@ def test_a_source_that_stops_is_told_once_and_resolves_by_itself(
     with sessions() as session:
         first, second = (one.sentences[0] for one in session.query(Message).order_by(Message.id))
         assert first.startswith("The monitoring server has never answered at its address, since 5 January 2024")
-        assert second.startswith("This is over: The monitoring server has never answered at its address")
+        assert second.startswith("This has ended: The monitoring server has never answered at its address")
 
 
 def test_work_that_nobody_does_is_told(sessions: sessionmaker[Session]) -> None:

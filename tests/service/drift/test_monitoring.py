@@ -104,7 +104,7 @@ def test_a_loss_is_told_once_and_an_inspection_begins_a_new_reference(
         assert (alert.state, alert.kind, len(told)) == ("active", "deterioration", 1)
         assert alert.evidence["low"] < -0.08 < alert.evidence["high"] < 0
         assert {one["cause"] for one in alert.evidence["explanations"]} == {"mass", "gain/x"}
-        assert any(one.startswith("Held against everything that is watched: a ") for one in alert.sentences)
+        assert any(one.startswith("Compared with all monitored quantities: a ") for one in alert.sentences)
         assert set(alert.channels) == {one for one in alert.channels if one.startswith("XX.PAPER.")} != set()
         since = histories.start(21)
         for _ in range(2):  # asked twice

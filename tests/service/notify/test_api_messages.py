@@ -221,7 +221,7 @@ def test_a_drill_by_the_page(asking: TestClient, program: Hook, sessions: sessio
     page = shown(asking, "/buildings/TOWER/messages")
     assert "Kind, severity Recipient" in page
     assert "drill, not real" in page
-    assert "loopback holds this drill." in shown(asking, "/messages/1")
+    assert "loopback started this drill." in shown(asking, "/messages/1")
     assert asking.post("/deliveries/1/replay").headers["location"] == "/messages/1"
 
 
