@@ -63,6 +63,8 @@ class Poller:
     holds: bool = False
     attempts: Attempts = field(default_factory=lambda: Attempts(log))
     """Of the rounds, the looks and the checks."""
+    checked: dict[int, periodic_checks.Checked] = field(default_factory=dict)
+    """State of each building at its last check."""
 
     def run(self, stop: Signal) -> None:
         """Poll until `stop` is set; looks under way are left at their next step, or where their server keeps them."""
@@ -136,7 +138,7 @@ class Poller:
     def _check(self, stopped: Callable[[], bool]) -> None:
         with self.attempts.one():
             try:
-                periodic_checks.check_buildings(self.sessions, self.settings, self.clock(), stopped)
+                periodic_checks.check_buildings(self.sessions, self.settings, self.clock(), stopped, self.checked)
             except OperationalError:
                 raise
             except Exception:  # like the one below: the next round tries again

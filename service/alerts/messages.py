@@ -33,7 +33,8 @@ from service.buildings import recipients, store as building_store
 from service.buildings.tables import Building
 from service.jobs import queue as job_queue
 from service.notify import outbox
-from service.notify.tables import Message
+from service.notify.outbox import MessageContent
+from service.notify.tables import Message, Receiver
 from service.records.tables import Event
 
 FINAL = ("analysed", "refused", "failed")
@@ -106,20 +107,30 @@ def remind(session: Session, building_id: int, interval: timedelta, now: datetim
         interval: between reminders of an alert; zero: none.
         now: aware time.
     """
-    if not interval:
-        return
-    building = session.get_one(Building, building_id, with_for_update=True)
+    session.get_one(Building, building_id, with_for_update=True)
+    if (due := due_reminder(session, building_id, interval, now)) is not None:
+        outbox.put_for(session, *due, now)
+
+
+def due_reminder(
+    session: Session, building_id: int, interval: timedelta, now: datetime
+) -> tuple[MessageContent, Sequence[Receiver]] | None:
+    """The reminder of a building that is due now, with its recipients; None if none is."""
+    if not interval or all(one.state != ACTIVE for one in queries.open_alerts(session, building_id, GRAVITY)):
+        return None
+    building = session.get_one(Building, building_id)
     zone = ZoneInfo(building_store.described(session, building).timezone)
     found = sorted(_unacknowledged(session, building_id, zone, now), key=lambda one: gravity(one[1].facts))
     before = queries.messages(session, building_id, REMINDER_KEY)
     alerts = [one for _, one in found]
-    if is_reminder_due(alerts, before[-1].created_at if before else None, interval, now):
-        reached = queries.recipients_of(session, building_id, {key for key, _ in found})
-        every = recipients.of_building(session, building_id)
-        if again := [one for one in every if one.id in reached and one.kind != REPEATING]:
-            every_so_often = max(interval, REMINDERS_APART)
-            content = reminder_content(building_id, building.code, building.name, zone, alerts, every_so_often)
-            outbox.put_for(session, content, again, now)
+    if not is_reminder_due(alerts, before[-1].created_at if before else None, interval, now):
+        return None
+    reached = queries.recipients_of(session, building_id, {key for key, _ in found})
+    every = recipients.of_building(session, building_id)
+    again = [one for one in every if one.id in reached and one.kind != REPEATING]
+    period = max(interval, REMINDERS_APART)
+    content = reminder_content(building_id, building.code, building.name, zone, alerts, period)
+    return (content, again) if again else None
 
 
 def is_reminder_due(

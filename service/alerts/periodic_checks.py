@@ -1,7 +1,7 @@
 """Periodic checks of every building: data health, new messages and reminders, whether records arrive or not."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from datetime import datetime, timedelta
 from typing import Any
 
@@ -11,8 +11,8 @@ from sqlalchemy.orm import Session, sessionmaker
 from service.alerts import data_health, queries
 from service.alerts.candidates import KINDS, AlertCandidate
 from service.alerts.data_health import Rejected, Sighting, Source, Thresholds, Work
-from service.alerts.messages import remind, write_messages
-from service.alerts.reconciliation import reconcile
+from service.alerts.messages import due_reminder, remind, write_messages
+from service.alerts.reconciliation import is_reconciled, reconcile
 from service.buildings import store as building_store
 from service.buildings.description import BuildingFile
 from service.buildings.tables import Building
@@ -26,8 +26,24 @@ LATEST = 50
 """Latest earthquakes in which dead channels are looked for."""
 
 
+@dataclass(frozen=True, slots=True)
+class Checked:
+    """State of a building at its last check: nothing is done again while it is the same."""
+
+    events: tuple[object, ...]
+    """Version of its events."""
+    dead_channels: tuple[AlertCandidate, ...]
+    """By these events."""
+    news: tuple[object, ...]
+    """Version of everything that its messages report."""
+
+
 def check_buildings(
-    sessions: sessionmaker[Session], settings: Settings, now: datetime, stopped: Callable[[], bool] = lambda: False
+    sessions: sessionmaker[Session],
+    settings: Settings,
+    now: datetime,
+    stopped: Callable[[], bool] = lambda: False,
+    last: dict[int, Checked] | None = None,
 ) -> None:
     """Check the data health of every building, and write the messages and reminders that are due.
 
@@ -36,35 +52,65 @@ def check_buildings(
         settings: of the service.
         now: aware time.
         stopped: checked before each building; the others are left to the next call.
+        last: state of each building at its last check, updated; an unchanged building takes a few reading statements.
     """
-    max_age = timedelta(seconds=settings.notify.max_event_age)
+    last = {} if last is None else last
     with reading(sessions)() as session:
         numbers = session.scalars(select(Building.id).order_by(Building.code)).all()
     for building_id in numbers:
         if stopped():
             return
         with reading(sessions)() as session:
-            candidates = data_health_candidates(session, session.get_one(Building, building_id), settings, now)
-        with sessions.begin() as session:
-            reconcile(session, building_id, candidates, "clock", now)
-            session.flush()
-            write_messages(session, building_id, max_age, now)
-            remind(session, building_id, timedelta(seconds=settings.notify.reminder_interval), now)
+            checked, candidates, is_due = _checked(session, building_id, settings, last.get(building_id), now)
+        if is_due:
+            _write(sessions, building_id, candidates, settings, now)
+        last[building_id] = checked
 
 
-def data_health_candidates(
-    session: Session, building: Building, settings: Settings, now: datetime
-) -> tuple[AlertCandidate, ...]:
-    """Candidates of all periodic checks; what continues keeps the time at which it began."""
-    began = {one.cause: one.began_at for one in queries.open_alerts(session, building.id, KINDS["clock"])}
-    candidates = _candidates(session, building, settings, began.get("disk"), now)
-    return tuple(replace(one, began_at=min(one.began_at, began.get(one.cause, one.began_at))) for one in candidates)
+def _checked(
+    session: Session, building_id: int, settings: Settings, before: Checked | None, now: datetime
+) -> tuple[Checked, tuple[AlertCandidate, ...], bool]:
+    """The state of a building, its candidates, and True if there may be something to write."""
+    building = session.get_one(Building, building_id)
+    events = queries.events_version(session, building_id)
+    is_same = before is not None and before.events == events
+    dead = before.dead_channels if before is not None and is_same else _dead_channels(session, building, settings)
+    candidates = _candidates(session, building, settings, dead, now)
+    is_watched = job_queue.is_being_watched(session, building_id)
+    checked = Checked(events, dead, (*events, is_watched, *queries.news_version(session, building_id, now)))
+    is_settled = (
+        before is not None
+        and before.news == checked.news
+        and is_reconciled(session, building_id, candidates, "clock")
+        and due_reminder(session, building_id, _reminder_interval(settings), now) is None
+    )
+    return checked, candidates, not is_settled
+
+
+def _write(
+    sessions: sessionmaker[Session],
+    building_id: int,
+    candidates: Sequence[AlertCandidate],
+    settings: Settings,
+    now: datetime,
+) -> None:
+    with sessions.begin() as session:
+        reconcile(session, building_id, candidates, "clock", now)
+        session.flush()
+        write_messages(session, building_id, timedelta(seconds=settings.notify.max_event_age), now)
+        remind(session, building_id, _reminder_interval(settings), now)
+
+
+def _reminder_interval(settings: Settings) -> timedelta:
+    return timedelta(seconds=settings.notify.reminder_interval)
 
 
 def _candidates(
-    session: Session, building: Building, settings: Settings, full_since: datetime | None, now: datetime
-) -> Sequence[AlertCandidate]:
+    session: Session, building: Building, settings: Settings, dead: Sequence[AlertCandidate], now: datetime
+) -> tuple[AlertCandidate, ...]:
+    """Candidates of all periodic checks; what continues keeps the time at which it began."""
     described, thresholds = building_store.described(session, building), _thresholds(settings)
+    began = {one.cause: one.began_at for one in queries.open_alerts(session, building.id, KINDS["clock"])}
     candidates: list[AlertCandidate] = []
     if described.source is not None:
         source = _source(session, building, described)
@@ -72,13 +118,18 @@ def _candidates(
         candidates += data_health.stopped_records(source, thresholds, now)
         candidates += data_health.wrong_clocks(source, thresholds)
     candidates += data_health.rejected_files(_rejected(session, building, settings, now))
-    channels = [channel.id for channel in described.description.channels]
-    seen = health_queries.channels_ever(session, building.id)
-    candidates += data_health.dead_channels(_sightings(session, building), channels, seen, thresholds)
+    candidates += dead
     candidates += data_health.stuck_work(_work(session, building, settings, now), thresholds, now)
     if (free := free_bytes(session)) is not None:
-        candidates += data_health.full_disk(free, thresholds, full_since, now)
-    return candidates
+        candidates += data_health.full_disk(free, thresholds, began.get("disk"), now)
+    return tuple(replace(one, began_at=min(one.began_at, began.get(one.cause, one.began_at))) for one in candidates)
+
+
+def _dead_channels(session: Session, building: Building, settings: Settings) -> tuple[AlertCandidate, ...]:
+    """Candidates of channels that stopped, which change with the building's events only."""
+    channels = [channel.id for channel in building_store.described(session, building).description.channels]
+    seen = health_queries.channels_ever(session, building.id)
+    return tuple(data_health.dead_channels(_sightings(session, building), channels, seen, _thresholds(settings)))
 
 
 def _thresholds(settings: Settings) -> Thresholds:
@@ -143,7 +194,6 @@ def _dead(quality: Sequence[dict[str, Any]] | None) -> dict[str, str]:
 
 def _work(session: Session, building: Building, settings: Settings, now: datetime) -> Work:
     lease = timedelta(seconds=settings.jobs.lease)
-    return Work(
-        oldest=health_queries.oldest_undone_job(session, building.id, now, lease),
-        last_progress=health_queries.last_progress(session, now, lease),
-    )
+    oldest = health_queries.oldest_undone_job(session, building.id, now, lease)
+    is_late = oldest is not None and now - oldest > timedelta(seconds=settings.data_health.worker_timeout)
+    return Work(oldest=oldest, last_progress=health_queries.last_progress(session, now, lease) if is_late else None)

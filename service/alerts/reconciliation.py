@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from datetime import datetime
+from typing import Any
 
 from sqlalchemy.orm import Session
 
@@ -35,6 +36,16 @@ def reconcile(
     open_alerts = [_open_alert(session, alert) for alert in stored.values()]
     for decision in decide(candidates, open_alerts, _operator_actions(session, building_id)):
         _apply(session, building_id, stored.get(decision.cause), decision, now)
+
+
+def is_reconciled(session: Session, building_id: int, candidates: Sequence[AlertCandidate], scope: Scope) -> bool:
+    """True if `reconcile` would change nothing; it reads only."""
+    stored = {alert.cause: alert for alert in queries.open_alerts(session, building_id, KINDS[scope])}
+    if not stored and not candidates:
+        return True
+    open_alerts = [_open_alert(session, alert) for alert in stored.values()]
+    decisions = decide(candidates, open_alerts, _operator_actions(session, building_id))
+    return all(_is_applied(stored.get(one.cause), one) for one in decisions)
 
 
 def record_acknowledgement(alert: Alert, action: OperatorAction | None) -> None:
@@ -92,19 +103,33 @@ def _apply(session: Session, building_id: int, alert: Alert | None, decision: De
             return
         alert = Alert(building_id=building_id, cause=decision.cause, opened_at=now)
         session.add(alert)
-    if decision.candidate is not None:
-        _update(alert, decision.candidate, now)
+    if decision.candidate is not None and not (decision.candidate.kind == "data" and _is_applied(alert, decision)):
+        for name, value in _values(decision.candidate).items():
+            setattr(alert, name, value)
+        alert.updated_at = now
         record_acknowledgement(alert, decision.acknowledgement)
     if (alert.state, alert.held_by) != (decision.state, decision.held_by):
         alert.held_by = decision.held_by
         record_change(alert, decision.state, None, decision.note or alert.summary, now)
 
 
-def _update(alert: Alert, candidate: AlertCandidate, now: datetime) -> None:
-    """Give an alert what its candidate says now."""
-    alert.kind, alert.began_at, alert.updated_at = candidate.kind, candidate.began_at, now
-    alert.changed_after, alert.changed_by = candidate.changed_after, candidate.changed_by
-    alert.onset_event_id, alert.raised_event_id = candidate.onset_event_id, candidate.raised_event_id
-    alert.event_ids, alert.channels = list(candidate.event_ids), list(candidate.channels)
-    alert.evidence, alert.summary = dict(candidate.evidence), candidate.summary
-    alert.sentences = list(candidate.sentences)
+def _is_applied(alert: Alert | None, decision: Decision) -> bool:
+    if alert is None or (alert.state, alert.held_by) != (decision.state, decision.held_by):
+        return alert is None and decision.candidate is None
+    if decision.candidate is None:
+        return True
+    acknowledged_at = None if decision.acknowledgement is None else decision.acknowledgement.at
+    values = _values(decision.candidate)
+    return alert.acknowledged_at == acknowledged_at and all(getattr(alert, name) == values[name] for name in values)
+
+
+def _values(candidate: AlertCandidate) -> dict[str, Any]:
+    """Columns of an alert that follow its candidate."""
+    same = ("kind", "began_at", "changed_after", "changed_by", "onset_event_id", "raised_event_id", "summary")
+    return {
+        **{name: getattr(candidate, name) for name in same},
+        "event_ids": list(candidate.event_ids),
+        "channels": list(candidate.channels),
+        "evidence": dict(candidate.evidence),
+        "sentences": list(candidate.sentences),
+    }

@@ -75,7 +75,7 @@ def test_what_a_sensor_may_explain_is_told_so(session: Session, of: Building) ->
     (told,) = messages(session)
     assert told.key == f"event/{events[2]}"
     assert (told.kind, told.severity) == ("alert", "warning")
-    assert "a sensor that took part measures wrongly" in " ".join(told.sentences)
+    assert "a sensor behind this result measures wrongly" in " ".join(told.sentences)
 
 
 def test_what_is_silenced_is_told_when_the_silence_ends(session: Session, of: Building) -> None:

@@ -56,7 +56,9 @@ def test_what_began_after_the_earthquake_it_was_told_with_is_told_anew(session: 
     then = found_again(session, of, of_events(softer(16.0), 3, 4, events + more))
     found = {one.key: (one.sequence, one.severity) for one in then}
     assert found == {f"event/{more[1]}": ("new", "alarm"), f"event/{events[2]}": ("updated", "note")}
-    assert "told with another earthquake now" in " ".join(next(one for one in then if one.number == 2).sentences)
+    assert "Later results link this to another earthquake, with which it is now reported" in " ".join(
+        next(one for one in then if one.number == 2).sentences
+    )
 
 
 def test_a_direction_that_shows_it_too_updates_what_was_told(session: Session, of: Building) -> None:
@@ -69,7 +71,7 @@ def test_a_direction_that_shows_it_too_updates_what_was_told(session: Session, o
     assert (told.key, told.sequence, told.severity) == (f"event/{events[2]}", "updated", "alarm")
     assert told.subject.endswith("The isolators are 7.8 % softer in both directions")
     assert "The isolators are 8 % softer in direction x." in " ".join(told.sentences)
-    assert "told with another earthquake" not in " ".join(told.sentences)
+    assert "another earthquake, with which it is now reported" not in " ".join(told.sentences)
     (alert,) = told.data["alerts"]
     assert [one["subject"] for one in alert["evidence"]["parts"]] == ["x", "xy"]
 

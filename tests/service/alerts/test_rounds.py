@@ -1,5 +1,6 @@
 """Data that stop are told when their time has come, once, and that they are back."""
 
+from collections.abc import Callable
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from threading import Event as Signal, Thread
@@ -8,21 +9,22 @@ from time import monotonic, sleep
 import pytest
 import simulated
 import watched
-from alarmed import building, earthquake
+from alarmed import building, earthquake, raised
 from findings import START, softer
 from monitoring import Page, building_file, serving
-from sqlalchemy import update
+from sqlalchemy import event, update
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.alerts import operator_actions
-from service.alerts.periodic_checks import check_buildings
+from service.alerts.periodic_checks import Checked, check_buildings
 from service.alerts.reconciliation import reconcile
 from service.alerts.tables import Alert
-from service.buildings import store as building_store
+from service.buildings import recipients, store as building_store
+from service.buildings.recipient_rules import SEVERITIES, WANTED_KINDS, ReceiverRule
 from service.buildings.tables import Building
 from service.jobs import queue as job_queue
 from service.jobs.tables import Job
-from service.notify.tables import Message
+from service.notify.tables import Delivery, Message
 from service.poller import Poller
 from service.records.polling import SourcePoller
 from service.records.tables import Event, Recording, SourceState, Waveform
@@ -30,7 +32,9 @@ from service.settings import Settings
 
 QUIET = {"disk_reserve": 0, "http_retries": 0, "settle_time": 0, "event_grace": 0}
 SETTINGS = Settings(**QUIET)
-HOUR = timedelta(hours=1)
+HOUR, MINUTE = timedelta(hours=1), timedelta(minutes=1)
+IDLE_STATEMENTS = 30
+"""Reading statements of a round at one building with open alerts of which nothing changed; each takes an index."""
 NOW = START + 100 * HOUR
 
 
@@ -214,3 +218,81 @@ def test_the_poller_makes_the_rounds(sessions: sessionmaker[Session], tmp_path: 
         stop.set()
         polling.join(20)
     assert told(sessions) == [("data", "new", "warning")]
+
+
+@pytest.fixture
+def settled(sessions: sessionmaker[Session]) -> dict[int, Checked]:
+    """States after some rounds at a building with an active alert, an open data alert and messages about both."""
+    last: dict[int, Checked] = {}
+    with sessions.begin() as session:
+        made = building(session)
+        raised(session, made)
+        job_queue.enqueue(session, earthquake(session, made, NOW - 3 * HOUR), {}, NOW - 2 * HOUR)
+    for minutes in range(4):
+        check_buildings(sessions, SETTINGS, NOW + minutes * MINUTE, last=last)
+    assert states(sessions) == {"stiffness": "active", "worker": "active"}
+    return last
+
+
+def test_an_unchanged_building_takes_few_statements_and_writes_nothing(
+    sessions: sessionmaker[Session], settled: dict[int, Checked]
+) -> None:
+    statements: list[str] = []
+
+    def note(_1: object, _2: object, statement: str, *_3: object) -> None:
+        statements.append(statement)
+
+    event.listen(sessions.kw["bind"], "before_cursor_execute", note)
+    check_buildings(sessions, SETTINGS, NOW + 5 * MINUTE, last=settled)
+    event.remove(sessions.kw["bind"], "before_cursor_execute", note)
+    assert 0 < len(statements) <= IDLE_STATEMENTS
+    assert not [one for one in statements if not one.lstrip().startswith("SELECT") and one != "BEGIN"]
+    assert not [one for one in statements if "FOR UPDATE" in one]
+    assert not [one for one in statements if "waveform" in one]
+
+
+def refused_event(session: Session, of: Building) -> None:
+    made = earthquake(session, of, NOW - HOUR)
+    made.state, made.reason = "refused", "every sensor is dead"
+
+
+def new_recipient(session: Session, of: Building) -> None:
+    rule = ReceiverRule("manager", "email", "manager@example.org", None, WANTED_KINDS, SEVERITIES)
+    recipients.follow_file(session, of.id, [rule], NOW)
+
+
+def inspected(session: Session, of: Building) -> None:
+    alert = session.query(Alert).filter(Alert.cause == "stiffness").one()
+    operator_actions.inspect(session, alert, "Jo", "confirmed", "bearings replaced", None, NOW)
+
+
+@pytest.mark.parametrize("change", [refused_event, new_recipient, inspected])
+def test_a_round_that_remembers_writes_what_one_that_does_not_would(
+    sessions: sessionmaker[Session], settled: dict[int, Checked], change: Callable[[Session, Building], None]
+) -> None:
+    with sessions.begin() as session:
+        change(session, session.query(Building).one())
+
+    def sent() -> tuple[int, int]:
+        with sessions() as session:
+            return session.query(Message).count(), session.query(Delivery).count()
+
+    before = sent()
+    check_buildings(sessions, SETTINGS, NOW + 6 * MINUTE, last=settled)
+    after = sent()
+    assert after != before
+    check_buildings(sessions, SETTINGS, NOW + 6 * MINUTE)
+    assert sent() == after
+
+
+def test_the_end_of_a_silence_is_noticed(sessions: sessionmaker[Session]) -> None:
+    last: dict[int, Checked] = {}
+    with sessions.begin() as session:
+        made = building(session)
+        raised(session, made)
+        operator_actions.silence(session, made, "*", NOW + HOUR, "a load test", "Jo", NOW - HOUR)
+    for minutes in range(4):
+        check_buildings(sessions, SETTINGS, NOW + minutes * MINUTE, last=last)
+    assert not [one for one in told(sessions) if one[2] == "alarm"]
+    check_buildings(sessions, SETTINGS, NOW + 2 * HOUR, last=last)
+    assert [one for one in told(sessions) if one[2] == "alarm"]
