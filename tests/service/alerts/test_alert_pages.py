@@ -62,7 +62,7 @@ def test_an_alert_is_seen_from_the_first_page_to_its_end(
     listed = asking.get("/buildings/PAPER/alerts").text
     assert listed.index("The monitoring server") < listed.index("8 % softer")
     shown = asking.get("/alerts/1").text
-    for wanted in ("They carry the building", "/charts/loop.svg", "Take it on", "Not sent: no recipients"):
+    for wanted in ("They carry the building", "/charts/loop.svg", "Acknowledge it", "Not sent: no recipients"):
         assert wanted in shown, wanted
 
     assert asking.post("/alerts/1/acknowledge", data={"name": "Jo", "note": "on my way"}).status_code == 303
@@ -78,7 +78,7 @@ def test_an_alert_is_seen_from_the_first_page_to_its_end(
     assert asking.post("/buildings/PAPER/silences", data=silence).status_code == 303
     listed = asking.get("/buildings/PAPER/alerts").text
     assert "&lt;b&gt;maintenance&lt;/b&gt;" in listed
-    assert "Nobody is told of it before" in asking.get("/alerts/2").text
+    assert "No messages about it are sent before" in asking.get("/alerts/2").text
     assert asking.post("/silences/1/end").status_code == 303
     assert "End it now" not in asking.get("/buildings/PAPER/alerts").text
 
@@ -95,7 +95,7 @@ def test_an_alert_is_seen_from_the_first_page_to_its_end(
         viewer = keys.create(session, "viewer", Role.viewer, watched.NOW)
     with client(database_url) as reading:
         reading.headers["X-API-Key"] = viewer
-        assert "Take it on" not in reading.get("/alerts/2").text
+        assert "Acknowledge it" not in reading.get("/alerts/2").text
         assert reading.post("/alerts/2/acknowledge", data={"note": "x"}).status_code == 403
 
 
