@@ -71,7 +71,7 @@ def _check(candidates: Sequence[AlertCandidate], scope: Scope) -> None:
     if len(set(causes)) < len(causes):
         raise ValueError(f"two candidates of one cause: {sorted(causes)}")
     if foreign := [one.kind for one in candidates if one.kind not in KINDS[scope]]:
-        raise ValueError(f"the scope {scope} covers {sorted(KINDS[scope])}, not {foreign}")
+        raise ValueError(f"the scope {scope} is about {sorted(KINDS[scope])}, not about {foreign}")
 
 
 def _open_alert(session: Session, alert: Alert) -> OpenAlert:

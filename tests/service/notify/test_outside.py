@@ -121,7 +121,7 @@ def test_networks_and_names_are_allowed_one_by_one(there: Hook) -> None:
 
 def test_http_only_where_it_is_allowed(there: Hook) -> None:
     answer = post(there.address, replace(OPEN, plain_http=False))
-    assert (answer.outcome, "plain_http_allowed" in answer.text) == ("not_taken", True)
+    assert (answer.outcome, "notify.allow_plain_http" in answer.text) == ("not_taken", True)
     assert post("ftp://example.org/").outcome == "not_taken"
     assert post("http://[::1").is_final
     assert there.posted == []
