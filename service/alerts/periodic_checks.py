@@ -18,6 +18,7 @@ from service.buildings.description import BuildingFile
 from service.buildings.tables import Building
 from service.db.sessions import free_bytes, reading
 from service.health import queries as health_queries
+from service.jobs import queue as job_queue
 from service.records import queries as record_queries
 from service.records.tables import SourceState
 from service.settings import Settings
