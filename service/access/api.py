@@ -6,7 +6,7 @@ from fastapi import APIRouter, Depends, Query
 
 from service.access import auditing
 from service.access.auth import engineer
-from service.alerts.schema import Audit, AuditRow
+from service.access.schema import Audit, AuditRow
 from service.http.parameters import Before, Limit, Reading, Time, next_number
 from service.http.responses import TaggedRoute, table_responses
 

@@ -57,7 +57,7 @@ def every(
     """Alerts, the latest first; those that ended are kept."""
     with sessions() as session:
         of = None if building is None else building_queries.building(session, building)[0].id
-        rows = [answers.row(one) for one in queries.every(session, of, state, kind, cursor, limit)]
+        rows = [alert_line(one) for one in queries.every(session, of, state, kind, cursor, limit)]
     last = next_number([row.id for row in rows], limit)
     is_csv = wants_csv(request, format)
     lines = [alert_cells(one) if is_csv else tuple(one.model_dump().values()) for one in rows]
