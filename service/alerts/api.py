@@ -17,6 +17,7 @@ from service.alerts.schema import (
     SilenceRequest,
     Silences,
     alert_cells,
+    alert_line,
     alert_out,
     silence_out,
 )
