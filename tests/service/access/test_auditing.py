@@ -136,4 +136,5 @@ def test_an_address_is_kept_only_in_part(told: dict[str, str], kept: dict[str, s
 def test_no_command_writes_past_the_trail() -> None:
     writers = [path for path in COMMANDS.rglob("*.py") if re.search(r"\.begin\(\)", path.read_text("utf-8"))]
     assert writers
-    assert [path.name for path in writers if "of_command(" not in path.read_text("utf-8")] == []
+    assert [path.name for path in writers if "opened(context" not in path.read_text("utf-8")] == []
+    assert "yield _audited(context, made)" in (COMMANDS / "database.py").read_text("utf-8")
