@@ -50,7 +50,7 @@ class Preview:
     """Of chi-square, the model's other parameters free to move a little."""
 
 
-def previews(evidence: Evidence, base: Fit, effects: Iterable[str]) -> tuple[tuple[Preview, ...], ...]:
+def score_tests(evidence: Evidence, base: Fit, effects: Iterable[str]) -> tuple[tuple[Preview, ...], ...]:
     """Of every effect the best places to begin a search from: Rao's (1948) score test over a grid of its shapes.
 
     The most promising effect first, and of each the best place.

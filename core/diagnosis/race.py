@@ -20,7 +20,7 @@ FEWEST_STEPS = 2
 """Of every effect's first search: a slope where a search begins may promise nothing."""
 
 
-def raced(evidence: Evidence, places: Mapping[str, Sequence[Isolator]]) -> Mapping[str, Fit]:
+def search_in_parallel(evidence: Evidence, places: Mapping[str, Sequence[Isolator]]) -> Mapping[str, Fit]:
     """Of every effect the best fit that was found; STOPPED where it was left behind, DIVERGED where no place led
     anywhere.
 

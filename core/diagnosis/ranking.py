@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.arrays import Vector
-from core.diagnosis.candidates import previews
-from core.diagnosis.race import raced
+from core.diagnosis.candidates import score_tests
+from core.diagnosis.race import search_in_parallel
 from core.fitting.descent import Outcome
 from core.fitting.fit import Fit, at_values, finite_fit, fitted
 from core.fitting.layer_columns import Evidence
@@ -118,10 +118,10 @@ def ranked(by_noise: Evidence, model: Isolator, effects: Sequence[str]) -> Ranki
     base = finite_fit(by_noise, model)
     evidence = weighed_by(by_noise, base)
     base = finite_fit(evidence, base.model)
-    seen = previews(evidence, base, effects)
+    seen = score_tests(evidence, base, effects)
     least = max(VISIBLE * base.chi_square, PROMISING * seen[0][0].gain) if seen else 0.0
     promising = [found for n, found in enumerate(seen[:SEARCHED]) if n == 0 or found[0].gain > least]
-    fits = raced(evidence, {found[0].effect: [place.model for place in found] for found in promising})
+    fits = search_in_parallel(evidence, {found[0].effect: [place.model for place in found] for found in promising})
     judgeable = {name: fit for name, fit in fits.items() if fit.outcome is not Outcome.DIVERGED}
     if judgeable:
         best = min(judgeable.values(), key=lambda fit: fit.chi_square)

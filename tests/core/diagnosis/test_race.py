@@ -3,8 +3,8 @@
 import pytest
 from observed import BOUC_WEN, observations
 
-from core.diagnosis.candidates import previews
-from core.diagnosis.race import NEAR, raced
+from core.diagnosis.candidates import score_tests
+from core.diagnosis.race import NEAR, search_in_parallel
 from core.fitting.descent import Outcome
 from core.fitting.fit import fitted
 from core.fitting.layer_columns import Evidence
@@ -25,8 +25,8 @@ def test_the_best_is_as_good_as_by_full_searches_and_what_is_left_off_is_far_fro
 ) -> None:
     evidence = Evidence.by_noise(observations(Isolator({**BOUC_WEN.effects, name: values}), 0.02, 5))
     base = fitted(evidence, BOUC_WEN)
-    places = {found[0].effect: [one.model for one in found] for found in previews(evidence, base, EFFECTS)}
-    found = raced(evidence, places)
+    places = {found[0].effect: [one.model for one in found] for found in score_tests(evidence, base, EFFECTS)}
+    found = search_in_parallel(evidence, places)
     whole = {
         effect: min((fitted(evidence, model) for model in models), key=lambda fit: fit.chi_square)
         for effect, models in places.items()
