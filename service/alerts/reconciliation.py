@@ -69,7 +69,7 @@ def record_change(alert: Alert, state: str, by: str | None, note: str, now: date
 def _check(candidates: Sequence[AlertCandidate], scope: Scope) -> None:
     causes = [one.cause for one in candidates]
     if len(set(causes)) < len(causes):
-        raise ValueError(f"two candidates of one cause: {sorted(causes)}")
+        raise ValueError(f"candidates of one cause twice: {sorted(causes)}")
     if foreign := [one.kind for one in candidates if one.kind not in KINDS[scope]]:
         raise ValueError(f"the scope {scope} is about {sorted(KINDS[scope])}, not about {foreign}")
 
