@@ -20,6 +20,7 @@ from typing import Annotated, Any, Literal, TypeVar, get_args
 import numpy as np
 import orjson
 from fastapi import Depends, Query, Request, Response
+from fastapi.responses import StreamingResponse
 from fastapi.routing import APIRoute
 from pydantic import BaseModel
 
@@ -77,6 +78,8 @@ class TaggedRoute(APIRoute):
         async def answered(request: Request) -> Response:
             response = await handle(request)
             if request.method != "GET" or response.status_code != 200 or "etag" in response.headers:
+                return response
+            if isinstance(response, StreamingResponse):
                 return response
             if not is_table:
                 return written(request, bytes(response.body), "application/json")
