@@ -1,6 +1,7 @@
 """An engineer at the API: asks for work on models of the paper's building, and waits until it is done."""
 
 import json
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -17,11 +18,15 @@ MODELS = "/api/v1/buildings/PAPER/models"
 
 
 def work(sessions: sessionmaker[Session]) -> None:
-    """Do all work that waits."""
-    with TemporaryDirectory() as notes:
-        Worker(
-            sessions, Computed, watched.SETTINGS, KINDS, clock=lambda: watched.NOW, notes=Path(notes)
-        ).run_until_idle()
+    """Do all work that waits; what was computed before in this run of the tests is not computed again."""
+    Worker(sessions, Computed, watched.SETTINGS, KINDS, clock=lambda: watched.NOW).run_until_idle()
+
+
+def work_with_progress(sessions: sessionmaker[Session]) -> None:
+    """Do all work that waits in a thread of its own, so that the worker reports progress meanwhile."""
+    with TemporaryDirectory() as notes, ThreadPoolExecutor(1) as pool:
+        worker = Worker(sessions, lambda: pool, watched.SETTINGS, KINDS, clock=lambda: watched.NOW, notes=Path(notes))
+        worker.run_until_idle()
 
 
 def made(asking: TestClient, effects: dict[str, dict[str, float]]) -> int:

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 import watched
 from asking import client
-from engineer import followed, made, work
+from engineer import followed, made, work_with_progress
 from fastapi.testclient import TestClient
 from sqlalchemy.orm import Session, sessionmaker
 
@@ -39,7 +39,7 @@ def test_a_linear_model_lacks_hysteresis(asking: TestClient, sessions: sessionma
     model = made(asking, LINEAR)
     asked = asking.post(f"/api/v1/models/{model}/diagnoses", json={"events": [2], "hold_out": [1]})
     with ThreadPoolExecutor(1) as beside:
-        beside.submit(work, sessions)
+        beside.submit(work_with_progress, sessions)
         told = followed(asking, asked.headers["Location"])
     job = told[-1]
     assert (job["kind"], job["state"], job["progress"]["stages"]) == ("diagnose", "done", 3)
