@@ -67,7 +67,7 @@ def test_everything_runs_in_one_process_tree_and_ends_cleanly(
         while analysed(sessions) == 0:
             assert monotonic() < end, (tmp_path / "output").read_text()
             sleep(0.1)
-        assert httpx.get("http://127.0.0.1:18765/healthz").status_code == 200
+        assert httpx.get("http://127.0.0.1:18765/healthz", timeout=30).status_code == 200
         children = service.children(recursive=True)
         assert interrupt(service) == 0, (tmp_path / "output").read_text()
         assert psutil.wait_procs(children, timeout=20)[1] == []

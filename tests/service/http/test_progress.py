@@ -12,7 +12,7 @@ import httpx
 import pytest
 import watched
 from asking import VISITOR, client
-from engineer import MODELS, work
+from engineer import MODELS, work, work_with_progress
 from fastapi.testclient import TestClient
 from playwright.sync_api import sync_playwright
 from serving import served
@@ -88,7 +88,7 @@ def test_a_ticked_box_outlives_the_work_and_its_event_is_left_out(url: str, sess
         assert page.locator("#work progress").is_visible()
         assert not page.get_by_text("is not kept").is_visible(), "nothing has to be loaded again"
         page.evaluate(SEEN)
-        work(sessions)
+        work_with_progress(sessions)
         page.locator("#work .state", has_text="done").wait_for()
         page.locator("#results img").first.wait_for()
         assert page.locator("#comparisons tbody tr").count() == 2
