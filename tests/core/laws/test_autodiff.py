@@ -139,13 +139,13 @@ def remaining(x: float) -> float:
     [
         (
             looping,
-            r"test_autodiff.py, line \d+: `for _ in range\(3\):\s.*: a law may hold assignments, `if` and `return`",
+            r"test_autodiff.py, line \d+: `for _ in range\(3\):\s.*: a law may contain assignments, `if` and `return`",
         ),
         (calling, r"`np.sinc`: cannot be differentiated; \+ - \* / \*\* and abs, atan, .* of module math can"),
         (remaining, "`x % 2.0`: cannot be differentiated"),
         (taking, "`part_1`: names that begin with change_of_ or part_ are taken"),
         (lambda x: x, "is no `def`; write it as one"),
-        (math.exp, "the source of the law .* cannot be read; a `def` in a file would do"),
+        (math.exp, "the source of the law .* cannot be read; write it as a `def` in a file"),
     ],
 )
 def test_what_cannot_be_differentiated_is_told_with_its_line(law: Callable[..., Any], message: str) -> None:
