@@ -19,8 +19,8 @@ from core.diagnosis.suspect import Suspect
 from core.diagnosis.suspicion import suspicions
 from core.effects import EFFECTS
 from core.estimators.superstructure import known_superstructure
-from core.fitting.first_model import first_model
 from core.fitting.observation import Observation, observations
+from core.model.first_model import first_model
 from core.model.force_response import force_response
 from core.model.isolator import Isolator, carried
 from core.model.modal_response import Axis, respond

@@ -16,10 +16,10 @@ from core.analysis import AnalysisSettings, EventAnalysis, analyse
 from core.description import BuildingDescription
 from core.diagnosis.suspect import Suspect
 from core.diagnosis.suspicion import suspicions
-from core.fitting.first_model import first_model
+from core.fitting.data import FitData
 from core.fitting.fit import Fit, fitted
-from core.fitting.layer_columns import Evidence
 from core.fitting.observation import observations
+from core.model.first_model import first_model
 from core.record import Segment
 
 SOUND = ("nothing", "refit", "pink", "gains", "moving", "floor_masses", "hardening", "mullins", "maxwell", "biaxial")
@@ -62,7 +62,7 @@ def _explains(truth: Trial) -> bool:
 
 def _fit(analyses: Sequence[EventAnalysis], described: BuildingDescription) -> Fit:
     found = [one for n, a in enumerate(analyses) for one in observations(a, described, f"event {n}", analyses[0].start)]
-    return fitted(Evidence.by_noise(found), first_model(described).isolator)
+    return fitted(FitData.by_noise(found), first_model(described).isolator)
 
 
 def _is_right(suspect: Suspect, truth: Trial) -> bool:

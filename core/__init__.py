@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from core.effects import EFFECTS, add_effect
     from core.errors import CoreError, IdentificationError, ModelError, RecordError
     from core.estimates import equivalents, layer_motion, restoring_force
-    from core.fitting.first_model import first_model
     from core.fitting.observation import Observation, observations
+    from core.model.first_model import first_model
     from core.model.isolator import Isolator
     from core.model.simulation import simulate
     from core.record import Channel, Segment
@@ -103,7 +103,7 @@ _MODULES = MappingProxyType(
             "layer_motion",
             "restoring_force",
         ),
-        "core.fitting.first_model": ("first_model",),
+        "core.model.first_model": ("first_model",),
         "core.fitting.observation": (
             "Observation",
             "observations",

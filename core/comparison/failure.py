@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.comparison.circumstances import circumstances
 from core.comparison.compared import Band, ForceComparison, force_misfit
+from core.comparison.covariates import covariates
 from core.comparison.excess import BLOCK, Blocks, Share, blocks, by_bin, noise_of, shares
 from core.comparison.misfit import Misfit
 from core.comparison.profile import Profile, constant, over_frequency, over_motion, profile
@@ -43,14 +43,14 @@ class Failure:
     """Where the force of a model is off by more than noise, over all earthquakes."""
 
     misfit: Misfit
-    floors: Share
+    noise_ratio: Share
     """Error in multiples of the noise floor, each earthquake in its own."""
     is_noise: bool
     """Whether noise may be all there is."""
     windows: tuple[Window, ...]
     """The worst, worst first."""
     profiles: tuple[Profile, ...]
-    """Of every circumstance that changes, and of frequency."""
+    """Of every covariate that changes, and of frequency."""
     constant: Share
     """Of the excess error: what another stiffness and damping would take away."""
     over_motion: Share
@@ -67,7 +67,7 @@ class Failure:
 
 
 def failure(compared: Sequence[ForceComparison], band: Band, rng: np.random.Generator) -> Failure:
-    """Residual over every circumstance, worst windows, and what stands out.
+    """Residual over every covariate, worst windows, and what stands out.
 
     Args:
         compared: forces, in order of time.
@@ -82,15 +82,15 @@ def failure(compared: Sequence[ForceComparison], band: Band, rng: np.random.Gene
     found, misfit = blocks(compared, rng), force_misfit(compared)
     observations = [one.observation for one in compared]
     motion = np.concatenate([np.column_stack([one.layer.displacement, one.layer.velocity]) for one in observations])
-    each = circumstances(observations)
-    floors = _floors(found)
-    is_noise = floors.value <= MORE_THAN_NOISE and _worst(found) <= IN_A_BLOCK
+    each = covariates(observations)
+    ratio = _noise_ratio(found)
+    is_noise = ratio.value <= MORE_THAN_NOISE and _worst(found) <= IN_A_BLOCK
     regions = () if is_noise else outstanding(each, found)
     phases = next((one for one in each if one.name == "phase"), None)
     by_phase = bool(regions) and phases is not None and regions[0].name != phases.name
     return Failure(
         misfit=misfit,
-        floors=floors,
+        noise_ratio=ratio,
         is_noise=is_noise,
         windows=_windows(compared, found),
         profiles=(*(profile(one, found, motion) for one in each), over_frequency(compared, band, rng)),
@@ -101,7 +101,7 @@ def failure(compared: Sequence[ForceComparison], band: Band, rng: np.random.Gene
     )
 
 
-def _floors(found: Blocks) -> Share:
+def _noise_ratio(found: Blocks) -> Share:
     one = np.zeros(found.number.size, dtype=np.intp)
     error, noise = (by_bin(values, found, one, 1) for values in (found.residual**2, found.noise))
     (squared,) = shares(error, noise, found.draws)

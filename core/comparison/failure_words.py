@@ -49,12 +49,12 @@ def words(found: Failure) -> tuple[str, ...]:
 
 def _sentences(found: Failure) -> Iterator[str]:
     size = f"{_kilonewton(found.misfit.rms)} (root mean square), {_round(100 * found.misfit.nrmse, 2)} % of the force"
-    floors = f"{found.floors.value:.3g} times the noise floor"
+    ratio = f"{found.noise_ratio.value:.3g} times the noise floor"
     error = f"The model's force is off by {size}"
     if found.is_noise:
-        yield f"{error} and {floors}: nothing stands out."
+        yield f"{error} and {ratio}: nothing stands out."
         return
-    yield f"{error} and {floors}."
+    yield f"{error} and {ratio}."
     if found.is_of_values:
         yield (
             f"Another stiffness and damping, the same everywhere, would take away {_share(found.constant)} of the "

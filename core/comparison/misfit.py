@@ -47,8 +47,8 @@ class Misfit:
         return 100 * (1 - sqrt(self.error / self.spread)) if self.spread > 0 else -inf
 
     @property
-    def floors(self) -> float:
-        """Root mean square error in multiples of the noise floor: about 1 for a right model."""
+    def noise_ratio(self) -> float:
+        """Error over the error that noise alone makes, about 1 for a correct model (both root mean squares)."""
         return sqrt(self.error / self.noise) if self.noise > 0 else inf
 
     @property

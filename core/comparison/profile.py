@@ -1,4 +1,4 @@
-"""How is a model's excess error spread over a circumstance?"""
+"""How is a model's excess error spread over a covariate?"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,8 +8,8 @@ import numpy as np
 from scipy import signal
 
 from core.arrays import Indices, Matrix, Tensor, Vector
-from core.comparison.circumstances import Circumstance
 from core.comparison.compared import ForceComparison
+from core.comparison.covariates import Covariate
 from core.comparison.excess import Blocks, Share, by_bin, drawn, noise_of, shares, std_of
 from core.comparison.varying import taken_away
 
@@ -25,7 +25,7 @@ OCTAVES = (0.0, 0.2, 0.4, 0.8, 1.6, 3.2, 6.4, 12.8)
 
 @dataclass(frozen=True, slots=True)
 class Bin:
-    """One part of a circumstance's range."""
+    """One part of a covariate's range."""
 
     low: float
     """SI units; of a class, its index."""
@@ -36,13 +36,13 @@ class Bin:
     """Share of the estimated force's energy: that of an error in proportion to the force."""
     time: float
     """Share of the samples."""
-    floors: float
-    """Root mean square error in multiples of the noise floor."""
+    noise_ratio: float
+    """Root mean square error over the one that noise alone makes."""
 
 
 @dataclass(frozen=True, slots=True)
 class Profile:
-    """The excess error over one circumstance."""
+    """The excess error over one covariate."""
 
     name: str
     bins: tuple[Bin, ...]
@@ -50,22 +50,22 @@ class Profile:
     """Share of the excess error that a stiffness and a damping of its own in every bin would take away, on blocks of
     the record they were not fitted to; None of a frequency."""
     classes: tuple[str, ...] = ()
-    """Names of the bins, of a circumstance that is no number."""
+    """Names of the bins, of a covariate that is no number."""
 
 
-def profile(circumstance: Circumstance, found: Blocks, motion: Matrix) -> Profile:
-    """Of one circumstance.
+def profile(covariate: Covariate, found: Blocks, motion: Matrix) -> Profile:
+    """Of one covariate.
 
     Args:
-        circumstance: at every sample.
+        covariate: at every sample.
         found: the error.
         motion: (n, 2) displacement and velocity.
     """
-    edges = _edges(circumstance, found.energy)
-    bins = np.clip(np.searchsorted(edges, circumstance.values, side="right") - 1, 0, edges.size - 2).astype(np.intp)
+    edges = _edges(covariate, found.energy)
+    bins = np.clip(np.searchsorted(edges, covariate.values, side="right") - 1, 0, edges.size - 2).astype(np.intp)
     count = edges.size - 1
     away = taken_away(motion, bins, count, found)
-    return Profile(circumstance.name, _bins(edges, bins, found), away, circumstance.classes)
+    return Profile(covariate.name, _bins(edges, bins, found), away, covariate.classes)
 
 
 def constant(found: Blocks, motion: Matrix) -> Share:
@@ -81,9 +81,9 @@ def over_motion(found: Blocks, motion: Matrix) -> Share:
     return taken_away(one, np.asarray(cells[:, 0] * GRID + cells[:, 1]), GRID**2, found)
 
 
-def _edges(circumstance: Circumstance, energy: Vector) -> Vector:
+def _edges(covariate: Covariate, energy: Vector) -> Vector:
     """(bins + 1,) rising; each bin holds the same energy, or one of a few values."""
-    values = circumstance.values
+    values = covariate.values
     distinct = np.unique(values)
     if distinct.size <= BINS:
         return np.append(distinct, np.nextafter(distinct[-1], np.inf))
@@ -101,8 +101,8 @@ def _bins(edges: Vector, bins: Indices, found: Blocks) -> tuple[Bin, ...]:
         by_bin(values, found, bins, count).sum(axis=0) for values in (found.energy, found.noise, found.residual**2)
     )
     time = np.bincount(bins, minlength=count) / bins.size
-    floors = np.sqrt(error / np.where(noise > 0, noise, np.nan))
-    rows = zip(edges[:-1], edges[1:], each, energy / energy.sum(), time, floors, strict=True)
+    ratios = np.sqrt(error / np.where(noise > 0, noise, np.nan))
+    rows = zip(edges[:-1], edges[1:], each, energy / energy.sum(), time, ratios, strict=True)
     return tuple(Bin(float(a), float(b), s, float(e), float(t), float(f)) for a, b, s, e, t, f in rows)
 
 
@@ -121,8 +121,8 @@ def over_frequency(compared: Sequence[ForceComparison], band: tuple[float, float
     excess = error - noise
     each = shares(excess, excess.sum(axis=1, keepdims=True), drawn(len(excess), rng))
     energy = force.sum(axis=0) / force.sum()
-    floors = np.sqrt(error.sum(axis=0) / noise.sum(axis=0))
-    rows = zip(edges[:-1], edges[1:], each, energy, floors, strict=True)
+    ratios = np.sqrt(error.sum(axis=0) / noise.sum(axis=0))
+    rows = zip(edges[:-1], edges[1:], each, energy, ratios, strict=True)
     bins = tuple(Bin(float(a), float(b), s, float(e), 1.0, float(f)) for a, b, s, e, f in rows)
     return Profile("frequency", bins, None)
 

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.arrays import Indices, Mask, Matrix, Vector
-from core.comparison.circumstances import Circumstance
+from core.comparison.covariates import Covariate
 from core.comparison.excess import INTERVAL, Blocks, Share, by_bin, ratio, shares
 
 THRESHOLDS = 48
-"""That are tried on a circumstance."""
+"""That are tried on a covariate."""
 DIGITS = 2
 """Of a threshold: engineers speak in round numbers."""
 MOST = 0.6
@@ -25,10 +25,10 @@ AS_CLEAR = 3.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Region:
-    """Part of the samples, by one circumstance."""
+    """Part of the samples, by one covariate."""
 
     name: str
-    """Of the circumstance."""
+    """Of the covariate."""
     threshold: float
     """SI units; of a class, its index."""
     is_above: bool
@@ -42,25 +42,25 @@ class Region:
     odds: Share
     """Of the excess error to lie here, over those of the force's energy."""
     classed: str = ""
-    """Name of the class, of a circumstance that is no number."""
+    """Name of the class, of a covariate that is no number."""
 
 
-def outstanding(circumstances: Sequence[Circumstance], found: Blocks) -> tuple[Region, ...]:
-    """Regions that hold most of the excess error and stand out, at most one for each circumstance.
+def outstanding(covariates: Sequence[Covariate], found: Blocks) -> tuple[Region, ...]:
+    """Regions that hold most of the excess error and stand out, at most one for each covariate.
 
-    Those come first that records hardly tell from the clearest, in the circumstances' order.
+    Those come first that records hardly tell from the clearest, in the covariates' order.
 
     Args:
-        circumstances: at every sample, in the order in which an engineer asks for them.
+        covariates: at every sample, in the order in which an engineer asks for them.
         found: the error.
     """
-    regions = [region for one in circumstances if (region := _clearest(one, found)) is not None]
+    regions = [region for one in covariates if (region := _clearest(one, found)) is not None]
     clearest = max((region.odds.low for region in regions), default=0.0)
     return tuple(sorted(regions, key=lambda region: region.odds.low * AS_CLEAR < clearest))
 
 
-def within(region: Region, phases: Circumstance, found: Blocks) -> Region | None:
-    """The class of another circumstance that stands out inside a region, as part of all the excess error."""
+def within(region: Region, phases: Covariate, found: Blocks) -> Region | None:
+    """The class of another covariate that stands out inside a region, as part of all the excess error."""
     part = Blocks(
         number=found.number[region.inside],
         weight=found.weight[region.inside],
@@ -69,7 +69,7 @@ def within(region: Region, phases: Circumstance, found: Blocks) -> Region | None
         energy=found.energy[region.inside],
         draws=found.draws,
     )
-    narrowed = Circumstance(phases.name, phases.values[region.inside], phases.classes)
+    narrowed = Covariate(phases.name, phases.values[region.inside], phases.classes)
     clearest = _clearest(narrowed, part)
     if clearest is None:
         return None
@@ -77,20 +77,20 @@ def within(region: Region, phases: Circumstance, found: Blocks) -> Region | None
     return _region(phases, clearest.threshold, both, found, is_above=True)
 
 
-def _clearest(circumstance: Circumstance, found: Blocks) -> Region | None:
-    candidates = _classes(circumstance, found) if circumstance.classes else _sides(circumstance, found)
+def _clearest(covariate: Covariate, found: Blocks) -> Region | None:
+    candidates = _classes(covariate, found) if covariate.classes else _sides(covariate, found)
     clear = [one for one in candidates if one.share.value >= MOST and one.odds.low >= STANDS_OUT]
     return max(clear, key=lambda one: one.odds.low, default=None)
 
 
-def _classes(circumstance: Circumstance, found: Blocks) -> list[Region]:
-    present = np.unique(circumstance.values)
-    return [_region(circumstance, float(at), circumstance.values == at, found, is_above=True) for at in present]
+def _classes(covariate: Covariate, found: Blocks) -> list[Region]:
+    present = np.unique(covariate.values)
+    return [_region(covariate, float(at), covariate.values == at, found, is_above=True) for at in present]
 
 
-def _sides(circumstance: Circumstance, found: Blocks) -> list[Region]:
+def _sides(covariate: Covariate, found: Blocks) -> list[Region]:
     """Above and below the thresholds at which excess error and energy differ most."""
-    values = circumstance.values
+    values = covariate.values
     tried = _thresholds(values, found.energy)
     if not tried.size:
         return []
@@ -103,14 +103,14 @@ def _sides(circumstance: Circumstance, found: Blocks) -> list[Region]:
     regions = []
     for at, is_above in ((int(np.argmax(apart)), True), (int(np.argmin(apart)), False)):
         inside = (values >= tried[at]) == is_above
-        regions.append(_region(circumstance, float(tried[at]), inside, found, is_above=is_above))
+        regions.append(_region(covariate, float(tried[at]), inside, found, is_above=is_above))
     return regions
 
 
 def _thresholds(values: Vector, energy: Vector) -> Vector:
     """Round numbers inside the range, each halfway between a quantile of the samples' energy and the value before it.
 
-    A circumstance may take few values, as an amplitude does, one a half cycle: a number rounded up from one of them
+    A covariate may take few values, as an amplitude does, one a half cycle: a number rounded up from one of them
     would leave out the very samples that it stands for.
     """
     order = np.argsort(values)
@@ -122,7 +122,7 @@ def _thresholds(values: Vector, energy: Vector) -> Vector:
     return np.asarray(rounded[(rounded > values.min()) & (rounded < values.max())])
 
 
-def _region(circumstance: Circumstance, threshold: float, inside: Mask, found: Blocks, *, is_above: bool) -> Region:
+def _region(covariate: Covariate, threshold: float, inside: Mask, found: Blocks, *, is_above: bool) -> Region:
     bins = inside.astype(np.intp)
     excess, energy = by_bin(found.excess, found, bins, 2), by_bin(found.energy, found, bins, 2)
     whole, force = excess.sum(axis=1, keepdims=True), energy.sum(axis=1, keepdims=True)
@@ -131,14 +131,14 @@ def _region(circumstance: Circumstance, threshold: float, inside: Mask, found: B
     odds = _odds(share) / _odds(held)
     low, high = np.percentile(_odds(drawn) / _odds(held_drawn), INTERVAL)
     return Region(
-        name=circumstance.name,
+        name=covariate.name,
         threshold=threshold,
         is_above=is_above,
         inside=inside,
         share=shares(excess[:, 1:], whole, found.draws)[0],
         energy=float(held[0]),
         odds=Share(float(odds[0]), float(low), float(high)),
-        classed=circumstance.classes[int(threshold)] if circumstance.classes else "",
+        classed=covariate.classes[int(threshold)] if covariate.classes else "",
     )
 
 

@@ -1,4 +1,4 @@
-"""How much of a model's error would a stiffness and a damping that vary with a circumstance take away?"""
+"""How much of a model's error would a stiffness and a damping that vary with a covariate take away?"""
 
 import numpy as np
 

@@ -14,11 +14,10 @@ from scipy.optimize import nnls
 from core.arrays import Matrix, Vector
 from core.effect import LogNormal, Parameter
 from core.effects import EFFECTS
+from core.fitting.data import FitData
 from core.fitting.fit import Fit, signature, tangents
-from core.fitting.layer_columns import Evidence
 from core.fitting.observation import Observation
-from core.fitting.projected_misfit import parameter
-from core.model.isolator import Isolator
+from core.model.isolator import Isolator, parameter
 
 GRID = (5, 3, 2)
 """Values of a candidate's parameter that are tried, if it has one, two or more that are not proportional."""
@@ -50,25 +49,25 @@ class Preview:
     """Of chi-square, the model's other parameters free to move a little."""
 
 
-def score_tests(evidence: Evidence, base: Fit, effects: Iterable[str]) -> tuple[tuple[Preview, ...], ...]:
+def score_tests(data: FitData, base: Fit, effects: Iterable[str]) -> tuple[tuple[Preview, ...], ...]:
     """Of every effect the best places to begin a search from: Rao's (1948) score test over a grid of its shapes.
 
     The most promising effect first, and of each the best place.
 
     Args:
-        evidence: the records, weighed.
+        data: the records, weighed.
         base: the model without them, fitted to the records.
         effects: their names.
     """
-    basis = np.linalg.qr(tangents(evidence, base).T).Q
-    found = (_preview(evidence, base, basis, effect) for effect in effects)
+    basis = np.linalg.qr(tangents(data, base).T).Q
+    found = (_preview(data, base, basis, effect) for effect in effects)
     return tuple(sorted(found, key=lambda places: -places[0].gain))
 
 
-def _preview(evidence: Evidence, base: Fit, basis: Matrix, effect: str) -> tuple[Preview, ...]:
+def _preview(data: FitData, base: Fit, basis: Matrix, effect: str) -> tuple[Preview, ...]:
     found = [
-        Preview(effect, model, _gain(base.residual, basis, signature(evidence, base, model), _is_one_sided(effect)))
-        for values in starts(effect, evidence.observations)
+        Preview(effect, model, _gain(base.residual, basis, signature(data, base, model), _is_one_sided(effect)))
+        for values in starts(effect, data.observations)
         for model in (Isolator({**base.model.effects, effect: values}),)
     ]
     best = sorted(found, key=lambda one: -one.gain)[:POLISHED]

@@ -16,10 +16,9 @@ from core.diagnosis.ranking import DECISIVE, Dropped, Judged, Ranking, ranked
 from core.diagnosis.unexplained import explained_share
 from core.effects import EFFECTS
 from core.errors import RecordError
-from core.fitting.fit import Fit, chi_square
-from core.fitting.layer_columns import Evidence
+from core.fitting.data import FitData
+from core.fitting.fit import Fit, chi_square, error, weighted_fit
 from core.fitting.observation import Observation
-from core.fitting.weighed_fit import error, weighed_fit
 from core.model.isolator import Isolator
 
 MOST_EFFECTS = 3
@@ -154,7 +153,7 @@ def diagnosed(
     if not observations:
         raise RecordError("no earthquake is left to diagnose by; one that was analysed in this direction would do")
     effects = tuple(EFFECTS) if effects is None else effects
-    by_noise = Evidence.by_noise(sorted(observations, key=lambda one: one.start))
+    by_noise = FitData.by_noise(sorted(observations, key=lambda one: one.start))
     first = last = ranked(by_noise, model, _absent(effects, model))
     steps: list[Step] = []
     while (more := _more(steps, last)) is not None:
@@ -192,7 +191,7 @@ def _more(steps: Sequence[Step], last: Ranking) -> Step | None:
 
 def _step(ranking: Ranking) -> Step | None:
     """The best effect that is asked for; one against which something speaks only where it does against all."""
-    judged = [(one, objection(one.effect, one.fit, ranking.evidence.observations)) for one in ranking.asked_for]
+    judged = [(one, objection(one.effect, one.fit, ranking.data.observations)) for one in ranking.asked_for]
     plausible = [one for one, against in judged if against is None]
     named = plausible or [one for one, against in judged if against is not None and not against.is_impossible]
     return Step(ranking, named[0], tuple(named)) if named else None
@@ -209,7 +208,7 @@ def _is_another(step: Step) -> bool:
 
 
 def _swapped(
-    by_noise: Evidence, steps: list[Step], last: Ranking, effects: Collection[str], tell: Callable[[str], None]
+    by_noise: FitData, steps: list[Step], last: Ranking, effects: Collection[str], tell: Callable[[str], None]
 ) -> tuple[list[Step], Ranking]:
     """Each effect but the last one added, once more against all others, now that those after it are there.
 
@@ -231,7 +230,7 @@ def _swapped(
 
 
 def _without_idle(
-    by_noise: Evidence, steps: list[Step], last: Ranking, effects: Collection[str]
+    by_noise: FitData, steps: list[Step], last: Ranking, effects: Collection[str]
 ) -> tuple[list[Step], Ranking]:
     """The steps whose effects the force's error needs, those first that it needs most; and the last ranking.
 
@@ -253,10 +252,10 @@ def _without_idle(
     return steps, last
 
 
-def _error(by_noise: Evidence, effects: Mapping[str, Mapping[str, float]]) -> float:
+def _error(by_noise: FitData, effects: Mapping[str, Mapping[str, float]]) -> float:
     """N, of the force of a model with these effects, fitted from these values."""
-    found = weighed_fit(by_noise.observations, Isolator(effects))
-    return error(found.evidence, found.fit)
+    found = weighted_fit(by_noise.observations, Isolator(effects))
+    return error(found.data, found.fit)
 
 
 def _named(steps: Sequence[Step]) -> str:
@@ -265,8 +264,8 @@ def _named(steps: Sequence[Step]) -> str:
 
 def _is_off(ranking: Ranking, given: Isolator) -> bool:
     """Whether the given values leave more than the fitted ones do, and more than is worth leaving."""
-    evidence, fit = ranking.evidence, ranking.base
-    left = chi_square(evidence, given)
+    data, fit = ranking.data, ranking.base
+    left = chi_square(data, given)
     evident = (left - fit.chi_square) / ranking.inflation > DECISIVE + len(fit.free) * np.log(ranking.independent)
     return bool(evident and left > (1 + WORTH) ** 2 * fit.chi_square)
 
@@ -276,7 +275,7 @@ def _absent(effects: Collection[str], model: Isolator) -> tuple[str, ...]:
 
 
 def _unexplained(ranking: Ranking, allowed: float) -> Unexplained:
-    share = explained_share(ranking.evidence, ranking.base)
+    share = explained_share(ranking.data, ranking.base)
     return Unexplained(share, ranking.over_floor(ranking.base), allowed)
 
 

@@ -11,12 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.effects import EFFECTS
-from core.fitting.descent import Outcome
 from core.fitting.fit import Fit
 from core.fitting.observation import Observation
-from core.fitting.projected_misfit import parameter
+from core.fitting.search import Outcome
 from core.model.force_response import force_history
-from core.model.isolator import Isolator
+from core.model.isolator import Isolator, parameter
 
 FED = 0.05
 """Of the work that passes through the layer: what a force may feed into the motion for its numerical error."""

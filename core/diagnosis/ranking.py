@@ -13,11 +13,10 @@ import numpy as np
 from core.arrays import Vector
 from core.diagnosis.candidates import score_tests
 from core.diagnosis.race import search_in_parallel
-from core.fitting.descent import Outcome
-from core.fitting.fit import Fit, at_values, finite_fit, fitted
-from core.fitting.layer_columns import Evidence
-from core.fitting.projected_misfit import search_of
-from core.fitting.weighed_fit import inflation, left_over, weighed_by
+from core.fitting.data import FitData
+from core.fitting.fit import Fit, at_values, finite_fit, fitted, inflation, reweighted_data, rms_by_record
+from core.fitting.projection import free_parameters
+from core.fitting.search import Outcome
 from core.model.isolator import Isolator
 
 DECISIVE = 10.0
@@ -62,7 +61,7 @@ class Ranking:
 
     base: Fit
     candidates: tuple[Judged, ...]
-    evidence: Evidence
+    data: FitData
     """The records, weighed by what the best leaves over."""
     inflation: float
     """τ."""
@@ -74,11 +73,11 @@ class Ranking:
     @property
     def independent(self) -> float:
         """N/τ, of the coefficients."""
-        return self.evidence.target.size / self.inflation
+        return self.data.target.size / self.inflation
 
     def left(self, fit: Fit) -> Vector:
         """(records,) N, root mean square of what a fit leaves over within the band."""
-        return left_over(self.evidence, fit)
+        return rms_by_record(self.data, fit)
 
     def over_floor(self, fit: Fit) -> float:
         """What a fit leaves over in multiples of the noise floor, each record in its own."""
@@ -104,7 +103,7 @@ def _alike(one: Judged, best: Judged) -> bool:
     return one.delta_bic - best.delta_bic < DECISIVE or ratio < 1 + ALIKE
 
 
-def ranked(by_noise: Evidence, model: Isolator, effects: Sequence[str]) -> Ranking:
+def ranked(by_noise: FitData, model: Isolator, effects: Sequence[str]) -> Ranking:
     """Every effect as a candidate, fitted together with the model.
 
     Args:
@@ -116,37 +115,37 @@ def ranked(by_noise: Evidence, model: Isolator, effects: Sequence[str]) -> Ranki
         ModelError: the model's own force grows beyond all bounds.
     """
     base = finite_fit(by_noise, model)
-    evidence = weighed_by(by_noise, base)
-    base = finite_fit(evidence, base.model)
-    seen = score_tests(evidence, base, effects)
+    data = reweighted_data(by_noise, base)
+    base = finite_fit(data, base.model)
+    seen = score_tests(data, base, effects)
     least = max(VISIBLE * base.chi_square, PROMISING * seen[0][0].gain) if seen else 0.0
     promising = [found for n, found in enumerate(seen[:SEARCHED]) if n == 0 or found[0].gain > least]
-    fits = search_in_parallel(evidence, {found[0].effect: [place.model for place in found] for found in promising})
+    fits = search_in_parallel(data, {found[0].effect: [place.model for place in found] for found in promising})
     judgeable = {name: fit for name, fit in fits.items() if fit.outcome is not Outcome.DIVERGED}
     if judgeable:
         best = min(judgeable.values(), key=lambda fit: fit.chi_square)
-        evidence = weighed_by(by_noise, at_values(by_noise, best.model))
-    base = finite_fit(evidence, base.model)
+        data = reweighted_data(by_noise, at_values(by_noise, best.model))
+    base = finite_fit(data, base.model)
     every = {**fits} | {
-        name: (at_values if fit.outcome is Outcome.STOPPED else fitted)(evidence, fit.model)
+        name: (at_values if fit.outcome is Outcome.STOPPED else fitted)(data, fit.model)
         for name, fit in judgeable.items()
     }
-    every |= {found[0].effect: at_values(evidence, found[0].model) for found in seen[len(fits) :]}
+    every |= {found[0].effect: at_values(data, found[0].model) for found in seen[len(fits) :]}
     final = {name: fit for name, fit in every.items() if fit.outcome is not Outcome.DIVERGED}
     best = min([base, *final.values()], key=lambda fit: fit.chi_square)
-    τ = inflation(evidence, best)
-    judged = [_judged(name, evidence, base, fit, τ) for name, fit in final.items()]
+    τ = inflation(data, best)
+    judged = [_judged(name, data, base, fit, τ) for name, fit in final.items()]
     return Ranking(
         base,
         tuple(sorted(judged, key=lambda one: one.delta_bic)),
-        evidence,
+        data,
         τ,
         np.array([np.linalg.norm(w.std) / np.sqrt(w.count) for w in by_noise.whitenings]),
         tuple(Dropped(name, fit.outcome.value) for name, fit in sorted(every.items()) if name not in final),
     )
 
 
-def _judged(name: str, evidence: Evidence, base: Fit, fit: Fit, τ: float) -> Judged:
-    more = search_of(fit.model).count - search_of(base.model).count
-    delta = (fit.chi_square - base.chi_square) / τ + more * np.log(evidence.target.size / τ)
+def _judged(name: str, data: FitData, base: Fit, fit: Fit, τ: float) -> Judged:
+    more = free_parameters(fit.model).count - free_parameters(base.model).count
+    delta = (fit.chi_square - base.chi_square) / τ + more * np.log(data.target.size / τ)
     return Judged(name, fit, float(delta))

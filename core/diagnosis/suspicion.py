@@ -9,8 +9,8 @@ from core.diagnosis.sensor_faults import sensor_faults
 from core.diagnosis.softened_storey import softened_storey
 from core.diagnosis.suspect import Cause, Suspect
 from core.diagnosis.wrong_mass import wrong_mass
-from core.fitting.first_model import first_model
 from core.fitting.fit import Fit
+from core.model.first_model import first_model
 from core.record import Direction
 from core.rounding import with_std
 
@@ -31,7 +31,7 @@ def suspicions(
     Args:
         analyses: of several earthquakes, also of those that were refused.
         description: of the building.
-        fit: of the design's model (`core.fitting.first_model`) to the same earthquakes, if it leaves nothing
+        fit: of the design's model (`core.model.first_model`) to the same earthquakes, if it leaves nothing
             unexplained; None where there is none, and the mass is not judged.
     """
     sensors = sensor_faults(analyses, description)

@@ -13,8 +13,8 @@ from numba import njit
 from scipy import linalg
 
 from core.arrays import Matrix, Vector
+from core.fitting.data import FitData
 from core.fitting.fit import Fit, tangents
-from core.fitting.layer_columns import Evidence
 from core.fitting.observation import Observation
 
 BLOCK = 5.0
@@ -28,31 +28,31 @@ RIDGE = 1e-3
 """Of a regressor's power."""
 
 
-def explained_share(evidence: Evidence, fit: Fit) -> float:
+def explained_share(data: FitData, fit: Fit) -> float:
     """Of the residual's power, what the regression foretells where it was not fitted; 0 or below for noise.
 
     Args:
-        evidence: the records.
+        data: the records.
         fit: of a model to them.
     """
     raw = [
-        whitening.of(np.array(list(_regressors(observation, *_largest(evidence)))))
-        for observation, whitening in zip(evidence.observations, evidence.whitenings, strict=True)
+        whitening.of(np.array(list(_regressors(observation, *_largest(data)))))
+        for observation, whitening in zip(data.observations, data.whitenings, strict=True)
     ]
     columns = np.concatenate(raw, axis=1)
-    basis = linalg.orth(_unit(tangents(evidence, fit)).T)
+    basis = linalg.orth(_unit(tangents(data, fit)).T)
     own = _unit(columns - (columns @ basis) @ basis.T)
     histories = [
         np.array([whitening.back(row) / whitening.std.mean() for row in [fit.residual[span], *own[:, span]]])
-        for whitening, span in zip(evidence.whitenings, evidence.spans, strict=True)
+        for whitening, span in zip(data.whitenings, data.spans, strict=True)
     ]
-    blocks = _blocks(evidence)
+    blocks = _blocks(data)
     whole = np.concatenate(histories, axis=1)
     return _foretold(whole[0], _unit(whole[1:]) * np.sqrt(whole.shape[1]), blocks)
 
 
-def _largest(evidence: Evidence) -> tuple[float, float]:
-    layers = [observation.layer for observation in evidence.observations]
+def _largest(data: FitData) -> tuple[float, float]:
+    layers = [observation.layer for observation in data.observations]
     return (
         max(float(np.abs(layer.displacement).max()) for layer in layers),
         max(float(np.abs(layer.velocity).max()) for layer in layers),
@@ -95,10 +95,10 @@ def _unit(rows: Matrix) -> Matrix:
     return np.asarray(rows[kept] / size[kept, None])
 
 
-def _blocks(evidence: Evidence) -> Vector:
+def _blocks(data: FitData) -> Vector:
     """(n,) which fold each sample belongs to, of all records one after the other."""
     each, before = [], 0
-    for whitening in evidence.whitenings:
+    for whitening in data.whitenings:
         block = (np.arange(whitening.count) / whitening.rate // BLOCK).astype(int)
         each.append(before + block)
         before += int(block[-1]) + 1

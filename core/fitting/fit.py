@@ -1,27 +1,20 @@
 """Which values of a model's parameters do the records ask for?"""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy import linalg
 
 from core.arrays import Matrix, Vector
-from core.errors import ModelError
-from core.fitting.descent import Descent, Outcome, advanced, begun
-from core.fitting.layer_columns import Evidence
-from core.fitting.projected_misfit import (
-    DEGENERATE,
-    Point,
-    derivatives,
-    diverges,
-    model_of,
-    parameter,
-    projected,
-    search_of,
-    values_of,
-)
-from core.model.isolator import Isolator, Key
+from core.errors import ModelError, RecordError
+from core.fitting.data import FitData
+from core.fitting.observation import Observation
+from core.fitting.projection import Point, derivatives, diverges, free_parameters, model_of, projected, values_of
+from core.fitting.search import Outcome, Search, start_search, step_search
+from core.model.isolator import Isolator, Key, parameter
+from core.optimisation import DEGENERATE
+from core.signals.whitening import reweighted
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -32,7 +25,7 @@ class Fit:
     free: tuple[Key, ...]
     """Parameters that were fitted: those that the force is proportional to, then the others."""
     covariance: Matrix
-    """(free, free) of their values in SI units, by the noise that the evidence is weighed with."""
+    """(free, free) of their values in SI units, by the noise that the data is weighed with."""
     chi_square: float
     """Of what is left over, in units of that noise; infinite of a fit that diverged."""
     residual: Vector
@@ -47,63 +40,63 @@ class Fit:
         return dict(zip(self.free, np.sqrt(np.diag(self.covariance)), strict=True))
 
 
-def tangents(evidence: Evidence, fit: Fit) -> Matrix:
+def tangents(data: FitData, fit: Fit) -> Matrix:
     """(free, m) derivatives of the whitened force by every fitted parameter."""
-    return derivatives(evidence, search_of(fit.model), values_of(fit.model), fit.free)
+    return derivatives(data, free_parameters(fit.model), values_of(fit.model), fit.free)
 
 
-def signature(evidence: Evidence, base: Fit, model: Isolator) -> Matrix:
+def signature(data: FitData, base: Fit, model: Isolator) -> Matrix:
     """(k, m) what effects that the base does not have do to the whitened force, at their values in the model.
 
     By each of their parameters that the force is proportional to; if they scale what others do, all in one.
     """
-    search, values = search_of(model), values_of(model)
+    search, values = free_parameters(model), values_of(model)
     own = [key for key in search.linear if key[0] not in base.model.effects]
     if own:
-        return derivatives(evidence, search, values, own)
-    alone = search_of(base.model)
+        return derivatives(data, search, values, own)
+    alone = free_parameters(base.model)
     with_it, without = (
-        np.array([values[key] for key in one.linear]) @ derivatives(evidence, one, values, one.linear)
+        np.array([values[key] for key in one.linear]) @ derivatives(data, one, values, one.linear)
         for one in (search, alone)
     )
     return np.asarray(with_it - without)[None]
 
 
-def chi_square(evidence: Evidence, model: Isolator) -> float:
+def chi_square(data: FitData, model: Isolator) -> float:
     """Of what the model leaves over at the values that it has, all of them."""
-    search, values = search_of(model), values_of(model)
+    search, values = free_parameters(model), values_of(model)
     amplitudes = np.array([values[key] for key in search.linear])
-    return float(np.sum((evidence.target - amplitudes @ derivatives(evidence, search, values, search.linear)) ** 2))
+    return float(np.sum((data.target - amplitudes @ derivatives(data, search, values, search.linear)) ** 2))
 
 
-def at_values(evidence: Evidence, model: Isolator) -> Fit:
+def at_values(data: FitData, model: Isolator) -> Fit:
     """The model at the nonlinear values that it has, which count as known: only the others are fitted."""
-    search = search_of(model)
+    search = free_parameters(model)
     outcome = Outcome.STOPPED if search.nonlinear else Outcome.SETTLED
-    point = projected(evidence, search, values_of(model))
+    point = projected(data, search, values_of(model))
     return _result(point, search.linear, point.linear, outcome)
 
 
-def fitted(evidence: Evidence, model: Isolator) -> Fit:
+def fitted(data: FitData, model: Isolator) -> Fit:
     """The model with the parameters of all its effects fitted, from the values it has, but those they hold.
 
     Args:
-        evidence: the records, weighed.
+        data: the records, weighed.
         model: effects, and values to start from.
     """
-    search = begun(evidence, model)
+    search = start_search(data, model)
     while search.outcome is None:
-        search = advanced(evidence, search)
-    return ended(evidence, search, search.outcome)
+        search = step_search(data, search)
+    return finish_search(data, search, search.outcome)
 
 
-def finite_fit(evidence: Evidence, model: Isolator) -> Fit:
+def finite_fit(data: FitData, model: Isolator) -> Fit:
     """The same of a model that must have a fit.
 
     Raises:
         ModelError: its force grows beyond all bounds.
     """
-    found = fitted(evidence, model)
+    found = fitted(data, model)
     if found.outcome is Outcome.DIVERGED:
         raise ModelError(
             f"{found.outcome.value}, with {', '.join(model.effects)}: start from other values, or leave an effect out"
@@ -111,18 +104,18 @@ def finite_fit(evidence: Evidence, model: Isolator) -> Fit:
     return found
 
 
-def ended(evidence: Evidence, search: Descent, outcome: Outcome) -> Fit:
+def finish_search(data: FitData, search: Search, outcome: Outcome) -> Fit:
     """Where a search has come to.
 
     Args:
-        evidence: the records that it was made by.
+        data: the records that it was made by.
         search: that has ended, or that nobody goes on with.
         outcome: how it ended.
     """
     free = (*search.search.linear, *search.search.nonlinear)
     if outcome is Outcome.DIVERGED:
         return _diverged(search.point, free)
-    nonlinear = derivatives(evidence, search.search, search.point.values, search.search.nonlinear)
+    nonlinear = derivatives(data, search.search, search.point.values, search.search.nonlinear)
     return _result(search.point, free, np.concatenate([search.point.linear, nonlinear]), outcome)
 
 
@@ -171,3 +164,61 @@ def _diverged(point: Point, free: tuple[Key, ...]) -> Fit:
 
 def _model(point: Point) -> Isolator:
     return model_of(point.values, tuple(dict.fromkeys(key[0] for key in point.values)))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class WeightedFit:
+    """A fit whose records weigh by what it leaves over of them."""
+
+    fit: Fit
+    data: FitData
+    inflation: float
+    """At least 1: by how much wider than the fit has them variances are, since what a model lacks is no white noise."""
+
+
+def weighted_fit(observations: Sequence[Observation], model: Isolator) -> WeightedFit:
+    """Fitted by the noise, weighed anew by what that leaves over, and fitted again.
+
+    Args:
+        observations: the records.
+        model: effects, and values to start from.
+
+    Raises:
+        RecordError: there is nothing to fit to.
+        ModelError: the model's force grows beyond all bounds.
+    """
+    if not observations:
+        raise RecordError("no earthquake is left to fit to; one that is not held out, with force and motion, would do")
+    by_noise = FitData.by_noise(sorted(observations, key=lambda one: one.start))
+    first = finite_fit(by_noise, model)
+    data = reweighted_data(by_noise, first)
+    fit = finite_fit(data, first.model)
+    data.memory.clear()
+    return WeightedFit(fit, data, inflation(data, fit))
+
+
+def rms_by_record(data: FitData, fit: Fit) -> Vector:
+    """(records,) N, root mean square of what a fit to the data leaves over within the band."""
+    spans = zip(data.spans, data.whitenings, strict=True)
+    return np.array([np.linalg.norm(fit.residual[span] * w.std) / np.sqrt(w.count) for span, w in spans])
+
+
+def error(data: FitData, fit: Fit) -> float:
+    """N, the same over all records."""
+    count = np.array([w.count for w in data.whitenings])
+    return float(np.sqrt(np.sum(count * rms_by_record(data, fit) ** 2) / np.sum(count)))
+
+
+def reweighted_data(by_noise: FitData, fit: Fit) -> FitData:
+    """The same records, weighed by what a fit to them leaves over where that is more than noise."""
+    residuals = [fit.residual[span] for span in by_noise.spans]
+    return by_noise.weighed(reweighted(by_noise.whitenings, residuals))
+
+
+def inflation(data: FitData, fit: Fit) -> float:
+    """The residual's mean power where the force lies, over that everywhere; 1 for noise."""
+    each = []
+    for span in data.spans:
+        power, force = fit.residual[span] ** 2, data.target[span] ** 2
+        each.append(np.sum(power * force) / (np.sum(force) * np.mean(power)))
+    return max(1.0, float(np.mean(each)))

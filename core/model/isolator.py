@@ -123,6 +123,11 @@ def packed(isolator: Isolator) -> PackedModel:
     )
 
 
+def parameter(key: Key) -> Parameter:
+    """Description of an effect's parameter."""
+    return next(one for one in EFFECTS[key[0]].parameters if one.name == key[1])
+
+
 def parameter_names(isolator: Isolator) -> tuple[Key, ...]:
     """Names of all parameters of the model, in packed order."""
     return tuple((name, parameter.name) for name in _packing(isolator) for parameter in EFFECTS[name].parameters)

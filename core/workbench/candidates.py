@@ -10,8 +10,7 @@ from core.diagnosis.plausibility import implausible
 from core.diagnosis.ranking import Dropped, Judged, Ranking
 from core.effects import EFFECTS
 from core.errors import ModelError
-from core.fitting.fit import Fit
-from core.fitting.weighed_fit import weighed_fit
+from core.fitting.fit import Fit, weighted_fit
 from core.frozen import FrozenDict
 from core.model.isolator import Isolator
 from core.workbench.earthquakes import FITTED, LEFT_OUT, Earthquakes
@@ -104,7 +103,7 @@ def stages(found: Diagnosis, earthquakes: Earthquakes) -> tuple[Stage, ...]:
             fit, inflation = step.chosen.fit, step.ranking.inflation
         else:
             whole = found.after.model.effects
-            own = weighed_fit(earthquakes.fitted, Isolator({n: v for n, v in whole.items() if n in wanted}))
+            own = weighted_fit(earthquakes.fitted, Isolator({n: v for n, v in whole.items() if n in wanted}))
             fit, inflation = own.fit, own.inflation
         made.append(Stage(step.chosen.effect, step, fit, inflation))
     return tuple(made)

@@ -131,9 +131,9 @@ def outer_levels(found: ComparisonResult) -> tuple[str, ...]:
 def _force_rows(found: ComparisonResult) -> Iterator[tuple[str, ...]]:
     forces = found.errors.forces
     for one in forces:
-        yield _force_row(_label(one, found), _largest([one]), one.misfit, one.misfit.floors)
+        yield _force_row(_label(one, found), _largest([one]), one.misfit, one.misfit.noise_ratio)
     if len(forces) > 1:
-        yield _force_row("all", _largest(forces), found.failure.misfit, found.failure.floors.value)
+        yield _force_row("all", _largest(forces), found.failure.misfit, found.failure.noise_ratio.value)
 
 
 def _force_row(name: str, largest: float, misfit: Misfit, noise_ratio: float) -> tuple[str, ...]:

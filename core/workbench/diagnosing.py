@@ -17,9 +17,9 @@ from core.diagnosis.suspect import Cause, Suspect
 from core.diagnosis.suspicion import suspicions
 from core.effects import EFFECTS
 from core.errors import RecordError
-from core.fitting.first_model import first_model
 from core.fitting.fit import Fit
 from core.fitting.observation import Observation
+from core.model.first_model import first_model
 from core.model.isolator import Isolator
 from core.rounding import plain
 from core.tables import Table, report

@@ -262,7 +262,7 @@ class ModelErrors:
     def noise_ratio(self) -> float:
         """Error of the forces over the error that noise alone makes, each earthquake by its own noise."""
         samples = sum(one.misfit.samples for one in self.forces)
-        return sqrt(sum(one.misfit.samples * one.misfit.floors**2 for one in self.forces) / samples)
+        return sqrt(sum(one.misfit.samples * one.misfit.noise_ratio**2 for one in self.forces) / samples)
 
 
 def model_errors(model: Isolator, earthquakes: Earthquakes, names: Collection[str] | None = None) -> ModelErrors:

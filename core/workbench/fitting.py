@@ -7,13 +7,11 @@ from math import inf, sqrt
 
 import numpy as np
 
-from core.fitting.descent import Outcome
-from core.fitting.fit import Fit
+from core.fitting.fit import Fit, weighted_fit
 from core.fitting.observation import Observation
-from core.fitting.projected_misfit import parameter
-from core.fitting.weighed_fit import weighed_fit
+from core.fitting.search import Outcome
 from core.frozen import FrozenDict
-from core.model.isolator import Isolator, Key
+from core.model.isolator import Isolator, Key, parameter
 from core.rounding import plain
 from core.tables import report
 from core.units import shown, unit
@@ -88,7 +86,7 @@ def fit(
     """
     seen = Earthquakes.of(earthquakes, hold_out)
     progress("fitting", 0, 2)
-    found = weighed_fit(seen.fitted, model)
+    found = weighted_fit(seen.fitted, model)
     fitted = readable(found.fit.model)
     progress("driving the model by the motion and by the ground alone", 1, 2)
     versions = (Version("as given", model_errors(model, seen)), Version("fitted", model_errors(fitted, seen)))

@@ -13,8 +13,8 @@ from core.diagnosis.missing_effects import Outcome
 from core.diagnosis.ranking import DECISIVE, ranked
 from core.effects import EFFECTS
 from core.errors import ModelError, RecordError
+from core.fitting.data import FitData
 from core.fitting.fit import Fit
-from core.fitting.layer_columns import Evidence
 from core.fitting.observation import Observation
 from core.model.isolator import Isolator
 from core.rounding import plain
@@ -102,7 +102,7 @@ def add(
     if effect in model.effects:
         raise ModelError(f"the model has {effect} already; a fit would do")
     progress(f"fitting the model with {effect}", 0, 2)
-    by_noise = Evidence.by_noise(sorted(seen.fitted, key=lambda one: one.start))
+    by_noise = FitData.by_noise(sorted(seen.fitted, key=lambda one: one.start))
     ranking = ranked(by_noise, model, (effect,))
     tried, diverging = candidates(ranking, seen)
     for one in (*ranking.dropped, *diverging):

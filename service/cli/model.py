@@ -74,7 +74,7 @@ def new(
     Elastic, viscous and, where the yield force is given, hysteretic. Without design values it is a linear start, to be
     fitted to records.
     """
-    from core.fitting.first_model import first_model
+    from core.model.first_model import first_model
     from service.models.model_file import ModelFile, written
 
     description = read_building(building).description

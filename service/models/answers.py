@@ -91,7 +91,7 @@ def comparison_row(comparison: ModelComparison, event: Event) -> ComparisonRow:
         analysis=comparison.analysis_id,
         nrmse=finite(force.nrmse),
         noise_floor=finite(noise_floor(force)),
-        floors=finite(force.floors),
+        floors=finite(force.noise_ratio),
         fitting_rate=finite(force.fitting_rate),
         displacement_nrmse=None if displacement is None else finite(displacement.nrmse),
         created_at=comparison.created_at,
@@ -158,7 +158,7 @@ def _error(comparisons: Sequence[ModelComparison]) -> ErrorOut | None:
         events=len({one.event_id for one in comparisons}),
         nrmse=finite(found.nrmse),
         noise_floor=finite(noise_floor(found)),
-        floors=finite(found.floors),
+        floors=finite(found.noise_ratio),
         fitting_rate=finite(found.fitting_rate),
     )
 
@@ -171,7 +171,7 @@ def _trend_row(judged: Judged) -> TrendRow:
         direction=held.direction,
         fitted=held.is_fitted,
         nrmse=finite(held.misfit.nrmse),
-        floors=finite(held.misfit.floors),
+        floors=finite(held.misfit.noise_ratio),
         excess=judged.excess,
         allowed=judged.allowed,
         missed=judged.is_missed,

@@ -8,7 +8,7 @@ from sqlalchemy.orm import Session
 from core.description import BuildingDescription
 from core.effects import EFFECTS
 from core.errors import ModelError
-from core.fitting.first_model import first_model
+from core.model.first_model import first_model
 from core.model.isolator import Isolator
 from service.buildings import queries as building_queries
 from service.buildings.store import described

@@ -49,7 +49,7 @@ class Judged:
     def is_missed(self) -> bool:
         """Whether the model does worse here than it was used to."""
         beyond = self.allowed is not None and self.excess > self.allowed
-        return beyond and not self.held.is_fitted and self.held.misfit.floors > ABOVE_FLOOR
+        return beyond and not self.held.is_fitted and self.held.misfit.noise_ratio > ABOVE_FLOOR
 
 
 def excess(misfit: Misfit) -> float:

@@ -17,10 +17,9 @@ from core.comparison.predictions import predict_all
 from core.diagnosis.missing_effects import diagnosed
 from core.effects import EFFECTS
 from core.estimators.superstructure import known_superstructure
-from core.fitting.fit import at_values
-from core.fitting.layer_columns import Evidence
+from core.fitting.data import FitData
+from core.fitting.fit import at_values, weighted_fit
 from core.fitting.observation import observations as observations_of
-from core.fitting.weighed_fit import weighed_fit
 from core.model.isolator import Isolator
 
 BAND = (0.1, 30.0)
@@ -31,7 +30,7 @@ HARD = Isolator({**BOUC_WEN.effects, "hardening": {"k3": 2e10, "k5": 0.0}})
 def results() -> dict[str, object]:
     """By name, of the chain from an analysis to a diagnosis."""
     seen = observations(HARD, 0.02, 3, peaks=(0.02, 0.06))
-    evidence = Evidence.by_noise(seen)
+    data = FitData.by_noise(seen)
     compared = compare_forces(BOUC_WEN, seen, BAND)
     analysis = analyse(segments(records(1)), paper(), AnalysisSettings(estimator="smoother"))
     forces = compare_forces(BOUC_WEN, observations_of(analysis, paper(), "one", START), BAND)
@@ -40,9 +39,9 @@ def results() -> dict[str, object]:
         "isolator": HARD,
         "analysis": analysis,
         "observation": seen[0],
-        "fit": at_values(evidence, BOUC_WEN),
-        "evidence": evidence,
-        "weighed fit": weighed_fit(seen, BOUC_WEN),
+        "fit": at_values(data, BOUC_WEN),
+        "data": data,
+        "weighed fit": weighted_fit(seen, BOUC_WEN),
         "comparison": compared[0],
         "failure": failure(compared, BAND, np.random.default_rng(1)),
         "predictions": predict_all(forces, {"x": superstructure.modes}, BOUC_WEN, paper(), BAND),
@@ -81,9 +80,9 @@ def test_every_value_in_a_result_is_hashed(results: dict[str, object]) -> None:
 
 def test_a_result_holds_no_columns_of_the_search_that_made_it(results: dict[str, object]) -> None:
     """They may be 200 MB."""
-    evidence = [part for part in parts(results["diagnosis"]) if isinstance(part, Evidence)]
-    assert evidence
-    assert all(one.memory.size == 0 for one in evidence)
+    data = [part for part in parts(results["diagnosis"]) if isinstance(part, FitData)]
+    assert data
+    assert all(one.memory.size == 0 for one in data)
 
 
 def test_an_isolator_stays_as_it_was_made() -> None:

@@ -8,7 +8,7 @@ from typing import Any
 from core.comparison.excess import Share
 from core.comparison.misfit import Misfit, pooled
 from core.comparison.prediction import Prediction, predicted_accelerations, predicted_displacement
-from core.comparison.profile import Profile
+from core.comparison.profile import Bin, Profile
 from core.comparison.region import Region
 from core.workbench.comparing import ComparisonResult
 from core.workbench.earthquakes import ModelErrors
@@ -33,7 +33,7 @@ def as_json(found: Work[ComparisonResult]) -> dict[str, Any]:
         "failure": {
             "explanation": " ".join(result.text),
             "is_noise": failure.is_noise,
-            "floors": asdict(failure.floors),
+            "floors": asdict(failure.noise_ratio),
             "constant_stiffness_and_damping": asdict(failure.constant),
             "any_function_of_motion": asdict(failure.over_motion),
             "regions": [_region(one) for one in failure.regions],
@@ -66,7 +66,7 @@ def misfit_as_json(misfit: Misfit) -> dict[str, float]:
         "nrmse": misfit.nrmse,
         "fitting_rate": misfit.fitting_rate,
         "noise_floor": misfit.floor,
-        "in_noise_floors": misfit.floors,
+        "in_noise_floors": misfit.noise_ratio,
     }
 
 
@@ -123,10 +123,13 @@ def _profile(one: Profile) -> dict[str, Any]:
     return {
         "circumstance": one.name,
         "taken_away": None if away is None else asdict(away),
-        "bins": [
-            {"class": one.classes[int(bin_.low)], **asdict(bin_)} if one.classes else asdict(bin_) for bin_ in one.bins
-        ],
+        "bins": [({"class": one.classes[int(bin_.low)]} if one.classes else {}) | _bin(bin_) for bin_ in one.bins],
     }
+
+
+def _bin(one: Bin) -> dict[str, Any]:
+    """The noise ratio has its stored name, `floors`."""
+    return {"floors" if name == "noise_ratio" else name: value for name, value in asdict(one).items()}
 
 
 def finite(document: dict[str, Any]) -> dict[str, Any]:

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from planted import BAND, PEAKS, STIFFNESS, hardening, nothing, on_side, planted
 
-from core.comparison.circumstances import PHASES, circumstances, half_cycle_amplitude
 from core.comparison.compared import ForceComparison
+from core.comparison.covariates import PHASES, covariates, half_cycle_amplitude
 from core.comparison.failure import Failure, failure
 from core.comparison.failure_words import words
 from core.errors import RecordError
@@ -190,15 +190,15 @@ def test_an_error_of_one_frequency_is_in_its_octave() -> None:
     assert within.share.value > 0.98
 
 
-def test_circumstances_that_never_change_are_left_out() -> None:
-    names = {one.name for one in circumstances([one.observation for one in planted(nothing)])}
+def test_covariates_that_never_change_are_left_out() -> None:
+    names = {one.name for one in covariates([one.observation for one in planted(nothing)])}
     assert {"temperature", "vertical load", "other direction"}.isdisjoint(names)
     assert {"amplitude", "velocity", "phase", "travel", "cycle", "largest past displacement"} <= names
 
 
 def test_the_largest_past_displacement_goes_on_from_earthquake_to_earthquake() -> None:
     observations = [one.observation for one in planted(nothing)][::-1]
-    past = next(one for one in circumstances(observations) if one.name == "largest past displacement")
+    past = next(one for one in covariates(observations) if one.name == "largest past displacement")
     count = observations[0].layer.displacement.size
     assert past.values[count:].min() == pytest.approx(PEAKS[-1])
 
@@ -216,7 +216,7 @@ def test_an_estimate_without_any_noise_has_its_failure_in_numbers(silent: slice)
         one.std[silent] = 0.0
     found = failed(compared)
     assert not found.is_noise
-    assert np.isfinite([found.floors.value, found.floors.low, found.floors.high]).all()
+    assert np.isfinite([found.noise_ratio.value, found.noise_ratio.low, found.noise_ratio.high]).all()
     assert all(np.isfinite([window.rms, window.share]).all() for window in found.windows)
     assert said(found)
 
@@ -225,4 +225,4 @@ def test_octaves_below_the_pass_band_are_left_out() -> None:
     found = failure(planted(hardening(0.1), seed=5), (1.0, 20.0), np.random.default_rng(3))
     (profile,) = [one for one in found.profiles if one.name == "frequency"]
     assert profile.bins[0].low < 1.0 < profile.bins[0].high
-    assert np.isfinite([one.floors for one in profile.bins]).all()
+    assert np.isfinite([one.noise_ratio for one in profile.bins]).all()

@@ -23,7 +23,7 @@ def test_records_together_are_one_long_record(seed: int) -> None:
     measured -= measured.mean(axis=1, keepdims=True)
     parts = pooled([misfit(*part) for part in zip(measured, model, abs(std), strict=True)])
     whole = misfit(measured.ravel(), model.ravel(), abs(std).ravel())
-    for measure in ("rms", "floor", "nrmse", "floors", "fitting_rate", "excess"):
+    for measure in ("rms", "floor", "nrmse", "noise_ratio", "fitting_rate", "excess"):
         assert getattr(parts, measure) == pytest.approx(getattr(whole, measure))
 
 
@@ -31,7 +31,7 @@ def test_a_right_model_has_an_error_of_one_floor() -> None:
     """To 3 %: 10 standard errors of a root mean square over 10⁵ samples."""
     noise = 2.0 * np.random.default_rng(1).standard_normal(100_000)
     found = misfit(100.0 + noise, np.full(noise.size, 100.0), np.full(noise.size, 2.0))
-    assert found.floors == pytest.approx(1.0, rel=0.03)
+    assert found.noise_ratio == pytest.approx(1.0, rel=0.03)
     assert found.floor == pytest.approx(2.0)
 
 
@@ -43,5 +43,5 @@ def test_excess_is_what_noise_does_not_explain() -> None:
 
 def test_a_measurement_at_rest_has_no_rate() -> None:
     found = misfit(np.zeros(10), np.ones(10), np.zeros(10))
-    assert found.nrmse == found.floors == np.inf
+    assert found.nrmse == found.noise_ratio == np.inf
     assert found.fitting_rate == -np.inf

@@ -31,13 +31,13 @@ def test_the_true_model_predicts_the_motion_to_the_sensors_noise() -> None:
     assert found.displacement.misfit.nrmse < 1e-3
     assert list(found.accelerations) == ["1F", "2F", "3F", "4F", "5F", "6F", "7F", "RF"]
     for level, acceleration in found.accelerations.items():
-        assert acceleration.misfit.floors == pytest.approx(1.0, abs=0.2), level
+        assert acceleration.misfit.noise_ratio == pytest.approx(1.0, abs=0.2), level
 
 
 def test_a_wrong_model_predicts_another_motion() -> None:
     found = predicted(SOFTER)
     assert found.displacement.misfit.nrmse > 0.05
-    assert found.accelerations["RF"].misfit.floors > 3
+    assert found.accelerations["RF"].misfit.noise_ratio > 3
 
 
 def test_earthquakes_together_weigh_by_their_motion() -> None:

@@ -6,15 +6,15 @@ import pytest
 from observed import BOUC_WEN, observations
 
 from core.diagnosis.plausibility import implausible, objection
+from core.fitting.data import FitData
 from core.fitting.fit import Fit, at_values, fitted
-from core.fitting.layer_columns import Evidence
 from core.model.isolator import Isolator
 
 SEEN = observations(BOUC_WEN, 0.01, 3)
 
 
 def fit(model: Isolator) -> Fit:
-    return fitted(Evidence.by_noise(SEEN), model)
+    return fitted(FitData.by_noise(SEEN), model)
 
 
 def test_nothing_speaks_against_what_is_there() -> None:
@@ -27,7 +27,7 @@ def test_an_effect_whose_opposite_is_asked_for_has_no_strength() -> None:
         replace(one, layer=replace(one.layer, force=one.layer.force - 2e10 * one.layer.displacement**3)) for one in SEEN
     ]
     model = Isolator({**BOUC_WEN.effects, "hardening": {"k3": 1e10, "k5": 1e12}})
-    found = fitted(Evidence.by_noise(softer), model)
+    found = fitted(FitData.by_noise(softer), model)
     assert implausible("hardening", found, softer) == "it has no strength left: the records ask for the opposite of it"
 
 
@@ -46,7 +46,7 @@ def test_what_no_record_determines_is_said() -> None:
 
 def test_a_layer_does_not_feed_the_motion() -> None:
     against = Isolator({"elastic": {"k_b": 475e6}, "relief": {"relieved": 2e7, "v_r": 0.01}})
-    found = replace(at_values(Evidence.by_noise(SEEN), BOUC_WEN), model=against)
+    found = replace(at_values(FitData.by_noise(SEEN), BOUC_WEN), model=against)
     reason = implausible("relief", found, SEEN)
     assert reason is not None
     assert reason.startswith("the layer would feed energy into the motion in the earthquake of event")

@@ -5,9 +5,9 @@ from observed import BOUC_WEN, observations
 
 from core.diagnosis.candidates import score_tests
 from core.diagnosis.race import NEAR, search_in_parallel
-from core.fitting.descent import Outcome
+from core.fitting.data import FitData
 from core.fitting.fit import fitted
-from core.fitting.layer_columns import Evidence
+from core.fitting.search import Outcome
 from core.model.isolator import Isolator
 
 EFFECTS = ("hardening", "friction", "maxwell", "second_hysteresis", "relief", "mullins")
@@ -23,12 +23,12 @@ EFFECTS = ("hardening", "friction", "maxwell", "second_hysteresis", "relief", "m
 def test_the_best_is_as_good_as_by_full_searches_and_what_is_left_off_is_far_from_it(
     name: str, values: dict[str, float]
 ) -> None:
-    evidence = Evidence.by_noise(observations(Isolator({**BOUC_WEN.effects, name: values}), 0.02, 5))
-    base = fitted(evidence, BOUC_WEN)
-    places = {found[0].effect: [one.model for one in found] for found in score_tests(evidence, base, EFFECTS)}
-    found = search_in_parallel(evidence, places)
+    data = FitData.by_noise(observations(Isolator({**BOUC_WEN.effects, name: values}), 0.02, 5))
+    base = fitted(data, BOUC_WEN)
+    places = {found[0].effect: [one.model for one in found] for found in score_tests(data, base, EFFECTS)}
+    found = search_in_parallel(data, places)
     whole = {
-        effect: min((fitted(evidence, model) for model in models), key=lambda fit: fit.chi_square)
+        effect: min((fitted(data, model) for model in models), key=lambda fit: fit.chi_square)
         for effect, models in places.items()
     }
     best = min(whole, key=lambda effect: whole[effect].chi_square)

@@ -8,14 +8,14 @@ from observed import BOUC_WEN, observations
 
 from core.arrays import Vector
 from core.diagnosis.ranking import ALIKE, DECISIVE, FELT, WORTH, Judged, Ranking
+from core.fitting.data import FitData
 from core.fitting.fit import Fit, at_values
-from core.fitting.layer_columns import Evidence
 
-SEEN = Evidence.by_noise(observations(BOUC_WEN, 0.02, 3, peaks=(0.05,), seconds=20.0))
+SEEN = FitData.by_noise(observations(BOUC_WEN, 0.02, 3, peaks=(0.05,), seconds=20.0))
 BASE = at_values(SEEN, BOUC_WEN)
 
 
-def loud_below(frequency: float, factor: float) -> Evidence:
+def loud_below(frequency: float, factor: float) -> FitData:
     """The same record, with noise that is so much stronger below (Hz)."""
     (only,) = SEEN.whitenings
     louder = replace(only, std=only.std * np.where(only.frequency < frequency, factor, 1.0))
@@ -28,13 +28,13 @@ def leaving(share: Vector | float) -> Fit:
     return replace(BASE, residual=residual, chi_square=float(residual @ residual))
 
 
-def ranking(*candidates: Judged, evidence: Evidence = SEEN) -> Ranking:
-    floor = np.array([np.linalg.norm(w.std) / np.sqrt(w.count) for w in evidence.whitenings])
-    return Ranking(BASE, candidates, evidence, 1.0, floor)
+def ranking(*candidates: Judged, data: FitData = SEEN) -> Ranking:
+    floor = np.array([np.linalg.norm(w.std) / np.sqrt(w.count) for w in data.whitenings])
+    return Ranking(BASE, candidates, data, 1.0, floor)
 
 
-def asked_for(*candidates: Judged, evidence: Evidence = SEEN) -> list[str]:
-    return [one.effect for one in ranking(*candidates, evidence=evidence).asked_for]
+def asked_for(*candidates: Judged, data: FitData = SEEN) -> list[str]:
+    return [one.effect for one in ranking(*candidates, data=data).asked_for]
 
 
 @pytest.mark.parametrize(("taken", "named"), [(WORTH + 0.01, ["friction"]), (WORTH - 0.01, [])])
@@ -49,14 +49,14 @@ def test_what_is_not_certain_is_not_asked_for_however_much_it_takes(delta: float
 
 def test_what_takes_much_where_there_is_hardly_a_force_is_not_felt() -> None:
     """In units of its noise much of the residual lies above 3 Hz, where the noise is a thousandth of that below."""
-    evidence = loud_below(3.0, 1000.0)
-    (only,) = evidence.whitenings
+    data = loud_below(3.0, 1000.0)
+    (only,) = data.whitenings
     above = np.where(only.frequency >= 3.0, 0.2, 1.0)
     quiet = Judged("resonator", leaving(above), -1e4)
-    left, before = (ranking(quiet, evidence=evidence).left(fit)[0] for fit in (quiet.fit, BASE))
+    left, before = (ranking(quiet, data=data).left(fit)[0] for fit in (quiet.fit, BASE))
     assert quiet.fit.chi_square < (1 - WORTH) * BASE.chi_square
     assert left**2 > (1 - FELT) * before**2
-    assert asked_for(quiet, evidence=evidence) == []
+    assert asked_for(quiet, data=data) == []
     assert asked_for(quiet) == ["resonator"], "the same of a force that is as loud there as below"
 
 

@@ -16,9 +16,9 @@ from core.description import BuildingDescription, IsolationDesign
 from core.diagnosis.suspect import Cause
 from core.diagnosis.suspicion import suspicions
 from core.estimators.result import RestoringForce, StoreyStiffness
-from core.fitting.descent import Outcome
-from core.fitting.first_model import first_model
 from core.fitting.fit import Fit
+from core.fitting.search import Outcome
+from core.model.first_model import first_model
 from core.model.isolator import Isolator
 from core.quality import Finding
 

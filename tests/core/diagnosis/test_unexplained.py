@@ -8,8 +8,8 @@ from observed import BOUC_WEN, observations
 
 from core.arrays import Vector
 from core.diagnosis.unexplained import delayed, explained_share
+from core.fitting.data import FitData
 from core.fitting.fit import at_values
-from core.fitting.layer_columns import Evidence
 from core.fitting.observation import Observation
 
 NOISE = 0.02
@@ -19,8 +19,8 @@ NOTHING = 0.002
 
 
 def share(seen: tuple[Observation, ...]) -> float:
-    evidence = Evidence.by_noise(seen)
-    return explained_share(evidence, at_values(evidence, BOUC_WEN))
+    data = FitData.by_noise(seen)
+    return explained_share(data, at_values(data, BOUC_WEN))
 
 
 def with_force(one: Observation, more: Vector) -> Observation:

@@ -11,9 +11,9 @@ from hypothesis import given, settings, strategies as st
 from core.arrays import Vector
 from core.description import IsolationDesign
 from core.diagnosis.wrong_mass import wrong_mass
-from core.fitting.descent import Outcome
-from core.fitting.first_model import first_model
 from core.fitting.fit import Fit
+from core.fitting.search import Outcome
+from core.model.first_model import first_model
 from core.model.isolator import Isolator
 
 DESIGN = IsolationDesign(k_b=475e6, c_b=6e6, F_y=655e3, D_y=1.5e-3)

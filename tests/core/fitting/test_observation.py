@@ -9,8 +9,8 @@ from simulated import START
 
 from core.analysis import AnalysisSettings, EventAnalysis, analyse
 from core.comparison.compared import compare_forces
+from core.fitting.fit import weighted_fit
 from core.fitting.observation import Observation, observations
-from core.fitting.weighed_fit import weighed_fit
 from core.model.isolator import Isolator
 from core.record import Channel
 
@@ -42,6 +42,6 @@ def test_the_vertical_load_of_an_observation_is_the_analysis_s(
 
 def test_it_is_fitted_and_compared_at_a_low_rate(analysed: tuple[EventAnalysis, tuple[Observation, ...]]) -> None:
     _, seen = analysed
-    fit = weighed_fit(seen, LINEAR).fit
+    fit = weighted_fit(seen, LINEAR).fit
     before, after = (compare_forces(model, seen, BAND)[0].misfit.nrmse for model in (LINEAR, fit.model))
     assert after < before < 1.0

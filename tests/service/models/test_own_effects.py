@@ -123,7 +123,7 @@ import numpy as np
 
 from core.effects import EFFECTS, add_effect
 from core.fitting.fit import fitted
-from core.fitting.layer_columns import Evidence
+from core.fitting.data import FitData
 from core.model.isolator import Isolator
 from observed import observations
 from service.own_effects import add_own_effects
@@ -147,7 +147,7 @@ def seen():
 
 
 def left(effects):
-    found = fitted(Evidence.by_noise(seen()), Isolator({**linear.effects, **effects}))
+    found = fitted(FitData.by_noise(seen()), Isolator({**linear.effects, **effects}))
     return float(np.linalg.norm(found.residual)), found.model.effects
 
 

@@ -1,4 +1,4 @@
-"""Over which circumstances does the excess error of a model lie?"""
+"""The excess error of a model over each covariate."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -22,11 +22,11 @@ UNITS = {
     "temperature": ("temperature (°C)", 1.0),
     "frequency": ("frequency (Hz)", 1.0),
 }
-"""Label, and users' unit per SI unit, of every circumstance that is a number."""
+"""Label, and users' unit per SI unit, of every covariate that is a number."""
 
 
 def shares(profiles: Sequence[Profile]) -> Figure | None:
-    """Share of the excess error over every circumstance that is a number, beside the share of the force's energy."""
+    """Share of the excess error over every covariate that is a number, beside the share of the force's energy."""
     numbers = [one for one in profiles if not one.classes and one.name in UNITS]
     parts = [_profile(one) for one in numbers]
     if not parts:
@@ -54,7 +54,7 @@ def _profile(one: Profile) -> Rows:
             "low (%)": 100 * part.share.low,
             "high (%)": 100 * part.share.high,
             "share of the force's energy (%)": 100 * part.energy,
-            "noise floors": part.floors,
+            "noise floors": part.noise_ratio,
         }
         for name, part in zip(names, one.bins, strict=True)
     ]

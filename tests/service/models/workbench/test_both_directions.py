@@ -61,7 +61,7 @@ def test_the_coupling_is_named_and_holds_for_both_directions_of_an_earthquake_le
             version.errors.of([left_out]).along(direction).forces[0].misfit for version in found.result.versions[1:]
         )
         assert after.nrmse < 0.5 * before.nrmse
-        assert after.floors < 1.2
+        assert after.noise_ratio < 1.2
 
 
 def test_the_model_that_comes_of_it_is_of_both_directions(found: Work[DiagnosisResult]) -> None:

@@ -8,29 +8,19 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import linalg
-from scipy.optimize import lsq_linear
 
 from core.arrays import Matrix, Vector
-from core.effect import Parameter
 from core.effects import EFFECTS
-from core.fitting.layer_columns import Evidence, columns, groups
-from core.model.isolator import Isolator, Key
+from core.fitting.data import FitData, columns, groups
+from core.model.isolator import Isolator, Key, parameter
+from core.optimisation import bounded_least_squares
 
-DEGENERATE = 1e-9
-"""Share of a column's power that must be its own, else the others can do all that it does."""
-SMALLEST = 1e-12
-"""The same within bounds, where a share is raised to it instead of left out: bounds keep the amplitudes small."""
-TOLERANCE = 1e-12
-"""Of the cost: a change of the bounds that are met gains more."""
 LARGEST = 1e100
 """Derivative of a whitened force whose square can still be summed."""
-MOST_CHANGES = 20
-"""Of the bounds that are met, for each amplitude."""
 
 
 @dataclass(frozen=True, slots=True)
-class Search:
+class FreeParameters:
     """What is searched for."""
 
     linear: tuple[Key, ...]
@@ -57,17 +47,12 @@ class Point:
     """(linear, m)"""
 
 
-def parameter(key: Key) -> Parameter:
-    """Of an effect."""
-    return next(one for one in EFFECTS[key[0]].parameters if one.name == key[1])
-
-
-def search_of(model: Isolator) -> Search:
+def free_parameters(model: Isolator) -> FreeParameters:
     """Every parameter of the model's effects but those they hold."""
     keys = [(name, one.name) for name in model.effects for one in EFFECTS[name].parameters]
     free = [key for key in keys if key[1] not in EFFECTS[key[0]].held]
     linear = tuple(key for key in free if key[1] in EFFECTS[key[0]].linear)
-    return Search(linear, tuple(key for key in free if key not in linear), groups(model.effects))
+    return FreeParameters(linear, tuple(key for key in free if key not in linear), groups(model.effects))
 
 
 def values_of(model: Isolator) -> dict[Key, float]:
@@ -86,9 +71,9 @@ def diverges(turned: Matrix) -> bool:
     return not bool(np.all(np.abs(turned) < LARGEST))
 
 
-def derivatives(evidence: Evidence, search: Search, values: Mapping[Key, float], wanted: Sequence[Key]) -> Matrix:
+def derivatives(data: FitData, search: FreeParameters, values: Mapping[Key, float], wanted: Sequence[Key]) -> Matrix:
     """(wanted, m) derivatives of the whitened force by parameters, group by group."""
-    found = np.empty((len(wanted), evidence.target.size))
+    found = np.empty((len(wanted), data.target.size))
     for group in search.groups:
         rows = [row for row, key in enumerate(wanted) if key[0] in group]
         if not rows:
@@ -100,22 +85,22 @@ def derivatives(evidence: Evidence, search: Search, values: Mapping[Key, float],
             scale = values[proportional[0]] / unit[proportional[0]]
         own = [wanted[row] for row in rows]
         scales = np.array([1.0 if key in proportional else scale for key in own])
-        found[rows] = scales[:, None] * columns(evidence, model_of(unit, group), own)
+        found[rows] = scales[:, None] * columns(data, model_of(unit, group), own)
     return found
 
 
-def projected(evidence: Evidence, search: Search, values: Mapping[Key, float]) -> Point:
+def projected(data: FitData, search: FreeParameters, values: Mapping[Key, float]) -> Point:
     """The best values of the linear parameters for the nonlinear ones there are."""
-    linear = derivatives(evidence, search, values, search.linear)
+    linear = derivatives(data, search, values, search.linear)
     if diverges(linear):
-        return Point(dict(values), np.inf, evidence.target, np.zeros_like(linear))
-    best = bounded_least_squares(linear, evidence.target, [parameter(key).bounds for key in search.linear])
-    residual = evidence.target - best @ linear
+        return Point(dict(values), np.inf, data.target, np.zeros_like(linear))
+    best = bounded_least_squares(linear, data.target, [parameter(key).bounds for key in search.linear])
+    residual = data.target - best @ linear
     found = {**values, **dict(zip(search.linear, best, strict=True))}
     return Point(found, 0.5 * float(residual @ residual) + _penalty(search, found), residual, linear)
 
 
-def _penalty(search: Search, values: Mapping[Key, float]) -> float:
+def _penalty(search: FreeParameters, values: Mapping[Key, float]) -> float:
     return 0.5 * sum(off_prior(key, values) ** 2 for key in search.nonlinear)
 
 
@@ -131,46 +116,3 @@ def off_prior(key: Key, values: Mapping[Key, float]) -> float:
 def is_clamped(key: Key, values: Mapping[Key, float]) -> bool:
     """Whether a value is at an end of its range."""
     return values[key] in parameter(key).bounds
-
-
-def bounded_least_squares(rows: Matrix, target: Vector, bounds: Sequence[tuple[float, float]]) -> Vector:
-    """(k,) amplitudes x of least |target − x rows| within bounds; Stark and Parker's (1995) BVLS where they matter.
-
-    Where the amplitudes without bounds are within them, they are the answer. What other rows can do all of gets the
-    least amplitudes.
-
-    Args:
-        rows: (k, m).
-        target: (m,)
-        bounds: (k,) smallest and largest amplitude.
-    """
-    scale = np.linalg.norm(rows, axis=1)
-    free = np.flatnonzero(scale > 0)
-    low, high = np.array(bounds, dtype=float).reshape(-1, 2).T
-    best = np.clip(np.zeros(len(rows)), low, high)
-    if not free.size:
-        return best
-    alike = rows[free] / scale[free, None]
-    values, vectors = linalg.eigh(alike @ alike.T)
-    kept = values > DEGENERATE * values[-1]
-    along = vectors.T @ (alike @ target)
-    inside = vectors[:, kept] @ (along[kept] / values[kept]) / scale[free]
-    if np.all((low[free] <= inside) & (inside <= high[free])):
-        best[free] = inside
-        return best
-    ends = low[free] * scale[free], high[free] * scale[free]
-    size = float(np.linalg.norm(along)) or 1.0
-    roots = np.sqrt(np.maximum(values, SMALLEST * values[-1]))
-    reduced, wanted = roots[:, None] * vectors.T, along / roots / size
-    found = lsq_linear(
-        reduced,
-        wanted,
-        (ends[0] / size, ends[1] / size),
-        method="bvls",
-        tol=TOLERANCE,
-        max_iter=MOST_CHANGES * free.size,
-    )
-    best[free] = np.clip(found.x * size / scale[free], low[free], high[free])
-    best[free[found.active_mask < 0]] = low[free[found.active_mask < 0]]
-    best[free[found.active_mask > 0]] = high[free[found.active_mask > 0]]
-    return best

@@ -1,4 +1,4 @@
-"""Under which circumstances was each sample of a force measured: how large a cycle, how fast, how late?"""
+"""Under which covariates was each sample of a force measured: how large a cycle, how fast, how late?"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,21 +15,21 @@ REVERSAL = 0.9
 COUNTED = 0.1
 """Of a record's largest displacement: the smallest half cycle that counts as one."""
 TRACE = 1e-9
-"""Of the larger end of a circumstance's range: less than that is no change at all."""
+"""Of the larger end of a covariate's range: less than that is no change at all."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Circumstance:
+class Covariate:
     """One thing that may decide how well a model does, at every sample of all earthquakes."""
 
     name: str
     values: Vector
-    """(n,) SI units; of a circumstance with classes, the index of the sample's."""
+    """(n,) SI units; of a covariate with classes, the index of the sample's."""
     classes: tuple[str, ...] = ()
     """Empty of one that is a number."""
 
 
-def circumstances(observations: Sequence[Observation]) -> tuple[Circumstance, ...]:
+def covariates(observations: Sequence[Observation]) -> tuple[Covariate, ...]:
     """Those that are not the same at all samples, in the order in which an engineer asks for them.
 
     Args:
@@ -37,11 +37,11 @@ def circumstances(observations: Sequence[Observation]) -> tuple[Circumstance, ..
     """
     past = _past(observations)
     rows = [_of_one(observation, before) for observation, before in zip(observations, past, strict=True)]
-    numbers = [Circumstance(name, np.concatenate([row[name] for row in rows])) for name in rows[0]]
-    phase = Circumstance("phase", np.concatenate([_phase(one.layer.displacement) for one in observations]), PHASES)
+    numbers = [Covariate(name, np.concatenate([row[name] for row in rows])) for name in rows[0]]
+    phase = Covariate("phase", np.concatenate([_phase(one.layer.displacement) for one in observations]), PHASES)
     counts = [one.layer.displacement.size for one in observations]
     names = tuple(f"{one.name} in {one.direction}" for one in observations)
-    earthquake = Circumstance("earthquake", np.repeat(np.arange(len(names), dtype=float), counts), names)
+    earthquake = Covariate("earthquake", np.repeat(np.arange(len(names), dtype=float), counts), names)
     return tuple(one for one in (*numbers, phase, earthquake) if _changes(one.values))
 
 

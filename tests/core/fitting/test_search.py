@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from observed import BOUC_WEN, observations
 
-from core.fitting.descent import begun
-from core.fitting.layer_columns import Evidence
-from core.fitting.projected_misfit import is_clamped, projected, search_of, values_of
+from core.fitting.data import FitData
+from core.fitting.projection import free_parameters, is_clamped, projected, values_of
+from core.fitting.search import start_search
 from core.model.isolator import Isolator, Key
 
 STEP = 1e-4
@@ -23,15 +23,15 @@ def test_the_slope_is_the_derivative_of_the_misfit(fed: float) -> None:
         replace(one, layer=replace(one.layer, force=one.layer.force - fed * one.layer.velocity))
         for one in observations(BOUC_WEN, 0.02, 3, peaks=(0.05,), seconds=20.0)
     ]
-    evidence = Evidence.by_noise(seen)
+    data = FitData.by_noise(seen)
     yields = {**BOUC_WEN.effects["bouc_wen"], "D_y": 6e-3}
     model = Isolator({**BOUC_WEN.effects, "bouc_wen": yields})
-    search, values = search_of(model), values_of(model)
-    start = begun(evidence, model)
+    search, values = free_parameters(model), values_of(model)
+    start = start_search(data, model)
     assert is_clamped(DAMPING, start.point.values) == (fed > 0)
 
     def cost(key: Key, change: float) -> float:
-        return projected(evidence, search, {**values, key: values[key] * np.exp(change)}).cost
+        return projected(data, search, {**values, key: values[key] * np.exp(change)}).cost
 
     keys = [search.nonlinear[row] for row in start.slope.free]
     assert ("bouc_wen", "D_y") in keys

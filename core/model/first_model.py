@@ -1,4 +1,4 @@
-"""With which model of its isolation layer does a building begin?"""
+"""The isolation layer's model that follows from a building's design values."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
@@ -7,31 +7,32 @@ from math import pi
 from core.description import BuildingDescription, IsolationDesign
 from core.effects import EFFECTS
 from core.model.isolator import Isolator
-from core.paper import ISOLATOR
 
+DESIGN_EFFECTS = ("elastic", "viscous", "bouc_wen")
+"""Effects whose parameters a design gives."""
 PERIOD = 3.0
-"""s, of a usual building on its isolators."""
+"""s, natural period of a usual building on its isolators."""
 DAMPING_RATIO = 0.1
-"""Of the same."""
+"""Damping ratio of the same building."""
 
 
 @dataclass(frozen=True, slots=True)
 class FirstModel:
-    """A model before anything was fitted."""
+    """A model at design values, before any fit."""
 
     isolator: Isolator
     assumed: tuple[str, ...]
-    """Parameters that the design does not give and that only make a start: they must be fitted to records."""
+    """Parameters that the design does not give, at usual values from which a fit can start."""
 
 
 def first_model(description: BuildingDescription) -> FirstModel:
-    """The paper's model with the building's design values: elastic, viscous and, if the yield force is given, yielding.
+    """An elastic and viscous model at the building's design values, with Bouc-Wen hysteresis if a yield force is given.
 
-    Where the design gives no stiffness or damping, a usual period and damping ratio make a start from the mass.
+    Stiffness and damping that the design does not give follow from the mass, by a usual period and damping ratio.
     """
     given = {name: value for name, value in asdict(description.isolation.design).items() if value is not None}
     values = asdict(replace(usual_design(description), **given))
-    effects = {name: _values(name, values) for name in ISOLATOR.effects if _is_given(name, values)}
+    effects = {name: _values(name, values) for name in DESIGN_EFFECTS if _is_given(name, values)}
     used = {parameter for chosen in effects.values() for parameter in chosen if parameter in values}
     return FirstModel(Isolator(effects), tuple(sorted(used - set(given))))
 
@@ -44,12 +45,12 @@ def usual_design(description: BuildingDescription) -> IsolationDesign:
 
 
 def _is_given(name: str, values: Mapping[str, float | None]) -> bool:
-    """Whether what the effect is proportional to has a value."""
+    """True if all parameters that the effect is proportional to have a value."""
     return all(values[parameter] is not None for parameter in EFFECTS[name].linear)
 
 
 def _values(name: str, values: Mapping[str, float | None]) -> dict[str, float]:
-    """Of every parameter: the design's, else a usual one."""
+    """Values of all parameters: the design's, else the medians of their priors."""
     return {
         parameter.name: parameter.prior.median if (value := values.get(parameter.name)) is None else value
         for parameter in EFFECTS[name].parameters

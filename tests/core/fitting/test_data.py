@@ -1,10 +1,11 @@
-"""Groups of effects that know nothing of each other, and what each parameter does to the force, record by record."""
+"""Columns of effects, group by group, and the weights of records that begin or end in motion."""
 
 import numpy as np
 import pytest
 from observed import BOUC_WEN, observations
 
-from core.fitting.layer_columns import Evidence, columns, groups
+from core.arrays import Vector
+from core.fitting.data import FADED, IGNORED, FitData, columns, edge_taper, groups
 from core.model.force_response import force_history
 from core.model.isolator import Isolator
 
@@ -28,13 +29,13 @@ def test_effects_fall_into_groups_that_know_nothing_of_each_other(
 def test_columns_of_proportional_parameters_add_up_to_the_force() -> None:
     """1e-9: the same numbers, added in another order."""
     seen = observations(BOUC_WEN, 0.01, 1, peaks=(0.01, 0.05), seconds=20.0)
-    evidence = Evidence.by_noise(seen)
-    total = np.zeros_like(evidence.target)
+    data = FitData.by_noise(seen)
+    total = np.zeros_like(data.target)
     for (name,) in groups(BOUC_WEN.effects):
         values = BOUC_WEN.effects[name]
         key = {"elastic": "k_b", "viscous": "c_b", "bouc_wen": "F_y"}[name]
-        total += values[key] * columns(evidence, Isolator({name: values}), [(name, key)])[0]
-    for one, band, span in zip(seen, evidence.whitenings, evidence.spans, strict=True):
+        total += values[key] * columns(data, Isolator({name: values}), [(name, key)])[0]
+    for one, band, span in zip(seen, data.whitenings, data.spans, strict=True):
         force = force_history(BOUC_WEN, one.layer.displacement, one.layer.velocity, one.rate, one.conditions)
         assert total[span] == pytest.approx(band.of(force[None])[0], abs=1e-9 * np.abs(total).max())
 
@@ -43,7 +44,37 @@ def test_what_the_layer_keeps_passes_from_one_earthquake_to_the_next() -> None:
     """Rubber that was strained before is softer: the same record as the second of two, the first one larger."""
     soft = Isolator({"mullins": {"k_M": 1e8, "u_M": 0.02}})
     small, large = observations(BOUC_WEN, 0.01, 2, peaks=(0.005, 0.08), seconds=20.0)
-    alone = columns(Evidence.by_noise([small]), soft, [("mullins", "k_M")])
-    after = Evidence.by_noise([large, small])
+    alone = columns(FitData.by_noise([small]), soft, [("mullins", "k_M")])
+    after = FitData.by_noise([large, small])
     later = columns(after, soft, [("mullins", "k_M")])[:, after.spans[1]]
     assert np.linalg.norm(later) < 0.1 * np.linalg.norm(alone)
+
+
+RATE = 100.0
+
+
+def force(seconds: float, begins: float, ends: float) -> Vector:
+    """N: 1 Hz, for two seconds at the ends as strong as is said, 1 in between."""
+    time = np.arange(0, seconds, 1 / RATE)
+    strength = np.interp(time, [2, seconds / 3, 2 * seconds / 3, seconds - 2], [begins, 1.0, 1.0, ends])
+    return np.asarray(strength * np.sin(2 * np.pi * time))
+
+
+def test_all_of_a_record_that_begins_and_ends_at_rest() -> None:
+    assert edge_taper(force(60, 0.0, 0.0), RATE) == pytest.approx(np.ones(6000))
+
+
+@pytest.mark.parametrize(("begins", "ends"), [(0.3, 0.0), (0.0, 0.3), (0.3, 0.3)])
+def test_nothing_at_an_end_in_motion(begins: float, ends: float) -> None:
+    found = edge_taper(force(90, begins, ends), RATE)
+    first, last = (round(one * RATE) for one in (IGNORED, FADED))
+    for motion, window in ((begins, found), (ends, found[::-1])):
+        assert window[:first].max() == (0.0 if motion else 1.0)
+        assert window[last : 60 * 100 // 2].min() == 1.0
+    assert (np.diff(found[:4500]) >= 0).all()
+
+
+def test_a_short_record_keeps_its_middle() -> None:
+    found = edge_taper(force(20, 1.0, 1.0), RATE)
+    assert found[1000] == 1.0
+    assert np.mean(found > 0.99) >= 0.5

@@ -5,7 +5,7 @@ import pytest
 from described import paper
 
 from core.description import BuildingDescription, IsolationDesign, IsolationLayer
-from core.fitting.first_model import first_model
+from core.model.first_model import first_model
 from core.paper import BUILDING
 
 

@@ -1,7 +1,7 @@
 """A search for a model's values, step by step, that can be left off where it leads nowhere.
 
 Levenberg and Marquardt's method over the parameters that the force is not proportional to
-(core.fitting.projected_misfit), with Kaufman's (1975) approximation of the projection's derivative. The derivatives are
+(core.fitting.projection), with Kaufman's (1975) approximation of the projection's derivative. The derivatives are
 exact, those of the integrated laws.
 """
 
@@ -14,20 +14,19 @@ from scipy import linalg
 
 from core.arrays import Matrix, Vector
 from core.effect import LogNormal, Normal
-from core.fitting.layer_columns import Evidence
-from core.fitting.projected_misfit import (
+from core.fitting.data import FitData
+from core.fitting.projection import (
+    FreeParameters,
     Point,
-    Search,
     derivatives,
     diverges,
+    free_parameters,
     is_clamped,
     off_prior,
-    parameter,
     projected,
-    search_of,
     values_of,
 )
-from core.model.isolator import Isolator, Key
+from core.model.isolator import Isolator, Key, parameter
 
 SETTLED = 0.05
 """Of half of chi-square: a step that gains less ends the search, or less than RELATIVE of it."""
@@ -49,7 +48,7 @@ class Outcome(Enum):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Slope:
+class LocalQuadratic:
     """Which way is down from a point."""
 
     normal: Matrix
@@ -62,7 +61,7 @@ class Slope:
     """Whether there is no slope, since derivatives are not finite."""
 
     @property
-    def promise(self) -> float:
+    def predicted_gain(self) -> float:
         """Of the cost, what the minimum of the quadratic that this slope belongs to would gain."""
         return 0.5 * float(self.descent @ self.step(FIRST_DAMPING)) if self.free else 0.0
 
@@ -75,12 +74,12 @@ class Slope:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Descent:
+class Search:
     """A search so far."""
 
-    search: Search
+    search: FreeParameters
     point: Point
-    slope: Slope
+    slope: LocalQuadratic
     damping: float
     steps: int
     gained: float
@@ -94,30 +93,30 @@ class Descent:
         return np.inf if self.outcome is Outcome.DIVERGED else self.point.cost
 
     @property
-    def promise(self) -> float:
+    def predicted_gain(self) -> float:
         """Of the cost, what it may still gain, going by the slope and by the last step; nothing once it has ended."""
-        return 0.0 if self.outcome is not None else max(self.slope.promise, self.gained)
+        return 0.0 if self.outcome is not None else max(self.slope.predicted_gain, self.gained)
 
 
-def begun(evidence: Evidence, model: Isolator) -> Descent:
+def start_search(data: FitData, model: Isolator) -> Search:
     """A search from a model's values."""
-    search = search_of(model)
-    point = projected(evidence, search, values_of(model))
-    slope = _slope(evidence, search, point)
+    search = free_parameters(model)
+    point = projected(data, search, values_of(model))
+    slope = _slope(data, search, point)
     outcome = None if slope.free else Outcome.AT_BOUND
     if slope.diverges or not np.isfinite(point.cost):
         outcome = Outcome.DIVERGED
     elif not search.nonlinear:
         outcome = Outcome.SETTLED
-    return Descent(search, point, slope, FIRST_DAMPING, 0, 0.0, outcome)
+    return Search(search, point, slope, FIRST_DAMPING, 0, 0.0, outcome)
 
 
-def advanced(evidence: Evidence, now: Descent) -> Descent:
+def step_search(data: FitData, now: Search) -> Search:
     """One step on from a search that goes on."""
-    better, damping = _step(evidence, now)
+    better, damping = _step(data, now)
     gained = 0.0 if better is None else now.point.cost - better.cost
     point = better or now.point
-    slope = now.slope if better is None else _slope(evidence, now.search, point)
+    slope = now.slope if better is None else _slope(data, now.search, point)
     outcome: Outcome | None = None
     if slope.diverges:
         outcome = Outcome.DIVERGED
@@ -127,7 +126,7 @@ def advanced(evidence: Evidence, now: Descent) -> Descent:
         outcome = Outcome.STOPPED
     elif not slope.free:
         outcome = Outcome.AT_BOUND
-    return Descent(now.search, point, slope, damping, now.steps + 1, gained, outcome)
+    return Search(now.search, point, slope, damping, now.steps + 1, gained, outcome)
 
 
 def _unit(key: Key, value: float) -> float:
@@ -136,13 +135,13 @@ def _unit(key: Key, value: float) -> float:
     return value if isinstance(prior, LogNormal) else prior.spread
 
 
-def _slope(evidence: Evidence, search: Search, point: Point) -> Slope:
+def _slope(data: FitData, search: FreeParameters, point: Point) -> LocalQuadratic:
     if not search.nonlinear or not np.isfinite(point.cost):
-        return Slope(np.zeros((0, 0)), np.zeros(0), ())
+        return LocalQuadratic(np.zeros((0, 0)), np.zeros(0), ())
     units = np.array([_unit(key, point.values[key]) for key in search.nonlinear])
-    turned = units[:, None] * derivatives(evidence, search, point.values, search.nonlinear)
+    turned = units[:, None] * derivatives(data, search, point.values, search.nonlinear)
     if diverges(turned):
-        return Slope(np.zeros((0, 0)), np.zeros(0), (), diverges=True)
+        return LocalQuadratic(np.zeros((0, 0)), np.zeros(0), (), diverges=True)
     basis = linalg.orth(_adapting(search, point).T)
     own = turned - (turned @ basis) @ basis.T
     priors = [parameter(key).prior for key in search.nonlinear]
@@ -156,10 +155,10 @@ def _slope(evidence: Evidence, search: Search, point: Point) -> Slope:
         if parameter(key).bounds[0] < point.values[key] < parameter(key).bounds[1]
         or (descent[row] > 0) == (point.values[key] <= parameter(key).bounds[0])
     ]
-    return Slope(normal[np.ix_(free, free)], descent[free], tuple(free))
+    return LocalQuadratic(normal[np.ix_(free, free)], descent[free], tuple(free))
 
 
-def _adapting(search: Search, point: Point) -> Matrix:
+def _adapting(search: FreeParameters, point: Point) -> Matrix:
     """(k, m) of unit length: what the amplitudes do that follow a change of the others; one at a bound does not."""
     scale = np.linalg.norm(point.linear, axis=1)
     clamped = np.array([is_clamped(key, point.values) for key in search.linear], dtype=bool)
@@ -167,14 +166,14 @@ def _adapting(search: Search, point: Point) -> Matrix:
     return np.asarray(point.linear[follows] / scale[follows, None])
 
 
-def _step(evidence: Evidence, now: Descent) -> tuple[Point | None, float]:
+def _step(data: FitData, now: Search) -> tuple[Point | None, float]:
     """A better point, None if there is none; and the damping for the next step."""
     slope, values, damping = now.slope, now.point.values, now.damping
     for _ in range(8):
         change = slope.step(damping)
         change *= LONGEST_STEP / max(LONGEST_STEP, float(np.abs(change).max()))
         moved = {now.search.nonlinear[row]: step for row, step in zip(slope.free, change, strict=True)}
-        tried = projected(evidence, now.search, {**values, **dict(_moved(values, moved))})
+        tried = projected(data, now.search, {**values, **dict(_moved(values, moved))})
         if tried.cost < now.point.cost:
             return tried, max(damping / 8, 1e-8)
         damping *= 8
