@@ -8,6 +8,7 @@ From records: `BuildingDescription`, `Level`, `IsolationLayer`, `IsolationDesign
 `AnalysisSettings`, `EventAnalysis`, `observations`.
 Models: `Isolator`, `first_model`, `EFFECTS`, `Effect`, `Parameter`, `LogNormal`, `Normal`, `add_effect`.
 Simulation: `ShearBuilding`, `simulate`.
+Drift: `drift_series`, `monitor`.
 The workbench: `fit`, `compare`, `diagnose`, `add`, `improve`, `Earthquakes`.
 Errors: `CoreError`, `RecordError`, `ModelError`, `IdentificationError`.
 """
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
     from core.analysis import AnalysisSettings, EventAnalysis, analyse
     from core.building import ShearBuilding
     from core.description import BuildingDescription, IsolationDesign, IsolationLayer, Level
+    from core.drift.from_analyses import drift_series
+    from core.drift.monitor import monitor
     from core.effect import Effect, LogNormal, Normal, Parameter
     from core.effects import EFFECTS, add_effect
     from core.errors import CoreError, IdentificationError, ModelError, RecordError
@@ -58,11 +61,13 @@ __all__ = [
     "analyse",
     "compare",
     "diagnose",
+    "drift_series",
     "equivalents",
     "first_model",
     "fit",
     "improve",
     "layer_motion",
+    "monitor",
     "observations",
     "restoring_force",
     "simulate",
@@ -82,6 +87,8 @@ _MODULES = MappingProxyType(
             "IsolationLayer",
             "Level",
         ),
+        "core.drift.from_analyses": ("drift_series",),
+        "core.drift.monitor": ("monitor",),
         "core.effect": (
             "Effect",
             "LogNormal",

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
 from math import ceil
+from types import MappingProxyType
 
 import numpy as np
 
@@ -24,11 +25,15 @@ from core.drift.deviations import (
 from core.drift.quantities import Quantity, quantity
 from core.drift.series import Series, SeriesArrays, SeriesEvent, series_arrays
 from core.drift.within_event import alarms_within
+from core.rounding import with_std
+from core.tables import Table, report
 
 GROWTH = 1.15
 """Factor by which the reference grows from one attempt to the next until it determines the curve."""
 NO_NOTES = EventNotes()
 """Notes of an event without any."""
+MOST_SHOWN = 10
+"""Latest events that a report shows."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +44,10 @@ class Reference:
     """Aware; None for the first event."""
     end: datetime | None = None
     """Aware; None for as many events as determine the curve."""
+
+
+FIRST_EVENTS = Reference()
+"""The first events, as many as determine the curve."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,12 +66,35 @@ class Monitoring:
     tested: DeviationSequence | None = None
     """Deviations that the rules tested; None without a baseline."""
 
+    def __str__(self) -> str:
+        known = quantity(self.series.quantity)
+        title = f"Drift of the {known.title}, {self.series.subject}"
+        if self.events_needed:
+            sentences = [f"The baseline needs {self.events_needed} more events before a change can raise an alarm."]
+        elif self.alarms:
+            sentences = [
+                f"{one.message[0].upper()}{one.message[1:]}{'' if one.is_sure else ' (pending)'}."
+                for one in self.alarms
+            ]
+        else:
+            sentences = ["No change was found."]
+        rows = tuple(_shown(one, known) for one in self.values[-MOST_SHOWN:])
+        headings = ("event of", "change and its standard deviation", "use")
+        table = Table(f"The latest {len(rows)} of {len(self.values)} events", headings, rows, texts=("use",))
+        causes = dict.fromkeys(cause for one in self.alarms for cause in one.causes)
+        others = [f"Other possible causes: {'; '.join(causes)}."] if causes else []
+        return report(title, sentences, table if rows else None, others)
 
-def monitor(series: Series, reference: Reference, notes: Mapping[int, EventNotes]) -> Monitoring:
+
+def monitor(
+    series: Series,
+    reference: Reference = FIRST_EVENTS,
+    notes: Mapping[int, EventNotes] = MappingProxyType({}),
+) -> Monitoring:
     """Monitor a series for drift. The order in which its measurements arrived does not matter.
 
     Args:
-        series: all measurements of one quantity.
+        series: all measurements of one quantity, as `core.drift_series` gives.
         reference: period in which the building counts as healthy.
         notes: notes by event, where there are any.
 
@@ -85,6 +117,18 @@ def monitor(series: Series, reference: Reference, notes: Mapping[int, EventNotes
     raised = (*alarms(known, baseline, tested), *alarms_within(known, baseline, arrays, events, chosen))
     ordered = _ordered(raised, events, causes, known)
     return Monitoring(series, baseline, baseline.events_needed, values, ordered, tested)
+
+
+def _state(alarm: Alarm) -> str:
+    return "" if alarm.is_sure else "; this alarm is pending"
+
+
+def _shown(one: EventValue, known: Quantity) -> tuple[str, str, str]:
+    """Cells of an event: its time, its deviation, and its part in the judgement."""
+    scale, unit = (100.0, "%") if known.is_logarithmic else (1000.0, "mm")
+    excluded = one.is_out_of_range or one.is_excluded
+    use = "reference" if one.is_reference else "not tested" if excluded else "tested"
+    return f"{one.time:%Y-%m-%d %H:%M} UTC", with_std(scale * one.value, scale * one.std, unit), use
 
 
 def _healthy(events: Sequence[SeriesEvent], noted: Sequence[EventNotes], reference: Reference) -> list[int]:

@@ -122,6 +122,8 @@ QUANTITIES: Mapping[str, Quantity] = MappingProxyType({quantity.name: quantity f
 """Monitored quantities by name."""
 LAYER_QUANTITIES = ("stiffness", "damping")
 """Quantities that are made from the restoring force, so that a wrong mass or gain changes them."""
+SENSOR_QUANTITIES = frozenset({"gain", "noise"})
+"""Quantities of a sensor, whose series are named by its channel."""
 
 
 def quantity(name: str) -> Quantity:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from datetime import datetime, timedelta
 
 from core.drift.pooled import BOTH_DIRECTIONS
-from core.drift.quantities import QUANTITIES
+from core.drift.quantities import QUANTITIES, SENSOR_QUANTITIES
 
 MM = 1e3
 
@@ -35,8 +35,6 @@ TITLES: Mapping[str, str] = {
     "disk": "disk space",
 }
 """By the first part of a cause."""
-SENSOR_QUANTITIES = frozenset({"gain", "noise"})
-"""Quantities whose subject is a channel; the subject of all others begins with a direction."""
 RECOVERED = "recovery"
 """First part of a cause that is about the return of the one that follows."""
 STATE_MEANINGS: Mapping[str, str] = {

@@ -11,6 +11,7 @@ from sqlalchemy.orm import Session
 
 from core.drift.alarms import Alarm
 from core.drift.deviations import EventNotes, EventValue
+from core.drift.from_analyses import channels_of, sensor_notes
 from core.drift.monitor import Monitoring, Reference, monitor
 from core.drift.pooled import BOTH_DIRECTIONS, pooled
 from core.drift.quantities import LAYER_QUANTITIES
@@ -24,16 +25,13 @@ from service.buildings.store import described
 from service.buildings.tables import Building
 from service.drift.alert_candidates import drift_candidates, limit_candidates
 from service.drift.baseline import written
-from service.drift.series import channels_of, watched_series
+from service.drift.series import watched_series
 from service.drift.tables import DriftAlarm, DriftValue, ReferencePeriod, WatchedSeries
 from service.jobs.queue import WATCH, Claim
 from service.jobs.stages import Stage
 from service.jobs.tables import Job
 from service.settings import Settings
 from service.version import VERSION
-
-MISSING = "missing"
-"""Kind of the finding that a sensor was not recorded (core.sensors.screening)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -175,15 +173,7 @@ def _watched(
     findings: Mapping[int, Sequence[Finding]],
     period: ReferencePeriod | None,
 ) -> Watched:
-    """The series with the findings on the sensors that measure it.
-
-    A sensor missing in an event is no finding on it: one that is gone for years must not hide the drift of years.
-    """
-    own = {
-        event: tuple(one for one in found if one.channel in channels and one.kind != MISSING)
-        for event, found in findings.items()
-    }
-    notes = {event: EventNotes(found) for event, found in own.items() if found}
+    notes = sensor_notes(findings, channels)
     return Watched(series, reference(period), notes, None if period is None else period.id, channels)
 
 

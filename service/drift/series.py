@@ -1,30 +1,38 @@
-"""Watched series of a building, from its stored results.
+"""Monitored series of a building, read from its stored results; `core.drift.from_analyses` makes them of the rows.
 
-All are of the latest analysis of each event, the earliest event first: when an event came in or how often it was
+All are from the latest analysis of each event, the earliest event first: when an event arrived or how often it was
 analysed makes no difference.
 """
 
-from collections import defaultdict
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from datetime import datetime, timedelta
+from collections.abc import Callable, Collection, Iterator, Mapping
+from datetime import datetime
 from itertools import chain
-from math import isfinite
 from types import MappingProxyType
 
 from sqlalchemy.orm import Session
 
 from core.comparison.misfit import Misfit
-from core.description import BuildingDescription
-from core.drift.quantities import QUANTITIES
-from core.drift.series import Measurement, Series
-from service.alerts.texts import SENSOR_QUANTITIES
+from core.drift.from_analyses import (
+    AnalysedEvent,
+    IdentifiedMode,
+    Named,
+    measurement,
+    measurements_of_cycle,
+    measurements_of_modes,
+    measurements_of_sensor,
+    series_of,
+)
+from core.drift.quantities import QUANTITIES, SENSOR_QUANTITIES
+from core.drift.series import Series
+from core.isolation_layer.equivalent import EquivalentSegment
+from core.sensors.sensor_errors import SensorHealth
 from service.analyses import history, mode_tracks
-from service.analyses.mode_tracks import DIRECTIONS, Sighting
+from service.analyses.mode_tracks import DIRECTIONS
 from service.db.select import Span
 from service.models import queries as model_queries
 
-Named = tuple[tuple[str, str], Measurement]
-"""Quantity and subject, and one measurement of them."""
+Temperatures = Mapping[int, float]
+"""°C, by event; events without a thermometer are left out."""
 
 
 def watched_series(
@@ -32,104 +40,73 @@ def watched_series(
 ) -> tuple[Series, ...]:
     """Every series of a building, or those of some quantities, by quantity and subject.
 
-    `stiffness`, `damping`, `residual_displacement` and `model_error` are of a direction, `frequency` of a direction's
-    established mode (`x/1`), `noise` and `gain` of a channel.
+    `model_error` is of a direction; the subjects of the others are those of `core.drift.from_analyses.drift_series`.
     """
-    temperature = dict(history.temperatures(session, building_id))
-    found: dict[tuple[str, str], list[Measurement]] = defaultdict(list)
-    for source, provided in SOURCES.items():
-        if not provided.isdisjoint(quantities):
-            for name, one in source(session, building_id, temperature):
-                found[name].append(one)
-    return tuple(
-        Series(*name, tuple(observations)) for name, observations in sorted(found.items()) if name[0] in quantities
+    temperatures = dict(history.temperatures(session, building_id))
+    named = chain.from_iterable(
+        read(session, building_id, temperatures)
+        for read, provided in READERS.items()
+        if not provided.isdisjoint(quantities)
     )
+    return tuple(one for one in series_of(named) if one.quantity in quantities)
 
 
-def channels_of(series: Series, description: BuildingDescription) -> tuple[str, ...]:
-    """Ids of the channels that a series is measured with."""
-    if series.quantity in SENSOR_QUANTITIES:
-        return (series.subject,)
-    direction = series.subject.partition("/")[0]
-    return tuple(channel.id for channel in description.channels if channel.direction == direction)
+def _event(number: int, start: datetime, temperatures: Temperatures) -> AnalysedEvent:
+    return AnalysedEvent(number, start, temperatures.get(number))
 
 
-def _cycles(session: Session, building_id: int, temperature: Mapping[int, float]) -> Iterator[Named]:
+def _cycles(session: Session, building_id: int, temperatures: Temperatures) -> Iterator[Named]:
     for row in history.all_cycles(session, building_id):
-        middle = row.record_start + timedelta(seconds=(row.start + row.end) / 2)
-        for quantity, value, std in (("stiffness", row.k_eq, row.k_eq_std), ("damping", row.c_eq, row.c_eq_std)):
-            yield from _observed(
-                (quantity, row.direction), row.event, middle, value, std, row.amplitude, temperature.get(row.event)
-            )
+        cycle = EquivalentSegment(
+            row.start, row.end, row.amplitude, None, row.k_eq, row.k_eq_std, row.c_eq, row.c_eq_std
+        )
+        event = _event(row.event, row.event_start, temperatures)
+        yield from measurements_of_cycle(event, row.direction, row.record_start, cycle)
 
 
-def _residuals(session: Session, building_id: int, temperature: Mapping[int, float]) -> Iterator[Named]:
+def _residuals(session: Session, building_id: int, temperatures: Temperatures) -> Iterator[Named]:
     for row in history.residuals(session, building_id):
-        name = ("residual_displacement", row.direction)
-        yield from _observed(name, row.event, row.event_start, row.value, row.std, None, temperature.get(row.event))
+        event = _event(row.event, row.event_start, temperatures)
+        yield from measurement("residual_displacement", row.direction, event, row.value, row.std)
 
 
-def _sensors(session: Session, building_id: int, temperature: Mapping[int, float]) -> Iterator[Named]:
-    """Noise and gain; the noise's own standard deviation is negligible beside its scatter between events."""
+def _sensors(session: Session, building_id: int, temperatures: Temperatures) -> Iterator[Named]:
     for row in history.sensors(session, building_id):
-        known = temperature.get(row.event)
-        yield from _observed(("noise", row.channel), row.event, row.event_start, row.noise, 0.0, None, known)
-        yield from _observed(("gain", row.channel), row.event, row.event_start, row.gain, row.gain_std, None, known)
+        event = _event(row.event, row.event_start, temperatures)
+        yield from measurements_of_sensor(event, SensorHealth(row.channel, row.noise, row.gain, row.gain_std))
 
 
-def _frequencies(session: Session, building_id: int, temperature: Mapping[int, float]) -> Iterator[Named]:
-    """Frequencies of established modes over the base shear, represented by the peak force.
-
-    Only established modes are numbered: a spurious one in a single record shifts no number.
-    """
+def _frequencies(session: Session, building_id: int, temperatures: Temperatures) -> Iterator[Named]:
     for direction in DIRECTIONS:
         tracked = mode_tracks.tracked_modes(session, building_id, Span(), direction)
-        established: Sequence[Sequence[Sighting]] = [mode.sightings for mode in tracked if mode.is_established]
-        for number, sightings in enumerate(established, start=1):
-            for one in sightings:
-                yield from _observed(
-                    ("frequency", f"{direction}/{number}"),
-                    one.event,
-                    one.event_start,
-                    one.mode.frequency,
-                    one.mode.frequency_std or 0.0,
-                    one.peak_force,
-                    temperature.get(one.event),
-                )
+        established = (
+            [
+                IdentifiedMode(_event(one.event, one.event_start, temperatures), one.mode, one.peak_force)
+                for one in mode.sightings
+            ]
+            for mode in tracked
+            if mode.is_established
+        )
+        yield from measurements_of_modes(direction, established)
 
 
-def _model_errors(session: Session, building_id: int, temperature: Mapping[int, float]) -> Iterator[Named]:
-    """Errors of the current models over the force; retired models are left out."""
+def _model_errors(session: Session, building_id: int, temperatures: Temperatures) -> Iterator[Named]:
+    """Errors of the current models over the force, at the peak displacement; retired models are left out."""
     models = [model.id for model in model_queries.current_versions(session, building_id)]
     compared = model_queries.latest_comparisons(session, models) if models else {}
     peaks = {(row.event, row.direction): row.peak for row in history.peak_displacements(session, building_id)}
     for comparison, event in chain.from_iterable(compared.values()):
-        yield from _observed(
-            ("model_error", comparison.direction),
-            event.id,
-            event.start,
+        yield from measurement(
+            "model_error",
+            comparison.direction,
+            _event(event.id, event.start, temperatures),
             Misfit(**comparison.misfit).nrmse,
             0.0,
-            peaks.get((event.id, comparison.direction)),
-            temperature.get(event.id),
+            amplitude=peaks.get((event.id, comparison.direction)),
         )
 
 
-def _observed(
-    name: tuple[str, str],
-    event: int,
-    time: datetime,
-    value: float | None,
-    std: float | None,
-    amplitude: float | None,
-    temperature: float | None,
-) -> Iterator[Named]:
-    """The measurement, unless it has no value."""
-    if value is not None and std is not None and isfinite(value) and isfinite(std):
-        yield name, Measurement(event, time, value, std, amplitude, temperature)
-
-
-SOURCES: Mapping[Callable[[Session, int, Mapping[int, float]], Iterator[Named]], frozenset[str]] = MappingProxyType(
+READERS: Mapping[Callable[[Session, int, Temperatures], Iterator[Named]], frozenset[str]] = MappingProxyType(
     {
         _cycles: frozenset({"stiffness", "damping"}),
         _residuals: frozenset({"residual_displacement"}),
@@ -138,4 +115,4 @@ SOURCES: Mapping[Callable[[Session, int, Mapping[int, float]], Iterator[Named]],
         _model_errors: frozenset({"model_error"}),
     }
 )
-"""Functions that read a building's measurements, given the temperature of its events, with their quantities."""
+"""Functions that read a building's measurements, with the quantities that they give."""

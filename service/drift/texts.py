@@ -6,10 +6,11 @@ from datetime import datetime
 
 from core.drift.alarms import Alarm
 from core.drift.explanations import Explanation
+from core.drift.quantities import SENSOR_QUANTITIES
 from core.drift.rules import RECOVERY, SLOW
 from core.drift.within_event import WITHIN
 from core.rounding import supported
-from service.alerts.texts import SENSOR_QUANTITIES, listed, local_time, subject as alert_subject, time_span
+from service.alerts.texts import listed, local_time, subject as alert_subject, time_span
 from service.verdict.checks import Level
 
 PERCENT, MM = 100.0, 1e3

@@ -12,6 +12,7 @@ from described import BASE, LAYER
 from sqlalchemy import event as sqlalchemy_event, select
 from sqlalchemy.orm import Session, sessionmaker
 
+from core.drift.from_analyses import drift_series
 from core.quality import Finding
 from service.alerts import operator_actions
 from service.alerts.tables import Alert
@@ -62,6 +63,19 @@ def test_what_was_found_is_watched_by_event_in_order_of_time(sessions: sessionma
     )
     residual = found[1].directions["x"].motion.residual
     assert series["residual_displacement", "x"].measurements[0].value == residual.value
+
+
+def test_stored_analyses_give_the_series_that_a_notebook_gets(sessions: sessionmaker[Session], building: int) -> None:
+    analyses = histories.history(6)
+    histories.analysed(sessions, building, analyses, NOW)
+    with sessions() as session:
+        stored = watched_series(session, building)
+        numbers = session.scalars(select(Event.id).order_by(Event.start)).all()
+    made = drift_series(analyses)
+    assert [(one.quantity, one.subject) for one in stored] == list(made)
+    for one in stored:
+        own = made[one.quantity, one.subject].measurements
+        assert one.measurements == tuple(replace(measured, event=numbers[measured.event]) for measured in own)
 
 
 def test_a_look_that_waits_does_for_all_that_comes_meanwhile(sessions: sessionmaker[Session], building: int) -> None:
