@@ -22,9 +22,9 @@ from rich.progress import track
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.append(str(ROOT / "tests" / "support"))  # truths are those of the tests
 
-from covered import DRAWN, NOISES, PEAKS, TRUTHS, Case, Covered, Share, covered, covered_on_the_real_building  # noqa: E402
+from band_coverage import DRAWN, NOISES, PEAKS, TRUTHS, Case, Coverage, Share, coverage, real_building_coverage  # noqa: E402
 from real_building import SUBSETS, TESTS  # noqa: E402
-from shared import BNCS  # noqa: E402
+from shared_data import BNCS  # noqa: E402
 
 from benchmarks.force_tables import shown  # noqa: E402
 from benchmarks.table import Table  # noqa: E402
@@ -48,7 +48,7 @@ REAL_ABOUT = """\
 Force from the base slab and the floors named, against F = -Σ m_i a_i over all six levels, for {tests}. The reference
 holds the noise of the same sensors, so that with most floors measured the band is wider than what it misses."""
 
-Found = tuple[Case, Covered, Covered]
+Found = tuple[Case, Coverage, Coverage]
 """By `smoother` with a transducer, and by `cms` without."""
 WAYS = {
     1: "the smoother, displacement by a transducer and accelerometers",
@@ -59,12 +59,12 @@ WAYS = {
 
 def both(case: Case) -> Found:
     """Both ways on one record."""
-    return case, covered(case), covered(case, "cms", transducer=False)
+    return case, coverage(case), coverage(case, "cms", transducer=False)
 
 
 def real(floors: tuple[str, ...]) -> tuple[tuple[str, ...], tuple[Share, ...]]:
     """The force of every test from one choice of floors."""
-    return floors, tuple(covered_on_the_real_building(test, floors) for test in TESTS)
+    return floors, tuple(real_building_coverage(test, floors) for test in TESTS)
 
 
 def truths_table(title: str, found: Sequence[Found], noises: Sequence[float], way: int) -> Table:
@@ -99,7 +99,7 @@ def _mean(shares: Iterable[Share | None]) -> str:
     return f"{_marked(100 * fmean(share.inside for share in known))} ({width:.2g} / {error:.2g})"
 
 
-def _cycles(found: Sequence[Covered]) -> str:
+def _cycles(found: Sequence[Coverage]) -> str:
     count = sum(one.cycles for one in found)
     return f"{_marked(100 * sum(one.k_inside for one in found) / count)} of {count}" if count else "-"
 

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from describing import errors_of_records, robust_spread
+from describing_function import record_errors, robust_spread
 
 from benchmarks.force_tables import shown
 from benchmarks.table import Table
@@ -34,7 +34,7 @@ class CycleErrors:
 
 def cycle_errors(estimator: str, noise: float) -> CycleErrors:
     """What `errors_of_records` comes to."""
-    error, std = np.moveaxis(errors_of_records(noise, AnalysisSettings(estimator=estimator)), 1, 0)
+    error, std = np.moveaxis(record_errors(noise, AnalysisSettings(estimator=estimator)), 1, 0)
     covered = np.mean(np.abs(error) < 1.96 * std, axis=0)
     figures = [error.mean(axis=0), error.std(axis=0), robust_spread(error), covered]
     return CycleErrors(estimator, noise, len(error), *((100 * float(k), 100 * float(c)) for k, c in figures))

@@ -70,10 +70,10 @@ def row(case: str, seed: int) -> Row:
     if not fitted:
         return _of_sensors_alone(made, analyses)
     begun = process_time()
-    found = diagnosed(fitted, first_model(made.described).isolator)
+    found = diagnosed(fitted, first_model(made.description).isolator)
     seconds = process_time() - begun
     explains = not found.steps and not found.unexplained.is_there
-    suspects = suspicions(analyses[: len(made.fitted)], made.described, found.refitted if explains else None)
+    suspects = suspicions(analyses[: len(made.fitted)], made.description, found.refitted if explains else None)
     return Row(
         case,
         seed,
@@ -94,7 +94,7 @@ def row(case: str, seed: int) -> Row:
 
 def _of_sensors_alone(made: Trial, analyses: Sequence[EventAnalysis]) -> Row:
     """Every earthquake was refused: what is suspected is the diagnosis, as in `menshin model diagnose`."""
-    suspects = suspicions(analyses[: len(made.fitted)], made.described)
+    suspects = suspicions(analyses[: len(made.fitted)], made.description)
     return Row(
         case=made.case,
         seed=made.seed,
@@ -124,7 +124,7 @@ def analysed(event: Event, made: Trial) -> EventAnalysis:
         Segment(channel.id, event.start, event.record.rate, samples)
         for channel, samples in zip(event.record.channels, event.record.samples, strict=True)
     ]
-    return analyse(segments, made.described, AnalysisSettings())
+    return analyse(segments, made.description, AnalysisSettings())
 
 
 def family(effects: Sequence[str]) -> set[str]:
@@ -133,7 +133,7 @@ def family(effects: Sequence[str]) -> set[str]:
 
 
 def _along_x(found: EventAnalysis, made: Trial, number: int) -> list[Observation]:
-    every = observations(found, made.described, f"earthquake {number}", made.events[0].start)
+    every = observations(found, made.description, f"earthquake {number}", made.events[0].start)
     return [one for one in every if one.direction == "x"]
 
 
@@ -154,8 +154,8 @@ def _predicted(model: Isolator, seen: Sequence[Observation], analyses: Sequence[
         )
         states = carried(model, answer.states)
     forces = [one.directions["x"].restoring_force for one in analyses[: len(made.fitted)] if "x" in one.directions]
-    known = known_superstructure(forces, made.described)
+    known = known_superstructure(forces, made.description)
     axis = Axis(known.modes, event.ground[0], new.conditions, states)
-    response = respond(axis, made.described.base_mass, model, new.rate)
+    response = respond(axis, made.description.base_mass, model, new.rate)
     exact = event.displacement[0]
     return float(np.linalg.norm(response.isolator_displacement - exact) / np.linalg.norm(exact))

@@ -1,6 +1,6 @@
 """`python -m benchmarks.drift` measures how soon a drift is found, and how often there is a false alarm.
 
-Random histories of `tests/support/drifting.py`, the odd seeds: `core.drift.rules` was tuned on the even ones.
+Random histories of `tests/support/drift_histories.py`, the odd seeds: `core.drift.rules` was tuned on the even ones.
 """
 
 from argparse import ArgumentParser
@@ -14,7 +14,7 @@ import altair as alt
 import numpy as np
 
 from benchmarks.drift_trial import SHARED, WITHIN, Dating, PooledTrial, Trial, trial, trial_of_dating, trial_pooled  # isort: skip  (finds the next)
-from drifting import Plan
+from drift_histories import Plan
 
 from benchmarks.table import Table
 

@@ -11,9 +11,9 @@ from pathlib import Path
 sys.path.append(str(Path(__file__).resolve().parents[1] / "tests" / "support"))  # the building is the tests'
 
 import numpy as np
-from described import paper, records, segments
-from motions import RATE, akt013, chi_chi, delta, hector, kobe
-from simulated import START
+from building_models import paper, records, segments
+from ground_motions import RATE, akt013, chi_chi, delta, hector, kobe
+from paper_records import START
 
 from core.analysis import AnalysisSettings, analyse
 from core.drift.monitor import Reference, monitor

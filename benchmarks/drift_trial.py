@@ -9,7 +9,7 @@ from types import MappingProxyType
 sys.path.append(str(Path(__file__).resolve().parents[1] / "tests" / "support"))  # the generator is the tests'
 
 import numpy as np
-from drifting import Plan, history, other_direction, series, sloping, stepped
+from drift_histories import Plan, gradual_loss, history, other_direction, series, sudden_loss
 
 from core.arrays import Vector
 from core.drift.alarms import Alarm, alarms
@@ -63,11 +63,11 @@ def trial(plan: Plan, seed: int) -> Trial:
     lived = history(plan, seed)
     healthy = monitor(series(lived), Reference(), {})
     onset = onset_after(seed, healthy)
-    lost, mended = stepped(lived, onset, 0.08), stepped(lived, onset + REPAIRED, 0.08)
+    lost, mended = sudden_loss(lived, onset, 0.08), sudden_loss(lived, onset + REPAIRED, 0.08)
     changed = {
-        "5 %": with_change(healthy, stepped(lived, onset, 0.05)),
-        "2 %": with_change(healthy, stepped(lived, onset, 0.02)),
-        "slow": with_change(healthy, sloping(lived, onset, 0.005)),
+        "5 %": with_change(healthy, sudden_loss(lived, onset, 0.05)),
+        "2 %": with_change(healthy, sudden_loss(lived, onset, 0.02)),
+        "slow": with_change(healthy, gradual_loss(lived, onset, 0.005)),
         "8 %": with_change(healthy, lost - mended),
     }
     raised = {name: alarms_on(healthy, one) for name, one in changed.items()}
@@ -143,9 +143,9 @@ def trial_pooled(plan: Plan, seed: int) -> PooledTrial:
     )
     onset = onset_after(seed, one, other)
     changes = {
-        "5 %": stepped(lived, onset, 0.05),
-        "2 %": stepped(lived, onset, 0.02),
-        "slow": sloping(lived, onset, 0.005),
+        "5 %": sudden_loss(lived, onset, 0.05),
+        "2 %": sudden_loss(lived, onset, 0.02),
+        "slow": gradual_loss(lived, onset, 0.005),
     }
     raised = {
         name: pooled_alarms(*(replace(side, tested=with_change(side, change)) for side in (one, other)))
@@ -177,7 +177,7 @@ def trial_of_dating(plan: Plan, seed: int) -> Mapping[str, Dating]:
     truth = next(n for n, event in enumerate(events) if event >= onset)
     found = {}
     for name, loss in {"8 %": 0.08, "5 %": 0.05, "2 %": 0.02, "slow": 0.005}.items():
-        change = sloping(lived, onset, loss) if name == "slow" else stepped(lived, onset, loss)
+        change = gradual_loss(lived, onset, loss) if name == "slow" else sudden_loss(lived, onset, loss)
         alarms = losses(alarms_on(healthy, with_change(healthy, change)))
         alarm = next((one for one in alarms if one.raised >= onset), None)
         if alarm is not None:

@@ -16,7 +16,7 @@ import numpy as np
 
 sys.path.append(str(Path(__file__).resolve().parents[1] / "tests" / "support"))  # motions are those of the tests
 
-import motions
+import ground_motions
 
 from benchmarks.table import Table
 from core.arrays import Matrix, Vector
@@ -31,7 +31,7 @@ NOISES = (0.01, 0.03, 0.05, 0.1)
 """Of each channel's root mean square, on input and outputs."""
 SEEDS = 10
 """Draws of the noise for each motion."""
-MOTIONS = (motions.akt013, motions.kobe, motions.chi_chi)
+MOTIONS = (ground_motions.akt013, ground_motions.kobe, ground_motions.chi_chi)
 MODES = 5
 WITHIN = 0.05
 """Relative distance of frequencies within which a mode is the exact one."""

@@ -22,9 +22,9 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.append(str(ROOT / "tests" / "support"))  # truths and goals are those that the tests hold to
 
 from accuracy import NOISES, Score, long_enough, scores  # noqa: E402
+from exact_responses import KINDS, MOTIONS, as_prepared, exact_response  # noqa: E402
 from real_building import SUBSETS  # noqa: E402
-from shared import BNCS  # noqa: E402
-from truths import KINDS, MOTIONS, conditioned, truth  # noqa: E402
+from shared_data import BNCS  # noqa: E402
 
 from benchmarks import cycle_errors, floors_measured, force_tables  # noqa: E402
 from core.comparison.fitting_rate import fitting_rate  # noqa: E402
@@ -61,9 +61,9 @@ class OnTruth:
 
 def on_truth(kind: str, motion: str, extent: Extent) -> OnTruth:
     """Every estimator on one truth."""
-    force = truth(KINDS[kind], motion).force
+    force = exact_response(KINDS[kind], motion).force
     found = tuple(scores(kind, motion, extent.noises, extent.seeds))
-    return OnTruth(kind, found, fitting_rate(force, conditioned(force)) if long_enough(force) else None)
+    return OnTruth(kind, found, fitting_rate(force, as_prepared(force)) if long_enough(force) else None)
 
 
 def report(extent: Extent, console: Console) -> str:

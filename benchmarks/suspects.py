@@ -42,8 +42,8 @@ class Verdict:
 def verdict(case: str, seed: int) -> Verdict:
     """What is suspected in the trial, against what is wrong there."""
     truth = trial(case, seed)
-    analyses = tuple(_analysed(event, truth.described) for event in truth.fitted)
-    found = suspicions(analyses, truth.described, _fit(analyses, truth.described) if _explains(truth) else None)
+    analyses = tuple(_analysed(event, truth.description) for event in truth.fitted)
+    found = suspicions(analyses, truth.description, _fit(analyses, truth.description) if _explains(truth) else None)
     right = [suspect for suspect in found if _is_right(suspect, truth)]
     return Verdict(case, bool(right), tuple(suspect for suspect in found if suspect not in right))
 

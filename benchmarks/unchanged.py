@@ -31,8 +31,8 @@ import httpx
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.append(str(ROOT / "tests" / "support"))  # the demonstration is driven as the tests do it
 
-from demonstration import demo, interrupted  # noqa: E402
-from shared import BNCS  # noqa: E402
+from demo_process import demo, seconds_to_end  # noqa: E402
+from shared_data import BNCS  # noqa: E402
 
 from benchmarks.diagnosis import read, run, wanted  # noqa: E402
 from benchmarks.diagnosis_tables import GROUPS  # noqa: E402
@@ -121,7 +121,7 @@ def demonstration(name: str, folder: Path, earlier: Path | None) -> Value:
             with httpx.Client(base_url=address, timeout=60.0) as service:
                 running.until(lambda: _is_idle(service), PATIENCE)
                 answers: dict[str, Value] = {path: service.get(path).json() for path in _paths(service)}
-            interrupted(running)
+            seconds_to_end(running)
         shutil.copy(own / "earthquakes.json", folder / f"{name}-earthquakes.json")
     return answers
 

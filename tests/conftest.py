@@ -8,7 +8,7 @@ os.environ.setdefault(
 )  # before the first import of NumPy: processes share the cores, not threads
 
 import pytest
-from computed import Computed
+from cached_executor import CachedExecutor
 
 HERE = Path(__file__).parent
 LONGEST = (HERE / "longest_first.txt").read_text("utf-8").split()
@@ -42,5 +42,5 @@ def _place(file: Path) -> int:
 def _computed_once(tmp_path_factory: pytest.TempPathFactory) -> None:
     """A folder for results, the same for all processes of the run."""
     own = tmp_path_factory.getbasetemp()
-    Computed.folder = (own.parent if "PYTEST_XDIST_WORKER" in os.environ else own) / "computed"
-    Computed.folder.mkdir(exist_ok=True)
+    CachedExecutor.folder = (own.parent if "PYTEST_XDIST_WORKER" in os.environ else own) / "computed"
+    CachedExecutor.folder.mkdir(exist_ok=True)

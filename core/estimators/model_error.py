@@ -23,7 +23,7 @@ ENOUGH = 500
 """Lines by which it is chosen."""
 UNEVEN = 1.25
 """Standard deviation of the interpolation's error over that of the chain; chosen on even seeds of
-tests/support/covered.py, on which it was 1 to 1.5."""
+tests/support/band_coverage.py, on which it was 1 to 1.5."""
 ENVELOPE = 2.0
 """s, over which the strength of the error is averaged."""
 

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from drifting import History, Plan, history, series, sloping, stepped
+from drift_histories import History, Plan, gradual_loss, history, series, sudden_loss
 
 from benchmarks.drift import picture, renewed
 from benchmarks.drift_trial import alarms_on, events_until, losses, trial, with_change
@@ -14,7 +14,7 @@ from core.drift.monitor import Reference, monitor
 PLAN = Plan(events=80)
 
 
-@pytest.mark.parametrize("change", [stepped, sloping])
+@pytest.mark.parametrize("change", [sudden_loss, gradual_loss])
 def test_a_change_of_all_cycles_is_one_of_their_mean(change: Callable[[History, int, float], Vector]) -> None:
     lived = history(PLAN, 3)
     lost = change(lived, 50, 0.01)

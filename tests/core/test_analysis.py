@@ -3,9 +3,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from described import BASE, GROUND, LAYER, ROOF, bncs, bncs_segments, exact, paper, records, segments
-from motions import RATE, akt013
-from shared import needs_shared
+from building_models import BASE, GROUND, LAYER, ROOF, bncs, bncs_segments, exact, paper, records, segments
+from ground_motions import RATE, akt013
+from shared_data import needs_shared
 
 from core.analysis import AnalysisSettings, analyse
 from core.errors import ModelError

@@ -5,9 +5,9 @@ Seeds are odd: constants of the estimators were chosen on even ones.
 
 import numpy as np
 import pytest
-from covered import Case, covered, covered_on_the_real_building, recorded
-from described import bncs, bncs_segments, paper, segments
-from shared import needs_shared
+from band_coverage import Case, coverage, real_building_coverage, recorded
+from building_models import bncs, bncs_segments, paper, segments
+from shared_data import needs_shared
 
 from core.analysis import AnalysisSettings, analyse
 
@@ -20,7 +20,7 @@ WEAK, STRONG = 15.0, 300.0
 @pytest.mark.parametrize(("truth", "peak"), [("another building", WEAK), ("pink noise", STRONG)])
 def test_the_force_of_an_event_with_coloured_noise(truth: str, peak: float, noise: float) -> None:
     """Flicker noise is what a white level leaves out: with it 51 to 78 % of such records were covered."""
-    found = covered(Case(truth, "AKT013", peak, noise, 1))
+    found = coverage(Case(truth, "AKT013", peak, noise, 1))
     assert LOW <= found.force.inside <= HIGH
     assert found.force.width < 1.6 * found.force.error
     assert found.displacement is not None
@@ -30,7 +30,7 @@ def test_the_force_of_an_event_with_coloured_noise(truth: str, peak: float, nois
 @pytest.mark.parametrize("noise", [0.01, 0.10])
 def test_the_force_by_static_interpolation(noise: float) -> None:
     """And the displacement from accelerations alone."""
-    found = covered(Case("finer storeys", "Kobe", WEAK, noise, 1), "cms", transducer=False)
+    found = coverage(Case("finer storeys", "Kobe", WEAK, noise, 1), "cms", transducer=False)
     assert LOW <= found.force.inside <= HIGH
     assert LOW <= found.strong.inside <= HIGH
     assert found.displacement is not None
@@ -43,14 +43,14 @@ def test_the_force_of_a_building_that_the_noise_hides_to_be_unlike_the_model(noi
 
     In the mean of two buildings, as each has an error of its own.
     """
-    found = [covered(Case("finer storeys", "AKT013", WEAK, noise, seed)) for seed in (1, 3)]
+    found = [coverage(Case("finer storeys", "AKT013", WEAK, noise, seed)) for seed in (1, 3)]
     assert LOW <= np.mean([one.force.inside for one in found]) <= HIGH
     assert 0.85 <= np.mean([one.strong.inside for one in found]) <= HIGH
     assert all(one.strong.width < 1.6 * one.strong.error for one in found)
 
 
 def test_the_force_by_static_interpolation_of_an_uneven_building() -> None:
-    found = covered(Case("floor masses ±20 %", "AKT013", WEAK, 0.01, 1), "cms", transducer=False)
+    found = coverage(Case("floor masses ±20 %", "AKT013", WEAK, 0.01, 1), "cms", transducer=False)
     assert LOW <= found.force.inside <= HIGH
     assert LOW <= found.strong.inside <= HIGH
 
@@ -58,7 +58,7 @@ def test_the_force_by_static_interpolation_of_an_uneven_building() -> None:
 @pytest.mark.parametrize("noise", [0.02, 0.05, 0.10])
 def test_the_displacement_whatever_the_noise_makes_of_the_position_at_rest(noise: float) -> None:
     """From 5 % noise on no rest shows before the event, and zero is the mean of a record that ends elsewhere."""
-    found = covered(Case("bending +20 %", "AKT013", WEAK, noise, 1)).displacement
+    found = coverage(Case("bending +20 %", "AKT013", WEAK, noise, 1)).displacement
     assert found is not None
     assert found.inside >= LOW
     assert 0.8 * found.error < found.width < 1.2 * found.error
@@ -75,7 +75,7 @@ def test_models_are_fitted_by_the_displacement_noise_and_not_by_its_position_at_
 
 @pytest.mark.parametrize(("truth", "noise"), [("constant modal damping 2 %", 0.02), ("in class", 0.05)])
 def test_the_stiffness_of_cycles(truth: str, noise: float) -> None:
-    found = covered(Case(truth, "AKT013", WEAK, noise, 1))
+    found = coverage(Case(truth, "AKT013", WEAK, noise, 1))
     assert found.cycles > 30
     assert found.k_inside >= LOW * found.cycles
 
@@ -83,7 +83,7 @@ def test_the_stiffness_of_cycles(truth: str, noise: float) -> None:
 @pytest.mark.parametrize("noise", [0.02, 0.05])
 def test_the_force_of_a_record_that_begins_and_ends_in_motion(noise: float) -> None:
     """The filter's errors at the record's ends widen the band there alone: it covered all samples."""
-    found = [covered(Case("cut in motion", "AKT013", WEAK, noise, seed)).force for seed in (1, 3)]
+    found = [coverage(Case("cut in motion", "AKT013", WEAK, noise, seed)).force for seed in (1, 3)]
     assert all(one.inside >= LOW for one in found)
     assert np.mean([one.inside for one in found]) <= HIGH
     assert all(one.width < 2.0 * one.error for one in found)
@@ -93,7 +93,7 @@ def test_the_force_of_a_record_that_begins_and_ends_in_motion(noise: float) -> N
 @pytest.mark.parametrize("floors", [("2", "roof"), ("3", "5"), ("4", "5", "roof"), ("2", "3", "4", "roof")])
 def test_the_real_building_from_several_floors(floors: tuple[str, ...]) -> None:
     """Left-out floors set the width of the band: twice as much was too wide, too little from 4, 5 and roof."""
-    found = [covered_on_the_real_building(test, floors) for test in ("LAC100", "SP100")]
+    found = [real_building_coverage(test, floors) for test in ("LAC100", "SP100")]
     assert all(one.inside >= LOW for one in found)
     assert np.mean([one.width / one.error for one in found]) < 2.5
 

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from exciting import LAYER, Excitation, answer, company, cycles, excitation, usual
-from plain_layer import plain_force
+from excitations import LAYER, Excitation, equal_cycles, excitation, layer_force, required_effects, usual_values
+from reference_layer import plain_force
 
 import core.effects
 from core.effect import Effect, LogNormal, Parameter
@@ -28,13 +28,13 @@ EVEN = frozenset({"asymmetry", "residual_offset"})
 @every_effect
 def test_no_force_at_rest(name: str) -> None:
     rest = Excitation(RATE, np.zeros(50), np.zeros(50), Conditions.usual(50, RATE))
-    assert not answer({**company(name), name: usual(name)}, rest).any()
+    assert not layer_force({**required_effects(name), name: usual_values(name)}, rest).any()
 
 
 @every_effect
 def test_absent_effect_does_nothing(name: str) -> None:
     """To the last bit, alone and beside a layer, if the steps are alike: its states may ask for shorter ones."""
-    given, absent = excitation(RATE, SECONDS), {name: usual(name, **EFFECTS[name].absent)}
+    given, absent = excitation(RATE, SECONDS), {name: usual_values(name, **EFFECTS[name].absent)}
     others = {other: values for other, values in LAYER.items() if other != name}
     with_it, without = (
         force_response(
@@ -42,40 +42,40 @@ def test_absent_effect_does_nothing(name: str) -> None:
         ).force
         for model in ({**others, **absent}, others)
     )
-    assert not answer(absent, given).any()
+    assert not layer_force(absent, given).any()
     assert (with_it == without).all()
 
 
 @every_effect
 def test_every_parameter_changes_the_response(name: str) -> None:
     """By more than a thousandth of what the effect itself does, when it changes by a tenth."""
-    given, beside = excitation(RATE, SECONDS), company(name)
-    present = answer({**beside, name: usual(name)}, given)
-    without = answer(beside, given) if beside else 0.0
+    given, beside = excitation(RATE, SECONDS), required_effects(name)
+    present = layer_force({**beside, name: usual_values(name)}, given)
+    without = layer_force(beside, given) if beside else 0.0
     for parameter in EFFECTS[name].parameters:
         prior = parameter.prior
         moved = prior.median * 1.1 if isinstance(prior, LogNormal) else prior.median + 0.1 * prior.spread
-        changed = answer({**beside, name: usual(name, **{parameter.name: moved})}, given)
+        changed = layer_force({**beside, name: usual_values(name, **{parameter.name: moved})}, given)
         assert abs(changed - present).max() > 1e-3 * abs(present - without).max(), parameter.name
 
 
 @every_effect
 def test_steady_cycles_take_energy_from_nothing(name: str) -> None:
     """The work of the last of equal cycles is not negative, beyond the sum's own error of 1e-3."""
-    given = cycles(RATE, count=8)
-    beside = LAYER if name in LESSENS else company(name)
-    power = (answer({**beside, name: usual(name)}, given) * given.velocity)[-given.velocity.size // 8 :]
+    given = equal_cycles(RATE, count=8)
+    beside = LAYER if name in LESSENS else required_effects(name)
+    power = (layer_force({**beside, name: usual_values(name)}, given) * given.velocity)[-given.velocity.size // 8 :]
     assert power.sum() >= -1e-3 * abs(power).sum()
 
 
 @every_effect
 def test_a_motion_the_other_way_round_has_the_opposite_force(name: str) -> None:
-    given, model = excitation(RATE, SECONDS), {**company(name), name: usual(name)}
+    given, model = excitation(RATE, SECONDS), {**required_effects(name), name: usual_values(name)}
     there = given.conditions
     turned = Excitation(
         RATE, -given.displacement, -given.velocity, replace(there, u_cross=-there.u_cross, v_cross=-there.v_cross)
     )
-    forth, back = answer(model, given), answer(model, turned)
+    forth, back = layer_force(model, given), layer_force(model, turned)
     assert (abs(forth + back).max() < 1e-9 * abs(forth).max()) == (name not in EVEN)
 
 
@@ -84,7 +84,7 @@ def test_a_change_of_units_changes_the_force_by_its_own(name: str) -> None:
     """Parameters count as their units say. 1 %: a law may have a least time of its own that no unit scales."""
     length, force, time = 3.0, 7.0, 1.5
     size = {"N": force, "m": length, "s": time, "kg": force * time**2 / length, "Hz": 1 / time, "°C": 1.0, "1": 1.0}
-    model, given = {**company(name), name: usual(name)}, excitation(RATE, SECONDS)
+    model, given = {**required_effects(name), name: usual_values(name)}, excitation(RATE, SECONDS)
     scaled = {
         effect: {p.name: values[p.name] * _in(p.unit, size) for p in EFFECTS[effect].parameters}
         for effect, values in model.items()
@@ -102,18 +102,18 @@ def test_a_change_of_units_changes_the_force_by_its_own(name: str) -> None:
             there.time * time,
         ),
     )
-    expected = force * answer(model, given)
-    assert np.linalg.norm(answer(scaled, other) - expected) < 1e-2 * np.linalg.norm(expected)
+    expected = force * layer_force(model, given)
+    assert np.linalg.norm(layer_force(scaled, other) - expected) < 1e-2 * np.linalg.norm(expected)
 
 
 @every_effect
 def test_the_compiled_force_agrees_with_plain_python(name: str) -> None:
     """Laws as written, their states by an adaptive solver, the motion exact: left is the line between samples, of
     second order, until 2e-4, where kinks count. The last sample has no neighbour to tell an acceleration from."""
-    model, coarse = {**company(name), name: usual(name)}, 100.0
+    model, coarse = {**required_effects(name), name: usual_values(name)}, 100.0
     times = excitation(coarse, SECONDS).conditions.time
     plain = plain_force(model, times, SECONDS, AMPLITUDE, longest_step=1 / coarse)
-    off = [(answer(model, excitation(n * coarse, SECONDS))[::n] - plain)[:-1] for n in (1, 4)]
+    off = [(layer_force(model, excitation(n * coarse, SECONDS))[::n] - plain)[:-1] for n in (1, 4)]
     error = [abs(one).max() / abs(plain).max() for one in off]
     assert error[0] < 5e-3
     assert error[1] < max(error[0] / 8, 2e-4)

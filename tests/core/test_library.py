@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from described import paper, records as sensors, segments
+from building_models import paper, records as sensors, segments
 from hypothesis import given, settings, strategies as st
-from simulated import START
+from paper_records import START
 
 import core
 from core.arrays import Vector

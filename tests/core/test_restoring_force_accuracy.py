@@ -5,10 +5,10 @@ from functools import cache
 import numpy as np
 import pytest
 from accuracy import COVERED, GOALS, NOISES, Agreement, agreement
-from describing import errors_of_records
+from describing_function import record_errors
+from exact_responses import KINDS, MOTIONS, estimator_input, exact_response, recorded
 from real_building import FLOORS, GOALS as REAL_GOALS, TESTS, inertia, superstructure
-from shared import needs_shared
-from truths import KINDS, MOTIONS, instrumented, recorded, truth
+from shared_data import needs_shared
 
 from core.analysis import AnalysisSettings
 from core.estimators import ESTIMATORS
@@ -27,7 +27,7 @@ other_than_static = pytest.mark.parametrize("estimator", [name for name in ESTIM
 @cache
 def found(estimator: str, kind: str, motion: str, noise: float) -> Agreement:
     channels = recorded(KINDS[kind], motion, noise, seed=0)
-    return agreement(truth(KINDS[kind], motion).force, ESTIMATORS[estimator](instrumented(channels)))
+    return agreement(exact_response(KINDS[kind], motion).force, ESTIMATORS[estimator](estimator_input(channels)))
 
 
 @cache
@@ -72,7 +72,7 @@ def test_never_worse_than_static_interpolation(estimator: str, kind: str) -> Non
 @pytest.mark.accuracy
 def test_equivalent_stiffness_and_damping(estimator: str) -> None:
     """At 10 % noise: k_eq within 1 % and scattered by 3.5 %, c_eq 5 and 22 %."""
-    error = errors_of_records(MUCH, AnalysisSettings(estimator=estimator))[:, 0]
+    error = record_errors(MUCH, AnalysisSettings(estimator=estimator))[:, 0]
     assert (np.abs(error.mean(axis=0)) <= [0.01, 0.05]).all()
     assert (error.std(axis=0) <= [0.035, 0.22]).all()
 

@@ -6,9 +6,9 @@ from dataclasses import fields, is_dataclass
 
 import numpy as np
 import pytest
-from described import paper, records, segments
-from observed import BOUC_WEN, observations
-from simulated import START
+from building_models import paper, records, segments
+from paper_records import START
+from synthetic_observations import BOUC_WEN, observations
 
 from core.analysis import AnalysisSettings, analyse
 from core.comparison.compared import compare_forces

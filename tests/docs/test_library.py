@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from shared import needs_shared
+from shared_data import needs_shared
 
 TOOLS = Path(__file__).resolve().parents[2] / "docs" / "tools"
 sys.path.append(str(TOOLS))

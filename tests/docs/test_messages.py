@@ -6,8 +6,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
-from letters import KEY, letter
-from receiving import Posted, hook
+from receivers import PostedRequest, webhook_server
+from rendered_messages import KEY, rendered_message
 from standardwebhooks import WebhookVerificationError
 
 from service.notify.channels.webhook import send
@@ -27,21 +27,21 @@ def receive() -> Receive:
     return names["receive"]
 
 
-def sent(one: RenderedMessage) -> Posted:
-    with hook() as server:
+def sent(one: RenderedMessage) -> PostedRequest:
+    with webhook_server() as server:
         settings = Settings(inside_allowed=("localhost",), plain_http_allowed=True)
         send(one, Destination("program", "webhook", server.address, KEY), settings, datetime.now(UTC))
         return server.posted[0]
 
 
 def test_the_example_takes_what_is_ours_once_and_nothing_else(receive: Receive) -> None:
-    first, again = sent(letter()), sent(letter(is_repeat=True))
-    assert receive(first.headers, first.body, KEY) == letter().heading
+    first, again = sent(rendered_message()), sent(rendered_message(is_repeat=True))
+    assert receive(first.headers, first.body, KEY) == rendered_message().heading
     assert receive(again.headers, again.body, KEY) is None, "it has it already"
     with pytest.raises(WebhookVerificationError):
         receive(first.headers, first.body.replace(b"31 mm", b"13 mm"), KEY)
 
 
 def test_the_example_knows_a_drill(receive: Receive) -> None:
-    drill = sent(letter(identity="msg_3", kind="drill"))
+    drill = sent(rendered_message(identity="msg_3", kind="drill"))
     assert receive(drill.headers, drill.body, KEY) == "a drill, nothing to be done"

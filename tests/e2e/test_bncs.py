@@ -11,11 +11,11 @@ from pathlib import Path
 import numpy as np
 import obspy
 import pytest
-from computed import Computed
+from cached_executor import CachedExecutor
 from obspy import Stream, UTCDateTime, read_inventory
 from obspy.core.event import Event as Earthquake, Origin
 from scipy.signal import butter, resample_poly, sosfiltfilt
-from shared import BNCS, needs_shared
+from shared_data import BNCS, needs_shared
 from sqlalchemy import select
 from sqlalchemy.orm import Session, selectinload, sessionmaker, undefer
 
@@ -65,7 +65,7 @@ def stored(folder: Path, source: str) -> Iterator[tuple[sessionmaker[Session], S
 
 def _work(sessions: sessionmaker[Session], settings: Settings) -> None:
     """Do all work that waits; equal records are analysed once."""
-    Worker(sessions, Computed, settings, KINDS).run_until_idle()
+    Worker(sessions, CachedExecutor, settings, KINDS).run_until_idle()
 
 
 @contextmanager

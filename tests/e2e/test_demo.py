@@ -10,7 +10,7 @@ from pathlib import Path
 
 import httpx
 import pytest
-from demonstration import demo, interrupted, left_over
+from demo_process import demo, seconds_to_end, surviving_processes
 
 from core.paper import ISOLATOR
 from service.demo.hidden_effect import RUBBER
@@ -30,11 +30,11 @@ def test_the_demonstration_from_first_start_to_second(tmp_path: Path) -> None:
         assert httpx.delete(f"{address}/api/v1/receivers/1").status_code == 403, "a spectator is no admin"
         events = first.events(address, PAST + 1)
         assert [event["state"] for event in events] == ["analysed"] * (PAST + 1)
-        assert interrupted(first) < 10.0
+        assert seconds_to_end(first) < 10.0
         said = first.said.read_text()
         assert "Traceback" not in said
         assert "was recorded" in said
-        assert not left_over(first.process.pid)
+        assert not surviving_processes(first.process.pid)
 
     with demo(folder, tmp_path / "second.txt", "--earthquakes", str(PAST), "--next-after", "3600") as second:
         address = second.address()
@@ -42,7 +42,7 @@ def test_the_demonstration_from_first_start_to_second(tmp_path: Path) -> None:
         time.sleep(7.0)  # longer than a poll interval: whatever would be fetched again has been
         assert second.events(address, PAST + 1) == again
         assert {event["id"] for event in again} == {event["id"] for event in events}
-        interrupted(second)
+        seconds_to_end(second)
 
 
 @pytest.mark.slow
@@ -69,12 +69,12 @@ def test_a_hidden_effect_is_missed_until_a_model_that_has_it_is_in_force(tmp_pat
         assert now < 0.1 * was
         after = service.get(f"/api/v1/models/{made}").json()["errors"]["later"]
         assert (after["events"], after["nrmse"]) == (1, pytest.approx(now / 100, abs=5e-4))
-        interrupted(running)
+        seconds_to_end(running)
     assert "Traceback" not in running.said.read_text()
 
     with demo(tmp_path / "kept", tmp_path / "again.txt", "--hidden-effect") as again:
         again.until(lambda: "your model x 3 is in force" in again.said.read_text())
-        interrupted(again)
+        seconds_to_end(again)
 
 
 def test_without_ground_motions_it_says_what_to_install(tmp_path: Path) -> None:

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import httpx
 import pytest
-from demonstration import demo, interrupted, left_over
-from letters import KEY
-from receiving import hook, mailbox
+from demo_process import demo, seconds_to_end, surviving_processes
+from receivers import mail_server, webhook_server
+from rendered_messages import KEY
 from standardwebhooks import Webhook
 
 from service.demo.stiffness_loss import LAST_HEALTHY, LOSS
@@ -21,7 +21,7 @@ PICTURE_BYTES = 10_000
 
 
 def test_the_loss_reaches_a_mail_server_and_a_program_and_is_told_as_new_once(tmp_path: Path) -> None:
-    with hook() as program, mailbox() as box:
+    with webhook_server() as program, mail_server() as box:
         settings = {
             "MENSHIN_NOTIFY__ALLOWED_PRIVATE_HOSTS": '["localhost"]',
             "MENSHIN_NOTIFY__ALLOW_PLAIN_HTTP": "true",
@@ -45,8 +45,8 @@ def test_the_loss_reaches_a_mail_server_and_a_program_and_is_told_as_new_once(tm
             running.until(lambda: box.mails and program.posted and _is_idle(service), PATIENCE)
             [alert] = service.get("/alerts", params={"building": "DEMO", "state": "active"}).json()["items"]
             link = f"{str(service.base_url).removesuffix('/api/v1/')}/alerts/{alert['id']}"
-            interrupted(running)
-            assert not left_over(running.process.pid)
+            seconds_to_end(running)
+            assert not surviving_processes(running.process.pid)
     assert "Traceback" not in running.said.read_text()
 
     signed = [Webhook(KEY).verify(one.body, dict(one.headers)) for one in program.posted]

@@ -6,11 +6,11 @@ from base64 import b64decode
 from pathlib import Path
 
 import databases
+import monitored_building
 import pytest
-import watched
-from letters import KEY
-from processes import interrupt, run, started
-from receiving import hook, mailbox
+from processes import interrupt, run, running_command
+from receivers import mail_server, webhook_server
+from rendered_messages import KEY
 from standardwebhooks import Webhook
 
 from service.buildings import recipients, store as building_store
@@ -25,9 +25,9 @@ def test_a_drill_arrives_everywhere_with_its_picture_and_cannot_be_taken_for_rea
     url = databases.sqlite(tmp_path)
     sessions = opened.sessions(url)
     (tmp_path / "records").mkdir()
-    watched.watch(sessions, tmp_path / "records", watched.earthquakes()[:1])
+    monitored_building.watch(sessions, tmp_path / "records", monitored_building.earthquakes()[:1])
     path = os.environ.get("PYTHONPATH", "")
-    with hook() as program, hook() as chat, mailbox() as box:
+    with webhook_server() as program, webhook_server() as chat, mail_server() as box:
         rules = (
             ReceiverRule("manager", "email", "manager@example.org", None, WANTED_KINDS, SEVERITIES),
             ReceiverRule("program", "webhook", program.address, KEY, WANTED_KINDS, SEVERITIES),
@@ -39,7 +39,7 @@ def test_a_drill_arrives_everywhere_with_its_picture_and_cannot_be_taken_for_rea
         with sessions.begin() as session:
             building = building_store.find(session, "PAPER")
             for rule in rules:
-                recipients.add(session, building.id, rule, "engineer", watched.NOW)
+                recipients.add(session, building.id, rule, "engineer", monitored_building.NOW)
         alone = run(tmp_path, url, "drill", "--building", "PAPER", "--wait", "0", PYTHONPATH=path)
         assert alone.returncode == 1, "nobody delivers yet"
         assert "menshin notify" in alone.stdout
@@ -50,7 +50,7 @@ def test_a_drill_arrives_everywhere_with_its_picture_and_cannot_be_taken_for_rea
             "MENSHIN_SMTP__PORT": str(box.port),
             "MENSHIN_SMTP__SECURITY": "none",
         }
-        with started(tmp_path, url, "notify", PYTHONPATH=path, **settings) as notifier:
+        with running_command(tmp_path, url, "notify", PYTHONPATH=path, **settings) as notifier:
             held = run(tmp_path, url, "drill", "--building", "PAPER", "--wait", "60", PYTHONPATH=path)
             assert held.returncode == 0, held.stdout + held.stderr
             assert held.stdout.count("delivered") == 3

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from asking import client
+from api_client import client
 from fastapi.testclient import TestClient
 from hidden import files
 from hidden.trial import Trial, trial

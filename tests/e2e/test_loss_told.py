@@ -5,11 +5,11 @@ from pathlib import Path
 from time import monotonic, sleep
 
 import databases
-import histories
 import pytest
-from letters import KEY
-from processes import interrupt, started
-from receiving import hook, mailbox
+import stored_histories
+from processes import interrupt, running_command
+from receivers import mail_server, webhook_server
+from rendered_messages import KEY
 from sqlalchemy import select
 from standardwebhooks import Webhook
 
@@ -19,7 +19,7 @@ from service.buildings.recipient_rules import SEVERITIES, WANTED_KINDS, Receiver
 from service.db import sessions as opened
 
 pytestmark = pytest.mark.slow
-NOW = histories.start(30)
+NOW = stored_histories.start(30)
 PATIENCE = 60.0
 """s."""
 
@@ -28,16 +28,16 @@ def test_a_loss_of_eight_percent_is_told_once_in_words_for_everybody_and_signed_
     url = databases.sqlite(tmp_path)
     sessions = opened.sessions(url)
     path = os.environ.get("PYTHONPATH", "")
-    with hook() as program, mailbox() as box:
+    with webhook_server() as program, mail_server() as box:
         with sessions.begin() as session:
-            building = histories.building(session).id
+            building = stored_histories.building(session).id
             for name, kind, address, key in (
                 ("manager", "email", "manager@example.org", None),
                 ("program", "webhook", program.address, KEY),
             ):
                 rule = ReceiverRule(name, kind, address, key, WANTED_KINDS, SEVERITIES)
                 recipients.add(session, building, rule, "engineer", NOW)
-        histories.analysed(sessions, building, histories.history(26, onset=21), NOW)
+        stored_histories.store_and_monitor(sessions, building, stored_histories.store_history(26, onset=21), NOW)
         settings = {
             "MENSHIN_NOTIFY__ALLOWED_PRIVATE_HOSTS": '["localhost"]',
             "MENSHIN_NOTIFY__ALLOW_PLAIN_HTTP": "true",
@@ -46,7 +46,7 @@ def test_a_loss_of_eight_percent_is_told_once_in_words_for_everybody_and_signed_
             "MENSHIN_SMTP__PORT": str(box.port),
             "MENSHIN_SMTP__SECURITY": "none",
         }
-        with started(tmp_path, url, "notify", PYTHONPATH=path, **settings) as notifier:
+        with running_command(tmp_path, url, "notify", PYTHONPATH=path, **settings) as notifier:
             deadline = monotonic() + PATIENCE
             while not (box.mails and program.posted) and monotonic() < deadline:
                 sleep(0.1)

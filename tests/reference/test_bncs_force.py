@@ -7,7 +7,7 @@ import numpy as np
 import obspy
 import pytest
 from scipy import signal
-from shared import BNCS, needs_shared
+from shared_data import BNCS, needs_shared
 
 from core.arrays import Matrix, Vector
 from core.estimators.cms import estimate

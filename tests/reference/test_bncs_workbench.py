@@ -3,7 +3,7 @@
 from datetime import UTC, datetime
 
 import pytest
-from shared import BNCS, needs_shared
+from shared_data import BNCS, needs_shared
 
 from core.analysis import AnalysisSettings, analyse
 from core.comparison.compared import compare_forces

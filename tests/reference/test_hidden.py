@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from hidden import faults
 from hidden.building import Building, building
-from hidden.case import ANOTHER, FAULTS, OUTSIDE, PAIRS, SAME, case
+from hidden.case import ANOTHER, FAULTS, OUTSIDE, PAIRS, SAME, parse_case
 from hidden.catalogue import LAWS
 from hidden.files import building_file, write
 from hidden.ground import motion
-from hidden.integration import Answer, Hidden, Shaking, shaken
-from hidden.strength import complete
+from hidden.integration import Hidden, Response, Shaking, simulate_building
+from hidden.strength import with_usual_yielding
 from hidden.superstructure import Superstructure
 from hidden.trial import Trial, trial
 from scipy.integrate import cumulative_trapezoid
@@ -51,9 +51,9 @@ def driving(every: int, axes: int) -> Shaking:
     return Shaking(every / 1000, np.ascontiguousarray(fine), 0.15 * motion(20, 1000.0)[6000:26000:every], 12.0, LAST)
 
 
-def answer(hidden: tuple[Hidden, ...], every: int = 2) -> Answer:
+def answer(hidden: tuple[Hidden, ...], every: int = 2) -> Response:
     axes = 2 if any("cross" in law.needs for law, _ in hidden) else 1
-    return shaken(STANDS, complete(STANDS, hidden), driving(every, axes))
+    return simulate_building(STANDS, with_usual_yielding(STANDS, hidden), driving(every, axes))
 
 
 def distance(found: Matrix, exact: Matrix) -> float:
@@ -67,7 +67,7 @@ def test_agrees_with_the_products_simulation_where_both_know_the_law() -> None:
     K = np.diag(structure.storey_stiffness + above) - np.diag(above[:-1], 1) - np.diag(above[:-1], -1)
     omega = np.sqrt(eigh(K, np.diag(structure.floor_mass), eigvals_only=True))
     damped = Superstructure(structure.base_mass, structure.floor_mass, structure.storey_stiffness, 0.0015 * omega)
-    ours = shaken(Building(damped, layer), complete(STANDS, ()), driving(1, 1))
+    ours = simulate_building(Building(damped, layer), with_usual_yielding(STANDS, ()), driving(1, 1))
     design = ShearBuilding(structure.base_mass, structure.floor_mass, structure.storey_stiffness, 0.003)
     yielding = {"F_y": layer.F_y, "D_y": layer.D_y, "A": 1.0, "beta": layer.beta, "gamma": 1 - layer.beta, "n": 1.0}
     model = Isolator({"elastic": {"k_b": layer.k}, "viscous": {"c_b": layer.c}, "bouc_wen": yielding})
@@ -113,7 +113,7 @@ def test_half_the_step_gives_the_same(name: str) -> None:
 def test_every_law_changes_the_response_and_hardly_any_strength_hardly_does(name: str) -> None:
     """A thousandth and more; where the yielding is replaced, what is left is the difference of two integrations."""
     law, values = drawn(name)
-    plain = shaken(STANDS, complete(STANDS, ()), driving(2, 2 if "cross" in law.needs else 1))
+    plain = simulate_building(STANDS, with_usual_yielding(STANDS, ()), driving(2, 2 if "cross" in law.needs else 1))
     assert distance(answer(((law, values),)).force, plain.force) > 1e-3
     if name in ("biaxial_circular", "sharpness_dahl"):  # yields of their own, which have no usual one within them
         return
@@ -182,7 +182,7 @@ def test_records_hold_the_force_that_was_there() -> None:
 @pytest.mark.parametrize("text", FAULTS)
 def test_a_fault_shows_on_its_channel_and_on_no_other(text: str) -> None:
     erring, rng = made(text).faults[0], np.random.default_rng(1)
-    channels, samples = made(text).described.channels, made(text).events[2].record.samples
+    channels, samples = made(text).description.channels, made(text).events[2].record.samples
     found = faults.faulty(samples, channels, erring, rng)
     changed = {
         c.id for c, a, b in zip(channels, samples, found, strict=True) if not np.array_equal(a, b, equal_nan=True)
@@ -199,18 +199,18 @@ def test_a_late_sensor_is_late_by_what_is_said() -> None:
 
 def test_what_is_described_is_off_only_where_the_case_says_so() -> None:
     def masses(text: str) -> tuple[float, float]:
-        described = made(text).described
+        described = made(text).description
         true = made(text).building.superstructure.total_mass
         return described.base_mass + float(described.floor_mass.sum()), true
 
     assert masses("nothing")[0] == pytest.approx(masses("nothing")[1])
     assert abs(masses("mass")[0] / masses("mass")[1] - 1) == pytest.approx(0.1)
     storey = made("storey")
-    ratio = storey.building.superstructure.storey_stiffness / storey.described.storey_stiffness
+    ratio = storey.building.superstructure.storey_stiffness / storey.description.storey_stiffness
     softest = int(np.argmin(ratio))
-    assert storey.described.floors[softest].name == storey.softened
+    assert storey.description.floors[softest].name == storey.softened
     assert 0.6 <= ratio[softest] / np.delete(ratio, softest).mean() <= 0.8
-    design, layer = made("refit").described.isolation.design, made("refit").building.layer
+    design, layer = made("refit").description.isolation.design, made("refit").building.layer
     assert abs(design.k_b / layer.k - 1) > 0.08
 
 
@@ -225,8 +225,8 @@ def test_the_files_say_what_the_trial_is(tmp_path: Path) -> None:
     found = made("biaxial")
     files = write(found, tmp_path)
     told = read((tmp_path / "building.toml").read_text(), tmp_path)
-    assert told.description == found.described
-    assert building_file(told.description) == building_file(found.described)
+    assert told.description == found.description
+    assert building_file(told.description) == building_file(found.description)
     for event, held in zip(found.events, events(files, told), strict=True):
         by_channel = {segment.channel: segment.samples for segment in held.segments}
         for channel, samples in zip(event.record.channels, event.record.samples, strict=True):
@@ -236,9 +236,9 @@ def test_the_files_say_what_the_trial_is(tmp_path: Path) -> None:
 
 def test_pairs_are_of_known_laws() -> None:
     assert len(PAIRS) == 25
-    assert all(len(case(pair).laws) == 2 for pair in PAIRS)
+    assert all(len(parse_case(pair).laws) == 2 for pair in PAIRS)
 
 
 def test_a_word_that_means_nothing_is_refused() -> None:
     with pytest.raises(ValueError, match="'frictoin' is no law"):
-        case("frictoin")
+        parse_case("frictoin")

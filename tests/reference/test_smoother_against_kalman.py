@@ -4,8 +4,8 @@ from functools import cache
 
 import numpy as np
 import pytest
-from fixed_interval import smoothed_force, state_space
-from truths import IN_CLASS, KINDS, RATE, SENSORS, instrumented, recorded, truth
+from exact_responses import IN_CLASS, KINDS, RATE, SENSORS, estimator_input, exact_response, recorded
+from fixed_interval_smoother import smoothed_force, state_space
 
 from core.building import fixed_base_modes
 from core.comparison.fitting_rate import fitting_rate
@@ -30,7 +30,7 @@ CASES = [
 @cache
 def calibrated_structure(motion: str, noise: float) -> Superstructure:
     """That by which the product's smoother smooths."""
-    s = instrumented(recorded(CUT, motion, noise, seed=0))
+    s = estimator_input(recorded(CUT, motion, noise, seed=0))
     design, lines = Design.of(s.floor_mass, s.storey_stiffness, s.measured), spectral_lines(s)
     return best_hypothesis(within(lines, CALIBRATED), design, free_vibration_bound(s, lines)).calibration.structure
 
@@ -39,11 +39,13 @@ def calibrated_structure(motion: str, noise: float) -> Superstructure:
 @pytest.mark.parametrize(("motion", "noise"), CASES)
 def test_as_near_as_a_smoother_in_time(motion: str, noise: float) -> None:
     """By the same superstructure, and though the one in time is told the noise's level."""
-    channels, force = recorded(CUT, motion, noise, seed=0), truth(CUT, motion).force
-    found = estimate(instrumented(channels))
+    channels, force = recorded(CUT, motion, noise, seed=0), exact_response(CUT, motion).force
+    found = estimate(estimator_input(channels))
     assert found.assessment is not None
     assert not found.assessment.is_at_rest
-    level = noise * np.sqrt(np.mean(truth(CUT, motion).acceleration[[0, *(f + 1 for f in SENSORS)]] ** 2, axis=1))
+    level = noise * np.sqrt(
+        np.mean(exact_response(CUT, motion).acceleration[[0, *(f + 1 for f in SENSORS)]] ** 2, axis=1)
+    )
     model = state_space(calibrated_structure(motion, noise), np.array(SENSORS), BUILDING.base_mass, RATE)
     fit, other = (fitting_rate(force, each) for each in (found.force, smoothed_force(model, channels, level)))
     assert fit > 98
@@ -64,7 +66,7 @@ def test_the_smoother_in_time_is_exact_without_noise() -> None:
         damping=np.array([BUILDING.damping_coefficient, 0.0, 0.0]),
         modal_damping=np.ones(modes.angular_frequency.size),
     )
-    happened = truth(IN_CLASS, "Kobe")
+    happened = exact_response(IN_CLASS, "Kobe")
     part = slice(3000, 4500)
     channels = happened.acceleration[[0, *(floor + 1 for floor in SENSORS)], part]
     model = state_space(structure, np.array(SENSORS), BUILDING.base_mass, RATE)

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from independent import moved
-from motions import RATE
+from exact_responses import IN_CLASS, KINDS, MOTIONS, SENSORS, as_prepared, estimator_input, exact_response, recorded
+from ground_motions import RATE
+from independent_simulation import independent_response
 from scipy.linalg import eigh, eigvals
-from truths import IN_CLASS, KINDS, MOTIONS, SENSORS, conditioned, instrumented, recorded, truth
 
 from core.arrays import Matrix
 from core.model.simulation import simulate
@@ -21,7 +21,7 @@ def distance(found: Matrix, exact: Matrix) -> float:
 @pytest.mark.parametrize("motion", MOTIONS)
 def test_two_integrators_of_different_kind_agree(motion: str) -> None:
     """Both have error 1e-5 at their own number of steps."""
-    ours, other = simulate(BUILDING, ISOLATOR, MOTIONS[motion](), RATE), truth(IN_CLASS, motion)
+    ours, other = simulate(BUILDING, ISOLATOR, MOTIONS[motion](), RATE), exact_response(IN_CLASS, motion)
     assert distance(other.force, ours.force) < 2e-5
     assert distance(other.displacement, ours.isolator_displacement) < 2e-5
     assert distance(other.velocity, ours.isolator_velocity) < 2e-5
@@ -32,8 +32,8 @@ def test_two_integrators_of_different_kind_agree(motion: str) -> None:
 def test_steps_half_as_long_are_a_quarter_as_wrong() -> None:
     """Second order, for reversals lie within steps."""
     ground = MOTIONS["Kobe"]()
-    limit = moved(DESIGN, ground, RATE, 128).force
-    errors = [distance(moved(DESIGN, ground, RATE, substeps).force, limit) for substeps in (2, 4, 8, 16)]
+    limit = independent_response(DESIGN, ground, RATE, 128).force
+    errors = [distance(independent_response(DESIGN, ground, RATE, substeps).force, limit) for substeps in (2, 4, 8, 16)]
     assert errors[-1] < 1e-5
     assert np.log2(errors[0] / errors[-1]) / 3 == pytest.approx(2.0, abs=0.3)
 
@@ -41,7 +41,7 @@ def test_steps_half_as_long_are_a_quarter_as_wrong() -> None:
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_force_is_the_inertia_of_all_levels(kind: str) -> None:
     draw = KINDS[kind].draws - 1
-    building, happened = KINDS[kind].building(draw), truth(KINDS[kind], "Kobe", draw)
+    building, happened = KINDS[kind].building(draw), exact_response(KINDS[kind], "Kobe", draw)
     inertia = -np.append(building.base_mass, building.floor_mass) @ happened.acceleration
     assert np.abs(happened.force - inertia).max() < 1e-12 * np.abs(inertia).max()
 
@@ -78,7 +78,7 @@ def test_bending_adds_a_fifth_to_the_roofs_flexibility() -> None:
 
 
 def test_faults_are_those_of_one_sensor() -> None:
-    exact = truth(IN_CLASS, "Kobe").acceleration[[0, *(floor + 1 for floor in SENSORS)]]
+    exact = exact_response(IN_CLASS, "Kobe").acceleration[[0, *(floor + 1 for floor in SENSORS)]]
     assert recorded(IN_CLASS, "Kobe", 0.0, 0) == pytest.approx(exact)
     gained = recorded(KINDS["gain +2 %, roof"], "Kobe", 0.0, 0)
     assert gained == pytest.approx(exact * np.array([[1.0], [1.0], [1.02]]))
@@ -97,7 +97,10 @@ def test_noise_has_the_given_share_of_the_channels_root_mean_square() -> None:
 
 @pytest.mark.parametrize("motion", MOTIONS)
 def test_cut_records_begin_and_end_in_motion(motion: str) -> None:
-    whole, cut = truth(IN_CLASS, motion).acceleration[0], truth(KINDS["cut to its strongest 15 s"], motion)
+    whole, cut = (
+        exact_response(IN_CLASS, motion).acceleration[0],
+        exact_response(KINDS["cut to its strongest 15 s"], motion),
+    )
     base = cut.acceleration[0]
     assert 1500 <= base.size < 3700
     for end in (base[:200], base[-200:]):
@@ -107,7 +110,7 @@ def test_cut_records_begin_and_end_in_motion(motion: str) -> None:
 
 def test_an_estimator_is_told_the_design() -> None:
     channels = recorded(KINDS["all masses ±20 %"], "Kobe", 0.01, 1)
-    told = instrumented(conditioned(channels))
+    told = estimator_input(as_prepared(channels))
     assert told.base_mass == BUILDING.base_mass
     assert told.floor_mass is BUILDING.floor_mass
     assert told.storey_stiffness is None

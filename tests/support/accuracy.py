@@ -6,8 +6,8 @@ from time import process_time
 from types import MappingProxyType
 
 import numpy as np
-from motions import RATE
-from truths import BAND, KINDS, conditioned, instrumented, recorded, truth
+from exact_responses import BAND, KINDS, as_prepared, estimator_input, exact_response, recorded
+from ground_motions import RATE
 
 from core.arrays import Matrix, Vector
 from core.comparison.fitting_rate import fitting_rate
@@ -74,10 +74,10 @@ def scores(kind: str, motion: str, noises: Sequence[float], seeds: Sequence[int]
     for noise in noises:
         for seed in seeds:
             channels = recorded(KINDS[kind], motion, noise, seed)
-            force = truth(KINDS[kind], motion, seed % KINDS[kind].draws).force
+            force = exact_response(KINDS[kind], motion, seed % KINDS[kind].draws).force
             for name, estimator in ESTIMATORS.items():
                 began = process_time()
-                found = estimator(instrumented(channels))
+                found = estimator(estimator_input(channels))
                 seconds = process_time() - began
                 filtered = _filtered(estimator, channels, force) if seed == seeds[0] else None
                 yield Score(name, kind, motion, noise, seed, agreement(force, found), filtered, seconds)
@@ -99,4 +99,4 @@ def long_enough(samples: Vector) -> bool:
 def _filtered(estimator: Estimator, channels: Matrix, force: Vector) -> Agreement | None:
     if not long_enough(force):
         return None
-    return agreement(conditioned(force), estimator(instrumented(conditioned(channels))))
+    return agreement(as_prepared(force), estimator(estimator_input(as_prepared(channels))))

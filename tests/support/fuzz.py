@@ -11,7 +11,7 @@ from tempfile import TemporaryDirectory
 import atheris
 
 with atheris.instrument_imports(include=["service.formats", "obspy.io"]):
-    from fuzzed import FILES, GAINS
+    from fuzz_inputs import FILES, GAINS
 
     from service.formats import FormatError, read
 

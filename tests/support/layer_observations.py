@@ -3,7 +3,7 @@
 from datetime import UTC, datetime, timedelta
 
 import numpy as np
-from motions import RATE, akt013
+from ground_motions import RATE, akt013
 
 from core.arrays import Vector
 from core.fitting.observation import LayerHistory, Observation
@@ -20,7 +20,7 @@ FORCE_NOISE, DISPLACEMENT_NOISE, ACCELERATION_NOISE = 0.01, 1e-5, 0.005
 LATER = timedelta(days=1)
 
 
-def observed_layer(
+def layer_observation(
     seed: int,
     isolator: Isolator = ISOLATOR,
     scale: float = 1.0,

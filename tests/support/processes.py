@@ -30,7 +30,7 @@ def run(
 
 
 @contextmanager
-def started(folder: Path, database_url: str, *arguments: str, **more: str) -> Iterator[psutil.Popen]:
+def running_command(folder: Path, database_url: str, *arguments: str, **more: str) -> Iterator[psutil.Popen]:
     """A command that runs meanwhile; nothing of its process tree is left afterwards."""
     command = [*COMMAND, *arguments]
     with (folder / "output").open("ab") as output:

@@ -4,7 +4,7 @@ from functools import cache
 from itertools import combinations
 
 import numpy as np
-from described import bncs, bncs_segments
+from building_models import bncs, bncs_segments
 
 from core.analysis import AnalysisSettings
 from core.arrays import Vector

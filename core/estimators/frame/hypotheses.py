@@ -57,7 +57,7 @@ TEMPERATURE = 100.0
 """Difference of log evidence at which the weight of a hypothesis falls to 1/e.
 
 It would be 1 if one of the hypotheses were the building. Where none is, evidence preferred the less exact of two by up
-to 120. Chosen on even seeds of tests/support/covered.py."""
+to 120. Chosen on even seeds of tests/support/band_coverage.py."""
 NEGLIGIBLE = 0.02
 """Weight below which a hypothesis is left out."""
 

@@ -29,7 +29,7 @@ COUNTED = 0.999
 BEYOND = 1.5
 """Mean square of the building's distance over that of a rival as likely as the chosen hypothesis.
 
-It is above 1 because the building may lie beyond the rival. Chosen on even seeds of tests/support/covered.py."""
+It is above 1 because the building may lie beyond the rival. Chosen on even seeds of tests/support/band_coverage.py."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

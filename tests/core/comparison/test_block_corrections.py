@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from layer_observations import BAND, LATER, START, observed_layer
+from layer_observations import BAND, LATER, START, layer_observation
 
 from core.comparison.block_corrections import BlockCorrection, block_corrections
 from core.comparison.compared import compare_forces
@@ -9,7 +9,9 @@ from core.paper import ISOLATOR
 
 
 def corrections(model: Isolator, truth: Isolator = ISOLATOR, *scales: float) -> tuple[BlockCorrection, ...]:
-    seen = [observed_layer(n, truth, scale=scale, start=START + n * LATER) for n, scale in enumerate(scales or (1.0,))]
+    seen = [
+        layer_observation(n, truth, scale=scale, start=START + n * LATER) for n, scale in enumerate(scales or (1.0,))
+    ]
     return block_corrections(model, compare_forces(model, seen, BAND))
 
 

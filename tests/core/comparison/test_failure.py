@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from force_errors import BAND, PEAKS, STIFFNESS, comparisons_with_error, error_on_one_branch, hardening_error, no_error
 from hypothesis import given, settings, strategies as st
-from planted import BAND, PEAKS, STIFFNESS, hardening, nothing, on_side, planted
 
 from core.comparison.compared import ForceComparison
 from core.comparison.covariates import PHASES, covariates, half_cycle_amplitude
@@ -29,7 +29,7 @@ def said(found: Failure) -> str:
 @few
 @given(seed=seeds)
 def test_of_pure_noise_nothing_stands_out(seed: int) -> None:
-    found = failed(planted(nothing, seed))
+    found = failed(comparisons_with_error(no_error, seed))
     assert found.is_noise
     assert found.regions == ()
     assert said(found).endswith("nothing stands out.")
@@ -42,7 +42,7 @@ def test_hardening_is_said_to_lie_above_its_onset(seed: int, onset: float) -> No
 
     The threshold itself lies anywhere between two cycles: records tell no more than which cycles pass the onset.
     """
-    compared = planted(hardening(onset), seed)
+    compared = comparisons_with_error(hardening_error(onset), seed)
     found = failed(compared)
     region = found.regions[0]
     assert (region.name, region.is_above) == ("amplitude", True)
@@ -54,7 +54,11 @@ def test_hardening_is_said_to_lie_above_its_onset(seed: int, onset: float) -> No
 
 def test_a_threshold_between_two_cycles_leaves_neither_on_the_wrong_side() -> None:
     """Cycles of this motion reach 115 and 157 mm: rounded up, 160 mm would leave out the second, 110 hold the first."""
-    (found,) = [one for one in failed(planted(hardening(0.125), seed=111)).regions if one.name == "amplitude"]
+    (found,) = [
+        one
+        for one in failed(comparisons_with_error(hardening_error(0.125), seed=111)).regions
+        if one.name == "amplitude"
+    ]
     assert 0.115 < found.threshold < 0.157
 
 
@@ -62,7 +66,7 @@ def test_a_threshold_between_two_cycles_leaves_neither_on_the_wrong_side() -> No
 @given(seed=seeds, outwards=st.booleans())
 def test_an_error_on_one_phase_of_the_loop_is_said_to_lie_there(seed: int, outwards: bool) -> None:
     """A spring on the way out, or back, only: around the reversals it is half there."""
-    found = failed(planted(on_side(outwards), seed))
+    found = failed(comparisons_with_error(error_on_one_branch(outwards), seed))
     wrong, right = PHASES[outwards], PHASES[1 - outwards]
     assert wrong not in said(found).split("Worst")[0]
     by_phase = next(one for one in found.profiles if one.name == "phase")
@@ -78,7 +82,7 @@ def test_an_error_above_an_amplitude_and_on_loading_is_said_to_be_both(seed: int
         large = half_cycle_amplitude(x) > 0.1
         return 0.3 * STIFFNESS * x * (large & (x * v > 0) & (np.abs(x) < 0.9 * half_cycle_amplitude(x)))
 
-    found = failed(planted(error, seed))
+    found = failed(comparisons_with_error(error, seed))
     assert found.narrowed is not None
     assert found.narrowed.classed == "on loading"
     assert found.narrowed.share.value > 0.9
@@ -88,7 +92,7 @@ def test_an_error_above_an_amplitude_and_on_loading_is_said_to_be_both(seed: int
 @few
 @given(seed=seeds, factor=st.floats(0.7, 0.95))
 def test_wrong_values_are_said_to_be_wrong_values(seed: int, factor: float) -> None:
-    found = failed(planted(lambda one: (1 - factor) * one.layer.force, seed))
+    found = failed(comparisons_with_error(lambda one: (1 - factor) * one.layer.force, seed))
     assert found.is_of_values
     assert "values are off, and no effect needs to be missing" in said(found)
     assert "lies" not in said(found)
@@ -100,7 +104,7 @@ def test_an_error_of_one_earthquake_is_told_by_what_sets_it_apart(seed: int) -> 
     def error(observation: Observation) -> np.ndarray:
         return 0.1 * STIFFNESS * observation.layer.displacement * (observation.name.startswith("2024-06"))
 
-    found = failed(planted(error, seed))
+    found = failed(comparisons_with_error(error, seed))
     away = {one.name: one.taken_away.value for one in found.profiles if one.taken_away is not None}
     assert max(away, key=lambda name: away[name]) == "earthquake"
     assert away["earthquake"] > 0.95
@@ -130,7 +134,7 @@ def test_an_error_that_goes_with_a_condition_is_taken_away_by_it(name: str) -> N
         apart = getattr(observation.conditions, field) - np.mean(values)
         return np.asarray(0.01 / spread * STIFFNESS * apart * 10 * observation.layer.displacement)
 
-    found = failed(planted(error, prepare=conditioned))
+    found = failed(comparisons_with_error(error, prepare=conditioned))
     away = {one.name: one.taken_away.value for one in found.profiles if one.taken_away is not None}
     assert away[name] > found.constant.value + 0.1
     assert away[name] > 0.9
@@ -151,7 +155,7 @@ def test_units_of_force_change_nothing_that_is_found(seed: int, scale: float) ->
             replace(one.observation, layer=forces), one.states, scale * one.model, scale * one.std, misfit
         )
 
-    compared = planted(hardening(0.1), seed)
+    compared = comparisons_with_error(hardening_error(0.1), seed)
     one, other = failed(compared), failed([scaled(each) for each in compared])
     assert words(one)[1:-1] == words(other)[1:-1]
 
@@ -159,7 +163,7 @@ def test_units_of_force_change_nothing_that_is_found(seed: int, scale: float) ->
 @few
 @given(seed=seeds)
 def test_every_profile_shares_out_all_of_the_excess(seed: int) -> None:
-    found = failed(planted(hardening(0.1), seed))
+    found = failed(comparisons_with_error(hardening_error(0.1), seed))
     for profile in found.profiles:
         assert sum(one.share.value for one in profile.bins) == pytest.approx(1.0), profile.name
         assert sum(one.energy for one in profile.bins) == pytest.approx(1.0), profile.name
@@ -174,7 +178,7 @@ def test_the_worst_window_is_where_the_error_is() -> None:
         burst[round(31 * observation.rate) : round(34 * observation.rate)] = 1e6
         return burst * observation.name.startswith("2024-06")
 
-    worst = failed(planted(error)).windows[0]
+    worst = failed(comparisons_with_error(error)).windows[0]
     assert (worst.earthquake, worst.start, worst.end) == ("2024-06-13", 30.0, 35.0)
     assert worst.share > 0.95
     assert worst.rms == pytest.approx(1e6 * np.sqrt(3 / 5), rel=0.02)
@@ -185,19 +189,19 @@ def test_an_error_of_one_frequency_is_in_its_octave() -> None:
         t = np.arange(observation.layer.force.size) / observation.rate
         return np.asarray(0.1 * np.std(observation.layer.force) * np.sin(2 * np.pi * 2.3 * t))
 
-    (profile,) = [one for one in failed(planted(error)).profiles if one.name == "frequency"]
+    (profile,) = [one for one in failed(comparisons_with_error(error)).profiles if one.name == "frequency"]
     (within,) = [one for one in profile.bins if one.low <= 2.3 < one.high]
     assert within.share.value > 0.98
 
 
 def test_covariates_that_never_change_are_left_out() -> None:
-    names = {one.name for one in covariates([one.observation for one in planted(nothing)])}
+    names = {one.name for one in covariates([one.observation for one in comparisons_with_error(no_error)])}
     assert {"temperature", "vertical load", "other direction"}.isdisjoint(names)
     assert {"amplitude", "velocity", "phase", "travel", "cycle", "largest past displacement"} <= names
 
 
 def test_the_largest_past_displacement_goes_on_from_earthquake_to_earthquake() -> None:
-    observations = [one.observation for one in planted(nothing)][::-1]
+    observations = [one.observation for one in comparisons_with_error(no_error)][::-1]
     past = next(one for one in covariates(observations) if one.name == "largest past displacement")
     count = observations[0].layer.displacement.size
     assert past.values[count:].min() == pytest.approx(PEAKS[-1])
@@ -211,7 +215,7 @@ def test_nothing_to_compare_is_refused() -> None:
 @pytest.mark.parametrize("silent", [slice(None), slice(0, 2000)])
 def test_an_estimate_without_any_noise_has_its_failure_in_numbers(silent: slice) -> None:
     """All of every record, or its first blocks only."""
-    compared = planted(hardening(0.1), seed=5)
+    compared = comparisons_with_error(hardening_error(0.1), seed=5)
     for one in compared:
         one.std[silent] = 0.0
     found = failed(compared)
@@ -222,7 +226,7 @@ def test_an_estimate_without_any_noise_has_its_failure_in_numbers(silent: slice)
 
 
 def test_octaves_below_the_pass_band_are_left_out() -> None:
-    found = failure(planted(hardening(0.1), seed=5), (1.0, 20.0), np.random.default_rng(3))
+    found = failure(comparisons_with_error(hardening_error(0.1), seed=5), (1.0, 20.0), np.random.default_rng(3))
     (profile,) = [one for one in found.profiles if one.name == "frequency"]
     assert profile.bins[0].low < 1.0 < profile.bins[0].high
     assert np.isfinite([one.noise_ratio for one in profile.bins]).all()

@@ -2,8 +2,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from described import paper
-from layer_observations import BAND, observed_layer
+from building_models import paper
+from layer_observations import BAND, layer_observation
 
 from core.building import fixed_base_modes
 from core.comparison.prediction import Prediction, Start, predict, predicted_accelerations, predicted_displacement
@@ -17,7 +17,7 @@ SOFTER = Isolator({**ISOLATOR.effects, "elastic": {"k_b": 0.9 * 475e6}})
 
 
 def predicted(isolator: Isolator, seed: int = 1, scale: float = 1.0) -> Prediction:
-    return alone(observed_layer(seed, scale=scale), isolator)
+    return alone(layer_observation(seed, scale=scale), isolator)
 
 
 def alone(observation: Observation, isolator: Isolator = ISOLATOR) -> Prediction:
@@ -48,14 +48,14 @@ def test_earthquakes_together_weigh_by_their_motion() -> None:
 
 
 def test_a_baseline_of_the_displacement_is_no_error() -> None:
-    observation = observed_layer(1)
+    observation = layer_observation(1)
     shifted = replace(observation, layer=replace(observation.layer, displacement=observation.layer.displacement + 0.01))
     found = alone(shifted)
     assert found.displacement.misfit.nrmse == pytest.approx(predicted(ISOLATOR).displacement.misfit.nrmse, rel=1e-3)
 
 
 def test_an_integrated_displacement_is_compared_within_the_band() -> None:
-    observation = observed_layer(1)
+    observation = layer_observation(1)
     drift = np.linspace(0.0, 0.05, observation.layer.displacement.size)
     layer = replace(observation.layer, displacement=observation.layer.displacement + drift)
     found = alone(replace(observation, layer=layer, transducer=False))
@@ -64,4 +64,4 @@ def test_an_integrated_displacement_is_compared_within_the_band() -> None:
 
 def test_without_the_ground_nothing_is_predicted() -> None:
     with pytest.raises(RecordError, match="the ground's acceleration was not measured"):
-        alone(replace(observed_layer(1), ground_acceleration=None))
+        alone(replace(layer_observation(1), ground_acceleration=None))

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from described import paper
+from biaxial_observations import COUPLED, biaxial_observation
+from building_models import paper
 from layer_observations import BAND
-from observed_both import COUPLED, observed_both
 
 from core.building import fixed_base_modes
 from core.comparison.compared import ForceComparison, compare_forces
@@ -20,7 +20,7 @@ MODES = fixed_base_modes(BUILDING)
 
 @pytest.fixture(scope="module")
 def seen() -> tuple[Observation, Observation]:
-    return observed_both(1)
+    return biaxial_observation(1)
 
 
 def predictions(seen: tuple[Observation, ...]) -> Predictions:

@@ -2,7 +2,7 @@
 
 from itertools import pairwise
 
-from observed import BOUC_WEN, observations
+from synthetic_observations import BOUC_WEN, observations
 
 from core.diagnosis.candidates import starts
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from observed import BOUC_WEN, observations
+from synthetic_observations import BOUC_WEN, observations
 
 from core.diagnosis.missing_effects import Outcome, diagnosed
 from core.model.isolator import Isolator

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import pytest
-from observed import BOUC_WEN, observations
+from synthetic_observations import BOUC_WEN, observations
 
 from core.diagnosis.plausibility import implausible, objection
 from core.fitting.data import FitData

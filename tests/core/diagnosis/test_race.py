@@ -1,7 +1,7 @@
 """Searches that are left off: the best one is found as if all had been made, and what is left off is far from it."""
 
 import pytest
-from observed import BOUC_WEN, observations
+from synthetic_observations import BOUC_WEN, observations
 
 from core.diagnosis.candidates import score_tests
 from core.diagnosis.race import NEAR, search_in_parallel

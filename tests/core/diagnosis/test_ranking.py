@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from observed import BOUC_WEN, observations
+from synthetic_observations import BOUC_WEN, observations
 
 from core.arrays import Vector
 from core.diagnosis.ranking import ALIKE, DECISIVE, FELT, WORTH, Judged, Ranking

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from agreed_records import described_record
-from agreeing import COUNT, RATE
-from described import LAYER, ROOF, paper
-from simulated import START
+from building_models import LAYER, ROOF, paper
+from consistent_records import consistent_record
+from consistent_sensors import COUNT, RATE
+from paper_records import START
 
 from core.analysis import EventAnalysis
 from core.arrays import Vector
@@ -22,7 +22,7 @@ def analysis(record: Record | None, *quality: Finding) -> EventAnalysis:
 
 
 def earthquakes(errors: dict[str, Vector]) -> list[EventAnalysis]:
-    return [analysis(described_record(errors, 0.03, [7, number])) for number in range(2)]
+    return [analysis(consistent_record(errors, 0.03, [7, number])) for number in range(2)]
 
 
 def the_only(found: tuple[Suspect, ...]) -> Suspect:

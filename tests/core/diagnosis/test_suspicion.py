@@ -5,10 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from agreed_records import described_record
-from agreeing import COUNT, RATE
-from described import ROOF, paper
-from simulated import FLOORS, START
+from building_models import ROOF, paper
+from consistent_records import consistent_record
+from consistent_sensors import COUNT, RATE
+from paper_records import FLOORS, START
 
 from core.analysis import DirectionAnalysis, EventAnalysis
 from core.arrays import Vector
@@ -49,7 +49,7 @@ def earthquakes(errors: Mapping[str, Vector], storeys: Vector, *quality: Finding
             torsion=None,
             axial_load=None,
             refusal=None,
-            record=described_record(errors, 0.03, [7, number]),
+            record=consistent_record(errors, 0.03, [7, number]),
         )
         for number in range(2)
     ]

@@ -5,7 +5,7 @@ from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
-from described import paper
+from building_models import paper
 from hypothesis import given, settings, strategies as st
 
 from core.arrays import Vector

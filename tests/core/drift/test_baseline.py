@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from drifting import History, Plan, history, series, stiffness_curve
+from drift_histories import History, Plan, history, series, stiffness_curve
 
 from core.drift.baseline import Baseline
 from core.drift.monitor import Reference, monitor

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from drifting import START, Plan, both_directions
+from drift_histories import START, Plan, series_in_both_directions
 
 from core.drift.explanations import Shift, explanations, shifts
 from core.drift.monitor import Reference, monitor
@@ -45,7 +45,7 @@ def test_one_series_has_no_explanation() -> None:
 
 
 def test_shifts_are_estimated_in_every_series() -> None:
-    one, other = (monitor(side, Reference(), {}) for side in both_directions(PLAN, 31, ONSET, 0.06))
+    one, other = (monitor(side, Reference(), {}) for side in series_in_both_directions(PLAN, 31, ONSET, 0.06))
     found = shifts((one, other), one.values[ONSET].time)
     assert [(shift.quantity, shift.subject) for shift in found] == [("stiffness", "x"), ("stiffness", "y")]
     for shift in found:

@@ -7,7 +7,7 @@ from random import Random
 
 import numpy as np
 import pytest
-from drifting import History, Plan, cut, history, scaled, series, sloping, stepped
+from drift_histories import History, Plan, gradual_loss, history, rescaled, series, series_until, sudden_loss
 
 from core.arrays import Vector
 from core.drift.alarms import HINDSIGHT, Alarm
@@ -33,7 +33,7 @@ def sure(found: Monitoring) -> list[Alarm]:
 @pytest.mark.parametrize("seed", range(10, 16))
 def test_a_sudden_loss_raises_an_alarm_within_three_events(seed: int) -> None:
     lived = history(QUIET, seed)
-    (alarm,) = sure(monitored(lived, stepped(lived, 50, 0.08)))
+    (alarm,) = sure(monitored(lived, sudden_loss(lived, 50, 0.08)))
     assert alarm.rule == "sudden"
     assert alarm.onset in (49, 50)  # the event before may happen to be low too
     assert 50 <= alarm.raised <= 52
@@ -45,14 +45,14 @@ def test_a_sudden_loss_raises_an_alarm_within_three_events(seed: int) -> None:
 
 def test_a_slow_loss_is_recognised_as_slow() -> None:
     lived = history(QUIET, 20)
-    first = sure(monitored(lived, sloping(lived, 45, 0.006)))[0]
+    first = sure(monitored(lived, gradual_loss(lived, 45, 0.006)))[0]
     assert first.rule == "slow"
     assert 45 < first.raised < 57
 
 
 def test_a_repair_is_noticed() -> None:
     lived = history(QUIET, 21)
-    lost, repaired = sure(monitored(lived, stepped(lived, 40, 0.08) - stepped(lived, 60, 0.08)))
+    lost, repaired = sure(monitored(lived, sudden_loss(lived, 40, 0.08) - sudden_loss(lived, 60, 0.08)))
     assert (lost.rule, lost.onset) == ("sudden", 40)
     assert (repaired.rule, repaired.onset) == ("recovery", 60)
     assert repaired.drift > 0.05
@@ -60,7 +60,7 @@ def test_a_repair_is_noticed() -> None:
 
 def test_a_second_loss_raises_its_own_alarm() -> None:
     lived = history(QUIET, 22)
-    one, other = sure(monitored(lived, stepped(lived, 40, 0.08) + stepped(lived, 60, 0.08)))
+    one, other = sure(monitored(lived, sudden_loss(lived, 40, 0.08) + sudden_loss(lived, 60, 0.08)))
     assert (one.onset, other.onset) == (40, 60)
 
 
@@ -70,7 +70,7 @@ def test_a_single_event_never_raises_an_alarm() -> None:
     change[50] = -0.5
     found = monitored(lived, change)
     assert not sure(found)
-    pending = monitor(cut(series(lived, change), 51), Reference(), {}).alarms
+    pending = monitor(series_until(series(lived, change), 51), Reference(), {}).alarms
     assert [alarm.is_sure for alarm in pending] == [False]
     assert pending[0].onset == pending[0].raised == 50
 
@@ -84,7 +84,7 @@ def test_damage_within_an_event_raises_an_alarm_at_once() -> None:
         replace(one, value=0.8 * one.value) if one.event == event and one.time > largest.time else one
         for one in whole.measurements
     )
-    alarms = sure(monitor(cut(replace(whole, measurements=damaged), event + 1), Reference(), {}))
+    alarms = sure(monitor(series_until(replace(whole, measurements=damaged), event + 1), Reference(), {}))
     assert [(alarm.rule, alarm.onset, alarm.raised) for alarm in alarms] == [("within", event, event)]
     assert alarms[0].low < -0.2 < alarms[0].high
 
@@ -131,7 +131,7 @@ def test_winters_raise_no_alarm(has_thermometer: bool) -> None:
 
 def test_sensor_findings_exclude_an_event_and_are_named() -> None:
     lived = history(QUIET, 27)
-    whole = series(lived, stepped(lived, 50, 0.08))
+    whole = series(lived, sudden_loss(lived, 50, 0.08))
     notes = {event: EventNotes((CALIBRATION,)) for event in range(50, QUIET.events)}
     found = monitor(whole, Reference(), notes)
     assert sure(monitor(whole, Reference(), {}))
@@ -143,11 +143,11 @@ def test_sensor_findings_exclude_an_event_and_are_named() -> None:
 
 def test_later_events_do_not_change_earlier_alarms() -> None:
     lived = history(QUIET, 28)
-    whole = series(lived, stepped(lived, 45, 0.05))
+    whole = series(lived, sudden_loss(lived, 45, 0.05))
     every = [(alarm.rule, alarm.onset, alarm.raised) for alarm in sure(monitor(whole, Reference(), {}))]
     assert every
     for last in range(40, QUIET.events, 7):
-        known = [(a.rule, a.onset, a.raised) for a in sure(monitor(cut(whole, last), Reference(), {}))]
+        known = [(a.rule, a.onset, a.raised) for a in sure(monitor(series_until(whole, last), Reference(), {}))]
         assert [raised for _, _, raised in known] == [raised for _, _, raised in every if raised < last]
         settled = [one for one in every if one[2] < last - HINDSIGHT]
         assert known[: len(settled)] == settled
@@ -155,7 +155,7 @@ def test_later_events_do_not_change_earlier_alarms() -> None:
 
 def test_the_order_of_arrival_and_repetition_change_nothing() -> None:
     lived = history(Plan(events=60), 5)
-    whole = series(lived, stepped(lived, 40, 0.05))
+    whole = series(lived, sudden_loss(lived, 40, 0.05))
     one = monitor(whole, Reference(), {})
     for seed in range(3):
         shuffled = [*whole.measurements, *whole.measurements[100:200]]
@@ -168,8 +168,8 @@ def test_the_order_of_arrival_and_repetition_change_nothing() -> None:
 @pytest.mark.parametrize(("of_value", "of_amplitude"), [(1e3, 1.0), (1.0, 1e-2), (1e-6, 1e3)])
 def test_units_change_nothing(of_value: float, of_amplitude: float) -> None:
     lived = history(Plan(events=60), 6)
-    whole = series(lived, stepped(lived, 40, 0.08))
-    one, other = (monitor(s, Reference(), {}) for s in (whole, scaled(whole, of_value, of_amplitude)))
+    whole = series(lived, sudden_loss(lived, 40, 0.08))
+    one, other = (monitor(s, Reference(), {}) for s in (whole, rescaled(whole, of_value, of_amplitude)))
     relative = 1e-6  # rounding, through the solution of the normal equations
     assert [v.value for v in other.values] == pytest.approx([v.value for v in one.values], rel=relative, abs=1e-9)
     assert [v.std for v in other.values] == pytest.approx([v.std for v in one.values], rel=relative)
@@ -178,7 +178,7 @@ def test_units_change_nothing(of_value: float, of_amplitude: float) -> None:
 
 def test_without_a_baseline_the_number_of_events_needed_is_known() -> None:
     lived = history(Plan(events=30), 4)
-    found = monitor(cut(series(lived), 4), Reference(), {})
+    found = monitor(series_until(series(lived), 4), Reference(), {})
     assert found.baseline is None
     assert found.events_needed == 16
     assert found.values == found.alarms == ()
@@ -187,7 +187,7 @@ def test_without_a_baseline_the_number_of_events_needed_is_known() -> None:
 
 def test_a_reference_may_be_chosen() -> None:
     lived = history(QUIET, 29)
-    whole = series(lived, stepped(lived, 30, 0.08))
+    whole = series(lived, sudden_loss(lived, 30, 0.08))
     times = [value.time for value in monitor(whole, Reference(), {}).values]
     after = monitor(whole, Reference(times[30], times[59]), {})
     assert after.baseline is not None
@@ -223,7 +223,7 @@ def test_the_onset_interval_contains_the_beginning_of_the_change(size: float, mo
     contained, lengths = [], []
     for seed in range(300, 320):
         lived = history(Plan(events=80, giant=False), seed)
-        alarm = next(one for one in sure(monitored(lived, stepped(lived, 50, size))) if one.drift < 0)
+        alarm = next(one for one in sure(monitored(lived, sudden_loss(lived, 50, size))) if one.drift < 0)
         assert alarm.after < alarm.onset <= alarm.by <= alarm.raised
         contained.append(alarm.after < 50 <= alarm.by)
         lengths.append(alarm.by - alarm.after)
@@ -237,7 +237,7 @@ def test_the_onset_interval_reaches_into_the_reference(early: int) -> None:
     lived = history(QUIET, 10)
     last = max(value.event for value in monitored(lived).values if value.is_reference)
     onset = last + 1 - early
-    found = monitored(lived, stepped(lived, onset, 0.08))
+    found = monitored(lived, sudden_loss(lived, onset, 0.08))
     alarm = sure(found)[0]
     assert {value.event for value in found.values if value.is_reference} >= {last}
     assert alarm.after < onset <= alarm.by == last + 1

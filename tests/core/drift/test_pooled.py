@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from drifting import Plan, both_directions
+from drift_histories import Plan, series_in_both_directions
 
 from core.drift.monitor import Monitoring, Reference, monitor
 from core.drift.pooled import pooled, pooled_alarms, scatter_correlation
@@ -15,7 +15,7 @@ ONSET = 45
 
 
 def both(loss: float) -> tuple[Monitoring, Monitoring]:
-    one, other = (monitor(side, Reference(), {}) for side in both_directions(PLAN, 31, ONSET, loss))
+    one, other = (monitor(side, Reference(), {}) for side in series_in_both_directions(PLAN, 31, ONSET, loss))
     return one, other
 
 

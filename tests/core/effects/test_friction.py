@@ -2,15 +2,15 @@
 
 import numpy as np
 import pytest
-from exciting import Excitation, answer, cycles, usual
+from excitations import Excitation, equal_cycles, layer_force, usual_values
 
 from core.effects.friction import SHORTEST
 
 
 def test_a_loop_of_short_slip_has_the_area_of_a_rigid_slider() -> None:
     """4 F a (Coulomb). The slip rounds each of two reversals off: some slips of the 4 a = 800 slips round the loop."""
-    given = cycles(400.0, count=4, amplitude=0.1)
-    force = answer({"friction": usual("friction", sliding=2e6, share=1e-3, slip=5e-4)}, given)
+    given = equal_cycles(400.0, count=4, amplitude=0.1)
+    force = layer_force({"friction": usual_values("friction", sliding=2e6, share=1e-3, slip=5e-4)}, given)
     last = -given.velocity.size // 4
     area = np.sum((force * given.velocity)[last:]) / given.rate
     assert area == pytest.approx(4 * 2e6 * 0.1, rel=1e-2)
@@ -18,17 +18,19 @@ def test_a_loop_of_short_slip_has_the_area_of_a_rigid_slider() -> None:
 
 def test_sliding_fast_needs_more_force_than_sliding_slowly() -> None:
     """Constantinou et al. (1990): the slow share is missing at rest and back, but for exp(-a v), at speed."""
-    rate, values = 400.0, usual("friction", sliding=1e6, share=0.5, a=20.0)
+    rate, values = 400.0, usual_values("friction", sliding=1e6, share=0.5, a=20.0)
     for speed in (0.01, 0.05, 0.5):
         t = np.arange(0, 0.1 / speed, 1 / rate)
-        still = cycles(rate, 1)
+        still = equal_cycles(rate, 1)
         given = Excitation(rate, speed * t, np.full(t.size, speed), still.conditions.usual(t.size, rate))
-        assert answer({"friction": values}, given)[-1] == pytest.approx(1e6 * (1 - 0.5 * np.exp(-20 * speed)), rel=1e-3)
+        assert layer_force({"friction": values}, given)[-1] == pytest.approx(
+            1e6 * (1 - 0.5 * np.exp(-20 * speed)), rel=1e-3
+        )
 
 
 def test_the_shortest_slip_in_the_fastest_motion_stays_bounded() -> None:
     """At the coarsest step, 5 ms, of an ordinary record at 50 Hz; an eighth above: what a step overshoots."""
-    given = cycles(50.0, count=3, amplitude=0.5)
-    force = answer({"friction": usual("friction", sliding=1.0, slip=5e-5)}, given)
+    given = equal_cycles(50.0, count=3, amplitude=0.5)
+    force = layer_force({"friction": usual_values("friction", sliding=1.0, slip=5e-5)}, given)
     assert 0.8 < abs(force).max() < 1.125
     assert SHORTEST > 0.005 * 2 / 2.785  # RK4's bound on the real axis, the slip's rate there being two speeds a slip

@@ -2,21 +2,21 @@
 
 import numpy as np
 import pytest
-from exciting import answer, cycles, excitation
+from excitations import equal_cycles, excitation, layer_force
 
 
 def test_the_largest_past_displacement_is_followed() -> None:
     """Force by the running maximum; 1 % of the largest force: within a step or two of its passing."""
     given = excitation(100.0, seconds=20.0, amplitude=0.08)
-    force = answer({"mullins": {"k_M": 1e8, "u_M": 0.025}}, given)
+    force = layer_force({"mullins": {"k_M": 1e8, "u_M": 0.025}}, given)
     exact = 1e8 * given.displacement * np.exp(-np.maximum.accumulate(abs(given.displacement)) / 0.025)
     assert force == pytest.approx(exact, abs=1e-2 * abs(exact).max())
 
 
 def test_a_second_loop_is_softer_than_the_first_and_as_soft_as_the_third() -> None:
-    given = cycles(350.0, count=3, amplitude=0.05)
+    given = equal_cycles(350.0, count=3, amplitude=0.05)
     first, second, third = np.split(
-        answer({"mullins": {"k_M": 1e8, "u_M": 0.02}}, given)[: given.velocity.size // 3 * 3], 3
+        layer_force({"mullins": {"k_M": 1e8, "u_M": 0.02}}, given)[: given.velocity.size // 3 * 3], 3
     )
     rising = slice(1, first.size // 16)
     assert (second[rising] < 0.25 * first[rising]).all()

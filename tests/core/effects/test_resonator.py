@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
-from exciting import TURN, answer, cycles
+from excitations import TURN, equal_cycles, layer_force
 
 
 @pytest.mark.parametrize("frequency", [0.5, 0.7, 1.4])
 def test_harmonic_force_is_by_the_dynamic_stiffness(frequency: float) -> None:
     """-m ω² (1 + 2iζr) / (1 - r² + 2iζr), r = ω over the resonator's own; 2e-3: straight lines between samples."""
-    given, mass, damping = cycles(200.0, count=40, amplitude=0.1), 5e5, 0.1
-    force = answer({"resonator": {"mass": mass, "frequency": frequency, "damping": damping}}, given)
+    given, mass, damping = equal_cycles(200.0, count=40, amplitude=0.1), 5e5, 0.1
+    force = layer_force({"resonator": {"mass": mass, "frequency": frequency, "damping": damping}}, given)
     last = slice(-given.velocity.size // 40, None)
     wave = np.column_stack([given.displacement, given.velocity / TURN])[last]
     found = np.linalg.lstsq(wave, force[last], rcond=None)[0] @ [1, 1j]

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from exciting import answer, cycles
+from excitations import equal_cycles, layer_force
 
 
 def test_the_flag_has_its_two_levels_and_returns_to_zero() -> None:
-    given = cycles(700.0, count=2, amplitude=0.1)
-    force = answer({"self_centring": {"activation": 2e6, "lost": 0.6, "opening": 2e-3}}, given)
+    given = equal_cycles(700.0, count=2, amplitude=0.1)
+    force = layer_force({"self_centring": {"activation": 2e6, "lost": 0.6, "opening": 2e-3}}, given)
     u, v, last = given.displacement, given.velocity, slice(given.velocity.size // 2, None)
     out, back = (force[last][(u * v)[last] * sign > 1e-2] for sign in (1, -1))
     assert abs(out).max() == pytest.approx(2e6, rel=1e-3)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from exciting import LAYER, Excitation, answer, cycles, excitation, usual
+from excitations import LAYER, Excitation, equal_cycles, excitation, layer_force, usual_values
 from hypothesis import given, settings, strategies as st
 
 from core.model.isolator import Conditions
@@ -25,19 +25,19 @@ def test_the_hysteretic_variable_stays_within_its_bound(
     model = {
         "bouc_wen": YIELD["bouc_wen"] | {"D_y": D_y},
         "yield_sharpness": {"times": times},
-        "biaxial": usual("biaxial", joined=joined, D_cross=D_y),
-        "pinching": usual("pinching", z1=z1),
+        "biaxial": usual_values("biaxial", joined=joined, D_cross=D_y),
+        "pinching": usual_values("pinching", z1=z1),
     }
-    assert abs(answer(model, excitation(100.0, 4.0, amplitude))).max() < 1.05
+    assert abs(layer_force(model, excitation(100.0, 4.0, amplitude))).max() < 1.05
 
 
 def test_a_sharper_yield_nears_the_bilinear_one() -> None:
     """z = u / D_y until it yields and 1 from then on; rms over the first quarter of a cycle."""
-    motion = cycles(400.0, count=1, amplitude=0.02)
+    motion = equal_cycles(400.0, count=1, amplitude=0.02)
     quarter = slice(0, motion.velocity.size // 4)
     bilinear = np.minimum(motion.displacement / YIELD["bouc_wen"]["D_y"], 1.0)[quarter]
     off = [
-        np.sqrt(np.mean((answer({**YIELD, "yield_sharpness": {"times": times}}, motion)[quarter] - bilinear) ** 2))
+        np.sqrt(np.mean((layer_force({**YIELD, "yield_sharpness": {"times": times}}, motion)[quarter] - bilinear) ** 2))
         for times in (1.0, 3.0, 10.0)
     ]
     assert off[0] > 2 * off[1] > 4 * off[2]
@@ -45,24 +45,24 @@ def test_a_sharper_yield_nears_the_bilinear_one() -> None:
 
 def test_motion_in_both_directions_leaves_each_less_than_all_the_strength() -> None:
     """Equal motions, n = 1, λ = 1: at rest of z, 1 - z - z² = 0 (the golden section)."""
-    one = cycles(200.0, count=2, amplitude=0.05)
+    one = equal_cycles(200.0, count=2, amplitude=0.05)
     ramp = 0.2 * np.arange(400) / 200.0
     fast = np.full(400, 0.2)
     both = Conditions(ramp, fast, np.ones(400), np.full(400, 20.0), one.conditions.time[:400])
     model = {**YIELD, "biaxial": {"joined": 1.0, "D_cross": YIELD["bouc_wen"]["D_y"]}}
-    force = answer(model, Excitation(200.0, ramp, fast, both))
+    force = layer_force(model, Excitation(200.0, ramp, fast, both))
     assert force[-1] == pytest.approx((np.sqrt(5) - 1) / 2, rel=1e-6)
 
 
 def test_the_core_cools_while_at_rest_and_degradation_stays() -> None:
     """After strong motion and a rest of ten times the recovery a small cycle is as high as when new; or not."""
-    new, strong = cycles(100.0, count=1, amplitude=0.03), cycles(100.0, count=6, amplitude=0.2)
+    new, strong = equal_cycles(100.0, count=1, amplitude=0.03), equal_cycles(100.0, count=6, amplitude=0.2)
     rest = np.zeros(2000)
     u, v = (np.concatenate([getattr(strong, name), rest, getattr(new, name)]) for name in ("displacement", "velocity"))
     long = Excitation(100.0, u, v, Conditions.usual(u.size, 100.0))
     height = {}
     for name, values in {"heating": {"loss": 0.2, "recovery": 2.0}, "degradation": {"delta": 0.1}}.items():
-        force = answer({**YIELD, name: values}, long)[-new.velocity.size :]
-        height[name] = abs(force).max() / abs(answer({**YIELD, name: values}, new)).max()
+        force = layer_force({**YIELD, name: values}, long)[-new.velocity.size :]
+        height[name] = abs(force).max() / abs(layer_force({**YIELD, name: values}, new)).max()
     assert height["heating"] == pytest.approx(1.0, abs=1e-2)
     assert height["degradation"] < 0.8

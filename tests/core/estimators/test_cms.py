@@ -1,6 +1,6 @@
 from dataclasses import replace
 
-import motions
+import ground_motions
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
@@ -72,7 +72,7 @@ def test_a_record_too_short_for_any_mode_still_gives_the_force() -> None:
 @pytest.mark.accuracy
 def test_std_is_that_of_the_sensors_noise_where_every_floor_is_measured() -> None:
     rng = np.random.default_rng(2)
-    truth = simulate(BUILDING, ISOLATOR, motions.akt013(), motions.RATE)
+    truth = simulate(BUILDING, ISOLATOR, ground_motions.akt013(), ground_motions.RATE)
     clean = np.vstack([truth.base_acceleration, truth.floor_acceleration])
     given = 0.01 * clean.std(axis=1)
     noisy = clean + given[:, None] * rng.standard_normal(clean.shape)
@@ -87,7 +87,7 @@ def test_std_is_that_of_the_sensors_noise_where_every_floor_is_measured() -> Non
 def test_std_is_larger_by_the_inertia_that_the_interpolation_leaves_out() -> None:
     """From two of seven floors, at 1 % noise: the force is off by ten times what noise does."""
     rng = np.random.default_rng(4)
-    truth = simulate(BUILDING, ISOLATOR, motions.akt013(), motions.RATE)
+    truth = simulate(BUILDING, ISOLATOR, ground_motions.akt013(), ground_motions.RATE)
     clean = np.vstack([truth.base_acceleration, truth.floor_acceleration[[2, 6]]])
     noisy = clean + 0.01 * clean.std(axis=1, keepdims=True) * rng.standard_normal(clean.shape)
     s = InstrumentedSuperstructure(
@@ -101,7 +101,7 @@ def test_std_is_larger_by_the_inertia_that_the_interpolation_leaves_out() -> Non
 def test_modes_come_with_their_deviations() -> None:
     """At 1 % of noise the first frequencies are known to a part in a thousand, the damping ratios to a twentieth."""
     rng = np.random.default_rng(3)
-    truth = simulate(BUILDING, ISOLATOR, motions.akt013(), motions.RATE)
+    truth = simulate(BUILDING, ISOLATOR, ground_motions.akt013(), ground_motions.RATE)
     clean = np.vstack([truth.base_acceleration, truth.floor_acceleration[[2, 6]]])
     noisy = clean + 0.01 * clean.std(axis=1, keepdims=True) * rng.standard_normal(clean.shape)
     modes = estimate(

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from covered import Case, covered, recorded
-from described import paper, segments
+from band_coverage import Case, coverage, recorded
+from building_models import paper, segments
 
 from core.analysis import AnalysisSettings, analyse
 from core.description import BuildingDescription
@@ -23,7 +23,7 @@ def doubted(share: float) -> BuildingDescription:
 @pytest.mark.parametrize("seed", [1, 3])
 def test_the_band_holds_the_force_of_a_building_whose_masses_are_as_uncertain_as_given(seed: int) -> None:
     plain, given = (
-        covered(replace(CASE, truth=truth, seed=seed)) for truth in ("all masses ±20 %", "all masses ±20 %, as given")
+        coverage(replace(CASE, truth=truth, seed=seed)) for truth in ("all masses ±20 %", "all masses ±20 %, as given")
     )
     assert plain.force.inside < 0.75
     assert 0.90 <= given.force.inside <= 0.985

@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from described import paper
+from building_models import paper
 
 from core.building import fixed_base_modes
 from core.description import BuildingDescription

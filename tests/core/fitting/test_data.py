@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from observed import BOUC_WEN, observations
+from synthetic_observations import BOUC_WEN, observations
 
 from core.arrays import Vector
 from core.fitting.data import FADED, IGNORED, FitData, columns, edge_taper, groups

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from observed import BOUC_WEN, observations
+from synthetic_observations import BOUC_WEN, observations
 
 from core.errors import RecordError
 from core.fitting.data import FitData

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from described import paper, records, segments
-from simulated import START
+from building_models import paper, records, segments
+from paper_records import START
 
 from core.analysis import AnalysisSettings, EventAnalysis, analyse
 from core.comparison.compared import compare_forces

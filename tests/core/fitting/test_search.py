@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from observed import BOUC_WEN, observations
+from synthetic_observations import BOUC_WEN, observations
 
 from core.fitting.data import FitData
 from core.fitting.projection import free_parameters, is_clamped, projected, values_of

@@ -1,7 +1,7 @@
 from dataclasses import replace
 from functools import cache
 
-import motions
+import ground_motions
 import numpy as np
 import pytest
 from scipy import signal
@@ -22,7 +22,7 @@ SLOW, FAST = 0.98 * np.exp(0.3j), 0.95 * np.exp(1.2j)
 @cache
 def clean() -> Matrix:
     """(8, 18000) m/s² of base slab and every floor of the paper's building under AKT013."""
-    truth = simulate(BUILDING, ISOLATOR, motions.akt013(), motions.RATE)
+    truth = simulate(BUILDING, ISOLATOR, ground_motions.akt013(), ground_motions.RATE)
     return np.vstack([truth.base_acceleration, truth.floor_acceleration])
 
 
@@ -37,7 +37,7 @@ def test_every_weighting_finds_the_first_modes(weighting: str) -> None:
     """The project's goal at 1 % of noise on all channels: 0.2 % and 5 %."""
     channels = record(np.random.default_rng(1), [0, FOURTH_STOREY + 1, 7])
     choices = Identification(weighting=WEIGHTINGS[weighting])
-    modes = identified_modes(channels[0], channels[1:], motions.RATE, choices)[:2]
+    modes = identified_modes(channels[0], channels[1:], ground_motions.RATE, choices)[:2]
     assert [mode.frequency for mode in modes] == pytest.approx(EXACT.frequency[:2], rel=0.002)
     assert [mode.damping_ratio for mode in modes] == pytest.approx(EXACT.damping_ratio[:2], rel=0.05)
 
@@ -45,8 +45,10 @@ def test_every_weighting_finds_the_first_modes(weighting: str) -> None:
 def test_channels_may_have_any_scale() -> None:
     """Shapes come back in the record's units; nothing else changes."""
     channels = record(np.random.default_rng(2), [0, 3, 7])
-    plain = identified_modes(channels[0], channels[1:], motions.RATE, Identification())
-    scaled = identified_modes(1e-3 * channels[0], np.diag([50.0, 2.0]) @ channels[1:], motions.RATE, Identification())
+    plain = identified_modes(channels[0], channels[1:], ground_motions.RATE, Identification())
+    scaled = identified_modes(
+        1e-3 * channels[0], np.diag([50.0, 2.0]) @ channels[1:], ground_motions.RATE, Identification()
+    )
     assert [mode.frequency for mode in scaled] == pytest.approx([mode.frequency for mode in plain])
     for one, other in zip(plain, scaled, strict=True):
         assert other.shape[0] / other.shape[1] == pytest.approx(25 * one.shape[0] / one.shape[1])

@@ -1,7 +1,7 @@
 from collections.abc import Callable
 from functools import cache
 
-import motions
+import ground_motions
 import numpy as np
 import pytest
 from scipy import signal
@@ -85,13 +85,13 @@ def test_a_record_without_errors_has_no_deviation() -> None:
 @cache
 def channels(motion: Callable[[], Vector]) -> Matrix:
     """(3, 18000) m/s² of base slab, fourth storey and roof of the paper's building, without noise."""
-    truth = simulate(BUILDING, ISOLATOR, motion(), motions.RATE)
+    truth = simulate(BUILDING, ISOLATOR, motion(), ground_motions.RATE)
     return np.vstack([truth.base_acceleration, truth.floor_acceleration[[FOURTH_STOREY, -1]]])
 
 
 @pytest.mark.accuracy
 @pytest.mark.parametrize("noise", [0.01, 0.1])
-@pytest.mark.parametrize("motion", [motions.akt013, motions.kobe, motions.chi_chi])
+@pytest.mark.parametrize("motion", [ground_motions.akt013, ground_motions.kobe, ground_motions.chi_chi])
 def test_deviations_are_those_of_repeated_records(motion: Callable[[], Vector], noise: float) -> None:
     """Noise on the outputs only, as the standard deviations are defined: their ratio to the actual scatter.
 
@@ -104,7 +104,7 @@ def test_deviations_are_those_of_repeated_records(motion: Callable[[], Vector], 
     found, deviations = [], []
     for seed in range(SEEDS):
         floors = clean[1:] + noise * rms * np.random.default_rng(seed).standard_normal(clean[1:].shape)
-        modes = identified_modes(clean[0], floors, motions.RATE, Identification())[:2]
+        modes = identified_modes(clean[0], floors, ground_motions.RATE, Identification())[:2]
         found.append([(mode.frequency, mode.damping_ratio) for mode in modes])
         deviations.append(
             [(mode.deviation.frequency, mode.deviation.damping_ratio) for mode in modes if mode.deviation is not None]

@@ -1,7 +1,7 @@
 from dataclasses import dataclass
 from functools import cache
 
-import motions
+import ground_motions
 import numpy as np
 import pytest
 
@@ -21,7 +21,7 @@ MOTIONS = ("akt013", "kobe", "chi_chi")
 @cache
 def clean(motion: str) -> Matrix:
     """(3, 18000) m/s² of base slab, fourth storey and roof of the paper's building."""
-    truth = simulate(BUILDING, ISOLATOR, getattr(motions, motion)(), motions.RATE)
+    truth = simulate(BUILDING, ISOLATOR, getattr(ground_motions, motion)(), ground_motions.RATE)
     return np.vstack([truth.base_acceleration, truth.floor_acceleration[[FOURTH_STOREY, -1]]])
 
 
@@ -32,8 +32,8 @@ def noisy(samples: Matrix, noise: float, seed: int) -> Matrix:
 
 def both(samples: Matrix) -> tuple[tuple[IdentifiedMode, ...], Refinement]:
     """The modes as identified, and refined."""
-    found = identified_modes(samples[0], samples[1:], motions.RATE, Identification())
-    return found, refined(found, samples[0], samples[1:], motions.RATE, Identification())
+    found = identified_modes(samples[0], samples[1:], ground_motions.RATE, Identification())
+    return found, refined(found, samples[0], samples[1:], ground_motions.RATE, Identification())
 
 
 @dataclass(frozen=True)
@@ -110,7 +110,7 @@ def test_a_record_cut_out_of_the_motion(motion: str, start: int, stop: int) -> N
 def test_where_noise_is_not_what_is_wrong_the_modes_stay_as_they_are() -> None:
     """A floor that moves by itself, as no mode of the building explains."""
     samples = noisy(clean("akt013"), 0.001, seed=2)
-    time = np.arange(samples.shape[1]) / motions.RATE
+    time = np.arange(samples.shape[1]) / ground_motions.RATE
     samples[2] += 0.2 * samples[2].std() * np.sin(2 * np.pi * (1 + 0.01 * time) * time)
     before, after = both(samples)
     assert after.misfit is not None
@@ -131,8 +131,8 @@ def test_a_record_of_exact_zeros_but_for_the_motion() -> None:
 
 def test_a_single_floor_has_a_shape_that_is_known() -> None:
     series = noisy(clean("akt013"), 0.01, seed=3)
-    found = identified_modes(series[0], series[2:], motions.RATE, Identification())
-    result = refined(found, series[0], series[2:], motions.RATE, Identification())
+    found = identified_modes(series[0], series[2:], ground_motions.RATE, Identification())
+    result = refined(found, series[0], series[2:], ground_motions.RATE, Identification())
     assert result.modes[0].shape_covariance == pytest.approx(np.zeros((1, 1)))
     assert result.modes[0].frequency == pytest.approx(EXACT.frequency[0], rel=1e-3)
 

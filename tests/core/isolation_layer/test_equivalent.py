@@ -9,7 +9,7 @@ from itertools import product
 
 import numpy as np
 import pytest
-from describing import MOTIONS, SCALES, describing_function, errors, errors_of_records, robust_spread
+from describing_function import MOTIONS, SCALES, cycle_errors, describing_function, record_errors, robust_spread
 from hypothesis import given, strategies as st
 
 from core.analysis import AnalysisSettings
@@ -37,7 +37,7 @@ def test_cycles_of_the_papers_building_at_one_percent_noise() -> None:
 
     ± 1.96 standard deviations cover 90 and 100 %: the rest is the estimator's own bias, which no residual shows.
     """
-    error, std = np.moveaxis(errors_of_records(0.01, AnalysisSettings()), 1, 0)
+    error, std = np.moveaxis(record_errors(0.01, AnalysisSettings()), 1, 0)
     assert len(error) > 200
     assert (np.abs(error.mean(axis=0)) < [0.02, 0.05]).all()
     assert (error.std(axis=0) < [0.02, 0.10]).all()
@@ -47,7 +47,7 @@ def test_cycles_of_the_papers_building_at_one_percent_noise() -> None:
 @pytest.mark.accuracy
 def test_cycles_of_the_papers_building_at_ten_percent_noise() -> None:
     """Measured: k_eq bias −1.3 %, scatter 1.9 % (robust 0.85); c_eq 0.2 %, 16.4 % (7.3); covered are 92 and 100 %."""
-    error, std = np.moveaxis(errors_of_records(0.1, AnalysisSettings()), 1, 0)
+    error, std = np.moveaxis(record_errors(0.1, AnalysisSettings()), 1, 0)
     assert len(error) > 200
     assert (np.abs(error.mean(axis=0)) < [0.02, 0.05]).all()
     assert (np.mean(np.abs(error) < 1.96 * std, axis=0) > 0.9).all()
@@ -66,7 +66,7 @@ def test_cycles_with_the_exact_force() -> None:
         largest = np.abs(moved.isolator_displacement).max()
         layer = Motion(moved.isolator_displacement, moved.isolator_velocity)
         spans = cycles(layer.displacement, 1e-5)
-        found.append(errors(determined(equivalent_segments(moved.force, layer, 100.0, spans)), largest))
+        found.append(cycle_errors(determined(equivalent_segments(moved.force, layer, 100.0, spans)), largest))
     error = np.concatenate(found)[:, 0]
     assert (np.abs(error.mean(axis=0)) < [0.01, 0.05]).all()
     assert (error.std(axis=0) < [0.02, 0.10]).all()

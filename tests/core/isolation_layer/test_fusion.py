@@ -3,8 +3,8 @@ from functools import cache
 
 import numpy as np
 import pytest
-from motions import RATE, akt013, chi_chi, kobe
-from sampled import Sampled, sampled
+from ground_motions import RATE, akt013, chi_chi, kobe
+from sampled_response import SampledResponse, sampled_response
 
 from core.arrays import Vector
 from core.errors import RecordError
@@ -47,7 +47,7 @@ def coverages(noise: float) -> np.ndarray:
     """(motions × seeds, 2) share of displacement and velocity within the 95 % bands of the fusion."""
     found = []
     for motion in MOTIONS:
-        truth: Sampled = sampled(motion)
+        truth: SampledResponse = sampled_response(motion)
         for seed in SEEDS:
             rng = np.random.default_rng(seed)
             displacement = noisy(truth.displacement, noise, rng)
@@ -76,7 +76,7 @@ def test_the_fusions_standard_deviation_covers_the_truth(noise: float) -> None:
 def test_a_transducer_alone_gives_a_displacement_and_a_velocity_that_cover_the_truth(
     motion: Callable[[], Vector], noise: float
 ) -> None:
-    truth, found = sampled(motion), []
+    truth, found = sampled_response(motion), []
     for seed in SEEDS:
         displacement = noisy(truth.displacement, noise, np.random.default_rng(seed))
         moved = differentiate(displacement, RATE, displacement_noise=float(noise_std(displacement[None, :], RATE)[0]))
@@ -112,7 +112,7 @@ def test_the_residual_displacements_standard_deviation_covers_where_the_layer_co
     found = []
     for motion in MOTIONS:
         for scale in (1.0, 4.0):
-            truth = sampled(motion, scale=scale, rest=180.0)
+            truth = sampled_response(motion, scale=scale, rest=180.0)
             for seed in SEEDS:
                 displacement = truth.displacement[: round(cut * RATE)]
                 measured = noisy(displacement, 0.01, np.random.default_rng(seed))
@@ -166,7 +166,7 @@ def test_the_integrals_standard_deviation_covers_the_truth(
 
     What was lost below the corner can only be bounded: the bands may be wider than they need to be.
     """
-    truth, shares = sampled(motion, scale), []
+    truth, shares = sampled_response(motion, scale), []
     for seed in DRAWS:
         rng = np.random.default_rng(seed)
         above, below = (
@@ -186,7 +186,7 @@ def test_the_integrals_standard_deviation_covers_the_truth(
 
 def test_the_band_follows_the_accelerometers_noise_and_drift() -> None:
     """The same motion: the noisier the sensors, or the more they drift, the higher the corner."""
-    truth, rng = sampled(akt013), np.random.default_rng(3)
+    truth, rng = sampled_response(akt013), np.random.default_rng(3)
     relative = truth.base_acceleration - truth.ground_acceleration
     white, walk = rng.standard_normal(relative.size), drift(relative.size, 1.0, rng)
     corners = []
@@ -203,7 +203,7 @@ def test_the_band_follows_the_accelerometers_noise_and_drift() -> None:
 @pytest.mark.parametrize(("noise", "corner"), [(0.0, 0.03), (0.01, 0.11), (0.1, 0.19)])
 def test_the_band_of_the_papers_building_under_akt013(noise: float, corner: float) -> None:
     """Noise of a part of each channel's root mean square; the mean of four draws, to a hundredth of a hertz."""
-    truth, corners = sampled(akt013), []
+    truth, corners = sampled_response(akt013), []
     for seed in DRAWS:
         rng = np.random.default_rng(seed)
         above, below = (

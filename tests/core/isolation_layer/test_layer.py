@@ -3,10 +3,10 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
-import plan
 import pytest
-from biaxial import record_of
-from described import paper
+import torsion_building
+from biaxial_records import record_of
+from building_models import paper
 
 from core.description import BuildingDescription
 from core.isolation_layer.layer import GRAVITY, axial_load, layer_motion, layer_torsion
@@ -15,7 +15,7 @@ from core.sensors.reconciliation import reconciled
 from core.sensors.rigid import RigidLevels
 from service.buildings.description import read
 
-DESCRIPTION = read(plan.building_file(), Path("/")).description
+DESCRIPTION = read(torsion_building.building_file(), Path("/")).description
 
 
 def levels(samples: dict[str, np.ndarray], description: BuildingDescription = DESCRIPTION) -> RigidLevels:
@@ -24,8 +24,8 @@ def levels(samples: dict[str, np.ndarray], description: BuildingDescription = DE
 
 def test_transducers_at_two_corners_give_translation_and_torsion_with_their_errors() -> None:
     """Each sensor alone is off by the torsion, some 20 % of x; measured: 95, 95 and 97 % within 95 % bands."""
-    found = levels(plan.records(1))
-    x, y, torsion, _ = plan.exact()
+    found = levels(torsion_building.records(1))
+    x, y, torsion, _ = torsion_building.exact()
     truths = {"x": x, "y": y}
     motions = {name: layer_motion(found.record, DESCRIPTION, name)[0] for name in ("x", "y")}
     turned, findings = layer_torsion(found, DESCRIPTION)
@@ -39,18 +39,18 @@ def test_transducers_at_two_corners_give_translation_and_torsion_with_their_erro
 
 def test_accelerometers_at_two_corners_give_a_torsion_above_a_frequency() -> None:
     """The base slab's accelerometers in the corners' place; the ground is taken not to turn."""
-    samples, accelerometers = plan.records(2), list[Channel]()
-    x, _, torsion, _ = plan.exact()
+    samples, accelerometers = torsion_building.records(2), list[Channel]()
+    x, _, torsion, _ = torsion_building.exact()
     turning = np.gradient(np.gradient(torsion)) * 100.0**2
     rng = np.random.default_rng(3)
-    for corner, (_, north) in plan.CORNERS.items():
+    for corner, (_, north) in torsion_building.CORNERS.items():
         name = f"XX.PAPER.{corner}.HNX"
-        accelerometers.append(Channel(name, "1F", "acceleration", "x", plan.CORNERS[corner]))
+        accelerometers.append(Channel(name, "1F", "acceleration", "x", torsion_building.CORNERS[corner]))
         samples[name] = samples["XX.PAPER.01.HNX"] - turning * north + 1e-4 * rng.standard_normal(x.size)
     others = tuple(
         c
         for c in DESCRIPTION.channels
-        if c.quantity != "displacement" and c.id not in ("XX.PAPER.01.HNX", plan.VERTICAL)
+        if c.quantity != "displacement" and c.id not in ("XX.PAPER.01.HNX", torsion_building.VERTICAL)
     )
     described = replace(DESCRIPTION, channels=(*others, *accelerometers))
     turned, findings = layer_torsion(levels(samples, described), described)
@@ -66,14 +66,14 @@ def test_accelerometers_at_two_corners_give_a_torsion_above_a_frequency() -> Non
 def test_without_positions_there_is_no_torsion() -> None:
     channels = tuple(replace(channel, position=None) for channel in DESCRIPTION.channels)
     described = replace(DESCRIPTION, channels=channels)
-    found = levels(plan.records(4), described)
+    found = levels(torsion_building.records(4), described)
     assert layer_torsion(found, described) == (None, ())
     assert {finding.kind for finding in found.findings} == {"position"}
 
 
 def test_a_displacement_that_is_only_noise_is_no_motion() -> None:
     noise = 1e-4 * np.random.default_rng(5).standard_normal(18000)
-    name = f"{plan.LAYER}X"
+    name = f"{torsion_building.LAYER}X"
     channel = Channel(name, "1F", "displacement", "x")
     motion, findings = layer_motion(record_of((channel,), {name: noise}), DESCRIPTION, "x")
     assert motion is None

@@ -2,7 +2,7 @@ from dataclasses import replace
 from math import pi
 
 import pytest
-from described import paper
+from building_models import paper
 
 from core.description import BuildingDescription, IsolationDesign, IsolationLayer
 from core.model.first_model import first_model

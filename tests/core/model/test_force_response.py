@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 import pytest
-from exciting import company, excitation, usual
+from excitations import excitation, required_effects, usual_values
 from scipy.integrate import solve_ivp
 
 from core import paper
@@ -63,7 +63,7 @@ def test_one_step_per_sample_at_100_hz_is_right_to_1e_4(peak: float, yield_at: f
 
 def test_order_of_convergence() -> None:
     """In the samples' distance: four where laws are smooth, for so is a step's middle; the states' kinks leave two."""
-    smooth: Values = {"maxwell": usual("maxwell")}
+    smooth: Values = {"maxwell": usual_values("maxwell")}
     for effects, order, finest in ((smooth, 3.5, 5.0), (paper.ISOLATOR.effects, 1.5, 5.0)):
         layer, coarse = Isolator(effects), 25.0
         truth = force_response(layer, *motion(64 * coarse), 64 * coarse, substeps=4).force[::64]
@@ -78,9 +78,9 @@ def test_order_of_convergence() -> None:
 def test_derivatives_are_those_of_what_is_computed(name: str) -> None:
     """By every parameter, states included; steps of 1e-5 leave 1e-7 of the change by rounding, a few samples at kinks
     that pass from one side of a sample to the other more."""
-    given, values = excitation(RATE, 4.0), usual(name)
+    given, values = excitation(RATE, 4.0), usual_values(name)
     wanted = [(name, parameter) for parameter in values]
-    around = {**company(name), name: values}
+    around = {**required_effects(name), name: values}
 
     def run(instead: Mapping[str, float]) -> Vector:
         layer = Isolator({**around, name: {**values, **instead}})
@@ -104,7 +104,7 @@ def test_no_state_depends_on_what_the_force_is_proportional_to(name: str) -> Non
     effect, given = EFFECTS[name], excitation(RATE, 4.0)
     if not effect.linear or effect.acts_on != "force":
         return
-    values = usual(name)
+    values = usual_values(name)
     wanted = [(name, parameter) for parameter in effect.linear]
     arguments = (given.displacement, given.velocity, RATE)
     found = force_response(Isolator({name: values}), *arguments, conditions=given.conditions, wanted=wanted)
@@ -117,8 +117,8 @@ def test_no_state_depends_on_what_the_force_is_proportional_to(name: str) -> Non
 @pytest.mark.parametrize("name", sorted(name for name in EFFECTS if EFFECTS[name].states))
 def test_steps_are_as_short_as_a_law_asks_for(name: str) -> None:
     """Against sixteen a sample; a derivative jumps at reversals, within a step, and a search wants its direction."""
-    layer, given = Isolator({**company(name), name: usual(name)}), excitation(RATE, 4.0)
-    wanted = [(name, parameter) for parameter in usual(name)]
+    layer, given = Isolator({**required_effects(name), name: usual_values(name)}), excitation(RATE, 4.0)
+    wanted = [(name, parameter) for parameter in usual_values(name)]
     arguments = (given.displacement, given.velocity, RATE)
     found = force_response(layer, *arguments, conditions=given.conditions, wanted=wanted)
     truth = force_response(layer, *arguments, conditions=given.conditions, wanted=wanted, substeps=16)
@@ -130,8 +130,8 @@ def test_steps_are_as_short_as_a_law_asks_for(name: str) -> None:
 @pytest.mark.parametrize("name", sorted(name for name in EFFECTS if EFFECTS[name].states))
 def test_an_earthquake_in_two_parts_is_the_whole(name: str) -> None:
     """States and their derivatives go on where they stopped; 1e-3: at the cut, neighbours of samples are missing."""
-    layer, given, half = Isolator({**company(name), name: usual(name)}), excitation(RATE, 4.0), 200
-    wanted = [(name, parameter) for parameter in usual(name)]
+    layer, given, half = Isolator({**required_effects(name), name: usual_values(name)}), excitation(RATE, 4.0), 200
+    wanted = [(name, parameter) for parameter in usual_values(name)]
 
     def part(rows: slice, **start: Vector) -> object:
         conditions = Conditions(*given.conditions.rows[rows].T)
@@ -146,7 +146,7 @@ def test_an_earthquake_in_two_parts_is_the_whole(name: str) -> None:
 
 
 def test_only_what_the_layer_keeps_is_carried_to_the_next_earthquake() -> None:
-    layer = Isolator({name: usual(name) for name in EFFECTS})
+    layer = Isolator({name: usual_values(name) for name in EFFECTS})
     names = state_names(layer)
     kept = carried(layer, np.ones((2, len(names))))
     assert kept.shape == (2, len(names))

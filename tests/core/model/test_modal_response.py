@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from motions import RATE, akt013, kobe
+from ground_motions import RATE, akt013, kobe
 
 from core.building import fixed_base_modes
 from core.errors import RecordError

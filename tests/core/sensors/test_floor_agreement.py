@@ -1,9 +1,9 @@
 """Gains, delays and clock rates of floors are found against the base slab, whatever their quasi-static deflection."""
 
-import agreeing
+import consistent_sensors
 import numpy as np
 import pytest
-from agreeing import RATE
+from consistent_sensors import RATE
 from hypothesis import given, settings, strategies as st
 
 from core.arrays import Vector
@@ -18,7 +18,7 @@ TRIALS = 12
 @pytest.mark.parametrize("errors", [NOTHING, SMALL])
 def test_errors_are_found_without_noise(errors: Vector) -> None:
     """The higher modes below 1.2 times the first frequency are not quite static: that leaves 3e-4 and 0.1 ms."""
-    found = floor_agreement(*agreeing.floors(np.random.default_rng(1), 0.0, errors), RATE)
+    found = floor_agreement(*consistent_sensors.floor_sensors(np.random.default_rng(1), 0.0, errors), RATE)
     assert found is not None
     assert found.value == pytest.approx(errors, abs=3e-4)
     assert (np.abs(found.value - errors)[[1, 2, 4, 5]] < np.tile([1e-4, 2e-5], 2)).all()
@@ -30,7 +30,7 @@ def test_std_is_that_of_the_errors(noise: float, errors: Vector) -> None:
     """Of 72 errors over their std the root mean square is 1 ± 0.08 if it holds; three times that."""
     scores = []
     for seed in range(TRIALS):
-        found = floor_agreement(*agreeing.floors(np.random.default_rng(seed), noise, errors), RATE)
+        found = floor_agreement(*consistent_sensors.floor_sensors(np.random.default_rng(seed), noise, errors), RATE)
         assert found is not None
         scores.append((found.value - errors) / np.sqrt(np.diag(found.covariance)))
     assert 0.75 < np.sqrt(np.mean(np.square(scores))) < 1.25
@@ -44,29 +44,31 @@ def test_std_is_that_of_the_errors(noise: float, errors: Vector) -> None:
 )
 def test_any_error_is_found_within_its_std(errors: tuple[float, ...], seed: int, noise: float) -> None:
     """Six standard deviations, since the std of records with little motion at low frequencies is itself rough."""
-    found = floor_agreement(*agreeing.floors(np.random.default_rng(seed), noise, np.array(errors)), RATE)
+    found = floor_agreement(
+        *consistent_sensors.floor_sensors(np.random.default_rng(seed), noise, np.array(errors)), RATE
+    )
     assert found is not None
     assert (np.abs(found.value - errors) < 6 * np.sqrt(np.diag(found.covariance))).all()
 
 
 def test_a_base_slab_that_reads_too_much_is_every_floor_reading_too_little() -> None:
-    base, floors = agreeing.floors(np.random.default_rng(3), 0.03, NOTHING)
+    base, floors = consistent_sensors.floor_sensors(np.random.default_rng(3), 0.03, NOTHING)
     found = floor_agreement(1.1 * base, floors, RATE)
     assert found is not None
     assert found.value[[0, 3]] == pytest.approx(np.full(2, -np.log(1.1)), abs=5 * np.sqrt(found.covariance[3, 3]))
 
 
 def test_a_reversed_floor_has_no_gain() -> None:
-    base, floors = agreeing.floors(np.random.default_rng(3), 0.03, NOTHING)
+    base, floors = consistent_sensors.floor_sensors(np.random.default_rng(3), 0.03, NOTHING)
     assert floor_agreement(base, floors * [[1], [-1]], RATE) is None
 
 
 def test_too_short_a_record_is_refused() -> None:
-    base, floors = agreeing.floors(np.random.default_rng(4), 0.03, NOTHING)
+    base, floors = consistent_sensors.floor_sensors(np.random.default_rng(4), 0.03, NOTHING)
     with pytest.raises(RecordError, match="10 s"):
         floor_agreement(base[:900], floors[:, :900], RATE)
 
 
 def test_a_record_that_begins_in_motion_says_nothing() -> None:
-    base, floors = agreeing.floors(np.random.default_rng(4), 0.03, NOTHING)
+    base, floors = consistent_sensors.floor_sensors(np.random.default_rng(4), 0.03, NOTHING)
     assert floor_agreement(base[2500:], floors[:, 2500:], RATE) is None

@@ -1,16 +1,16 @@
 """Gains, delays and clock rates of base slab and ground are found against the transducer, and as well as is said."""
 
-import agreeing
+import consistent_sensors
 import numpy as np
 import pytest
-from agreeing import RATE
-from described import bncs, bncs_segments
+from building_models import bncs, bncs_segments
+from consistent_sensors import RATE
+from ground_motions import kobe
 from hypothesis import given, settings, strategies as st
-from motions import kobe
 from real_building import TESTS
-from sampled import sampled
+from sampled_response import sampled_response
 from scipy.signal import butter, sosfiltfilt
-from shared import needs_shared
+from shared_data import needs_shared
 
 from core.analysis import AnalysisSettings, analyse
 from core.arrays import Vector
@@ -25,7 +25,7 @@ TRIALS = 12
 @pytest.mark.parametrize("errors", [NOTHING, SMALL, np.array([-0.3, 0.05, 1e-3, 0.25, -0.05, -1e-3])])
 def test_errors_are_found_without_noise(errors: Vector) -> None:
     """Up to the transducer's 0.01 mm: 2e-4 of gain, 0.2 ms and 2e-5 s/s is three times what that makes."""
-    found = layer_agreement(*agreeing.layer(np.random.default_rng(1), 0.0, errors), RATE)
+    found = layer_agreement(*consistent_sensors.layer_sensors(np.random.default_rng(1), 0.0, errors), RATE)
     assert found is not None
     assert np.abs(found.value - errors) == pytest.approx(NOTHING, abs=3e-4)
     assert (np.abs(found.value - errors)[[1, 2, 4, 5]] < np.tile([2e-4, 2e-5], 2)).all()
@@ -37,7 +37,7 @@ def test_std_is_that_of_the_errors(noise: float, errors: Vector) -> None:
     """Of 72 errors over their std the root mean square is 1 ± 0.08 if it holds; three times that."""
     scores = []
     for seed in range(TRIALS):
-        found = layer_agreement(*agreeing.layer(np.random.default_rng(seed), noise, errors), RATE)
+        found = layer_agreement(*consistent_sensors.layer_sensors(np.random.default_rng(seed), noise, errors), RATE)
         assert found is not None
         scores.append((found.value - errors) / np.sqrt(np.diag(found.covariance)))
     assert 0.75 < np.sqrt(np.mean(np.square(scores))) < 1.25
@@ -51,20 +51,22 @@ def test_std_is_that_of_the_errors(noise: float, errors: Vector) -> None:
 )
 def test_any_error_is_found_within_its_std(errors: tuple[float, ...], seed: int, noise: float) -> None:
     """Five and a half standard deviations are exceeded by chance once in ten million."""
-    found = layer_agreement(*agreeing.layer(np.random.default_rng(seed), noise, np.array(errors)), RATE)
+    found = layer_agreement(
+        *consistent_sensors.layer_sensors(np.random.default_rng(seed), noise, np.array(errors)), RATE
+    )
     assert found is not None
     assert (np.abs(found.value - errors) < 5.5 * np.sqrt(np.diag(found.covariance))).all()
 
 
 def test_a_transducer_that_reads_too_much_is_both_sides_reading_too_little() -> None:
-    displacement, base, ground = agreeing.layer(np.random.default_rng(3), 0.03, NOTHING)
+    displacement, base, ground = consistent_sensors.layer_sensors(np.random.default_rng(3), 0.03, NOTHING)
     found = layer_agreement(1.1 * displacement, base, ground, RATE)
     assert found is not None
     assert found.value[[0, 3]] == pytest.approx(np.full(2, -np.log(1.1)), abs=5 * np.sqrt(found.covariance[3, 3]))
 
 
 def test_too_short_a_record_says_nothing() -> None:
-    displacement, base, ground = agreeing.layer(np.random.default_rng(4), 0.03, NOTHING)
+    displacement, base, ground = consistent_sensors.layer_sensors(np.random.default_rng(4), 0.03, NOTHING)
     assert layer_agreement(displacement[:1100], base[:1100], ground[:1100], RATE) is None
     with pytest.raises(RecordError, match="10 s"):
         layer_agreement(displacement[:900], base[:900], ground[:900], RATE)
@@ -73,14 +75,14 @@ def test_too_short_a_record_says_nothing() -> None:
 def test_noise_alone_says_nothing() -> None:
     """A loose cable: the noise of the record's end is that of its middle, and explains all of it."""
     rng = np.random.default_rng(5)
-    displacement, base, _ = agreeing.layer(rng, 0.03, NOTHING)
+    displacement, base, _ = consistent_sensors.layer_sensors(rng, 0.03, NOTHING)
     assert layer_agreement(displacement, base, rng.standard_normal(base.size), RATE) is None
 
 
 def test_accelerations_are_brought_to_agree_with_the_transducer() -> None:
     """Gains of 2 and -1 %, delays of 3 and -2 ms: nine tenths of what they change is taken back, but for the noise."""
     errors = np.array([0.02, 3e-3, 0.0, -0.01, -2e-3, 0.0])
-    exact, wrong = (agreeing.layer(np.random.default_rng(2), 0.0, one) for one in (NOTHING, errors))
+    exact, wrong = (consistent_sensors.layer_sensors(np.random.default_rng(2), 0.0, one) for one in (NOTHING, errors))
     mended = brought_to_agree(*wrong, RATE)
     for true, before, after in zip(exact[1:], wrong[1:], mended, strict=True):
         assert np.linalg.norm(after - true) < 0.1 * np.linalg.norm(before - true)
@@ -88,7 +90,7 @@ def test_accelerations_are_brought_to_agree_with_the_transducer() -> None:
 
 def measured(seed: int, transducer: float, accelerometer: float) -> tuple[Vector, Vector]:
     """m and m/s², with white noise of these standard deviations."""
-    moved, rng = sampled(kobe), np.random.default_rng(seed)
+    moved, rng = sampled_response(kobe), np.random.default_rng(seed)
     relative = moved.base_acceleration - moved.ground_acceleration
     noise = rng.standard_normal((2, relative.size)) * [[transducer], [accelerometer]]
     return moved.displacement + noise[0], relative + noise[1]

@@ -3,10 +3,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from biaxial import biaxial, record_of, turned
-from described import segments
+from biaxial_records import biaxial_records, record_of, turned
+from building_models import segments
+from ground_motions import RATE, akt013, chi_chi, kobe
 from hypothesis import given, settings, strategies as st
-from motions import RATE, akt013, chi_chi, kobe
 from scipy import signal
 
 from core.analysis import AnalysisSettings, analyse
@@ -87,7 +87,7 @@ ANGLES = (-150.0, -45.0, 4.0, 10.0, 30.0, 90.0)
 @pytest.mark.parametrize("sensor", [GROUND, BASE, FOURTH, ROOF, LAYER])
 def test_turned_axes_are_found_and_turned_back(sensor: str, degrees: float) -> None:
     """To 0.3 degrees; the base slab's are told by all others, and the ground's by the displacement transducers."""
-    description, samples = biaxial()
+    description, samples = biaxial_records()
     record = record_of(description.channels, turned(samples, sensor, degrees))
     straight, findings = oriented(record, description)
     assert [(f.kind, f.severity, f.channel) for f in findings] == [
@@ -104,7 +104,7 @@ def test_turned_axes_are_found_and_turned_back(sensor: str, degrees: float) -> N
 @pytest.mark.parametrize("degrees", [-45.0, 10.0, 30.0])
 def test_without_transducers_the_ground_is_judged_across_the_layer(degrees: float) -> None:
     """Whose transfer function no one knows: to 2 degrees."""
-    description, samples = biaxial()
+    description, samples = biaxial_records()
     left = {name: values for name, values in turned(samples, GROUND, degrees).items() if not name.startswith(LAYER)}
     _, findings = oriented(record_of(description.channels, left), description)
     assert {finding.channel for finding in findings} == {f"{GROUND}X", f"{GROUND}Y"}
@@ -113,7 +113,7 @@ def test_without_transducers_the_ground_is_judged_across_the_layer(degrees: floa
 
 @pytest.mark.parametrize("sensor", [BASE, ROOF])
 def test_axes_turned_and_mirrored_are_left_out(sensor: str) -> None:
-    description, samples = biaxial()
+    description, samples = biaxial_records()
     samples = turned(samples, sensor, 30.0)
     samples[f"{sensor}Y"] = -samples[f"{sensor}Y"]
     straight, findings = oriented(record_of(description.channels, samples), description)
@@ -125,7 +125,7 @@ def test_axes_turned_and_mirrored_are_left_out(sensor: str) -> None:
 
 @pytest.mark.parametrize("sensor", [BASE, FOURTH, ROOF])
 def test_axes_that_are_only_exchanged_reversed_or_slightly_turned_are_no_rotation(sensor: str) -> None:
-    description, samples = biaxial()
+    description, samples = biaxial_records()
     x, y = samples[f"{sensor}X"], samples[f"{sensor}Y"]
     for changed in (
         {f"{sensor}X": y, f"{sensor}Y": x},
@@ -146,7 +146,7 @@ def test_axes_that_are_only_exchanged_reversed_or_slightly_turned_are_no_rotatio
 def test_healthy_sensors_are_left_alone(
     along: Callable[[], Vector], across: Callable[[], Vector], scale: float, noise: float
 ) -> None:
-    description, samples = biaxial(along, across, noise, scale)
+    description, samples = biaxial_records(along, across, noise, scale)
     record = record_of(description.channels, samples)
     assert oriented(record, description)[1] == ()
     without = {name: values for name, values in samples.items() if not name.startswith(LAYER)}
@@ -154,7 +154,7 @@ def test_healthy_sensors_are_left_alone(
 
 
 def test_the_building_file_turns_axes_for_good() -> None:
-    description, samples = biaxial()
+    description, samples = biaxial_records()
     channels = tuple(
         replace(channel, rotation=np.deg2rad(30.0)) if channel.id.startswith(ROOF) else channel
         for channel in description.channels
@@ -171,7 +171,7 @@ def test_the_building_file_turns_axes_for_good() -> None:
 
 
 def test_an_event_with_turned_axes_is_analysed_as_if_they_were_not() -> None:
-    description, samples = biaxial()
+    description, samples = biaxial_records()
     straight = analyse(segments(samples), description, AnalysisSettings())
     mended = analyse(segments(turned(samples, BASE, 30.0)), description, AnalysisSettings())
     assert {finding.kind for finding in mended.quality} == {"rotation"}

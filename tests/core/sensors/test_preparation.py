@@ -5,9 +5,9 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import numpy as np
+import paper_records
 import pytest
-import simulated
-from described import START
+from building_models import START
 
 from core.errors import RecordError
 from core.record import Channel, Segment
@@ -83,7 +83,7 @@ FIRST = datetime(2024, 1, 1, tzinfo=UTC)
 
 def test_an_event_of_four_months_is_refused_with_its_length() -> None:
     """At 0.0001 Hz: 1000 samples; at the chain's 100 Hz thousands of millions in each channel."""
-    description = building_description.read(simulated.building_file(), Path("/")).description
+    description = building_description.read(paper_records.building_file(), Path("/")).description
     channels = [channel.id for channel in description.channels]
     slow = [Segment(channel, FIRST, 1e-4, np.zeros(1000)) for channel in channels]
     apart = [Segment(channels[0], FIRST + timedelta(days=n), 100.0, np.zeros(1000)) for n in (0, 116)]

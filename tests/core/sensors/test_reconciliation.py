@@ -4,10 +4,10 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import plan
 import pytest
-from biaxial import record_of, turned
-from described import BASE, GROUND, LAYER, ROOF, START, paper, segments
+import torsion_building
+from biaxial_records import record_of, turned
+from building_models import BASE, GROUND, LAYER, ROOF, START, paper, segments
 
 from core.analysis import AnalysisSettings, analyse
 from core.arrays import Vector
@@ -68,33 +68,33 @@ def test_a_layer_that_moves_less_than_its_sides_noise_is_not_judged(moved: float
     assert found(samples) == ([("reversed", LAYER)] if sign < 0 and moved == 1 else [])
 
 
-DESCRIPTION = read(plan.building_file(), Path("/")).description
+DESCRIPTION = read(torsion_building.building_file(), Path("/")).description
 
 
 def test_one_motion_is_left_for_each_level_quantity_and_direction() -> None:
-    found = reconciled(record_of(DESCRIPTION.channels, plan.records(1)), DESCRIPTION)
+    found = reconciled(record_of(DESCRIPTION.channels, torsion_building.records(1)), DESCRIPTION)
     assert found.findings == ()
     keys = [(channel.level, channel.quantity, channel.direction) for channel in found.record.channels]
     assert len(keys) == len(set(keys)) == 11
-    x, y, _, _ = plan.exact()
+    x, y, _, _ = torsion_building.exact()
     for direction, truth in (("x", x), ("y", y)):
         measured = found.record.find("1F", "displacement", direction)
         # the mean of two transducers, and what a torsion computed from them brings back
-        assert measured == pytest.approx(truth, abs=6 * plan.TRANSDUCER_NOISE)
+        assert measured == pytest.approx(truth, abs=6 * torsion_building.TRANSDUCER_NOISE)
 
 
 def test_a_reversed_neighbour_is_left_out_and_the_other_stands_for_the_slab() -> None:
-    samples = plan.records(2)
+    samples = torsion_building.records(2)
     samples["XX.PAPER.B.HYX"] = -samples["XX.PAPER.B.HYX"]
     found = reconciled(record_of(DESCRIPTION.channels, samples), DESCRIPTION)
     assert [(finding.kind, finding.channel) for finding in found.findings] == [("reversed", "XX.PAPER.B.HYX")]
     # the two of y still tell the torsion, and so x at the centre of mass
     measured = found.record.find("1F", "displacement", "x")
-    assert measured == pytest.approx(plan.exact()[0], abs=6 * plan.TRANSDUCER_NOISE)
+    assert measured == pytest.approx(torsion_building.exact()[0], abs=6 * torsion_building.TRANSDUCER_NOISE)
 
 
 def test_what_is_late_stays_and_what_is_turned_is_turned_back_before_it_is_judged() -> None:
-    samples = turned(plan.records(3), "XX.PAPER.08.HN", 30.0)
+    samples = turned(torsion_building.records(3), "XX.PAPER.08.HN", 30.0)
     samples["XX.PAPER.04.HNX"] = np.roll(samples["XX.PAPER.04.HNX"], 10)
     found = reconciled(record_of(DESCRIPTION.channels, samples), DESCRIPTION)
     assert {(finding.kind, finding.channel) for finding in found.findings} == {
@@ -115,7 +115,7 @@ def test_one_of_two_sensors_of_the_base_slab_may_be_lost() -> None:
     )
     others = [channel for channel in DESCRIPTION.channels if channel.id != "XX.PAPER.01.HNX"]
     described = replace(DESCRIPTION, channels=(*others, *pair))
-    samples = plan.records(4)
+    samples = torsion_building.records(4)
     both = samples.pop("XX.PAPER.01.HNX")
     result = analyse(segments(samples | {pair[0].id: both}), described, AnalysisSettings())
     assert {finding.severity for finding in result.quality} == {"warning"}

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from described import BASE, FOURTH, GROUND, LAYER, ROOF, bncs, bncs_segments, paper, records, segments
+from building_models import BASE, FOURTH, GROUND, LAYER, ROOF, bncs, bncs_segments, paper, records, segments
 from hypothesis import given, strategies as st
-from shared import needs_shared
+from shared_data import needs_shared
 
 from core.analysis import AnalysisSettings, EventAnalysis, analyse
 from core.arrays import Vector

@@ -3,9 +3,9 @@ from datetime import UTC, datetime
 
 import numpy as np
 import pytest
-from biaxial import biaxial, record_of
+from biaxial_records import biaxial_records, record_of
+from ground_motions import RATE
 from hypothesis import given, strategies as st
-from motions import RATE
 
 from core.arrays import Vector
 from core.description import BuildingDescription
@@ -89,7 +89,7 @@ CORNERS = {"A": (10.0, 8.0), "B": (-12.0, -7.0), "C": (9.0, -8.0)}
 
 def with_corners(kind: str, corners: int) -> tuple[BuildingDescription, dict[str, Vector]]:
     """The base slab's sensors at so many corners, under a torsion of a fifth of its translation at 10 m."""
-    description, samples = biaxial()
+    description, samples = biaxial_records()
     of_base = [channel for channel in description.channels if channel.id.startswith(kind)]
     others = tuple(channel for channel in description.channels if channel not in of_base)
     turn = 0.2 * samples[f"{kind}X"] / 10.0

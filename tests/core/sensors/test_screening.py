@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from described import BASE, FOURTH, GROUND, LAYER, ROOF, bncs, bncs_segments, paper, records, segments
-from motions import akt013, chi_chi, kobe
-from shared import needs_shared
+from building_models import BASE, FOURTH, GROUND, LAYER, ROOF, bncs, bncs_segments, paper, records, segments
+from ground_motions import akt013, chi_chi, kobe
+from shared_data import needs_shared
 
 from core.analysis import AnalysisSettings, EventAnalysis, analyse
 from core.arrays import Vector

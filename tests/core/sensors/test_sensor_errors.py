@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from agreed_records import ROWS, described_record
-from described import BASE, FOURTH, GROUND, LAYER, ROOF, paper, records
+from building_models import BASE, FOURTH, GROUND, LAYER, ROOF, paper, records
+from consistent_records import ROWS, consistent_record
 from hypothesis import given, settings, strategies as st
 
 from core.arrays import Vector
@@ -17,7 +17,7 @@ def earthquakes(
     errors: dict[str, Vector], noise: float = 0.03, seed: int = 0, without: tuple[str, ...] = ()
 ) -> list[Record]:
     """Of two earthquakes."""
-    return [described_record(errors, noise, [seed, number], without) for number in range(2)]
+    return [consistent_record(errors, noise, [seed, number], without) for number in range(2)]
 
 
 @pytest.mark.parametrize("noise", [0.01, 0.03, 0.1])
@@ -72,7 +72,7 @@ def found(record: Record) -> dict[str, SensorHealth]:
 @pytest.mark.parametrize("erring", ROWS)
 def test_the_sensor_that_was_swapped_reads_more_and_no_other_does(erring: str) -> None:
     """Within half a per cent: what is left of the model of one mode of the superstructure is a quarter of that."""
-    health = found(described_record({erring: np.array([np.log(GAIN), 0.0, 0.0])}, 0.01, [1], ()))
+    health = found(consistent_record({erring: np.array([np.log(GAIN), 0.0, 0.0])}, 0.01, [1], ()))
     for name in ROWS:
         assert health[name].gain == pytest.approx(GAIN if name == erring else 1.0, abs=0.005)
         assert 0 < (health[name].gain_std or 0) < 0.005
@@ -85,20 +85,20 @@ def test_noise_is_that_of_each_sensor_at_rest() -> None:
     rng = np.random.default_rng(4)
     rows = np.array([exact[name] + std * rng.standard_normal(exact[name].size) for name, std in levels.items()])
     channels = tuple(channel for name in levels for channel in paper().channels if channel.id == name)
-    health = found(replace(described_record({}, 0.01, [1], ()), channels=channels, samples=rows))
+    health = found(replace(consistent_record({}, 0.01, [1], ()), channels=channels, samples=rows))
     for name, std in levels.items():
         assert health[name].noise == pytest.approx(std, rel=0.1)  # of a median over some 100 lines
 
 
 def test_two_sensors_share_what_they_differ_by() -> None:
     """Nothing tells which of two it is that reads more."""
-    health = found(described_record({ROOF: np.array([np.log(GAIN), 0.0, 0.0])}, 0.01, [1], (GROUND, FOURTH, LAYER)))
+    health = found(consistent_record({ROOF: np.array([np.log(GAIN), 0.0, 0.0])}, 0.01, [1], (GROUND, FOURTH, LAYER)))
     assert health[ROOF].gain == pytest.approx(np.sqrt(GAIN), abs=0.005)
     assert health[BASE].gain == pytest.approx(1 / np.sqrt(GAIN), abs=0.005)
 
 
 def test_what_nothing_tells_is_not_known() -> None:
-    alone = described_record({}, 0.01, [1], (GROUND, FOURTH, ROOF, LAYER))
+    alone = consistent_record({}, 0.01, [1], (GROUND, FOURTH, ROOF, LAYER))
     assert [(one.channel, one.gain, one.gain_std) for one in sensor_health(alone, alone, paper())] == [
         (BASE, None, None)
     ]

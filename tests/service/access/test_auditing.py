@@ -5,10 +5,10 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+import monitored_building
+import paper_records
 import pytest
-import simulated
-import watched
-from asking import client
+from api_client import client
 from click.testing import Result
 from sqlalchemy import select
 from sqlalchemy.orm import Session, sessionmaker
@@ -36,7 +36,7 @@ def entries(sessions: sessionmaker[Session]) -> list[tuple[str, str, str, str, d
 def key(sessions: sessionmaker[Session], tmp_path: Path) -> str:
     """An engineer's, of a service with a building."""
     with sessions.begin() as session:
-        building_store.add(session, watched.building_file(tmp_path), tmp_path, NOW)
+        building_store.add(session, monitored_building.building_file(tmp_path), tmp_path, NOW)
         return keys.create(session, "Jo", Role.engineer, NOW)
 
 
@@ -53,7 +53,7 @@ def test_what_a_person_changes_by_the_api_is_kept(database_url: str, sessions: s
 
 def test_what_a_person_changes_by_a_form_is_kept(database_url: str, sessions: sessionmaker[Session]) -> None:
     with sessions.begin() as session:
-        building_store.add(session, simulated.building_file(), Path("/"), NOW)
+        building_store.add(session, paper_records.building_file(), Path("/"), NOW)
     with client(database_url) as asking:
         assert asking.post("/buildings/PAPER/models", data={"direction": "x"}).status_code == 303
         assert asking.post("/models/1/accept").status_code == 303
@@ -85,7 +85,7 @@ def test_commands_that_change_something_are_kept(
 ) -> None:
     monkeypatch.setenv("MENSHIN_DATABASE_URL", database_url)
     file = tmp_path / "building.toml"
-    file.write_text(simulated.building_file())
+    file.write_text(paper_records.building_file())
 
     def run(*words: str) -> Result:
         return CliRunner().invoke(app, list(words))

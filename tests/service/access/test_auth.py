@@ -3,7 +3,7 @@
 from datetime import UTC, datetime
 
 import pytest
-from asking import client
+from api_client import client
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.access import keys

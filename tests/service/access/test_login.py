@@ -4,7 +4,7 @@ from datetime import UTC, datetime
 from time import sleep
 
 import pytest
-from asking import client
+from api_client import client
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.access import keys, logins

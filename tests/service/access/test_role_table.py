@@ -10,7 +10,7 @@ from typing import Any
 
 import databases
 import pytest
-from asking import TestClient, client
+from api_client import TestClient, client
 
 from service.access import keys
 from service.access.roles import Role

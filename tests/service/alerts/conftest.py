@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 import pytest
-from alarmed import building
+from alert_fixtures import building
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.buildings.tables import Building

@@ -1,8 +1,8 @@
 """What people are told of the alerts that an earthquake raised."""
 
 import pytest
-from alarmed import AGE, SOON, analysed, messages, owned, raised, three_earthquakes
-from findings import DAY, START, gain, softer
+from alert_candidates import DAY, START, gain_error, softer_isolators
+from alert_fixtures import AGE, SOON, analysed, messages, raise_softening, three_earthquakes, with_stored_events
 from sqlalchemy.orm import Session
 
 from service.alerts import operator_actions
@@ -14,7 +14,7 @@ from service.records.tables import Event
 
 
 def test_an_import_of_years_tells_of_its_alert_alone(session: Session, of: Building) -> None:
-    events = raised(session, of)
+    events = raise_softening(session, of)
     for _ in range(3):
         write_messages(session, of.id, AGE, START + 1000 * DAY)
     (told,) = messages(session)
@@ -26,8 +26,11 @@ def test_an_import_of_years_tells_of_its_alert_alone(session: Session, of: Build
 
 def test_alerts_of_one_earthquake_are_one_message(session: Session, of: Building) -> None:
     events = three_earthquakes(session, of)
-    found = (softer(), softer(cause="damping/x", summary="The isolators damp 9 % less in direction x"))
-    reconcile(session, of.id, [owned(one, events) for one in found], "events", START + 3 * DAY)
+    found = (
+        softer_isolators(),
+        softer_isolators(cause="damping/x", summary="The isolators damp 9 % less in direction x"),
+    )
+    reconcile(session, of.id, [with_stored_events(one, events) for one in found], "events", START + 3 * DAY)
     session.flush()
     write_messages(session, of.id, AGE, START + 1000 * DAY)
     (told,) = messages(session)
@@ -37,7 +40,7 @@ def test_alerts_of_one_earthquake_are_one_message(session: Session, of: Building
 
 
 def test_acknowledging_is_no_news_and_an_inspection_is(session: Session, of: Building) -> None:
-    raised(session, of)
+    raise_softening(session, of)
     alert, now = session.query(Alert).one(), START + 1000 * DAY
     write_messages(session, of.id, AGE, now)
     operator_actions.acknowledge(session, alert, "Jo", "on my way", now)
@@ -54,7 +57,7 @@ def test_acknowledging_is_no_news_and_an_inspection_is(session: Session, of: Bui
 
 @pytest.mark.parametrize("how", ["data", "review"])
 def test_an_alert_that_never_was_is_cancelled(session: Session, of: Building, how: str) -> None:
-    events, now = raised(session, of), START + 1000 * DAY
+    events, now = raise_softening(session, of), START + 1000 * DAY
     write_messages(session, of.id, AGE, now)
     if how == "data":
         analysed(session, session.get_one(Event, events[1]), now)
@@ -70,7 +73,7 @@ def test_an_alert_that_never_was_is_cancelled(session: Session, of: Building, ho
 
 
 def test_what_a_sensor_may_explain_is_told_so(session: Session, of: Building) -> None:
-    events = raised(session, of, gain(began_at=START + 2 * DAY, raised_event_id=3))
+    events = raise_softening(session, of, gain_error(began_at=START + 2 * DAY, raised_event_id=3))
     write_messages(session, of.id, AGE, START + 1000 * DAY)
     (told,) = messages(session)
     assert told.key == f"event/{events[2]}"
@@ -79,7 +82,7 @@ def test_what_a_sensor_may_explain_is_told_so(session: Session, of: Building) ->
 
 
 def test_what_is_silenced_is_told_when_the_silence_ends(session: Session, of: Building) -> None:
-    raised(session, of)
+    raise_softening(session, of)
     now = START + 1000 * DAY
     operator_actions.silence(session, of, "stiffness/*", now + DAY, "a load test", "Jo", now)
     write_messages(session, of.id, AGE, now)

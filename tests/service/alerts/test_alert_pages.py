@@ -6,12 +6,12 @@ from datetime import datetime, timedelta
 from html import unescape
 from pathlib import Path
 
-import histories
+import monitored_building
 import pytest
-import watched
-from asking import client
+import stored_histories
+from alert_candidates import softer_isolators, stopped_data
+from api_client import client
 from fastapi.testclient import TestClient
-from findings import softer, stopped
 from sqlalchemy import select
 from sqlalchemy.orm import Session, sessionmaker
 
@@ -26,27 +26,27 @@ AGE = timedelta(days=10_000)
 
 
 def lost(session: Session) -> None:
-    """The building of tests/support/watched.py lost stiffness with its second earthquake; its server is silent."""
+    """The building of monitored_building.py lost stiffness with its second earthquake; its server is silent."""
     building = session.scalars(select(Building)).one()
     events = session.scalars(select(Event).where(Event.state == "analysed").order_by(Event.start)).all()
-    found = softer(
+    found = softer_isolators(
         began_at=events[-2].start,
         raised_at=events[-1].start,
         onset_event_id=events[-2].id,
         raised_event_id=events[-1].id,
         event_ids=tuple(event.id for event in events[-2:]),
     )
-    reconcile(session, building.id, [found], "events", watched.NOW)
-    reconcile(session, building.id, [stopped()], "clock", watched.NOW)
+    reconcile(session, building.id, [found], "events", monitored_building.NOW)
+    reconcile(session, building.id, [stopped_data()], "clock", monitored_building.NOW)
     session.flush()
-    write_messages(session, building.id, AGE, watched.NOW)
+    write_messages(session, building.id, AGE, monitored_building.NOW)
 
 
 @pytest.fixture
 def asking(database_url: str, sessions: sessionmaker[Session], tmp_path: Path) -> Iterator[TestClient]:
     """Asks as an engineer would in a browser."""
     (tmp_path / "records").mkdir()
-    watched.watch(sessions, tmp_path / "records")
+    monitored_building.watch(sessions, tmp_path / "records")
     with sessions.begin() as session:
         lost(session)
     with client(database_url) as made:
@@ -92,7 +92,7 @@ def test_an_alert_is_seen_from_the_first_page_to_its_end(
         assert asking.post(path, data=wrong).status_code == 409, (path, wrong)
 
     with sessions.begin() as session:
-        viewer = keys.create(session, "viewer", Role.viewer, watched.NOW)
+        viewer = keys.create(session, "viewer", Role.viewer, monitored_building.NOW)
     with client(database_url) as reading:
         reading.headers["X-API-Key"] = viewer
         assert "Acknowledge it" not in reading.get("/alerts/2").text
@@ -104,8 +104,10 @@ def test_ending_an_alert_ends_its_parts_and_says_beforehand_what_follows(
 ) -> None:
     """A loss in both directions: one alert, dated between two earthquakes; its end, and the drift page after it."""
     with sessions.begin() as session:
-        building = histories.building(session).id
-    histories.analysed(sessions, building, histories.in_both(26, onset=22, loss=0.08), histories.start(27))
+        building = stored_histories.building(session).id
+    stored_histories.store_and_monitor(
+        sessions, building, stored_histories.store_history_in_both(26, onset=22, loss=0.08), stored_histories.start(27)
+    )
     with client(database_url) as asking:
         every = asking.get("/api/v1/alerts?state=open").json()["items"]
         (alert,) = [one for one in every if one["cause"].startswith("stiffness")]
@@ -115,7 +117,7 @@ def test_ending_an_alert_ends_its_parts_and_says_beforehand_what_follows(
             "xy": "active",
         }
         began = [datetime.fromisoformat(alert[name]) for name in ("changed_after", "changed_by")]
-        assert began == [histories.start(21), histories.start(22)]
+        assert began == [stored_histories.start(21), stored_histories.start(22)]
         page = unescape(asking.get(f"/alerts/{alert['id']}").text)
         first, last = (f"{one:%-d %B %Y}" for one in began)
         assert re.search(f"It began between the earthquakes of {first}, .* and {last}, ", page)
@@ -130,7 +132,7 @@ def test_ending_an_alert_ends_its_parts_and_says_beforehand_what_follows(
         form = {"outcome": "confirmed", "note": "two bearings replaced", "reference": "since_it_began"}
         assert asking.post(f"/alerts/{alert['id']}/inspect", data=form).status_code == 303
         assert "These results are being computed again" in asking.get("/buildings/PAPER/drift").text
-        histories.watched(sessions, histories.start(27))
+        stored_histories.do_waiting_work(sessions, stored_histories.start(27))
         ended = [one for one in asking.get("/api/v1/alerts").json()["items"] if "stiffness" in one["cause"]]
         assert [(one["id"], one["state"]) for one in ended] == [(alert["id"], "resolved")]
         assert {one["state"] for one in ended[0]["parts"]} == {"resolved"}

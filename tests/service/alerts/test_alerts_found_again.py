@@ -3,8 +3,8 @@
 from dataclasses import replace
 
 import pytest
-from alarmed import AGE, earthquake, messages, of_events, raised
-from findings import DAY, START, softer
+from alert_candidates import DAY, START, softer_isolators
+from alert_fixtures import AGE, earthquake, messages, raise_softening, with_events
 from sqlalchemy.orm import Session
 
 from service.alerts.candidates import AlertCandidate
@@ -31,8 +31,8 @@ def test_an_alert_that_another_earthquake_turns_out_to_have_raised_is_not_told_a
     session: Session, of: Building
 ) -> None:
     """As when events come late: it is the same loss, which began with the same earthquake."""
-    events = raised(session, of)
-    moved = of_events(softer(8.4), 0, 1, events)
+    events = raise_softening(session, of)
+    moved = with_events(softer_isolators(8.4), 0, 1, events)
     assert found_again(session, of, replace(moved, sentences=("They carry the building.",))) == []
 
 
@@ -40,9 +40,9 @@ def test_an_alert_that_another_earthquake_turns_out_to_have_raised_is_not_told_a
 def test_what_was_told_of_an_alert_is_updated_where_it_no_longer_holds(
     session: Session, of: Building, onset: int, percent: float
 ) -> None:
-    events = raised(session, of)
-    changed = softer(percent, sentences=("It is said in other words.",))
-    (told,) = found_again(session, of, of_events(changed, onset, 1, events))
+    events = raise_softening(session, of)
+    changed = softer_isolators(percent, sentences=("It is said in other words.",))
+    (told,) = found_again(session, of, with_events(changed, onset, 1, events))
     assert (told.key, told.sequence, told.severity) == (f"event/{events[2]}", "updated", "alarm")
     assert f"{percent:.0f} % softer" in told.subject
     assert "in other words" in " ".join(told.sentences)
@@ -51,9 +51,9 @@ def test_what_was_told_of_an_alert_is_updated_where_it_no_longer_holds(
 
 def test_what_began_after_the_earthquake_it_was_told_with_is_told_anew(session: Session, of: Building) -> None:
     """A second loss, of which the series tells instead of the first."""
-    events = raised(session, of)
+    events = raise_softening(session, of)
     more = tuple(earthquake(session, of, START + number * DAY).id for number in (3, 4))
-    then = found_again(session, of, of_events(softer(16.0), 3, 4, events + more))
+    then = found_again(session, of, with_events(softer_isolators(16.0), 3, 4, events + more))
     found = {one.key: (one.sequence, one.severity) for one in then}
     assert found == {f"event/{more[1]}": ("new", "alarm"), f"event/{events[2]}": ("updated", "note")}
     assert "Later results link this to another earthquake, with which it is now reported" in " ".join(
@@ -63,11 +63,11 @@ def test_what_began_after_the_earthquake_it_was_told_with_is_told_anew(session: 
 
 def test_a_direction_that_shows_it_too_updates_what_was_told(session: Session, of: Building) -> None:
     """One alert, in the one thread of messages; not a second alert that holds the first back."""
-    events = raised(session, of)
-    both = softer(
+    events = raise_softening(session, of)
+    both = softer_isolators(
         7.8, cause="stiffness/xy", summary="The isolators are 7.8 % softer in both directions", raised_at=START + DAY
     )
-    (told,) = found_again(session, of, of_events(softer(), 0, 2, events), of_events(both, 0, 1, events))
+    (told,) = found_again(session, of, with_events(softer_isolators(), 0, 2, events), with_events(both, 0, 1, events))
     assert (told.key, told.sequence, told.severity) == (f"event/{events[2]}", "updated", "alarm")
     assert told.subject.endswith("The isolators are 7.8 % softer in both directions")
     assert "The isolators are 8 % softer in direction x." in " ".join(told.sentences)
@@ -77,11 +77,11 @@ def test_a_direction_that_shows_it_too_updates_what_was_told(session: Session, o
 
 
 def test_a_loss_that_surely_began_later_in_another_direction_is_told_anew(session: Session, of: Building) -> None:
-    events = raised(session, of)
+    events = raise_softening(session, of)
     more = tuple(earthquake(session, of, START + number * DAY).id for number in (3, 4))
-    y = of_events(softer(6.0, cause="stiffness/y", summary="6 % softer in y"), 3, 4, events + more)
+    y = with_events(softer_isolators(6.0, cause="stiffness/y", summary="6 % softer in y"), 3, 4, events + more)
     y = replace(y, changed_after=START + 2 * DAY, changed_by=START + 3 * DAY)
-    then = found_again(session, of, of_events(softer(), 0, 2, events + more), y)
+    then = found_again(session, of, with_events(softer_isolators(), 0, 2, events + more), y)
     news = next(one for one in then if one.sequence == "new")
     assert (news.key, news.severity) == (f"event/{more[1]}", "alarm")
     assert "6 % softer in y, besides an earlier change in direction x" in news.subject

@@ -6,10 +6,10 @@ from collections.abc import Iterator
 from datetime import timedelta
 
 import pytest
-from alarmed import building, earthquake
-from asking import client
+from alert_candidates import DAY, START, softer_isolators, stopped_data
+from alert_fixtures import building, earthquake
+from api_client import client
 from fastapi.testclient import TestClient
-from findings import DAY, START, softer, stopped
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.access import keys
@@ -46,9 +46,9 @@ def code(sessions: sessionmaker[Session]) -> str:
             )
         )
         event = earthquake(session, of, START)
-        found = softer(onset_event_id=event.id, raised_event_id=event.id, event_ids=(event.id,))
+        found = softer_isolators(onset_event_id=event.id, raised_event_id=event.id, event_ids=(event.id,))
         reconcile(session, of.id, [found], "events", NOW)
-        reconcile(session, of.id, [stopped()], "clock", NOW)
+        reconcile(session, of.id, [stopped_data()], "clock", NOW)
         session.flush()
         write_messages(session, of.id, AGE, NOW)
         return of.code
@@ -170,7 +170,7 @@ def test_an_alert_of_another_cause_stays(asking: TestClient, sessions: sessionma
     with sessions.begin() as session:
         of = session.query(Building).one()
         own = {"onset_event_id": 1, "raised_event_id": 1, "event_ids": (1,)}
-        found = [softer(**own), softer(cause="damping/y", **own)]
+        found = [softer_isolators(**own), softer_isolators(cause="damping/y", **own)]
         reconcile(session, of.id, found, "events", NOW + DAY)
     with sessions() as session:
         states = {alert.cause: alert.state for alert in session.query(Alert)}

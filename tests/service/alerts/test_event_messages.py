@@ -3,8 +3,8 @@
 from datetime import timedelta
 
 import pytest
-from alarmed import AGE, SOON, analysed, earthquake, messages, raised
-from findings import DAY, START
+from alert_candidates import DAY, START
+from alert_fixtures import AGE, SOON, analysed, earthquake, messages, raise_softening
 from sqlalchemy.orm import Session
 
 from service.alerts import operator_actions
@@ -111,7 +111,7 @@ def test_an_event_that_is_still_analysed_is_not_told(session: Session, of: Build
 
 def test_an_earthquake_that_comes_late_is_not_called_harmless(session: Session, of: Building) -> None:
     """It lies between the onset of a loss that was told and the earthquake that it was told with."""
-    events, now = raised(session, of), START + 3 * DAY
+    events, now = raise_softening(session, of), START + 3 * DAY
     write_messages(session, of.id, timedelta(minutes=1), now)
     late = earthquake(session, of, START + DAY / 2)
     write_event_message(session, late.id, AGE * 2, now + SOON)
@@ -121,7 +121,7 @@ def test_an_earthquake_that_comes_late_is_not_called_harmless(session: Session, 
 
 
 def test_a_fresh_event_says_that_something_is_silenced(session: Session, of: Building) -> None:
-    raised(session, of)
+    raise_softening(session, of)
     now = START + 3 * DAY
     operator_actions.silence(session, of, "stiffness/x", now + DAY, "a load test", "Jo", now)
     write_messages(session, of.id, AGE, now)
@@ -133,7 +133,7 @@ def test_a_fresh_event_says_that_something_is_silenced(session: Session, of: Bui
 
 
 def test_a_later_event_names_what_still_stands_and_is_not_told_again_for_it(session: Session, of: Building) -> None:
-    raised(session, of)
+    raise_softening(session, of)
     later = earthquake(session, of, START + 10 * DAY)
     now = START + 10 * DAY + SOON
     write_event_message(session, later.id, AGE, now)
@@ -146,7 +146,7 @@ def test_a_later_event_names_what_still_stands_and_is_not_told_again_for_it(sess
 
 
 def test_nothing_is_said_of_earthquakes_while_a_look_for_drift_waits(session: Session, of: Building) -> None:
-    raised(session, of)
+    raise_softening(session, of)
     job = job_queue.enqueue_watch(session, of.id, None, START)
     write_messages(session, of.id, AGE, START + 1000 * DAY)
     assert messages(session) == []

@@ -7,11 +7,11 @@ from html import unescape
 from pathlib import Path
 
 import pytest
-from alarmed import building, earthquake, owned, raised
-from asking import client
+from alert_candidates import DAY, START, gain_error, softer_isolators
+from alert_fixtures import building, earthquake, raise_softening, with_stored_events
+from api_client import client
 from fastapi.testclient import TestClient
-from findings import DAY, START, gain, softer
-from receiving import Mailbox, mailbox
+from receivers import MailServer, mail_server
 from sqlalchemy import update
 from sqlalchemy.orm import Session, sessionmaker
 
@@ -37,7 +37,7 @@ class Stage:
 
     sessions: sessionmaker[Session]
     asking: TestClient
-    box: Mailbox
+    box: MailServer
     settings: Settings
     code: str
 
@@ -64,10 +64,10 @@ class Stage:
 def stage(sessions: sessionmaker[Session], database_url: str) -> Iterator[Stage]:
     with sessions.begin() as session:
         of = building(session)
-        raised(session, of)
+        raise_softening(session, of)
         write_messages(session, of.id, AGE, START + 3 * DAY)
         code = of.code
-    with client(database_url, smtp_host="localhost") as asking, mailbox() as box:
+    with client(database_url, smtp_host="localhost") as asking, mail_server() as box:
         settings = Settings(
             disk_reserve=0,
             reminder_interval=0,
@@ -166,7 +166,7 @@ def test_what_is_on_hold_is_sent_as_that(stage: Stage) -> None:
     with stage.sessions.begin() as session:
         of = session.query(Building).one()
         events = session.query(Alert).one().event_ids
-        found = [owned(one, tuple(events)) for one in (softer(), gain())]
+        found = [with_stored_events(one, tuple(events)) for one in (softer_isolators(), gain_error())]
         reconcile(session, of.id, found, "events", datetime.now(UTC))
     assert stage.goes_on() == []
     stage.add()

@@ -4,8 +4,8 @@ from dataclasses import replace
 from datetime import datetime, timedelta
 
 import pytest
-from alarmed import analysed, building, open_alerts, three_earthquakes
-from findings import START, gain, softer, stopped
+from alert_candidates import START, gain_error, softer_isolators, stopped_data
+from alert_fixtures import analysed, building, open_alerts, three_earthquakes
 from hypothesis import HealthCheck, example, given, settings, strategies as st
 from sqlalchemy import select
 from sqlalchemy.orm import Session, sessionmaker
@@ -21,12 +21,12 @@ from service.records.tables import Event
 NOW = START + timedelta(days=30)
 STEP = timedelta(hours=1)
 OFFERED = {
-    "softer": softer(),
-    "much softer": softer(20.0),
-    "softer, as it seems": softer(is_sure=False),
-    "a gain": gain(),
-    "a gain, as it seems": gain(is_sure=False),
-    "another sensor's": gain("XX.DEMO.05.HNX"),
+    "softer": softer_isolators(),
+    "much softer": softer_isolators(20.0),
+    "softer, as it seems": softer_isolators(is_sure=False),
+    "a gain": gain_error(),
+    "a gain, as it seems": gain_error(is_sure=False),
+    "another sensor's": gain_error("XX.DEMO.05.HNX"),
 }
 Lists = tuple[tuple[str, ...], str | None]
 """What is found at one time, and what somebody then does about the isolators."""
@@ -137,20 +137,20 @@ def test_the_scopes_leave_each_other_alone(sessions: sessionmaker[Session]) -> N
         of = building(session)
         events = three_earthquakes(session, of)
         reconcile(session, of.id, found(("softer",), events), "events", NOW)
-        reconcile(session, of.id, [stopped()], "clock", NOW)
+        reconcile(session, of.id, [stopped_data()], "clock", NOW)
         reconcile(session, of.id, [], "clock", NOW + STEP)
         session.flush()
         assert {(a.cause, a.state) for a in session.query(Alert)} == {("stiffness", "active"), ("source", "resolved")}
         with pytest.raises(ValueError, match="not about"):
-            reconcile(session, of.id, [stopped()], "events", NOW)
+            reconcile(session, of.id, [stopped_data()], "events", NOW)
         with pytest.raises(ValueError, match="twice"):
-            reconcile(session, of.id, [stopped(), stopped()], "clock", NOW)
+            reconcile(session, of.id, [stopped_data(), stopped_data()], "clock", NOW)
 
 
 def test_an_inspection_ends_an_alert_and_is_safe_to_repeat(sessions: sessionmaker[Session]) -> None:
     with sessions.begin() as session:
         of = building(session)
-        reconcile(session, of.id, [stopped()], "clock", NOW)
+        reconcile(session, of.id, [stopped_data()], "clock", NOW)
         session.flush()
         alert = session.query(Alert).one()
         operator_actions.acknowledge(session, alert, "Jo", "calling them", NOW)

@@ -6,8 +6,8 @@ from datetime import datetime, timedelta
 from zoneinfo import ZoneInfo
 
 import pytest
-from alarmed import building, three_earthquakes
-from findings import DAY, START, gain, softer, stopped
+from alert_candidates import DAY, START, gain_error, softer_isolators, stopped_data
+from alert_fixtures import building, three_earthquakes
 from hypothesis import given, strategies as st
 from sqlalchemy.orm import Session, sessionmaker
 
@@ -106,7 +106,7 @@ def of(sessions: sessionmaker[Session]) -> Iterator[Building]:
             recipients.add(session, made.id, ReceiverRule(name, kind, address, None, kinds, SEVERITIES), "Jo", START)
         events = three_earthquakes(session, made)
         owned = {"onset_event_id": events[0], "raised_event_id": events[2], "event_ids": events}
-        found = [replace(softer(), **owned), replace(gain("XX.DEMO.05.HNX"), **owned)]
+        found = [replace(softer_isolators(), **owned), replace(gain_error("XX.DEMO.05.HNX"), **owned)]
         reconcile(session, made.id, found, "events", NOW)
         session.flush()
         write_messages(session, made.id, AGE, NOW)
@@ -165,7 +165,9 @@ def test_what_holds_an_alert_back_holds_its_reminder_back(sessions: sessionmaker
     with sessions.begin() as session:
         events = session.query(Alert).filter_by(cause="stiffness").one().event_ids
         owned = {"onset_event_id": events[0], "raised_event_id": events[2], "event_ids": tuple(events)}
-        reconcile(session, of.id, [replace(one, **owned) for one in (softer(), gain())], "events", NOW + DAY)
+        reconcile(
+            session, of.id, [replace(one, **owned) for one in (softer_isolators(), gain_error())], "events", NOW + DAY
+        )
     (told,) = looked(sessions, SETTINGS, 1, 9)
     assert "stiffness" not in [one["cause"] for one in told.data["alerts"]]
 
@@ -175,7 +177,7 @@ def test_data_that_stopped_are_reminded_of_too(sessions: sessionmaker[Session]) 
         made = building(session)
         rule = ReceiverRule("manager", "email", "m@example.org", None, WANTED_KINDS, SEVERITIES)
         recipients.add(session, made.id, rule, "Jo", START)
-        reconcile(session, made.id, [stopped()], "clock", NOW)
+        reconcile(session, made.id, [stopped_data()], "clock", NOW)
         session.flush()
         for days in (0, 6, 7, 8):
             write_messages(session, made.id, AGE, NOW + days * DAY)

@@ -6,12 +6,12 @@ from pathlib import Path
 from threading import Event as Signal, Thread
 from time import monotonic, sleep
 
+import monitored_building
+import paper_records
 import pytest
-import simulated
-import watched
-from alarmed import building, earthquake, raised
-from findings import START, softer
-from monitoring import Page, building_file, serving
+from alert_candidates import START, softer_isolators
+from alert_fixtures import building, earthquake, raise_softening
+from monitoring_server import Page, building_file, monitoring_server
 from sqlalchemy import event, update
 from sqlalchemy.orm import Session, sessionmaker
 
@@ -54,7 +54,7 @@ def test_a_source_that_stops_is_told_once_and_resolves_by_itself(
     """A folder that is not mounted, then is again."""
     folder, now = tmp_path / "records", NOW
     with sessions.begin() as session:
-        building_store.add(session, watched.building_file(folder), tmp_path, NOW)
+        building_store.add(session, monitored_building.building_file(folder), tmp_path, NOW)
     poller = SourcePoller(sessions, SETTINGS, lambda: now)
     poller.poll("PAPER")
     for now in (NOW + HOUR, NOW + 1.1 * HOUR, NOW + 2 * HOUR):
@@ -129,13 +129,13 @@ def test_a_dead_channel_is_told_and_comes_back(sessions: sessionmaker[Session]) 
         of = building(session)
         for number in range(4):
             event = earthquake(session, of, START + number * HOUR)
-            for channel in list(simulated.SENSORS)[: 5 if number == 0 else 4]:
+            for channel in list(paper_records.SENSORS)[: 5 if number == 0 else 4]:
                 _seen(session, event, channel)
     check_buildings(sessions, SETTINGS, NOW)
-    assert states(sessions) == {f"channel/{list(simulated.SENSORS)[4]}": "active"}
+    assert states(sessions) == {f"channel/{list(paper_records.SENSORS)[4]}": "active"}
     with sessions.begin() as session:
         event = earthquake(session, session.query(Building).one(), START + 5 * HOUR)
-        for channel in simulated.SENSORS:
+        for channel in paper_records.SENSORS:
             _seen(session, event, channel)
     check_buildings(sessions, SETTINGS, NOW)
     assert set(states(sessions).values()) == {"resolved"}
@@ -149,7 +149,7 @@ def _seen(session: Session, event: Event, channel: str) -> None:
 
 def test_a_record_from_the_future_tells_of_the_clock(sessions: sessionmaker[Session], tmp_path: Path) -> None:
     with sessions.begin() as session:
-        of = building_store.add(session, watched.building_file(tmp_path), tmp_path, NOW)
+        of = building_store.add(session, monitored_building.building_file(tmp_path), tmp_path, NOW)
         session.flush()
         session.add(SourceState(building_id=of.id, cursor={}, attempted_at=NOW, succeeded_at=NOW))
         session.add(
@@ -172,7 +172,7 @@ def test_a_round_tells_what_was_silenced_and_what_nobody_told(sessions: sessionm
     with sessions.begin() as session:
         of = building(session)
         event = earthquake(session, of, START)
-        found = softer(onset_event_id=event.id, raised_event_id=event.id, event_ids=(event.id,))
+        found = softer_isolators(onset_event_id=event.id, raised_event_id=event.id, event_ids=(event.id,))
         reconcile(session, of.id, [found], "events", NOW)
         operator_actions.silence(session, of, "*", NOW + HOUR, "a test", "Jo", NOW)
     check_buildings(sessions, SETTINGS, NOW)
@@ -184,7 +184,7 @@ def test_a_round_tells_what_was_silenced_and_what_nobody_told(sessions: sessionm
 def test_a_server_whose_clock_differs_is_told_until_it_is_set(sessions: sessionmaker[Session]) -> None:
     """Ours is ten minutes fast, then right."""
     now = datetime.now(UTC)
-    with serving() as server:
+    with monitoring_server() as server:
         server.pages["/events/"] = Page(b"")
         with sessions.begin() as session:
             text = building_file("archive", f"{server.address}/events/")
@@ -206,7 +206,7 @@ def test_the_poller_makes_the_rounds(sessions: sessionmaker[Session], tmp_path: 
     stop = Signal()
     settings = Settings(**QUIET | {"source_patience": 1e-3, "check_interval": 0.1, "poll_interval": 0.1})
     with sessions.begin() as session:
-        building_store.add(session, watched.building_file(tmp_path / "nowhere"), tmp_path, datetime.now(UTC))
+        building_store.add(session, monitored_building.building_file(tmp_path / "nowhere"), tmp_path, datetime.now(UTC))
     polling = Thread(target=Poller(sessions, settings).run, args=(stop,))
     polling.start()
     try:
@@ -226,7 +226,7 @@ def settled(sessions: sessionmaker[Session]) -> dict[int, Checked]:
     last: dict[int, Checked] = {}
     with sessions.begin() as session:
         made = building(session)
-        raised(session, made)
+        raise_softening(session, made)
         job_queue.enqueue(session, earthquake(session, made, NOW - 3 * HOUR), {}, NOW - 2 * HOUR)
     for minutes in range(4):
         check_buildings(sessions, SETTINGS, NOW + minutes * MINUTE, last=last)
@@ -289,7 +289,7 @@ def test_the_end_of_a_silence_is_noticed(sessions: sessionmaker[Session]) -> Non
     last: dict[int, Checked] = {}
     with sessions.begin() as session:
         made = building(session)
-        raised(session, made)
+        raise_softening(session, made)
         operator_actions.silence(session, made, "*", NOW + HOUR, "a load test", "Jo", NOW - HOUR)
     for minutes in range(4):
         check_buildings(sessions, SETTINGS, NOW + minutes * MINUTE, last=last)

@@ -4,7 +4,7 @@ from dataclasses import replace
 from datetime import timedelta
 
 import pytest
-from findings import DAY, START
+from alert_candidates import DAY, START
 
 from service.alerts import data_health
 from service.alerts.data_health import Sighting, Source, Thresholds, Work

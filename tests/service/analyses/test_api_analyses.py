@@ -4,9 +4,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import httpx
+import monitored_building
 import pytest
-import watched
-from serving import served
+from api_server import api_server
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.access import keys
@@ -21,10 +21,10 @@ AGAIN = "/api/v1/events/1/analyses"
 def asking(database_url: str, sessions: sessionmaker[Session], tmp_path: Path) -> Iterator[httpx.Client]:
     """An engineer's client; the building has had one earthquake."""
     (tmp_path / "records").mkdir()
-    watched.watch(sessions, tmp_path / "records", watched.earthquakes()[:1])
+    monitored_building.watch(sessions, tmp_path / "records", monitored_building.earthquakes()[:1])
     with sessions.begin() as session:
-        key = keys.create(session, "engineer", Role.engineer, watched.NOW)
-    with served(database_url) as address, httpx.Client(base_url=address, timeout=30) as client:
+        key = keys.create(session, "engineer", Role.engineer, monitored_building.NOW)
+    with api_server(database_url) as address, httpx.Client(base_url=address, timeout=30) as client:
         client.headers["X-API-Key"] = key
         yield client
 
@@ -36,7 +36,7 @@ def test_an_engineer_has_an_event_analysed_again(asking: httpx.Client, sessions:
     assert asking.get(asked.headers["Location"]).json() == asked.json()
     twice = asking.post(AGAIN, json={"sensors": ["1F", "RF"], "band": [0.2, 20.0]})
     assert twice.json()["id"] == asked.json()["id"]
-    watched.work(sessions)
+    monitored_building.work(sessions)
     event = asking.get("/api/v1/events/1").json()
     assert event["analysis"]["settings"]["sensors"] == ["1F", "RF"]
     (earlier,) = event["earlier"]
@@ -69,7 +69,7 @@ def test_what_cannot_be_is_refused_and_told(asking: httpx.Client) -> None:
 
 def test_engineers_cancel_their_own_jobs_and_admins_all(asking: httpx.Client, sessions: sessionmaker[Session]) -> None:
     with sessions.begin() as session:
-        others = {role: keys.create(session, role.name + " two", role, watched.NOW) for role in Role}
+        others = {role: keys.create(session, role.name + " two", role, monitored_building.NOW) for role in Role}
     for role, status in ((Role.viewer, 403), (Role.engineer, 403), (Role.admin, 200)):
         asked = asking.post(AGAIN, json={"estimator": "cms"})
         answer = asking.delete(asked.headers["Location"], headers={"X-API-Key": others[role]})
@@ -87,7 +87,7 @@ def test_engineers_cancel_their_own_jobs_and_admins_all(asking: httpx.Client, se
 
 def test_a_viewer_may_not_ask_for_it(asking: httpx.Client, sessions: sessionmaker[Session]) -> None:
     with sessions.begin() as session:
-        viewer = keys.create(session, "viewer", Role.viewer, watched.NOW)
+        viewer = keys.create(session, "viewer", Role.viewer, monitored_building.NOW)
     refused = asking.post(AGAIN, json={}, headers={"X-API-Key": viewer})
     assert (refused.status_code, refused.json()["status"]) == (403, 403)
     assert "role engineer" in refused.json()["detail"]

@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import httpx
+import monitored_building
 import numpy as np
 import pytest
-import watched
-from serving import served
+from api_server import api_server
 from sqlalchemy.orm import Session, sessionmaker
 
 pytestmark = pytest.mark.slow
@@ -33,8 +33,8 @@ SERIES = (
 @pytest.fixture
 def asking(database_url: str, sessions: sessionmaker[Session], tmp_path: Path) -> Iterator[httpx.Client]:
     (tmp_path / "records").mkdir()
-    watched.watch(sessions, tmp_path / "records")
-    with served(database_url) as address, httpx.Client(base_url=address, timeout=30) as client:
+    monitored_building.watch(sessions, tmp_path / "records")
+    with api_server(database_url) as address, httpx.Client(base_url=address, timeout=30) as client:
         yield client
 
 
@@ -68,7 +68,7 @@ def lists(asking: httpx.Client) -> None:
     described = answer(asking, PAPER)
     assert [level["role"] for level in described["levels"]] == ["ground", "base", *["floor"] * 7]
     assert described["rubber_height"] == 0.2
-    assert {channel["id"] for channel in described["channels"]} >= {watched.BASE}
+    assert {channel["id"] for channel in described["channels"]} >= {monitored_building.BASE}
     (source,) = answer(asking, f"{API}/sources")["items"]
     assert (source["kind"], source["failing_since"], source["error"]) == ("folder", None, None)
     assert source["succeeded_at"].endswith("Z")
@@ -92,7 +92,7 @@ def events(asking: httpx.Client) -> None:
         if cursor is None:
             break
     assert pages == every
-    second = watched.start(1).isoformat()
+    second = monitored_building.start(1).isoformat()
     assert [e["id"] for e in answer(asking, f"{PAPER}/events", after=second)["items"]] == [4, 3, 2]
     assert [e["id"] for e in answer(asking, f"{PAPER}/events", before=second)["items"]] == [1]
     assert [e["id"] for e in answer(asking, f"{PAPER}/events", min_pga=0.3)["items"]] == [3, 2]
@@ -156,7 +156,7 @@ def force(asking: httpx.Client) -> None:
 
 
 def waveform(asking: httpx.Client) -> None:
-    path = f"{API}/events/3/waveforms/{watched.BASE}"
+    path = f"{API}/events/3/waveforms/{monitored_building.BASE}"
     found = answer(asking, path)
     (piece,) = found["pieces"]
     assert (found["level"], found["quantity"], piece["start"]) == ("1F", "acceleration", "2024-05-04T06:07:08Z")

@@ -5,9 +5,9 @@ from datetime import timedelta
 from html import unescape
 
 import pytest
-from alarmed import analysed, building, earthquake
-from asking import client
-from findings import DAY, START
+from alert_candidates import DAY, START
+from alert_fixtures import analysed, building, earthquake
+from api_client import client
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.analyses.pages import LISTED

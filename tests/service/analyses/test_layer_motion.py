@@ -3,11 +3,11 @@
 from collections.abc import Iterator
 from pathlib import Path
 
+import monitored_building
 import numpy as np
-import plan
 import pytest
-import watched
-from asking import TestClient, client
+import torsion_building
+from api_client import TestClient, client
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.buildings import store as building_store
@@ -19,15 +19,17 @@ MOTION = "/api/v1/events/1/layer-motion"
 @pytest.fixture
 def asking(database_url: str, sessions: sessionmaker[Session], tmp_path: Path) -> Iterator[TestClient]:
     """The building has had one earthquake."""
-    watched.write(tmp_path / "event.mseed", plan.miniseed(1))
+    monitored_building.write(tmp_path / "event.mseed", torsion_building.miniseed(1))
     source = f'[source]\nkind = "folder"\nlocation = "{tmp_path}"\n'
     with sessions.begin() as session:
-        text = plan.building_file().replace("[isolation]", source + "[isolation]", 1)
-        building_store.add(session, text, tmp_path, watched.NOW)
-    poller = SourcePoller(sessions, watched.SETTINGS, lambda: watched.NOW, lambda _: None, lambda: False)
+        text = torsion_building.building_file().replace("[isolation]", source + "[isolation]", 1)
+        building_store.add(session, text, tmp_path, monitored_building.NOW)
+    poller = SourcePoller(
+        sessions, monitored_building.SETTINGS, lambda: monitored_building.NOW, lambda _: None, lambda: False
+    )
     poller.poll("PAPER")
     poller.queue_ready()
-    watched.work(sessions)
+    monitored_building.work(sessions)
     with client(database_url) as made:
         yield made
 
@@ -35,11 +37,11 @@ def asking(database_url: str, sessions: sessionmaker[Session], tmp_path: Path) -
 @pytest.mark.slow
 def test_from_the_files_to_the_api_and_the_page(asking: TestClient) -> None:
     sensors = {sensor["id"]: sensor for sensor in asking.get("/api/v1/buildings/PAPER").json()["channels"]}
-    assert sensors["XX.PAPER.A.HYX"]["position"] == list(plan.CORNERS["A"])
+    assert sensors["XX.PAPER.A.HYX"]["position"] == list(torsion_building.CORNERS["A"])
     assert (sensors["XX.PAPER.01.HNX"]["position"], sensors["XX.PAPER.01.HNX"]["rotation"]) == (None, 0.0)
     event = asking.get("/api/v1/events/1").json()
     assert [finding["kind"] for finding in event["quality"]] == []
-    x, y, torsion, load = plan.exact()
+    x, y, torsion, load = torsion_building.exact()
     layer = event["layer"]
     assert layer["peak_resultant"] == pytest.approx(np.hypot(x, y).max(), rel=0.01)
     assert abs(layer["peak_torsion"] - np.abs(torsion).max()) < 4 * layer["peak_torsion_std"]
@@ -61,7 +63,7 @@ def test_from_the_files_to_the_api_and_the_page(asking: TestClient) -> None:
 
 def series(asking: TestClient) -> None:
     """All histories, one, thinned ones, and CSV."""
-    x, y, torsion, load = plan.exact()
+    x, y, torsion, load = torsion_building.exact()
     whole = asking.get(MOTION).json()
     inside = np.abs(np.array(whole["torsion"]) - torsion) < 1.96 * np.array(whole["torsion_std"])
     assert 0.9 < inside.mean() <= 1.0

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from asking import client
+from api_client import client
 from sqlalchemy.orm import Session, sessionmaker
 
 from core.building import fixed_base_modes

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import obspy
 import pytest
-from computed import Computed
-from shared import BNCS, needs_shared
+from cached_executor import CachedExecutor
+from shared_data import BNCS, needs_shared
 from sqlalchemy import select
 from sqlalchemy.orm import Session, sessionmaker, undefer
 
@@ -50,7 +50,7 @@ def test_folder_and_fdsn_web_services(sessions: sessionmaker[Session]) -> None:
                 session, server.replace('code = "BNCS"', 'code = "SERVED"'), Path("/"), datetime.now(UTC)
             )
         SourcePoller(sessions, settings).poll_all()
-    assert Worker(sessions, Computed, settings, KINDS).run_until_idle() == 8  # and a look for drift at each
+    assert Worker(sessions, CachedExecutor, settings, KINDS).run_until_idle() == 8  # and a look for drift at each
     found = forces(sessions)
     assert len(found) == 6
     for from_folder, from_server in zip(found[::2], found[1::2], strict=True):

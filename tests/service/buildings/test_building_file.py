@@ -6,7 +6,7 @@ import pytest
 from building_files import FOLDER, SMALL
 from hypothesis import given, strategies as st
 from pydantic import BaseModel
-from shared import BNCS, needs_shared
+from shared_data import BNCS, needs_shared
 
 from service.buildings.description import BuildingFileError, read
 from service.buildings.description_keys import (

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 from click.testing import Result
-from shared import BNCS, needs_shared
-from simulated import FLOORS, building_file, miniseed, records, response
+from paper_records import FLOORS, building_file, miniseed, records, response
+from shared_data import BNCS, needs_shared
 from typer.testing import CliRunner
 
 from service.cli import app

@@ -10,8 +10,8 @@ import pytest
 import typer
 from building_files import SMALL
 from click.testing import Result
-from every_command import WAITING, WITH_DATABASE, WITHOUT
-from monitoring import building_file, miniseed, stream
+from command_examples import WAITING, WITH_DATABASE, WITHOUT
+from monitoring_server import building_file, miniseed, stream
 from processes import run
 from sqlalchemy import create_engine, make_url, text
 from typer.testing import CliRunner

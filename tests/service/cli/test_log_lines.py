@@ -5,8 +5,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import monitored_building
 import pytest
-import watched
 from sqlalchemy.orm import Session, sessionmaker
 
 from service import logs
@@ -19,7 +19,7 @@ def test_an_earthquake_has_a_line_when_it_arrives_and_one_when_it_is_analysed(
     sessions: sessionmaker[Session], tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     caplog.set_level(logging.INFO)
-    watched.watch(sessions, tmp_path, watched.earthquakes()[2:])
+    monitored_building.watch(sessions, tmp_path, monitored_building.earthquakes()[2:])
     said = [record.getMessage() for record in caplog.records if record.name.startswith("service")]
     assert said.count("event 1 of PAPER: an earthquake begins to arrive") == 1
     [analysed] = [line for line in said if line.startswith("event 1 of PAPER, 2024-05-04 06:07:08 UTC: analysed; ")]

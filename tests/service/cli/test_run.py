@@ -7,8 +7,8 @@ from time import monotonic, sleep
 import httpx
 import psutil
 import pytest
-from monitoring import building_file, miniseed, stream
-from processes import interrupt, run, started
+from monitoring_server import building_file, miniseed, stream
+from processes import interrupt, run, running_command
 from sqlalchemy import select
 from sqlalchemy.orm import Session, sessionmaker
 
@@ -61,7 +61,7 @@ def test_everything_runs_in_one_process_tree_and_ends_cleanly(
     incoming.mkdir()
     add(sessions, incoming)
     quick = {"MENSHIN_POLLING__INTERVAL": "0.5", "MENSHIN_POLLING__SETTLE_TIME": "0", "MENSHIN_JOBS__WORKERS": "1"}
-    with started(tmp_path, database_url, "up", "--port", "18765", **quick) as service:
+    with running_command(tmp_path, database_url, "up", "--port", "18765", **quick) as service:
         (incoming / "a.mseed").write_bytes(miniseed(stream(seconds=60)))
         end = monotonic() + 60
         while analysed(sessions) == 0:

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 from building_files import SMALL
-from every_command import WITH_DATABASE
-from monitoring import building_file
+from command_examples import WITH_DATABASE
+from monitoring_server import building_file
 from processes import environment, run
 from sqlalchemy import text
 from unprivileged import WITHOUT_RIGHTS, can_be_given_away, ended

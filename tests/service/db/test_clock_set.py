@@ -6,12 +6,12 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from time import monotonic, sleep
 
-import alarmed
+import alert_fixtures
 import databases
 import pytest
-from faked_clock import FakedClock
-from monitoring import START, building_file, miniseed, stream
-from processes import started
+from fake_clock import FakedClock
+from monitoring_server import START, building_file, miniseed, stream
+from processes import running_command
 from sqlalchemy import func, select, update
 from sqlalchemy.orm import Session, sessionmaker
 
@@ -53,7 +53,7 @@ def test_a_lease_of_before_the_clock_was_set_back_is_free(sessions: sessionmaker
 
 def test_work_claimed_before_the_clock_was_set_back_is_claimed_again(sessions: sessionmaker[Session]) -> None:
     with sessions.begin() as session:
-        earthquake = alarmed.earthquake(session, alarmed.building(session), NOW)
+        earthquake = alert_fixtures.earthquake(session, alert_fixtures.building(session), NOW)
         session.execute(update(Job).values(state="done"))
         job_queue.enqueue(session, earthquake, {"rate": 50.0}, NOW)
         first = job_queue.claim(session, NOW, LEASE)
@@ -91,7 +91,7 @@ def test_what_alertmanager_has_to_hear_again_does_not_wait_for_the_old_time(sess
 def test_an_earthquake_of_before_the_clock_was_set_back_is_analysed(sessions: sessionmaker[Session]) -> None:
     settings = Settings(event_grace=120)
     with sessions.begin() as session:
-        of = alarmed.building(session)
+        of = alert_fixtures.building(session)
         session.add(Event(building_id=of.id, start=NOW, end=NOW, state="gathering", created_at=NOW, updated_at=NOW))
         session.flush()
         assert events.queue_ready(session, NOW, settings=settings) == 0
@@ -100,7 +100,7 @@ def test_an_earthquake_of_before_the_clock_was_set_back_is_analysed(sessions: se
 
 def delivered(session: Session, kind: str) -> Delivery:
     """A message about an alert, as it came to a receiver."""
-    of = alarmed.building(session)
+    of = alert_fixtures.building(session)
     to = Receiver(building_id=of.id, name="a", kind=kind, address="a", origin="api", created_at=NOW, **EVERYTHING)
     session.add(to)
     session.flush()
@@ -150,7 +150,7 @@ def polling(folder: Path, url: str, clock: FakedClock) -> Iterator[None]:
     """A poller that has started."""
     output = folder / "output"
     before = output.stat().st_size if output.exists() else 0
-    with started(folder, url, "poll", **QUICK, **clock.environment):
+    with running_command(folder, url, "poll", **QUICK, **clock.environment):
         end = monotonic() + 120
         while "polling here" not in output.read_text()[before:]:
             assert monotonic() < end, "it did not start to poll"

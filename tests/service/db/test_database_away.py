@@ -4,7 +4,7 @@ import logging
 from typing import TYPE_CHECKING
 
 import pytest
-from asking import client
+from api_client import client
 from sqlalchemy import text
 from sqlalchemy.orm import Session, sessionmaker
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import psutil
 import pytest
-from processes import interrupt, started
+from processes import interrupt, running_command
 from sqlalchemy import make_url
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ def test_every_part_waits_and_obeys(stoppable_postgres: "PostgresServer", tmp_pa
         folders = {part: tmp_path / part for part in PARTS}
         for folder in folders.values():
             folder.mkdir()
-        parts = {part: running.enter_context(started(folders[part], url, part, **FREE)) for part in PARTS}
+        parts = {part: running.enter_context(running_command(folders[part], url, part, **FREE)) for part in PARTS}
         for part, process in parts.items():
             until_said(folders[part], WAITING, process)
             began = monotonic()
@@ -56,7 +56,7 @@ def test_every_part_waits_and_obeys(stoppable_postgres: "PostgresServer", tmp_pa
 def test_it_carries_on_when_the_database_comes(stoppable_postgres: "PostgresServer", tmp_path: Path) -> None:
     url = address(stoppable_postgres)
     stoppable_postgres.stop()
-    with started(tmp_path, url, "up", **FREE) as process:
+    with running_command(tmp_path, url, "up", **FREE) as process:
         until_said(tmp_path, WAITING, process)
         stoppable_postgres.start()
         said = until_said(tmp_path, "polling here", process)

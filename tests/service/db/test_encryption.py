@@ -8,7 +8,7 @@ from pathlib import Path
 from threading import Event
 
 import pytest
-from asking import client
+from api_client import client
 from building_files import SMALL
 from sqlalchemy import text
 from sqlalchemy.orm import Session, sessionmaker

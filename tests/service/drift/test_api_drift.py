@@ -5,24 +5,24 @@ import io
 from collections.abc import Iterator
 from datetime import timedelta
 
-import histories
 import httpx
 import numpy as np
 import pytest
-from asking import client
-from described import BASE
+import stored_histories
+from api_client import client
+from building_models import BASE
 from sqlalchemy.orm import Session, sessionmaker
 
 COUNT, ONSET, LOSS = 28, 22, 0.08
-NOW = histories.start(COUNT) + timedelta(days=1)
+NOW = stored_histories.start(COUNT) + timedelta(days=1)
 PAPER = "/api/v1/buildings/PAPER"
 
 
 @pytest.fixture
 def asking(database_url: str, sessions: sessionmaker[Session]) -> Iterator[httpx.Client]:
     with sessions.begin() as session:
-        building = histories.building(session).id
-    histories.analysed(sessions, building, histories.history(COUNT, ONSET, LOSS), NOW)
+        building = stored_histories.building(session).id
+    stored_histories.store_and_monitor(sessions, building, stored_histories.store_history(COUNT, ONSET, LOSS), NOW)
     with client(database_url) as found:
         yield found
 
@@ -61,10 +61,12 @@ def the_curve_is_the_layers(asking: httpx.Client) -> None:
     assert 0 < len(seen) < 30
     assert cold["lowest_amplitude"] < seen[0]["amplitude"] < seen[-1]["amplitude"] < cold["highest_amplitude"]
     for one in seen:
-        assert one["low"] < histories.STIFFNESS * one["amplitude"] ** -0.25 < one["high"]
+        assert one["low"] < stored_histories.STIFFNESS * one["amplitude"] ** -0.25 < one["high"]
         assert one["high"] < 1.1 * one["low"]
     change = np.mean([w["expected"] / c["expected"] - 1 for c, w in zip(cold["items"], warm["items"], strict=True)])
-    assert change == pytest.approx(np.expm1(10 * histories.PER_KELVIN), abs=0.01)  # of 20 events that scatter by 1 %
+    assert change == pytest.approx(
+        np.expm1(10 * stored_histories.PER_KELVIN), abs=0.01
+    )  # of 20 events that scatter by 1 %
     lines = rows(asking, "baseline", temperature=15, points=30)
     assert [float(line["expected"]) for line in lines] == [one["expected"] for one in cold["items"]]
     (gain,) = asking.get(f"{PAPER}/baseline", params={"quantity": "gain", "subject": BASE}).json()["items"]
@@ -74,10 +76,10 @@ def the_curve_is_the_layers(asking: httpx.Client) -> None:
 
 def points_lie_about_the_curve(asking: httpx.Client) -> None:
     found = asking.get(f"{PAPER}/baseline/observations").json()["items"]
-    assert len(found) == COUNT * histories.CYCLES
+    assert len(found) == COUNT * stored_histories.CYCLES
     assert found == sorted(found, key=lambda one: one["time"])
     of_one = rows(asking, "baseline/observations", event=found[0]["event"])
-    assert [float(line["value"]) for line in of_one] == [one["value"] for one in found[: histories.CYCLES]]
+    assert [float(line["value"]) for line in of_one] == [one["value"] for one in found[: stored_histories.CYCLES]]
 
 
 def events_after_the_onset_lie_below(asking: httpx.Client) -> None:
@@ -101,7 +103,7 @@ def the_alarm_says_how_much_and_since_when(asking: httpx.Client) -> None:
     (alarm,) = [one for one in asking.get(f"{PAPER}/drift-alarms").json()["items"] if one["quantity"] == "stiffness"]
     assert (alarm["rule"], alarm["is_sure"]) == ("sudden", True)
     assert alarm["low"] < -LOSS < alarm["high"] < 0
-    onset = f"{histories.start(ONSET):%Y-%m-%dT%H:%M:%SZ}"
+    onset = f"{stored_histories.start(ONSET):%Y-%m-%dT%H:%M:%SZ}"
     assert abs(ONSET - (int(alarm["onset_event"]) - 1)) <= 1, f"it began with the event of {onset}"
     assert alarm["events"][0] == alarm["onset_event"]
     assert alarm["events"][-1] == alarm["raised_event"]
@@ -113,7 +115,7 @@ def test_a_reference_period_is_set_and_earlier_ones_are_kept(
     asking: httpx.Client, sessions: sessionmaker[Session]
 ) -> None:
     assert asking.get(f"{PAPER}/reference-periods").json()["items"] == []
-    start = f"{histories.start(ONSET):%Y-%m-%dT%H:%M:%SZ}"
+    start = f"{stored_histories.start(ONSET):%Y-%m-%dT%H:%M:%SZ}"
     for wanted in ({"reason": "as built"}, {"quantity": "stiffness", "start": start, "reason": "bearings replaced"}):
         made = asking.post(f"{PAPER}/reference-periods", json=wanted)
         assert made.status_code == 201, made.text
@@ -123,7 +125,7 @@ def test_a_reference_period_is_set_and_earlier_ones_are_kept(
         (None, None, "as built"),
     ]
     assert [one["reason"] for one in rows(asking, "reference-periods")] == ["bearings replaced", "as built"]
-    histories.watched(sessions, NOW)
+    stored_histories.do_waiting_work(sessions, NOW)
     found = {one["quantity"]: one for one in asking.get(f"{PAPER}/watched").json()["items"] if one["subject"] == "x"}
     assert found["stiffness"]["wanted"] > 0  # six events only since then
     assert found["stiffness"]["alarms"] == 0
@@ -134,7 +136,7 @@ def test_a_reference_period_is_set_and_earlier_ones_are_kept(
 
 def test_what_cannot_be_is_refused(database_url: str, sessions: sessionmaker[Session]) -> None:
     with sessions.begin() as session:
-        histories.building(session)
+        stored_histories.building(session)
     with client(database_url) as asking:
         refusals(asking)
 

@@ -3,9 +3,9 @@
 import re
 from html import unescape
 
-import histories
-from asking import client
-from described import BASE
+import stored_histories
+from api_client import client
+from building_models import BASE
 from sqlalchemy.orm import Session, sessionmaker
 
 PAGE = "/buildings/PAPER/drift"
@@ -13,16 +13,18 @@ PAGE = "/buildings/PAPER/drift"
 
 def test_the_page_shows_what_was_expected_and_what_came(database_url: str, sessions: sessionmaker[Session]) -> None:
     with sessions.begin() as session:
-        building = histories.building(session).id
+        building = stored_histories.building(session).id
     with client(database_url) as asking:
         assert "Nothing is watched yet" in asking.get(PAGE).text
-        histories.analysed(sessions, building, histories.history(26, onset=21), histories.start(27))
+        stored_histories.store_and_monitor(
+            sessions, building, stored_histories.store_history(26, onset=21), stored_histories.start(27)
+        )
         assert f'href="{PAGE}"' in asking.get("/").text
         page = unescape(asking.get(PAGE).text)
         change = r"−\d\.\d+ % \(95 %: −\d\.\d+ to −\d\.\d+ %\)"
         assert re.search(rf"<tr><td>stiffness, direction x<td>sudden<td class=\"number\">{change}<td", page), page
         assert "Latest event against what was expected (± one standard deviation)" in page
-        assert f"{histories.start(21):%Y-%m-%d}" in page
+        assert f"{stored_histories.start(21):%Y-%m-%d}" in page
         assert "before it can raise an alarm" in page
         assert BASE in page
         pictures = re.findall(r'<img src="(/charts/[^"]+)"', page)
@@ -46,10 +48,10 @@ def test_what_both_directions_tell_together_stands_beside_each(
     database_url: str, sessions: sessionmaker[Session]
 ) -> None:
     """A loss in both."""
-    found = histories.in_both(26, onset=24, loss=0.05)
+    found = stored_histories.store_history_in_both(26, onset=24, loss=0.05)
     with sessions.begin() as session:
-        building = histories.building(session).id
-    histories.analysed(sessions, building, found, histories.start(27))
+        building = stored_histories.building(session).id
+    stored_histories.store_and_monitor(sessions, building, found, stored_histories.start(27))
     with client(database_url) as asking:
         page = unescape(asking.get(PAGE).text)
         row = re.search(r"<tr><td>stiffness, both directions<td>sudden<td.*?</tr>|<tr><td>stiffness, both.*?\n", page)
@@ -77,7 +79,7 @@ def test_what_both_directions_tell_together_stands_beside_each(
 
 def test_what_is_not_there_is_not_drawn(database_url: str, sessions: sessionmaker[Session]) -> None:
     with sessions.begin() as session:
-        histories.building(session)
+        stored_histories.building(session)
     with client(database_url) as asking:
         for address in (
             "/buildings/NONE/drift",

@@ -2,7 +2,7 @@
 
 from zoneinfo import ZoneInfo
 
-from drifting import Plan, both_directions, history, series
+from drift_histories import Plan, history, series, series_in_both_directions
 
 from core.drift.monitor import Monitoring, Reference
 from service.drift.alert_candidates import drift_candidates
@@ -14,7 +14,7 @@ ONSET = 45
 
 def both(loss: float) -> tuple[tuple[Monitoring, tuple[str, ...]], ...]:
     """The layer in x and in y, which loses as much in both from an earthquake on; each with its own sensor."""
-    sides = both_directions(PLAN, 31, ONSET, loss)
+    sides = series_in_both_directions(PLAN, 31, ONSET, loss)
     watched = [Watched(one, Reference(), {}, None, (f"XX.D.01.HN{one.subject}",)) for one in sides]
     return tuple((found, of.channels) for of, found in monitored(watched))
 

@@ -6,9 +6,9 @@ from contextlib import contextmanager
 from dataclasses import replace
 from datetime import timedelta
 
-import histories
 import pytest
-from described import BASE, LAYER
+import stored_histories
+from building_models import BASE, LAYER
 from sqlalchemy import event as sqlalchemy_event, select
 from sqlalchemy.orm import Session, sessionmaker
 
@@ -26,13 +26,13 @@ from service.jobs.tables import Job
 from service.notify.tables import Message
 from service.records.tables import Event
 
-NOW = histories.start(40)
+NOW = stored_histories.start(40)
 
 
 @pytest.fixture
 def building(sessions: sessionmaker[Session]) -> int:
     with sessions.begin() as session:
-        return histories.building(session).id
+        return stored_histories.building(session).id
 
 
 def watching(sessions: sessionmaker[Session]) -> list[str]:
@@ -41,17 +41,17 @@ def watching(sessions: sessionmaker[Session]) -> list[str]:
 
 
 def test_what_was_found_is_watched_by_event_in_order_of_time(sessions: sessionmaker[Session], building: int) -> None:
-    found = [histories.earthquake(number) for number in (2, 0, 1)]
-    histories.analysed(sessions, building, found, NOW)
+    found = [stored_histories.earthquake(number) for number in (2, 0, 1)]
+    stored_histories.store_and_monitor(sessions, building, found, NOW)
     with sessions() as session:
         series = {(one.quantity, one.subject): one for one in watched_series(session, building)}
         moments = {event.id: event.start for event in session.scalars(select(Event))}
     stiffness = series["stiffness", "x"].measurements
-    assert len(stiffness) == 3 * histories.CYCLES
+    assert len(stiffness) == 3 * stored_histories.CYCLES
     assert [one.time for one in stiffness] == sorted(one.time for one in stiffness)
     first, segment = stiffness[0], found[1].directions["x"].equivalent[0]
     assert (first.value, first.std, first.amplitude) == (segment.k_eq, segment.k_eq_std, segment.amplitude)
-    assert first.time == histories.start(0) + timedelta(seconds=(segment.start + segment.end) / 2)
+    assert first.time == stored_histories.start(0) + timedelta(seconds=(segment.start + segment.end) / 2)
     assert first.temperature == found[1].temperature
     assert series["damping", "x"].measurements[0].value == segment.c_eq
     assert series["gain", BASE].measurements[0].value == found[1].sensors[1].gain
@@ -59,15 +59,15 @@ def test_what_was_found_is_watched_by_event_in_order_of_time(sessions: sessionma
     mode = series["frequency", "x/1"].measurements[0]
     assert (mode.value, moments[mode.event]) == (
         found[1].directions["x"].restoring_force.modes[0].frequency,
-        histories.start(0),
+        stored_histories.start(0),
     )
     residual = found[1].directions["x"].motion.residual
     assert series["residual_displacement", "x"].measurements[0].value == residual.value
 
 
 def test_stored_analyses_give_the_series_that_a_notebook_gets(sessions: sessionmaker[Session], building: int) -> None:
-    analyses = histories.history(6)
-    histories.analysed(sessions, building, analyses, NOW)
+    analyses = stored_histories.store_history(6)
+    stored_histories.store_and_monitor(sessions, building, analyses, NOW)
     with sessions() as session:
         stored = watched_series(session, building)
         numbers = session.scalars(select(Event.id).order_by(Event.start)).all()
@@ -81,13 +81,15 @@ def test_stored_analyses_give_the_series_that_a_notebook_gets(sessions: sessionm
 def test_a_look_that_waits_does_for_all_that_comes_meanwhile(sessions: sessionmaker[Session], building: int) -> None:
     for number in range(3):
         with sessions.begin() as session:
-            histories.queued(session, building, histories.start(number), NOW)
+            stored_histories.queue_analysis(session, building, stored_histories.start(number), NOW)
     for number in range(3):
         with sessions.begin() as session:
-            histories.store(session, histories.claimed(session, NOW), histories.earthquake(number), NOW)
+            stored_histories.store(
+                session, stored_histories.claim_next(session, NOW), stored_histories.earthquake(number), NOW
+            )
     assert watching(sessions) == ["waiting"]
     with sessions.begin() as session:
-        held = histories.claimed(session, NOW)
+        held = stored_histories.claim_next(session, NOW)
         assert job_queue.enqueue_watch(session, building, None, NOW).id > held.job_id  # one that runs has seen less
 
 
@@ -109,9 +111,9 @@ def test_a_reference_period_asks_for_a_new_look(sessions: sessionmaker[Session],
 def test_a_loss_is_told_once_and_an_inspection_begins_a_new_reference(
     sessions: sessionmaker[Session], building: int
 ) -> None:
-    found = histories.history(26, onset=21)
-    histories.analysed(sessions, building, found, NOW)
-    histories.analysed(sessions, building, found[-1:], NOW)
+    found = stored_histories.store_history(26, onset=21)
+    stored_histories.store_and_monitor(sessions, building, found, NOW)
+    stored_histories.store_and_monitor(sessions, building, found[-1:], NOW)
     with sessions.begin() as session:
         (alert,) = session.scalars(select(Alert).where(Alert.cause == "stiffness"))
         told = session.scalars(select(Message).where(Message.key == f"event/{alert.raised_event_id}")).all()
@@ -120,10 +122,10 @@ def test_a_loss_is_told_once_and_an_inspection_begins_a_new_reference(
         assert {one["cause"] for one in alert.evidence["explanations"]} == {"mass", "gain/x"}
         assert any(one.startswith("Compared with all monitored quantities: a ") for one in alert.sentences)
         assert set(alert.channels) == {one for one in alert.channels if one.startswith("XX.PAPER.")} != set()
-        since = histories.start(21)
+        since = stored_histories.start(21)
         for _ in range(2):  # asked twice
             operator_actions.inspect(session, alert, "Kimura", "confirmed", "two bearings replaced", since, NOW)
-    histories.watched(sessions, NOW)
+    stored_histories.do_waiting_work(sessions, NOW)
     with sessions() as session:
         (period,) = session.scalars(select(ReferencePeriod))
         assert (period.quantity, period.subject, period.start, period.author) == ("stiffness", None, since, "Kimura")
@@ -137,9 +139,9 @@ def test_events_that_come_late_tell_nobody_again_of_what_was_told(
     sessions: sessionmaker[Session], building: int
 ) -> None:
     """With each of those between, another earthquake turns out to be the one that raised the alert."""
-    found, raised = histories.history(26, onset=21), set()
+    found, raised = stored_histories.store_history(26, onset=21), set()
     for arrived in (*found[:21], *found[24:]), found[23:24], found[21:22], found[22:23]:
-        histories.analysed(sessions, building, arrived, NOW)
+        stored_histories.store_and_monitor(sessions, building, arrived, NOW)
         with sessions() as session:
             (alert,) = session.scalars(select(Alert).where(Alert.cause == "stiffness"))
             raised.add(alert.raised_event_id)
@@ -147,8 +149,8 @@ def test_events_that_come_late_tell_nobody_again_of_what_was_told(
     assert len(raised) > 1
     assert [one.sequence for one in told] == ["new", *["updated"] * (len(told) - 1)]
     assert {one.key for one in told} == {told[0].key}
-    assert alert.began_at == histories.start(21)
-    assert told[-1].data["alerts"][0]["began_at"] == histories.start(21).isoformat()
+    assert alert.began_at == stored_histories.start(21)
+    assert told[-1].data["alerts"][0]["began_at"] == stored_histories.start(21).isoformat()
 
 
 def test_a_sensor_finding_keeps_its_events_values_out_and_says_so(
@@ -159,9 +161,9 @@ def test_a_sensor_finding_keeps_its_events_values_out_and_says_so(
     late = Finding("clock", "warning", "its clock jumps", BASE)
     found = [
         replace(one, quality=(late,) if number >= 20 else (gone,))
-        for number, one in enumerate(histories.history(26, onset=20))
+        for number, one in enumerate(stored_histories.store_history(26, onset=20))
     ]
-    histories.analysed(sessions, building, found, NOW)
+    stored_histories.store_and_monitor(sessions, building, found, NOW)
     with sessions() as session:
         question = select(DriftValue).join(WatchedSeries).join(Event, Event.id == DriftValue.event_id)
         values = session.scalars(question.where(WatchedSeries.quantity == "stiffness").order_by(Event.start)).all()
@@ -171,16 +173,16 @@ def test_a_sensor_finding_keeps_its_events_values_out_and_says_so(
 
 
 def test_a_sensor_with_more_gain_raises_an_alert_about_itself(sessions: sessionmaker[Session], building: int) -> None:
-    found = [histories.earthquake(number, gain=1.08 if number >= 20 else 1.0) for number in range(24)]
-    histories.analysed(sessions, building, found, NOW)
+    found = [stored_histories.earthquake(number, gain=1.08 if number >= 20 else 1.0) for number in range(24)]
+    stored_histories.store_and_monitor(sessions, building, found, NOW)
     with sessions() as session:
         (alert,) = session.scalars(select(Alert).where(Alert.state == "active"))
     with sessions.begin() as session:
         again = session.get_one(Alert, alert.id)
         operator_actions.inspect(
-            session, again, "Kimura", "confirmed", "its gain was set anew", histories.start(20), NOW
+            session, again, "Kimura", "confirmed", "its gain was set anew", stored_histories.start(20), NOW
         )
-    histories.watched(sessions, NOW)
+    stored_histories.do_waiting_work(sessions, NOW)
     with sessions() as session:
         wanted = {one.subject: one.wanted for one in session.scalars(select(WatchedSeries)) if one.quantity == "gain"}
     assert wanted.pop(BASE) > 0
@@ -193,8 +195,8 @@ def test_a_sensor_with_more_gain_raises_an_alert_about_itself(sessions: sessionm
 def test_a_transducer_with_more_gain_is_no_loss_of_stiffness(sessions: sessionmaker[Session], building: int) -> None:
     """It makes the layer look softer by as much; both are found, and only the sensor is told."""
     changed = {"loss": 1 - 1 / 1.08, "gain": 1.08, "swapped": LAYER}
-    found = [histories.earthquake(number, **(changed if number >= 20 else {})) for number in range(25)]
-    histories.analysed(sessions, building, found, NOW)
+    found = [stored_histories.earthquake(number, **(changed if number >= 20 else {})) for number in range(25)]
+    stored_histories.store_and_monitor(sessions, building, found, NOW)
     with sessions() as session:
         states = {alert.cause: alert.state for alert in session.scalars(select(Alert))}
     assert states[f"gain/{LAYER}"] == "active"
@@ -203,17 +205,17 @@ def test_a_transducer_with_more_gain_is_no_loss_of_stiffness(sessions: sessionma
 
 
 def test_monitoring_again_writes_only_what_changed(sessions: sessionmaker[Session], building: int) -> None:
-    found = histories.history(26, onset=21)
-    histories.analysed(sessions, building, found[:-1], NOW)
+    found = stored_histories.store_history(26, onset=21)
+    stored_histories.store_and_monitor(sessions, building, found[:-1], NOW)
     before = numbers_of_values(sessions)
     with drift_writes(sessions) as written:
         with sessions.begin() as session:
             job_queue.enqueue_watch(session, building, None, NOW)
-        histories.watched(sessions, NOW)
+        stored_histories.do_waiting_work(sessions, NOW)
     assert written == []
     assert numbers_of_values(sessions) == before
     with drift_writes(sessions) as written:
-        histories.analysed(sessions, building, found[-1:], NOW)
+        stored_histories.store_and_monitor(sessions, building, found[-1:], NOW)
     after = numbers_of_values(sessions)
     assert {name: after[name] for name in before} == before
     assert len(after) == len(before) + len({name[:2] for name in before})

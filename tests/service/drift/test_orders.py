@@ -13,8 +13,8 @@ from random import Random
 from tempfile import TemporaryDirectory
 from typing import Any
 
-import histories
 import pytest
+import stored_histories
 from hypothesis import given, settings, strategies as st
 from sqlalchemy import select
 from sqlalchemy.orm import Session, sessionmaker
@@ -32,8 +32,8 @@ from service.records.tables import Event
 pytestmark = pytest.mark.slow
 
 COUNT, ONSET = 25, 20
-FINAL = histories.history(COUNT, ONSET)
-NOW = histories.start(COUNT) + timedelta(days=1)
+FINAL = stored_histories.store_history(COUNT, ONSET)
+NOW = stored_histories.start(COUNT) + timedelta(days=1)
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +57,7 @@ class Step:
 
 def first_without_all(number: int) -> EventAnalysis:
     """What is found while half of the record is there: other cycles, and values far off."""
-    return histories.earthquake(number, loss=0.2, gain=1.1, cycles=histories.CYCLES // 2, seed=1)
+    return stored_histories.earthquake(number, loss=0.2, gain=1.1, cycles=stored_histories.CYCLES // 2, seed=1)
 
 
 def steps(dice: Random) -> list[Step]:
@@ -84,19 +84,19 @@ def take(sessions: sessionmaker[Session], building: int, step: Step, now: dateti
     claims = []
     for _ in step.found:
         with sessions.begin() as session:
-            wanted = histories.queued(session, building, histories.start(step.number), now)
+            wanted = stored_histories.queue_analysis(session, building, stored_histories.start(step.number), now)
         claims.append(claimed(sessions, wanted, now))
     pairs = list(zip(claims, step.found, strict=True))
     for claim, found in reversed(pairs) if step.is_overtaken else pairs:
         with sessions.begin() as session:
-            histories.store(session, claim, found, now)
+            stored_histories.store(session, claim, found, now)
 
 
 def claimed(sessions: sessionmaker[Session], wanted: int, now: datetime) -> Claim:
     """The job of that number; others are put back."""
     passed: list[Claim] = []
     with sessions.begin() as session:
-        while (claim := histories.claimed(session, now)).job_id != wanted:
+        while (claim := stored_histories.claim_next(session, now)).job_id != wanted:
             passed.append(claim)
         for other in passed:
             job_queue.release(session, other)
@@ -107,10 +107,10 @@ def claimed(sessions: sessionmaker[Session], wanted: int, now: datetime) -> Clai
 def overtaken(sessions: sessionmaker[Session], now: datetime) -> Iterator[None]:
     """A look for drift that sees nothing of what happens meanwhile, and ends after another one that does."""
     with sessions.begin() as session:
-        early = job_queue.claim(session, now, histories.LEASE)
-        inputs = None if early is None else KINDS[WATCH].inputs(session, early, histories.SETTINGS)
+        early = job_queue.claim(session, now, stored_histories.LEASE)
+        inputs = None if early is None else KINDS[WATCH].inputs(session, early, stored_histories.SETTINGS)
     yield
-    histories.watched(sessions, now)
+    stored_histories.do_waiting_work(sessions, now)
     if early is None:
         return
     with sessions.begin() as session:
@@ -160,12 +160,12 @@ def database(url: str) -> Iterator[sessionmaker[Session]]:
 def lived(sessions: sessionmaker[Session], taken: Sequence[Step], looks: Sequence[int]) -> dict[str, Any]:
     """What a building's years come to; during some of the steps somebody looks for drift."""
     with sessions.begin() as session:
-        building = histories.building(session).id
+        building = stored_histories.building(session).id
     for place, step in enumerate(taken):
         now = NOW + timedelta(minutes=place)
         with overtaken(sessions, now) if place in looks else nullcontext():
             take(sessions, building, step, now)
-    histories.watched(sessions, NOW + timedelta(days=1))
+    stored_histories.do_waiting_work(sessions, NOW + timedelta(days=1))
     with sessions() as session:
         assert set(session.scalars(select(Job.state))) == {"done"}
     return outcome(sessions)

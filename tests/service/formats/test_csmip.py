@@ -5,7 +5,7 @@ from zipfile import ZipFile
 
 import numpy as np
 import pytest
-from shared import CSMIP, needs_shared
+from shared_data import CSMIP, needs_shared
 from volumes import volume
 
 from service.formats import FormatError, Trace, read

@@ -1,6 +1,6 @@
 import pytest
-from shared import BNCS, needs_shared
-from written import stationxml
+from record_files import stationxml
+from shared_data import BNCS, needs_shared
 
 from service.formats import FormatError, Gain, read
 

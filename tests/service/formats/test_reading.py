@@ -6,7 +6,7 @@ from zipfile import ZIP_DEFLATED, ZipFile
 import numpy as np
 import pytest
 from hypothesis import given, strategies as st
-from written import CHANNEL, KNET, counts, stationxml, written
+from record_files import CHANNEL, KNET, logger_counts, record_file, stationxml
 
 from service.formats import FormatError, Gain, UnknownFormatError, read, zipped
 
@@ -61,26 +61,37 @@ def test_whatever_follows_a_right_beginning_nothing_but_a_refusal_comes_of_noise
 
 
 def test_an_archive_is_what_its_members_are() -> None:
-    data = archive({"a.mseed": written("MSEED", counts(50)), "b.knet": KNET.read_bytes(), "notes.txt": b"a note"})
+    data = archive(
+        {"a.mseed": record_file("MSEED", logger_counts(50)), "b.knet": KNET.read_bytes(), "notes.txt": b"a note"}
+    )
     contents = read("event.zip", data, GAINS)
     assert [trace.channel for trace in contents.traces] == [CHANNEL, "BO.AKT013..EW"]
     assert contents.remarks[0].startswith("event.zip/notes.txt begins with b'a note'")
 
 
 def test_stationxml_in_an_archive_serves_its_records() -> None:
-    data = archive({"a.mseed": written("MSEED", counts(50)), "station.xml": stationxml(("01", 4.0, "M/S**2"))})
+    data = archive(
+        {"a.mseed": record_file("MSEED", logger_counts(50)), "station.xml": stationxml(("01", 4.0, "M/S**2"))}
+    )
     (trace,) = read("event.zip", data, {}).traces
     assert trace.gain == 0.25
 
 
 def test_gains_told_from_outside_go_before_an_archives_own() -> None:
-    data = archive({"a.mseed": written("MSEED", counts(50)), "station.xml": stationxml(("01", 4.0, "M/S**2"))})
+    data = archive(
+        {"a.mseed": record_file("MSEED", logger_counts(50)), "station.xml": stationxml(("01", 4.0, "M/S**2"))}
+    )
     (trace,) = read("event.zip", data, GAINS).traces
     assert trace.gain == 1e-5
 
 
 def test_a_broken_member_is_named() -> None:
-    data = archive({"good.mseed": written("MSEED", counts(50)), "bad.mseed": written("MSEED", counts(5000))[:-50]})
+    data = archive(
+        {
+            "good.mseed": record_file("MSEED", logger_counts(50)),
+            "bad.mseed": record_file("MSEED", logger_counts(5000))[:-50],
+        }
+    )
     with pytest.raises(FormatError, match=r"event\.zip/bad.mseed is truncated"):
         read("event.zip", data, GAINS)
 
@@ -125,7 +136,7 @@ def test_too_many_members_are_not_unpacked() -> None:
 
 
 def test_numbers_stay_as_they_were() -> None:
-    assert read("a", written("MSEED", np.array([1, 2, 3], dtype=np.int32)), GAINS).traces[0].numbers.tolist() == [
+    assert read("a", record_file("MSEED", np.array([1, 2, 3], dtype=np.int32)), GAINS).traces[0].numbers.tolist() == [
         1,
         2,
         3,

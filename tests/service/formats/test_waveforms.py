@@ -5,8 +5,8 @@ from threading import Event
 
 import numpy as np
 import pytest
-from shared import BNCS, needs_shared
-from written import CHANNEL, KNET, START, counts, written
+from record_files import CHANNEL, KNET, START, logger_counts, record_file
+from shared_data import BNCS, needs_shared
 
 from service.formats import Contents, FormatError, Gain, UnknownUnitError, read
 
@@ -15,8 +15,8 @@ GAINS = {CHANNEL: Gain(1e-5, "acceleration")}
 
 @pytest.mark.parametrize("dtype", [np.int32, np.float32, np.float64])
 def test_miniseed_gives_the_very_numbers(dtype: type) -> None:
-    samples = counts(3000).astype(dtype)
-    (trace,) = read("a", written("MSEED", samples), GAINS).traces
+    samples = logger_counts(3000).astype(dtype)
+    (trace,) = read("a", record_file("MSEED", samples), GAINS).traces
     assert (trace.channel, trace.start, trace.rate) == (CHANNEL, START, 100.0)
     assert trace.numbers.dtype == dtype
     assert np.array_equal(trace.numbers, samples)
@@ -24,19 +24,21 @@ def test_miniseed_gives_the_very_numbers(dtype: type) -> None:
 
 
 def test_a_gap_in_miniseed_makes_two_traces() -> None:
-    first, second = read("a", written("MSEED", counts(500), counts(700)), GAINS).traces
+    first, second = read("a", record_file("MSEED", logger_counts(500), logger_counts(700)), GAINS).traces
     assert (first.numbers.size, second.numbers.size) == (500, 700)
     assert (second.start - first.start).total_seconds() == pytest.approx(15.0, abs=1e-6)
 
 
 def test_miniseed_without_a_unit_is_refused_until_one_is_told() -> None:
     with pytest.raises(UnknownUnitError, match="StationXML") as caught:
-        read("a", written("MSEED", counts(100)), {})
+        read("a", record_file("MSEED", logger_counts(100)), {})
     assert caught.value.channels == (CHANNEL,)
 
 
 def test_channels_without_a_unit_are_named_beside_those_that_have_one() -> None:
-    both = written("MSEED", counts(100)) + written("MSEED", counts(100), channel="XX.TOWER.02.HNX")
+    both = record_file("MSEED", logger_counts(100)) + record_file(
+        "MSEED", logger_counts(100), channel="XX.TOWER.02.HNX"
+    )
     contents = read("a", both, GAINS)
     assert [trace.channel for trace in contents.traces] == [CHANNEL]
     assert contents.without_unit == ("XX.TOWER.02.HNX",)
@@ -44,7 +46,7 @@ def test_channels_without_a_unit_are_named_beside_those_that_have_one() -> None:
 
 @pytest.mark.parametrize("left", [1, 60, 100, 500, 4096, 5000, 8000])
 def test_truncated_miniseed_is_refused_wherever_it_ends(left: int) -> None:
-    whole = written("MSEED", counts(10_000).astype(np.float64))
+    whole = record_file("MSEED", logger_counts(10_000).astype(np.float64))
     assert len(whole) > 8192
     if left % 4096 == 0:  # whole records are a whole file: only the event's screening can miss the rest
         assert read("a", whole[:left], GAINS).traces
@@ -54,14 +56,14 @@ def test_truncated_miniseed_is_refused_wherever_it_ends(left: int) -> None:
 
 
 def test_a_rest_too_short_for_libmseed_to_mention_is_not_left_out_silently() -> None:
-    whole = written("MSEED", counts(10_000).astype(np.float64))
+    whole = record_file("MSEED", logger_counts(10_000).astype(np.float64))
     with pytest.raises(FormatError, match="truncated"):
         read("a.mseed", whole[:-100], GAINS)
 
 
 def test_reading_makes_no_error_of_another_threads_warning() -> None:
     """Python's warning filters are the process's own: a reader once turned the whole service's warnings to errors."""
-    whole, stop = written("MSEED", counts(10_000)), Event()
+    whole, stop = record_file("MSEED", logger_counts(10_000)), Event()
 
     def reads() -> None:
         while not stop.is_set():
@@ -80,22 +82,22 @@ def test_reading_makes_no_error_of_another_threads_warning() -> None:
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
 def test_what_is_no_number_is_refused(bad: float) -> None:
-    samples = counts(1000).astype(np.float64)
+    samples = logger_counts(1000).astype(np.float64)
     samples[[17, 400]] = bad
     with pytest.raises(
         FormatError, match=r"2 of 1000 samples of XX.TOWER.01.HNX are not numbers, the first at sample 18"
     ):
-        read("a", written("MSEED", samples), GAINS)
+        read("a", record_file("MSEED", samples), GAINS)
 
 
 def test_text_in_miniseed_is_refused() -> None:
     with pytest.raises(FormatError, match=r"\|S1; use integers or floats"):
-        read("a", written("MSEED", np.frombuffer(b"a log line", dtype="|S1")), GAINS)
+        read("a", record_file("MSEED", np.frombuffer(b"a log line", dtype="|S1")), GAINS)
 
 
 def test_sac_gives_the_very_numbers() -> None:
-    samples = counts(400).astype(np.float32)
-    (trace,) = read("a", written("SAC", samples), GAINS).traces
+    samples = logger_counts(400).astype(np.float32)
+    (trace,) = read("a", record_file("SAC", samples), GAINS).traces
     assert np.array_equal(trace.numbers, samples)
     assert abs((trace.start - START).total_seconds()) < 1e-3  # SAC keeps milliseconds
     assert trace.quantity == "acceleration"
@@ -103,7 +105,7 @@ def test_sac_gives_the_very_numbers() -> None:
 
 def test_truncated_sac_is_refused() -> None:
     with pytest.raises(FormatError, match=r"a\.sac is truncated or damaged"):
-        read("a.sac", written("SAC", counts(400).astype(np.float32))[:-200], GAINS)
+        read("a.sac", record_file("SAC", logger_counts(400).astype(np.float32))[:-200], GAINS)
 
 
 def test_knet_states_its_unit_and_its_peak() -> None:

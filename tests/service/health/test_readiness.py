@@ -10,9 +10,9 @@ from typing import Any
 
 import databases
 import pytest
-from asking import client
-from monitoring import building_file
-from receiving import Hook, hook
+from api_client import client
+from monitoring_server import building_file
+from receivers import WebhookServer, webhook_server
 from sqlalchemy import update
 from sqlalchemy.orm import Session, sessionmaker
 
@@ -148,7 +148,7 @@ def test_work_that_waits_without_progress_is_not_ready(url: str, sessions: sessi
 
 
 def test_the_heart_beats_only_while_all_that_holds(url: str, sessions: sessionmaker[Session]) -> None:
-    with hook() as there:
+    with webhook_server() as there:
         there.status = 200
         assert beats(there, sessions) == 1
         looked(sessions, datetime.now(UTC) - 1.1 * LATE)
@@ -158,7 +158,7 @@ def test_the_heart_beats_only_while_all_that_holds(url: str, sessions: sessionma
         assert beats(there, sessions, disk_reserve=2**62) == 0, "no disk has as much room"
 
 
-def beats(there: Hook, sessions: sessionmaker[Session], **other: float) -> int:
+def beats(there: WebhookServer, sessions: sessionmaker[Session], **other: float) -> int:
     """How often a notifier that does what is due now asks outside."""
     before = len(there.posted)
     given = GIVEN | {"heartbeat_url": f"{there.address}/ping"} | other

@@ -11,8 +11,8 @@ from time import monotonic, sleep
 import httpx
 import psutil
 import pytest
-from processes import interrupt, started
-from wire import connected
+from processes import interrupt, running_command
+from raw_http import connect
 
 pytestmark = pytest.mark.slow
 PATIENCE = 240.0
@@ -35,7 +35,7 @@ def until(met: Callable[[], object], why: Callable[[], str]) -> object:
 
 def test_an_api_that_dies_or_is_flooded_is_back_and_the_others_go_on(url: str, tmp_path: Path) -> None:
     quick = {"MENSHIN_POLLING__INTERVAL": "0.5", "MENSHIN_JOBS__WORKERS": "1", "MENSHIN_MAX_CONNECTIONS": "16"}
-    with started(tmp_path, url, "up", "--port", "0", **quick) as service:
+    with running_command(tmp_path, url, "up", "--port", "0", **quick) as service:
         said = (tmp_path / "output").read_text
         address = str(until(lambda: re.search(r"(http://127\.0\.0\.1:\d+)/login\?token=ml_", said()), said)[1])  # type: ignore[index]
         until(lambda: httpx.get(f"{address}/readyz").status_code == 200, said)
@@ -44,7 +44,7 @@ def test_an_api_that_dies_or_is_flooded_is_back_and_the_others_go_on(url: str, t
         resource.prlimit(served.pid, resource.RLIMIT_NOFILE, (FILES, FILES))
         with ExitStack() as stack:
             for _ in range(2 * FILES):
-                stack.enter_context(connected(address))
+                stack.enter_context(connect(address))
             assert httpx.get(f"{address}/readyz", timeout=30).status_code == 200
         assert len(said()) < 20_000
 
@@ -59,7 +59,7 @@ def test_an_api_that_dies_or_is_flooded_is_back_and_the_others_go_on(url: str, t
 
 
 def test_the_api_ends_with_a_parent_that_is_killed(url: str, tmp_path: Path) -> None:
-    with started(tmp_path, url, "up", "--port", "0", MENSHIN_JOBS__WORKERS="1") as service:
+    with running_command(tmp_path, url, "up", "--port", "0", MENSHIN_JOBS__WORKERS="1") as service:
         said = (tmp_path / "output").read_text
         until(lambda: "serving at" in said(), said)
         left = service.children(recursive=True)

@@ -9,10 +9,10 @@ from time import monotonic, sleep
 import httpx
 import psutil
 import pytest
-from processes import started
-from serving import served
+from api_server import api_server
+from processes import running_command
+from raw_http import bytes_accepted, connect, read_response, request_head, response_status
 from sqlalchemy.orm import Session, sessionmaker
-from wire import answer, connected, head, poured, status
 
 from service.access import keys
 from service.access.roles import Role
@@ -33,21 +33,21 @@ def key(stored: sessionmaker[Session]) -> str:
 
 @pytest.fixture(scope="module")
 def address(url: str, key: str) -> Iterator[str]:
-    with served(url, visitor=None) as found:
+    with api_server(url, visitor=None) as found:
         yield found
 
 
 @pytest.mark.parametrize("path", [SILENCES, QUERY, "/models/1/accept", "/nothing/here"])
 def test_a_stranger_is_refused_by_the_head_alone(address: str, path: str) -> None:
-    with connected(address) as connection:
-        connection.sendall(head("POST", path, Content_Length=HUGE, Content_Type="application/json"))
-        assert status(connection) == 401, "before a byte of the body was sent"
-        assert poured(connection, 64 * MIB) < 16 * MIB, "the connection is closed"
+    with connect(address) as connection:
+        connection.sendall(request_head("POST", path, Content_Length=HUGE, Content_Type="application/json"))
+        assert response_status(connection) == 401, "before a byte of the body was sent"
+        assert bytes_accepted(connection, 64 * MIB) < 16 * MIB, "the connection is closed"
 
 
 @pytest.mark.slow
 def test_a_strangers_body_takes_no_memory(url: str, key: str, tmp_path: Path) -> None:
-    with started(tmp_path, url, "api", "--port", "0") as service:
+    with running_command(tmp_path, url, "api", "--port", "0") as service:
         output, end = tmp_path / "output", monotonic() + 120
         while not (found := re.search(r"serving at (http://\S+)", output.read_text())):
             assert monotonic() < end, output.read_text()
@@ -57,9 +57,9 @@ def test_a_strangers_body_takes_no_memory(url: str, key: str, tmp_path: Path) ->
         process = psutil.Process(service.pid)
         before = process.memory_info().rss
         for number in range(8):
-            with connected(found[1]) as connection:
-                connection.sendall(head("POST", SILENCES, Content_Length=HUGE))
-                poured(connection, 64 * MIB, b"[" * 65536)
+            with connect(found[1]) as connection:
+                connection.sendall(request_head("POST", SILENCES, Content_Length=HUGE))
+                bytes_accepted(connection, 64 * MIB, b"[" * 65536)
             assert process.memory_info().rss - before < 32 * MIB, f"after body {number}"
 
 
@@ -70,12 +70,12 @@ def test_a_body_that_is_too_long_is_refused_while_it_comes(
 ) -> None:
     kind = "application/x-www-form-urlencoded" if path.startswith("/buildings") else "application/json"
     length: dict[str, str | int] = {"Content_Length": HUGE} if form == "declared" else {"Transfer_Encoding": "chunked"}
-    with connected(address) as connection:
-        connection.sendall(head("POST", path, X_API_Key=key, Content_Type=kind, **length))
+    with connect(address) as connection:
+        connection.sendall(request_head("POST", path, X_API_Key=key, Content_Type=kind, **length))
         piece = b"1" * 4096
-        sent = poured(connection, most + 8192, piece if form == "declared" else b"1000\r\n" + piece + b"\r\n")
+        sent = bytes_accepted(connection, most + 8192, piece if form == "declared" else b"1000\r\n" + piece + b"\r\n")
         assert sent > 0
-        found = answer(connection)
+        found = read_response(connection)
     assert found.split()[1] == b"413"
     assert str(most).encode() in found
 
@@ -83,8 +83,8 @@ def test_a_body_that_is_too_long_is_refused_while_it_comes(
 def test_a_body_as_long_as_may_be_is_read(address: str, key: str) -> None:
     reason = "r" * (BODY - 200)
     wanted = {"pattern": "*", "until": "2030-01-01T00:00:00Z", "reason": reason}
-    answer = httpx.post(f"{address}{SILENCES}", json=wanted, headers={"X-API-Key": key})
-    assert answer.status_code == 422, "it was read: its reason is too long"
+    response = httpx.post(f"{address}{SILENCES}", json=wanted, headers={"X-API-Key": key})
+    assert response.status_code == 422, "it was read: its reason is too long"
 
 
 def test_nested_json_stalls_nobody(address: str, key: str) -> None:
@@ -113,8 +113,8 @@ def test_every_answer_says_how_a_browser_should_treat_it(address: str, key: str)
         "/login",
     ):
         for headers in ({}, {"X-API-Key": key}):
-            answer = httpx.get(f"{address}{path}", headers=headers)
-            assert answer.headers["x-content-type-options"] == "nosniff", path
-            assert answer.headers["x-frame-options"] == "DENY", path
-            assert "default-src 'none'" in answer.headers["content-security-policy"], path
-            assert "server" not in answer.headers
+            response = httpx.get(f"{address}{path}", headers=headers)
+            assert response.headers["x-content-type-options"] == "nosniff", path
+            assert response.headers["x-frame-options"] == "DENY", path
+            assert "default-src 'none'" in response.headers["content-security-policy"], path
+            assert "server" not in response.headers

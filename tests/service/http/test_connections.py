@@ -9,9 +9,9 @@ from time import monotonic, sleep
 
 import httpx
 import pytest
-from serving import served
+from api_server import api_server
+from raw_http import connect, request_head, response_status
 from sqlalchemy.orm import Session, sessionmaker
-from wire import connected, head, status
 
 from service.access import keys
 from service.access.roles import Role
@@ -33,7 +33,7 @@ def key(stored: sessionmaker[Session]) -> str:
 
 @pytest.fixture(scope="module")
 def address(url: str, key: str) -> Iterator[str]:
-    with served(url, visitor=None, patience=QUICK, max_connections=MOST_CONNECTIONS) as found:
+    with api_server(url, visitor=None, patience=QUICK, max_connections=MOST_CONNECTIONS) as found:
         assert httpx.get(f"{found}/healthz", timeout=30).status_code == 200
         yield found
 
@@ -63,62 +63,64 @@ def lasts(connection: socket.socket, dripping: bytes = b"", *, reads: bool = Tru
         (b"", b""),
         (b"", b"G"),
         (b"GET /healthz HTTP/1.1\r\nHost: 127.0.0.1\r\n", b"X"),
-        (head("GET", "/healthz"), b""),
-        (head("GET", "/healthz"), b"G"),
+        (request_head("GET", "/healthz"), b""),
+        (request_head("GET", "/healthz"), b"G"),
     ],
     ids=["silent", "slow line", "slow head", "idle after an answer", "slow second head"],
 )
 def test_a_head_that_does_not_come_is_not_waited_for(address: str, first: bytes, dripping: bytes) -> None:
-    with connected(address) as connection:
+    with connect(address) as connection:
         connection.sendall(first)
         assert 0.5 < lasts(connection, dripping) < LATEST
 
 
 def test_a_body_that_does_not_come_is_not_waited_for(address: str, key: str) -> None:
-    with connected(address) as connection:
-        connection.sendall(head("POST", SILENCES, X_API_Key=key, Content_Length=10_000, Content_Type="text/plain"))
+    with connect(address) as connection:
+        connection.sendall(
+            request_head("POST", SILENCES, X_API_Key=key, Content_Length=10_000, Content_Type="text/plain")
+        )
         assert 0.5 < lasts(connection, b"x") < LATEST
 
 
 def test_a_body_that_nobody_wants_is_not_waited_for(address: str) -> None:
-    with connected(address) as connection:
-        connection.sendall(head("POST", SILENCES, Content_Length=10_000))
-        assert status(connection) == 401
+    with connect(address) as connection:
+        connection.sendall(request_head("POST", SILENCES, Content_Length=10_000))
+        assert response_status(connection) == 401
         assert lasts(connection, b"x") < LATEST
 
 
 def test_an_answer_that_is_not_taken_is_given_up(address: str, key: str) -> None:
     """Thousands of answers are asked for, and none is read."""
-    with connected(address) as connection:
+    with connect(address) as connection:
         connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
-        connection.sendall(head("GET", "/openapi.json") * 1000)
+        connection.sendall(request_head("GET", "/openapi.json") * 1000)
         assert 0.5 < lasts(connection, b"G", reads=False) < LATEST
 
 
 def test_silent_connections_keep_nobody_out(address: str) -> None:
     with ExitStack() as stack:
         for _ in range(3 * MOST_CONNECTIONS):
-            stack.enter_context(connected(address))
+            stack.enter_context(connect(address))
         assert httpx.get(f"{address}/healthz").status_code == 200, "the longest silent one made room"
 
 
 def test_where_all_are_being_answered_one_more_is_told_to_come_again(address: str, key: str) -> None:
     with ExitStack() as stack:
         for _ in range(MOST_CONNECTIONS):
-            busy = stack.enter_context(connected(address))
-            busy.sendall(head("POST", SILENCES, X_API_Key=key, Content_Length=10, Content_Type="text/plain"))
+            busy = stack.enter_context(connect(address))
+            busy.sendall(request_head("POST", SILENCES, X_API_Key=key, Content_Length=10, Content_Type="text/plain"))
         sleep(0.3)
-        with connected(address) as more:
-            assert status(more) == 503
+        with connect(address) as more:
+            assert response_status(more) == 503
     end = monotonic() + LATEST
     while status_of(address) != 200:
         assert monotonic() < end, "they are gone, and their places are free"
 
 
 def status_of(address: str) -> int:
-    with connected(address) as connection:
-        connection.sendall(head("GET", "/healthz"))
-        return status(connection)
+    with connect(address) as connection:
+        connection.sendall(request_head("GET", "/healthz"))
+        return response_status(connection)
 
 
 def test_a_log_that_an_attacker_writes_stays_short(caplog: pytest.LogCaptureFixture) -> None:

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import databases
 import pytest
-from asking import TestClient, client
-from monitoring import building_file
+from api_client import TestClient, client
+from monitoring_server import building_file
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.access import keys

@@ -12,10 +12,10 @@ from urllib.parse import unquote
 import databases
 import httpx
 import pytest
-from alarmed import raised
-from asking import VISITOR, client
+from alert_fixtures import raise_softening
+from api_client import VISITOR, client
 from fastapi.testclient import TestClient
-from monitoring import building_file
+from monitoring_server import building_file
 from sqlalchemy import create_engine, text
 
 from service.access.roles import Caller, Role
@@ -34,7 +34,7 @@ def url(tmp_path: Path) -> str:
     sessions = opened.sessions(url)
     with sessions.begin() as session:
         made = building_store.add(session, building_file("folder", str(tmp_path)), tmp_path, datetime.now(UTC))
-        raised(session, made)
+        raise_softening(session, made)
     sessions.kw["bind"].dispose()
     return url
 

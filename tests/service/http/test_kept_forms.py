@@ -7,10 +7,10 @@ from shutil import which
 
 import databases
 import pytest
-from alarmed import raised
-from monitoring import building_file
+from alert_fixtures import raise_softening
+from api_server import api_server
+from monitoring_server import building_file
 from playwright.sync_api import Page, sync_playwright
-from serving import served
 from sqlalchemy import delete
 from sqlalchemy.orm import Session, sessionmaker
 
@@ -31,7 +31,7 @@ def sessions(tmp_path: Path) -> Iterator[sessionmaker[Session]]:
     url = databases.sqlite(tmp_path)
     made = opened.sessions(url)
     with made.begin() as session:
-        raised(
+        raise_softening(
             session, building_store.add(session, building_file("folder", str(tmp_path)), tmp_path, datetime.now(UTC))
         )
     yield made
@@ -44,7 +44,7 @@ def page(sessions: sessionmaker[Session]) -> Iterator[Page]:
     with sessions.begin() as session:
         key = keys.create(session, "engineer", Role.engineer, datetime.now(UTC))
     url = sessions.kw["bind"].url.render_as_string(hide_password=False)
-    with served(url, visitor=None) as address, sync_playwright() as playwright:
+    with api_server(url, visitor=None) as address, sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=which("chromium"))
         made, said = browser.new_page(), []
         made.on("console", lambda message: said.append(message.text) if message.type == "error" else None)

@@ -3,10 +3,10 @@
 from shutil import which
 
 import pytest
-from alarmed import AGE, SOON
-from judged import building, day, earthquake
+from alert_fixtures import AGE, SOON
+from api_server import api_server
+from assessed_buildings import building, day, earthquake
 from playwright.sync_api import sync_playwright
-from serving import served
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.alerts.messages import write_event_message
@@ -22,7 +22,7 @@ def test_a_message_fits_a_telephone(database_url: str, sessions: sessionmaker[Se
     with sessions.begin() as session:
         event = earthquake(session, building(session), day(1))
         write_event_message(session, event.id, AGE, event.end + SOON)
-    with served(database_url) as address, sync_playwright() as playwright:
+    with api_server(database_url) as address, sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=which("chromium"))
         page = browser.new_page(viewport={"width": WIDTH, "height": 800})
         page.goto(f"{address}/messages/1")

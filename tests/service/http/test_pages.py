@@ -7,7 +7,7 @@ from html import unescape
 
 import numpy as np
 import pytest
-from asking import client
+from api_client import client
 from sqlalchemy.orm import Session, sessionmaker
 
 from core.comparison.misfit import Misfit

@@ -9,13 +9,13 @@ from time import monotonic
 
 import databases
 import httpx
+import monitored_building
 import pytest
-import watched
-from asking import VISITOR, client
-from engineer import MODELS, work, work_with_progress
+from api_client import VISITOR, client
+from api_server import api_server
 from fastapi.testclient import TestClient
+from model_jobs import MODELS, work, work_with_progress
 from playwright.sync_api import sync_playwright
-from serving import served
 from sqlalchemy import delete, select
 from sqlalchemy.orm import Session, sessionmaker
 
@@ -48,7 +48,7 @@ def url(tmp_path_factory: pytest.TempPathFactory) -> str:
     folder = tmp_path_factory.mktemp("progress")
     made = databases.sqlite(folder)
     (folder / "records").mkdir()
-    watched.watch(opened.sessions(made), folder / "records", watched.earthquakes()[:2])
+    monitored_building.watch(opened.sessions(made), folder / "records", monitored_building.earthquakes()[:2])
     with client(made) as asking:
         assert asking.post(MODELS, json={"direction": "x", "effects": LINEAR}).json()["id"] == 1
     return made
@@ -75,7 +75,7 @@ def test_no_page_reloads_by_itself() -> None:
 
 @pytest.mark.skipif(which("chromium") is None, reason="no Chromium to tick a box with")
 def test_a_ticked_box_outlives_the_work_and_its_event_is_left_out(url: str, sessions: sessionmaker[Session]) -> None:
-    with served(url) as address, sync_playwright() as playwright:
+    with api_server(url) as address, sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=which("chromium"))
         page = browser.new_page()
         said: list[str] = []
@@ -214,7 +214,7 @@ def test_a_stream_ends_soon_after_its_key_was_revoked(url: str, sessions: sessio
         key = keys.create(session, "who leaves", Role.viewer, NOW)
         keys.create(session, "who stays", Role.admin, NOW)
     with (
-        served(url, visitor=None) as address,
+        api_server(url, visitor=None) as address,
         httpx.stream("GET", address + path, headers={"X-API-Key": key}) as answer,
     ):
         assert answer.status_code == 200

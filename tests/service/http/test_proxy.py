@@ -13,7 +13,7 @@ from time import monotonic, sleep
 import httpx
 import pytest
 import trustme
-from serving import served
+from api_server import api_server
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.access import keys
@@ -49,7 +49,7 @@ def proxy(url: str, key: str, tmp_path_factory: pytest.TempPathFactory) -> Itera
     authority.cert_pem.write_to_path(folder / "authority.pem")
     trusted = ssl.create_default_context(cafile=str(folder / "authority.pem"))
     public = f"https://localhost:{secure}"
-    with served(url, visitor=None, trusted_proxies=("127.0.0.1",), public_url=public) as address:
+    with api_server(url, visitor=None, trusted_proxies=("127.0.0.1",), public_url=public) as address:
         block = re.search(r"```nginx\n(.*?)```", DOCUMENT.read_text("utf-8"), re.DOTALL)
         assert block is not None
         text = block[1]

@@ -15,9 +15,9 @@ from pathlib import Path
 from threading import Event as Signal, Thread
 
 import httpx
+import monitored_building
 import pytest
-import watched
-from serving import served
+from api_server import api_server
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.access import keys
@@ -36,7 +36,7 @@ range of its integers, its text) is at the boundaries, and the two run the same 
 def key(sessions: sessionmaker[Session], tmp_path: Path) -> str:
     """A key of a service in full use."""
     (tmp_path / "records").mkdir()
-    watched.watch(sessions, tmp_path / "records")
+    monitored_building.watch(sessions, tmp_path / "records")
     with sessions.begin() as session:
         return keys.create(session, "schemathesis", Role.admin, datetime.now(UTC))
 
@@ -64,7 +64,7 @@ def parts(sessions: sessionmaker[Session]) -> Iterator[None]:
 @pytest.fixture
 def address(database_url: str, key: str, parts: None) -> Iterator[str]:
     long_ago = {"poll_interval": 1e9, "worker_patience": 1e9, "disk_reserve": 0}  # the records came years ago
-    with served(database_url, progress_patience=0.1, **long_ago) as found:  # nobody works: streams would wait
+    with api_server(database_url, progress_patience=0.1, **long_ago) as found:  # nobody works: streams would wait
         yield found
 
 

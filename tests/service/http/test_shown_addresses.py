@@ -6,9 +6,9 @@ from pathlib import Path
 
 import httpx
 import pytest
+from api_server import api_server
 from hypothesis import given, seed, strategies as st
-from monitoring import START, Page, building_file, miniseed, serving, stream
-from serving import served
+from monitoring_server import START, Page, building_file, miniseed, monitoring_server, stream
 from sqlalchemy import select
 from sqlalchemy.orm import Session, sessionmaker
 
@@ -69,7 +69,7 @@ def test_no_password_of_a_source_is_stored_shown_or_logged(
 ) -> None:
     caplog.set_level(logging.INFO)
     logging.getLogger("httpx").setLevel(logging.WARNING)  # as service.roles sets it
-    with serving() as server:
+    with monitoring_server() as server:
         server.pages["/events/"] = Page(b"a.mseed\nb.mseed\nc.mseed?key=" + TOKEN.encode())
         server.add("/events/a.mseed", miniseed(stream()))
         server.pages["/events/b.mseed"] = Page(b"", promised=2 * 10**9)
@@ -95,7 +95,7 @@ def test_no_password_of_a_source_is_stored_shown_or_logged(
         files = session.scalars(select(FetchedFile.address).order_by(FetchedFile.address)).all()
         assert files == [f"{server.address}/events/{n}" for n in ("a.mseed", "b.mseed", f"c.mseed?key={TOKEN}")]
     assert not [secret for secret in SECRETS if secret in stored_as_text(sessions)]
-    with served(database_url) as address, httpx.Client(base_url=address) as asking:
+    with api_server(database_url) as address, httpx.Client(base_url=address) as asking:
         pages = [asking.get(path).text for path in ("/api/v1/sources", "/api/v1/alerts", "/alerts")]
     assert "cannot be reached" in pages[0]
     shown = "\n".join([*pages, *(record.getMessage() for record in caplog.records), caplog.text])

@@ -6,7 +6,7 @@ from time import monotonic, sleep
 
 import httpx
 import pytest
-from serving import served
+from api_server import api_server
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.access import keys
@@ -27,7 +27,7 @@ def address(url: str, stored: sessionmaker[Session]) -> Iterator[str]:
         session.add(building)
         session.flush()
         session.add(Job(kind="watch", building_id=building.id, arguments={}, state="waiting", created_at=NOW))
-    with served(url, visitor=None, progress_patience=PATIENCE) as found:
+    with api_server(url, visitor=None, progress_patience=PATIENCE) as found:
         yield f"{found}/api/v1/jobs/1/progress"
 
 

@@ -8,8 +8,8 @@ from datetime import timedelta
 from pathlib import Path
 
 import numpy as np
+import paper_records
 import pytest
-import simulated
 from distributed import LocalCluster, default_client
 from sqlalchemy import select
 from sqlalchemy.orm import Session, sessionmaker, undefer
@@ -25,7 +25,7 @@ from service.records.ingest import ingest
 from service.records.tables import Event
 from service.settings import Settings
 
-NOW = simulated.START + timedelta(days=1)
+NOW = paper_records.START + timedelta(days=1)
 
 pytestmark = pytest.mark.slow
 
@@ -42,10 +42,10 @@ def test_a_dask_cluster_computes_what_this_process_does(
     sessions: sessionmaker[Session], cluster: Callable[[], Executor]
 ) -> None:
     assert cluster().submit(os.getpid).result() != os.getpid()
-    data = simulated.miniseed(simulated.records(np.random.default_rng(1)))
+    data = paper_records.miniseed(paper_records.records(np.random.default_rng(1)))
     settings = Settings(workers=1)
     with sessions.begin() as session:
-        building = building_store.add(session, simulated.building_file(), Path("/"), NOW)
+        building = building_store.add(session, paper_records.building_file(), Path("/"), NOW)
         ingest(session, building, "event.mseed", "/event.mseed", data, NOW, settings=settings)
     assert Worker(sessions, cluster, settings, KINDS, clock=lambda: NOW).run_until_idle() == 2  # and a look for drift
     with sessions.begin() as session:

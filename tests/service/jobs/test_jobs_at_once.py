@@ -3,8 +3,8 @@
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor, wait
 
-import histories
 import pytest
+import stored_histories
 from sqlalchemy import update
 from sqlalchemy.orm import Session, sessionmaker
 
@@ -18,7 +18,7 @@ from service.models.tables import ModelVersion
 from service.models.versions import Draft
 from service.records.tables import Event
 
-NOW = histories.start(40)
+NOW = stored_histories.start(40)
 MEANWHILE = 0.5
 """s within which a transaction that need not wait has ended."""
 Queue = Callable[[Session], Job]
@@ -33,7 +33,7 @@ def pool() -> Iterator[ThreadPoolExecutor]:
 @pytest.fixture
 def building(sessions: sessionmaker[Session]) -> int:
     with sessions.begin() as session:
-        return histories.building(session).id
+        return stored_histories.building(session).id
 
 
 @pytest.fixture(params=["analysis", "comparison", "watch"])
@@ -80,7 +80,7 @@ def test_nobody_takes_a_job_before_what_it_is_to_see_is_stored(
 
     def name_seen_by_a_worker() -> str | None:
         with sessions.begin() as session:
-            claim = job_queue.claim(session, NOW, histories.LEASE)
+            claim = job_queue.claim(session, NOW, stored_histories.LEASE)
             return None if claim is None else session.get_one(Building, building).name
 
     with sessions.begin() as session:
@@ -97,11 +97,11 @@ def test_nobody_takes_a_job_before_what_it_is_to_see_is_stored(
 def test_a_job_before_one_that_was_begun_later_will_not_do(sessions: sessionmaker[Session], queue: Queue) -> None:
     first = queued(sessions, queue)
     with sessions.begin() as session:
-        held = job_queue.claim(session, NOW, histories.LEASE)
+        held = job_queue.claim(session, NOW, stored_histories.LEASE)
     assert held is not None
     second = queued(sessions, queue)
     with sessions.begin() as session:
-        assert job_queue.claim(session, NOW, histories.LEASE)
+        assert job_queue.claim(session, NOW, stored_histories.LEASE)
         assert job_queue.release(session, held)
     assert queued(sessions, queue) > second > first
 
@@ -110,20 +110,20 @@ def test_an_analysis_is_stored_while_records_come_in(
     sessions: sessionmaker[Session], building: int, pool: ThreadPoolExecutor
 ) -> None:
     """Who reads a record holds the building and wants its event; so must who stores what came of the event."""
-    found = histories.earthquake(0)
+    found = stored_histories.earthquake(0)
     with sessions.begin() as session:
-        job = histories.queued(session, building, found.start, NOW)
+        job = stored_histories.queue_analysis(session, building, found.start, NOW)
     with sessions.begin() as session:
         event_id = session.get_one(Job, job).event_id
-        claim = histories.claimed(session, NOW)
+        claim = stored_histories.claim_next(session, NOW)
 
     def stored() -> None:
         with sessions.begin() as session:
-            histories.store(session, claim, found, NOW)
+            stored_histories.store(session, claim, found, NOW)
 
     with sessions.begin() as session:
         session.get_one(Building, building, with_for_update=True)
         storing = pool.submit(stored)
         wait([storing], MEANWHILE)
-        session.get_one(Event, event_id).end += histories.SECONDS
+        session.get_one(Event, event_id).end += stored_histories.SECONDS
     storing.result()

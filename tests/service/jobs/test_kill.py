@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 
 import psutil
 import pytest
-from monitoring import START, building_file, miniseed, stream
-from processes import interrupt, started
+from monitoring_server import START, building_file, miniseed, stream
+from processes import interrupt, running_command
 from sqlalchemy import func, make_url, select
 from sqlalchemy.orm import Session, sessionmaker
 
@@ -84,7 +84,7 @@ def test_a_killed_worker_loses_and_doubles_nothing(
     rng = random.Random(database_kind)
     for _ in range(KILLS):
         before = claims(sessions)
-        with started(tmp_path, database_url, "work", **QUICK) as worker:
+        with running_command(tmp_path, database_url, "work", **QUICK) as worker:
             until(lambda before=before: claims(sessions) > before or finished(sessions))
             sleep(rng.uniform(0, 0.4))
             children = worker.children(recursive=True)
@@ -93,7 +93,7 @@ def test_a_killed_worker_loses_and_doubles_nothing(
             assert psutil.wait_procs(children, timeout=20)[1] == []
         if finished(sessions):
             break
-    with started(tmp_path, database_url, "work", **QUICK) as worker:
+    with running_command(tmp_path, database_url, "work", **QUICK) as worker:
         until(lambda: finished(sessions))
         assert interrupt(worker) == 0
     assert claims(sessions) > JOBS, "no kill hit a running job"
@@ -104,7 +104,9 @@ def test_a_worker_that_is_stopped_puts_its_jobs_back_and_leaves_no_process(
     sessions: sessionmaker[Session], database_url: str, tmp_path: Path
 ) -> None:
     with_jobs(sessions)
-    with started(tmp_path, database_url, "work", MENSHIN_JOBS__WORKERS="2", MENSHIN_JOBS__LEASE="3600") as worker:
+    with running_command(
+        tmp_path, database_url, "work", MENSHIN_JOBS__WORKERS="2", MENSHIN_JOBS__LEASE="3600"
+    ) as worker:
         until(lambda: states(sessions)["running"] > 0)
         children = worker.children(recursive=True)
         assert interrupt(worker) == 0
@@ -119,7 +121,7 @@ def test_postgresql_that_is_stopped_and_started_again(stoppable_postgres: "Postg
     migrate.upgrade(url)
     sessions = opened.sessions(url)
     with_jobs(sessions)
-    with started(tmp_path, url, "work", **QUICK) as worker:
+    with running_command(tmp_path, url, "work", **QUICK) as worker:
         for done in (2, JOBS // 2):
             until(lambda done=done: states(sessions)["done"] >= done)
             server.stop()
@@ -137,7 +139,7 @@ def test_sqlite_that_is_locked_by_another_program(tmp_path: Path) -> None:
     migrate.upgrade(url)
     sessions = opened.sessions(f"sqlite:///{file}")
     with_jobs(sessions)
-    with started(tmp_path, url, "work", **QUICK) as worker:
+    with running_command(tmp_path, url, "work", **QUICK) as worker:
         for done in (2, JOBS // 2):
             until(lambda done=done: states(sessions)["done"] >= done)
             with closing(sqlite3.connect(file, isolation_level=None, timeout=30)) as other:

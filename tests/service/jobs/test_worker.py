@@ -12,9 +12,9 @@ from threading import Event as Signal
 from typing import Any
 
 import numpy as np
+import paper_records
 import psutil
 import pytest
-import simulated
 from sqlalchemy import select
 from sqlalchemy.orm import Session, sessionmaker
 
@@ -32,16 +32,16 @@ from service.records.tables import Event
 from service.settings import Settings
 from service.version import VERSION
 
-NOW = simulated.START + timedelta(days=1)
+NOW = paper_records.START + timedelta(days=1)
 SETTINGS = Settings(workers=1)
 
 
 @pytest.fixture
 def event_id(sessions: sessionmaker[Session]) -> int:
     """An earthquake at the paper's building, queued."""
-    data = simulated.miniseed(simulated.records(np.random.default_rng(1)))
+    data = paper_records.miniseed(paper_records.records(np.random.default_rng(1)))
     with sessions.begin() as session:
-        building = building_store.add(session, simulated.building_file(), Path("/"), NOW)
+        building = building_store.add(session, paper_records.building_file(), Path("/"), NOW)
         ingest(session, building, "event.mseed", "/event.mseed", data, NOW, settings=SETTINGS)
         return session.scalars(select(Event.id)).one()
 
@@ -68,7 +68,7 @@ def test_a_result_says_all_that_it_came_from(sessions: sessionmaker[Session], ev
         event = session.get_one(Event, event_id)
         assert (event.state, event.reason) == ("analysed", None)
         result = session.scalars(select(Analysis)).one()
-        bytes_in = simulated.miniseed(simulated.records(np.random.default_rng(1)))
+        bytes_in = paper_records.miniseed(paper_records.records(np.random.default_rng(1)))
         assert result.inputs == [sha256(bytes_in).hexdigest()]
         assert (result.version, result.estimator, result.current) == (VERSION, "smoother", True)
         assert result.settings["band"] == [0.1, 30.0]
@@ -80,7 +80,7 @@ def test_a_result_says_all_that_it_came_from(sessions: sessionmaker[Session], ev
         assert x.count == force.size == decode(x.displacement or b"").size
         assert [mode.number for mode in x.modes] == list(range(1, len(x.modes) + 1))
         assert x.modes[0].frequency == pytest.approx(1.09, rel=5e-3)
-        assert list(x.modes[0].shape) == list(simulated.FLOORS)
+        assert list(x.modes[0].shape) == list(paper_records.FLOORS)
         assert len(x.cycles) > 5
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import databases
 import pytest
-from asking import client
+from api_client import client
 from fastapi.testclient import TestClient
 
 from core.effects import EFFECTS

@@ -5,9 +5,9 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+import paper_records
 import pytest
-import simulated
-from asking import client
+from api_client import client
 from fastapi.testclient import TestClient
 from sqlalchemy.orm import Session, sessionmaker
 
@@ -18,7 +18,7 @@ from service.buildings import store as building_store
 from service.models.tables import ModelVersion
 
 MODELS = "/api/v1/buildings/PAPER/models"
-NOW = simulated.START
+NOW = paper_records.START
 LINEAR = {"elastic": {"k_b": 4.75e8}, "viscous": {"c_b": 6e6}}
 
 
@@ -26,7 +26,7 @@ LINEAR = {"elastic": {"k_b": 4.75e8}, "viscous": {"c_b": 6e6}}
 def asking(database_url: str, sessions: sessionmaker[Session]) -> Iterator[TestClient]:
     """Asks for the paper's building, which nothing has shaken yet."""
     with sessions.begin() as session:
-        building_store.add(session, simulated.building_file(), Path("/"), NOW)
+        building_store.add(session, paper_records.building_file(), Path("/"), NOW)
     with client(database_url) as made:
         yield made
 

@@ -3,13 +3,13 @@
 from collections.abc import Iterator
 from pathlib import Path
 
+import monitored_building
+import paper_records
 import pytest
-import simulated
-import watched
-from asking import client
-from biaxial import biaxial
-from engineer import MODELS, done, work
+from api_client import client
+from biaxial_records import biaxial_records
 from fastapi.testclient import TestClient
+from model_jobs import MODELS, finished_job, work
 from sqlalchemy.orm import Session, sessionmaker
 
 from core.paper import ISOLATOR
@@ -23,7 +23,7 @@ OFF = {name: dict(values) for name, values in ISOLATOR.effects.items()} | {"elas
 
 def building_file() -> str:
     """The paper's, each sensor of two axes."""
-    blocks = simulated.building_file().split("[[channel]]")
+    blocks = paper_records.building_file().split("[[channel]]")
     across = [block.replace('X"', 'Y"', 1).replace('"x"', '"y"') for block in blocks[1:]]
     return "[[channel]]".join([*blocks, *across])
 
@@ -31,11 +31,19 @@ def building_file() -> str:
 @pytest.fixture
 def asking(database_url: str, sessions: sessionmaker[Session]) -> Iterator[TestClient]:
     """An engineer's client; the building has had one earthquake."""
-    _, samples = biaxial()
+    _, samples = biaxial_records()
     with sessions.begin() as session:
-        building = building_store.add(session, building_file(), Path("/"), watched.NOW)
-        data = simulated.miniseed(samples)
-        ingest(session, building, "event.mseed", "/event.mseed", data, watched.NOW, settings=watched.SETTINGS)
+        building = building_store.add(session, building_file(), Path("/"), monitored_building.NOW)
+        data = paper_records.miniseed(samples)
+        ingest(
+            session,
+            building,
+            "event.mseed",
+            "/event.mseed",
+            data,
+            monitored_building.NOW,
+            settings=monitored_building.SETTINGS,
+        )
     work(sessions)
     with client(database_url) as made:
         yield made
@@ -44,7 +52,7 @@ def asking(database_url: str, sessions: sessionmaker[Session]) -> Iterator[TestC
 def test_a_fit_is_to_both_and_each_has_its_errors(asking: TestClient, sessions: sessionmaker[Session]) -> None:
     """5 %: 1 % of noise, and what the estimate of the force adds."""
     first = asking.post(MODELS, json={"direction": "xy", "effects": OFF}).json()["id"]
-    made = done(asking, sessions, f"/api/v1/models/{first}/fits", {})["result"]["made"]
+    made = finished_job(asking, sessions, f"/api/v1/models/{first}/fits", {})["result"]["made"]
     assert asking.get(f"/api/v1/models/{made}").json()["direction"] == "xy"
     before, after = (asking.get(f"/api/v1/models/{model}/comparisons").json()["items"] for model in (first, made))
     assert [one["direction"] for one in before] == [one["direction"] for one in after] == ["x", "y"]

@@ -6,11 +6,11 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
+import monitored_building
 import pytest
-import watched
-from asking import client
-from engineer import followed, made, work_with_progress
+from api_client import client
 from fastapi.testclient import TestClient
+from model_jobs import create_model, job_events, work_with_progress
 from sqlalchemy.orm import Session, sessionmaker
 
 from core.effects import EFFECTS
@@ -26,21 +26,23 @@ LINEAR = {"elastic": {"k_b": 4.75e8}, "viscous": {"c_b": 6e6}}
 def asking(database_url: str, sessions: sessionmaker[Session], tmp_path: Path) -> Iterator[TestClient]:
     """An engineer's client; the paper's building has had two earthquakes."""
     (tmp_path / "records").mkdir()
-    watched.watch(sessions, tmp_path / "records", watched.earthquakes()[1:3])
-    with client(database_url) as made:
-        yield made
+    monitored_building.watch(sessions, tmp_path / "records", monitored_building.earthquakes()[1:3])
+    with client(database_url) as api:
+        yield api
 
 
 def test_a_linear_model_lacks_hysteresis(asking: TestClient, sessions: sessionmaker[Session]) -> None:
     """And the page of that, which is as costly to come by as the diagnosis is."""
     with sessions.begin() as session:
-        of = {role: keys.create(session, role.name, role, watched.NOW) for role in (Role.engineer, Role.viewer)}
+        of = {
+            role: keys.create(session, role.name, role, monitored_building.NOW) for role in (Role.engineer, Role.viewer)
+        }
     asking.headers["X-API-Key"] = of[Role.engineer]
-    model = made(asking, LINEAR)
+    model = create_model(asking, LINEAR)
     asked = asking.post(f"/api/v1/models/{model}/diagnoses", json={"events": [2], "hold_out": [1]})
     with ThreadPoolExecutor(1) as beside:
         beside.submit(work_with_progress, sessions)
-        told = followed(asking, asked.headers["Location"])
+        told = job_events(asking, asked.headers["Location"])
     job = told[-1]
     assert (job["kind"], job["state"], job["progress"]["stages"]) == ("diagnose", "done", 3)
     assert any("step 1: " in one["progress"]["doing"] for one in told if one["progress"])

@@ -3,11 +3,11 @@
 from collections.abc import Iterator
 from pathlib import Path
 
+import monitored_building
 import pytest
-import watched
-from asking import client
-from engineer import done, made
+from api_client import client
 from fastapi.testclient import TestClient
+from model_jobs import create_model, finished_job
 from sqlalchemy.orm import Session, sessionmaker
 
 from core.paper import ISOLATOR
@@ -24,14 +24,14 @@ OFF = {**TRUTH, "elastic": {"k_b": 1.2 * TRUTH["elastic"]["k_b"]}}
 def asking(database_url: str, sessions: sessionmaker[Session], tmp_path: Path) -> Iterator[TestClient]:
     """An engineer's client; the paper's building has had two earthquakes."""
     (tmp_path / "records").mkdir()
-    watched.watch(sessions, tmp_path / "records", watched.earthquakes()[1:3])
-    with client(database_url) as made:
-        yield made
+    monitored_building.watch(sessions, tmp_path / "records", monitored_building.earthquakes()[1:3])
+    with client(database_url) as api:
+        yield api
 
 
 def test_a_fit_makes_the_next_version(asking: TestClient, sessions: sessionmaker[Session]) -> None:
-    first = made(asking, OFF)
-    job = done(asking, sessions, f"/api/v1/models/{first}/fits", {"events": [1], "hold_out": [2]})
+    first = create_model(asking, OFF)
+    job = finished_job(asking, sessions, f"/api/v1/models/{first}/fits", {"events": [1], "hold_out": [2]})
     assert (job["kind"], job["progress"]["stages"], job["asked_by"]) == ("fit", 5, "loopback")
     fitted = asking.get(f"/api/v1/models/{job['result']['made']}").json()
     assert (fitted["number"], fitted["state"], fitted["parent"], fitted["author"]) == (2, "draft", first, "loopback")
@@ -56,8 +56,8 @@ def test_a_fit_makes_the_next_version(asking: TestClient, sessions: sessionmaker
 def test_an_effect_is_added_and_the_error_falls_where_nothing_was_fitted(
     asking: TestClient, sessions: sessionmaker[Session]
 ) -> None:
-    without = made(asking, {name: values for name, values in TRUTH.items() if name != "bouc_wen"})
-    job = done(asking, sessions, f"/api/v1/models/{without}/effects", {"effect": "bouc_wen", "hold_out": [1]})
+    without = create_model(asking, {name: values for name, values in TRUTH.items() if name != "bouc_wen"})
+    job = finished_job(asking, sessions, f"/api/v1/models/{without}/effects", {"effect": "bouc_wen", "hold_out": [1]})
     extended = asking.get(f"/api/v1/models/{job['result']['made']}").json()
     assert extended["effects"] == [*TRUTH]
     assert extended["change"] == "with bouc_wen, fitted to 1 event, 1 left out"
@@ -84,9 +84,11 @@ REFUSED = (
 
 def test_what_cannot_be_fitted_is_refused(asking: TestClient, sessions: sessionmaker[Session]) -> None:
     with sessions.begin() as session:
-        of = {role: keys.create(session, role.name, role, watched.NOW) for role in (Role.engineer, Role.viewer)}
+        of = {
+            role: keys.create(session, role.name, role, monitored_building.NOW) for role in (Role.engineer, Role.viewer)
+        }
     asking.headers["X-API-Key"] = of[Role.engineer]
-    fits = f"/api/v1/models/{made(asking, OFF)}/fits"
+    fits = f"/api/v1/models/{create_model(asking, OFF)}/fits"
     for wanted, status, said in REFUSED:
         refused = asking.post(fits, json=wanted)
         assert refused.status_code == status, wanted

@@ -5,11 +5,11 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import monitored_building
 import pytest
-import watched
-from asking import client
-from engineer import done, followed, made, work
+from api_client import client
 from fastapi.testclient import TestClient
+from model_jobs import create_model, finished_job, job_events, work
 from sqlalchemy.orm import Session, sessionmaker
 
 from core.paper import ISOLATOR
@@ -25,19 +25,19 @@ LINEAR = {"elastic": {"k_b": 4.75e8}, "viscous": {"c_b": 6e6}}
 def asking(database_url: str, sessions: sessionmaker[Session], tmp_path: Path) -> Iterator[TestClient]:
     """An engineer's client; the paper's building has had two earthquakes."""
     (tmp_path / "records").mkdir()
-    watched.watch(sessions, tmp_path / "records", watched.earthquakes()[:2])
-    with client(database_url, progress_patience=1) as made:
-        yield made
+    monitored_building.watch(sessions, tmp_path / "records", monitored_building.earthquakes()[:2])
+    with client(database_url, progress_patience=1) as api:
+        yield api
 
 
 def compared(asking: TestClient, sessions: sessionmaker[Session], model: int) -> list[dict[str, Any]]:
-    done(asking, sessions, f"/api/v1/models/{model}/comparisons", {})
+    finished_job(asking, sessions, f"/api/v1/models/{model}/comparisons", {})
     rows: list[dict[str, Any]] = asking.get(f"/api/v1/models/{model}/comparisons").json()["items"]
     return rows
 
 
 def test_the_right_model_leaves_noise_and_a_wrong_one_more(asking: TestClient, sessions: sessionmaker[Session]) -> None:
-    right, wrong = (compared(asking, sessions, made(asking, effects)) for effects in (TRUTH, LINEAR))
+    right, wrong = (compared(asking, sessions, create_model(asking, effects)) for effects in (TRUTH, LINEAR))
     assert [row["event"] for row in right] == [row["event"] for row in wrong] == [1, 2]
     for good, bad in zip(right, wrong, strict=True):
         assert good["floors"] < 2 < bad["floors"]
@@ -57,10 +57,10 @@ def test_the_right_model_leaves_noise_and_a_wrong_one_more(asking: TestClient, s
 
 
 def test_who_waits_is_told_how_far_it_is(asking: TestClient, sessions: sessionmaker[Session]) -> None:
-    asked = asking.post(f"/api/v1/models/{made(asking, LINEAR)}/comparisons", json={}).headers["Location"]
-    assert [one["state"] for one in followed(asking, asked)] == ["waiting"]
+    asked = asking.post(f"/api/v1/models/{create_model(asking, LINEAR)}/comparisons", json={}).headers["Location"]
+    assert [one["state"] for one in job_events(asking, asked)] == ["waiting"]
     work(sessions)
-    (last,) = followed(asking, asked)
+    (last,) = job_events(asking, asked)
     assert (last["state"], last["progress"]["stages"], last["asked_by"]) == ("done", 3, "loopback")
     assert asking.get("/api/v1/jobs/999/progress").status_code == 404
 
@@ -68,11 +68,13 @@ def test_who_waits_is_told_how_far_it_is(asking: TestClient, sessions: sessionma
 def test_the_model_in_force_is_held_against_every_new_event(
     asking: TestClient, sessions: sessionmaker[Session], tmp_path: Path
 ) -> None:
-    model = made(asking, LINEAR)
+    model = create_model(asking, LINEAR)
     assert asking.get(f"/api/v1/models/{model}/trend").json()["items"] == []
     asking.post(f"/api/v1/models/{model}/accept")
-    watched.write(tmp_path / "records" / "new.mseed", watched.earthquakes()[2])
-    poller = SourcePoller(sessions, watched.SETTINGS, lambda: watched.NOW, lambda _: None, lambda: False)
+    monitored_building.write(tmp_path / "records" / "new.mseed", monitored_building.earthquakes()[2])
+    poller = SourcePoller(
+        sessions, monitored_building.SETTINGS, lambda: monitored_building.NOW, lambda _: None, lambda: False
+    )
     poller.poll("PAPER")
     poller.queue_ready()
     work(sessions)
@@ -82,7 +84,7 @@ def test_the_model_in_force_is_held_against_every_new_event(
 
 
 def test_what_cannot_be_compared_is_refused(asking: TestClient) -> None:
-    model = made(asking, LINEAR)
+    model = create_model(asking, LINEAR)
     refused = asking.post(f"/api/v1/models/{model}/comparisons", json={"events": [1, 77]})
     assert refused.status_code == 409
     assert "events 77" in refused.json()["detail"]
@@ -92,6 +94,6 @@ def test_what_cannot_be_compared_is_refused(asking: TestClient) -> None:
 
 def test_a_whole_number_may_be_written_with_a_point(asking: TestClient) -> None:
     """JSON has one kind of number, and 2.0 is an integer in its schemas."""
-    model = made(asking, LINEAR)
+    model = create_model(asking, LINEAR)
     queued = asking.post(f"/api/v1/models/{model}/comparisons", json={"events": [1, 2.0]})
     assert (queued.status_code, queued.json()["arguments"]) == (202, {"events": [1, 2]})

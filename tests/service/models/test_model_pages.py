@@ -5,9 +5,9 @@ from collections.abc import Iterator
 from html import unescape
 from pathlib import Path
 
+import paper_records
 import pytest
-import simulated
-from asking import client
+from api_client import client
 from fastapi.testclient import TestClient
 from sqlalchemy.orm import Session, sessionmaker
 
@@ -16,14 +16,14 @@ from service.access import keys
 from service.access.auth import Role
 from service.buildings import store as building_store
 
-NOW = simulated.START
+NOW = paper_records.START
 MODELS = "/buildings/PAPER/models"
 
 
 @pytest.fixture
 def asking(database_url: str, sessions: sessionmaker[Session]) -> Iterator[TestClient]:
     with sessions.begin() as session:
-        building_store.add(session, simulated.building_file(), Path("/"), NOW)
+        building_store.add(session, paper_records.building_file(), Path("/"), NOW)
     with client(database_url) as made:
         yield made
 

@@ -4,10 +4,10 @@ from collections.abc import Sequence
 from datetime import timedelta
 from pathlib import Path
 
+import monitored_building
 import numpy as np
+import paper_records
 import pytest
-import simulated
-import watched
 from sqlalchemy.orm import Session, sessionmaker
 
 from core.diagnosis.suspect import Cause
@@ -25,28 +25,28 @@ EFFECTS = {name: dict(values) for name, values in ISOLATOR.effects.items()}
 
 
 def dead_base(number: int) -> bytes:
-    samples = simulated.records(np.random.default_rng(number), 0.3)
-    samples[watched.BASE] = np.zeros_like(samples[watched.BASE])
-    return simulated.miniseed(samples, later=number * watched.APART)
+    samples = paper_records.records(np.random.default_rng(number), 0.3)
+    samples[monitored_building.BASE] = np.zeros_like(samples[monitored_building.BASE])
+    return paper_records.miniseed(samples, later=number * monitored_building.APART)
 
 
 @pytest.fixture
 def building(sessions: sessionmaker[Session], tmp_path: Path) -> sessionmaker[Session]:
     """It has had two earthquakes; in the second the base slab's sensor was dead."""
     (tmp_path / "records").mkdir()
-    watched.watch(sessions, tmp_path / "records", [watched.earthquakes()[1], dead_base(2)])
+    monitored_building.watch(sessions, tmp_path / "records", [monitored_building.earthquakes()[1], dead_base(2)])
     return sessions
 
 
 def asked(sessions: sessionmaker[Session], events: Sequence[int] | None) -> tuple[WorkInputs, Earthquakes]:
     """What a diagnosis is made from, up to the question of what the layer lacks."""
     with sessions.begin() as session:
-        model = model_requests.make(session, "PAPER", "x", EFFECTS, "", "engineer", watched.NOW)
-        model_requests.diagnose(session, model, events, None, "engineer", watched.NOW)
+        model = model_requests.make(session, "PAPER", "x", EFFECTS, "", "engineer", monitored_building.NOW)
+        model_requests.diagnose(session, model, events, None, "engineer", monitored_building.NOW)
     with sessions.begin() as session:
-        claim = job_queue.claim(session, watched.NOW, timedelta(minutes=1))
+        claim = job_queue.claim(session, monitored_building.NOW, timedelta(minutes=1))
         assert claim is not None
-        inputs = KINDS[job_queue.DIAGNOSE].inputs(session, claim, watched.SETTINGS)
+        inputs = KINDS[job_queue.DIAGNOSE].inputs(session, claim, monitored_building.SETTINGS)
     *reading, _ = diagnoses.stages(inputs)
     return inputs, records(inputs, [stage.function(*stage.arguments((), silent)) for stage in reading])
 
@@ -57,9 +57,9 @@ def test_its_sensors_are_asked_and_nothing_is_fitted_to_it(building: sessionmake
     assert [one.name for one in seen.fitted] == [inputs.events[0].held.name]
     assert len(seen.analyses) == 2
     (why,) = seen.unused
-    assert why.startswith(f"{inputs.unusable[0].held.name}: {watched.BASE}")
+    assert why.startswith(f"{inputs.unusable[0].held.name}: {monitored_building.BASE}")
     (suspect,) = suspicions(seen.analyses, seen.description)
-    assert (suspect.cause, suspect.kind, suspect.channel) == (Cause.SENSOR, "dead", watched.BASE)
+    assert (suspect.cause, suspect.kind, suspect.channel) == (Cause.SENSOR, "dead", monitored_building.BASE)
     assert "in 1 of 2 earthquakes" in suspect.message
 
 

@@ -125,7 +125,7 @@ from core.effects import EFFECTS, add_effect
 from core.fitting.fit import fitted
 from core.fitting.data import FitData
 from core.model.isolator import Isolator
-from observed import observations
+from synthetic_observations import observations
 from service.own_effects import add_own_effects
 
 
@@ -205,8 +205,8 @@ import warnings
 from pathlib import Path
 
 from core.model.isolator import Isolator
-from held_records import held_records
-from observed import BOUC_WEN, observations
+from records_from_observations import records_from_observations
+from synthetic_observations import BOUC_WEN, observations
 from service.own_effects import add_own_effects
 from service.jobs.stages import silent
 from service.models.model_file import ModelFile
@@ -218,7 +218,7 @@ add_own_effects(Path(sys.argv[1]))
 slides = {"sliding": 3e6, "share": 0.3, "a": 30.0, "slip": 1e-3}
 seen = observations(Isolator({**BOUC_WEN.effects, "friction": slides}), 0.02, 3, peaks=(0.02, 0.06))
 model = ModelFile("PAPER", "x", BOUC_WEN)
-found = diagnose(model, "given.toml", held_records(seen), silent, ("runaway", "friction"))
+found = diagnose(model, "given.toml", records_from_observations(seen), silent, ("runaway", "friction"))
 document = as_json(found)
 print([one["effect"] for one in document["candidates"]], [one["effect"] for one in document["steps"]])
 print([one["effect"] for one in document["dropped"]], found.result.text[-1])

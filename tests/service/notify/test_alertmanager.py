@@ -6,8 +6,8 @@ from datetime import UTC, datetime, timedelta
 from typing import Any
 
 import pytest
-from letters import WRITTEN, letter
-from receiving import Hook, hook
+from receivers import WebhookServer, webhook_server
+from rendered_messages import WRITTEN, rendered_message
 
 from service.notify.channels.alertmanager import send
 from service.notify.rendering import Destination, RenderedMessage
@@ -19,12 +19,12 @@ NOW = datetime(2024, 3, 2, tzinfo=UTC)
 
 
 @pytest.fixture
-def there() -> Iterator[Hook]:
-    with hook() as server:
+def there() -> Iterator[WebhookServer]:
+    with webhook_server() as server:
         yield server
 
 
-def pushed(there: Hook, one: RenderedMessage, now: datetime = NOW) -> dict[str, Any]:
+def pushed(there: WebhookServer, one: RenderedMessage, now: datetime = NOW) -> dict[str, Any]:
     to = Destination("manager", "alertmanager", f"{there.address}/prefix/", None)
     assert send(one, to, SETTINGS, now).outcome == "delivered"
     assert there.posted[-1].path == "/prefix/api/v2/alerts"
@@ -35,10 +35,10 @@ def pushed(there: Hook, one: RenderedMessage, now: datetime = NOW) -> dict[str, 
 
 
 def standing(**other: object) -> RenderedMessage:
-    return letter(**({"kind": "alert", "key": "alert/5", "severity": "alarm", "gravest": "alarm"} | other))
+    return rendered_message(**({"kind": "alert", "key": "alert/5", "severity": "alarm", "gravest": "alarm"} | other))
 
 
-def test_what_stands_has_an_end_ahead_of_several_repetitions(there: Hook) -> None:
+def test_what_stands_has_an_end_ahead_of_several_repetitions(there: WebhookServer) -> None:
     alert = pushed(there, standing())
     assert alert["labels"] == {
         "alertname": "MenshinAlert",
@@ -53,20 +53,20 @@ def test_what_stands_has_an_end_ahead_of_several_repetitions(there: Hook) -> Non
 
 
 @pytest.mark.parametrize("end", [{"severity": "note", "has_ended": True}, {"sequence": "cancelled"}])
-def test_what_is_over_ends_the_same_alert(there: Hook, end: dict[str, object]) -> None:
+def test_what_is_over_ends_the_same_alert(there: WebhookServer, end: dict[str, object]) -> None:
     over = pushed(there, standing(number=2, identity="msg_9", subject="Resolved", **end))
     assert over["labels"] == pushed(there, standing())["labels"]
     assert datetime.fromisoformat(over["endsAt"]) == NOW
 
 
-def test_an_earthquake_and_a_drill_pass_by_themselves(there: Hook) -> None:
+def test_an_earthquake_and_a_drill_pass_by_themselves(there: WebhookServer) -> None:
     for kind in ("event", "drill"):
-        alert = pushed(there, letter(kind=kind))
+        alert = pushed(there, rendered_message(kind=kind))
         assert datetime.fromisoformat(alert["endsAt"]) - WRITTEN == timedelta(minutes=15)
 
 
-def test_a_drill_cannot_be_taken_for_real(there: Hook) -> None:
-    alert = pushed(there, letter(kind="drill", severity="alarm", gravest="alarm"))
+def test_a_drill_cannot_be_taken_for_real(there: WebhookServer) -> None:
+    alert = pushed(there, rendered_message(kind="drill", severity="alarm", gravest="alarm"))
     assert (alert["labels"]["alertname"], alert["labels"]["real"]) == ("MenshinDrill", "false")
     assert alert["annotations"]["summary"].startswith(f"{DRILL}: ")
     assert alert["annotations"]["description"].startswith("This is a drill.")

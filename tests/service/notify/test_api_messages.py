@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from asking import client
+from api_client import client
 from building_files import SMALL
 from fastapi.testclient import TestClient
-from letters import KEY
-from receiving import Hook, hook
+from receivers import WebhookServer, webhook_server
+from rendered_messages import KEY
 from sqlalchemy import select, update
 from sqlalchemy.orm import Session, sessionmaker
 from standardwebhooks import Webhook
@@ -43,12 +43,12 @@ def asking(database_url: str, sessions: sessionmaker[Session]) -> Iterator[TestC
 
 
 @pytest.fixture
-def program() -> Iterator[Hook]:
-    with hook() as server:
+def program() -> Iterator[WebhookServer]:
+    with webhook_server() as server:
         yield server
 
 
-def added(asking: TestClient, program: Hook, **other: object) -> dict[str, Any]:
+def added(asking: TestClient, program: WebhookServer, **other: object) -> dict[str, Any]:
     wanted = {"name": "program", "kind": "webhook", "address": f"{program.address}/hook/token-of-ours"}
     answer = asking.post(RECEIVERS, json=wanted | other)
     assert answer.status_code == 201, answer.text
@@ -67,7 +67,7 @@ def shown(asking: TestClient, path: str) -> str:
     return unescape(re.sub(r"\s+", " ", re.sub("<[^>]+>", " ", answer.text)))
 
 
-def test_receivers_are_added_changed_and_removed(asking: TestClient, program: Hook) -> None:
+def test_receivers_are_added_changed_and_removed(asking: TestClient, program: WebhookServer) -> None:
     made = added(asking, program, kinds=["alert"], severities=["alarm"])
     place = f"/api/v1/receivers/{made['id']}"
     assert asking.get(place).json() == {name: value for name, value in made.items() if name != "secret"}
@@ -118,7 +118,7 @@ def test_a_mail_recipient_is_refused_as_long_as_no_mail_can_be_sent(asking: Test
 
 
 def test_a_secret_is_shown_once_and_then_nowhere(
-    asking: TestClient, program: Hook, sessions: sessionmaker[Session]
+    asking: TestClient, program: WebhookServer, sessions: sessionmaker[Session]
 ) -> None:
     made = added(asking, program)
     assert made["secret"].startswith("whsec_")
@@ -146,7 +146,7 @@ def test_a_secret_is_shown_once_and_then_nowhere(
 
 
 def test_a_test_goes_to_one_receiver_and_says_so(
-    asking: TestClient, program: Hook, sessions: sessionmaker[Session]
+    asking: TestClient, program: WebhookServer, sessions: sessionmaker[Session]
 ) -> None:
     number = added(asking, program, kinds=["alert"])["id"]
     answer = asking.post(f"/api/v1/receivers/{number}/test")
@@ -164,7 +164,7 @@ def test_a_test_goes_to_one_receiver_and_says_so(
     assert len(program.posted) == 1
 
 
-def test_what_failed_is_replayed(asking: TestClient, program: Hook, sessions: sessionmaker[Session]) -> None:
+def test_what_failed_is_replayed(asking: TestClient, program: WebhookServer, sessions: sessionmaker[Session]) -> None:
     number = added(asking, program)["id"]
     program.status = 404
     place = asking.post(f"/api/v1/receivers/{number}/test").headers["Location"]
@@ -181,7 +181,7 @@ def test_what_failed_is_replayed(asking: TestClient, program: Hook, sessions: se
 
 
 def test_messages_and_deliveries_page_by_page_and_as_csv(
-    asking: TestClient, program: Hook, sessions: sessionmaker[Session]
+    asking: TestClient, program: WebhookServer, sessions: sessionmaker[Session]
 ) -> None:
     added(asking, program)
     with sessions.begin() as session:
@@ -206,7 +206,7 @@ def test_messages_and_deliveries_page_by_page_and_as_csv(
     assert asking.get("/api/v1/deliveries?receiver=1").json()["items"][0]["receiver_name"] == "manager"
 
 
-def test_a_drill_by_the_page(asking: TestClient, program: Hook, sessions: sessionmaker[Session]) -> None:
+def test_a_drill_by_the_page(asking: TestClient, program: WebhookServer, sessions: sessionmaker[Session]) -> None:
     added(asking, program)
     sent = asking.post("/buildings/TOWER/drill")
     assert (sent.status_code, sent.headers["location"]) == (303, "/messages/1")
@@ -225,7 +225,7 @@ def test_a_drill_by_the_page(asking: TestClient, program: Hook, sessions: sessio
     assert asking.post("/deliveries/1/replay").headers["location"] == "/messages/1"
 
 
-def test_receivers_by_the_page(asking: TestClient, program: Hook, sessions: sessionmaker[Session]) -> None:
+def test_receivers_by_the_page(asking: TestClient, program: WebhookServer, sessions: sessionmaker[Session]) -> None:
     form = {"name": "mail", "kind": "email", "address": "a@b.org", "kinds_alert": "1", "severities_alarm": "1"}
     assert asking.post("/buildings/TOWER/receivers", data=form).headers["location"] == "/buildings/TOWER/messages"
     assert "mail email a@b.org alert alarm loopback" in shown(asking, "/buildings/TOWER/messages")
@@ -239,7 +239,9 @@ def test_receivers_by_the_page(asking: TestClient, program: Hook, sessions: sess
     assert asking.post("/buildings/TOWER/receivers", data=form | {"kind": "pigeon"}).status_code == 409
 
 
-def test_who_may_do_what(asking: TestClient, program: Hook, sessions: sessionmaker[Session], database_url: str) -> None:
+def test_who_may_do_what(
+    asking: TestClient, program: WebhookServer, sessions: sessionmaker[Session], database_url: str
+) -> None:
     number = added(asking, program)["id"]
     with sessions.begin() as session:
         key = {role: keys.create(session, role.name, role, NOW) for role in Role}
@@ -257,7 +259,7 @@ def test_who_may_do_what(asking: TestClient, program: Hook, sessions: sessionmak
 
 
 def test_metrics_tell_of_what_waits_and_what_failed(
-    asking: TestClient, program: Hook, sessions: sessionmaker[Session]
+    asking: TestClient, program: WebhookServer, sessions: sessionmaker[Session]
 ) -> None:
     added(asking, program)
     asking.post("/buildings/TOWER/drill")

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from datetime import UTC, datetime
 
 import pytest
-from letters import letter
-from receiving import Hook, hook
+from receivers import WebhookServer, webhook_server
+from rendered_messages import rendered_message
 
 from service.notify.channels import DeliveryResult
 from service.notify.channels.chat import send
@@ -20,23 +20,23 @@ OPEN = Settings(inside_allowed=("127.0.0.0/8",))
 
 
 @pytest.fixture
-def there() -> Iterator[Hook]:
-    with hook() as server:
+def there() -> Iterator[WebhookServer]:
+    with webhook_server() as server:
         server.status = 200
         yield server
 
 
 def sent(address: str, one: RenderedMessage | None = None, settings: Settings = OPEN) -> DeliveryResult:
-    return send(one or letter(), Destination("chat", "apprise", address, None), settings, NOW)
+    return send(one or rendered_message(), Destination("chat", "apprise", address, None), settings, NOW)
 
 
-def chat(there: Hook) -> str:
+def chat(there: WebhookServer) -> str:
     """Of Apprise's own JSON service, which posts as a chat service does."""
     return there.address.replace("http://", "json://").replace("localhost", "127.0.0.1")
 
 
-def test_a_letter_arrives_with_its_heading(there: Hook) -> None:
-    one = letter(kind="drill", is_repeat=True, severity="alarm")
+def test_a_letter_arrives_with_its_heading(there: WebhookServer) -> None:
+    one = rendered_message(kind="drill", is_repeat=True, severity="alarm")
     assert sent(chat(there), one).outcome == "delivered"
     said = json.loads(there.posted[0].body)
     assert said["title"] == one.heading
@@ -45,31 +45,31 @@ def test_a_letter_arrives_with_its_heading(there: Hook) -> None:
     assert said["type"] == "failure"
 
 
-def test_the_picture_goes_where_the_service_takes_one(there: Hook) -> None:
+def test_the_picture_goes_where_the_service_takes_one(there: WebhookServer) -> None:
     picture = b"\x89PNG and so on" * 10_000
-    assert sent(chat(there), letter(picture=picture)).outcome == "delivered"
+    assert sent(chat(there), rendered_message(picture=picture)).outcome == "delivered"
     [attached] = json.loads(there.posted[0].body)["attachments"]
     assert (attached["filename"], attached["mimetype"]) == ("loop.png", "image/png")
     assert b64decode(attached["base64"]) == picture
     plain = there.address.replace("http://localhost", "gotify://127.0.0.1") + "/AaBbCcDdEeFfGgH"
-    assert sent(plain, letter(picture=picture)).outcome == "delivered"
+    assert sent(plain, rendered_message(picture=picture)).outcome == "delivered"
     assert "This is not an inspection." in there.posted[1].body.decode()
     assert len(there.posted[1].body) < len(picture)
 
 
-def test_a_repeat_goes_without_the_picture_for_it_may_have_been_refused(there: Hook) -> None:
-    assert sent(chat(there), letter(picture=b"\x89PNG", is_repeat=True)).outcome == "delivered"
+def test_a_repeat_goes_without_the_picture_for_it_may_have_been_refused(there: WebhookServer) -> None:
+    assert sent(chat(there), rendered_message(picture=b"\x89PNG", is_repeat=True)).outcome == "delivered"
     said = json.loads(there.posted[0].body)
     assert said["attachments"] == []
     assert said["title"].startswith("(repeat) ")
 
 
-def test_a_picture_leads_no_further_inside(there: Hook) -> None:
-    answer = sent(chat(there), letter(picture=b"\x89PNG"), settings=Settings())
+def test_a_picture_leads_no_further_inside(there: WebhookServer) -> None:
+    answer = sent(chat(there), rendered_message(picture=b"\x89PNG"), settings=Settings())
     assert (answer.outcome, there.posted) == ("not_taken", [])
 
 
-def test_a_service_that_says_no_may_have_it(there: Hook) -> None:
+def test_a_service_that_says_no_may_have_it(there: WebhookServer) -> None:
     there.status = 500
     answer = sent(chat(there))
     assert answer.outcome == "unknown"
@@ -77,14 +77,14 @@ def test_a_service_that_says_no_may_have_it(there: Hook) -> None:
     assert str(there.address.rpartition(":")[2]) not in answer.text
 
 
-def test_it_reaches_nothing_inside(there: Hook) -> None:
+def test_it_reaches_nothing_inside(there: WebhookServer) -> None:
     answer = sent(chat(there), settings=Settings())
     assert (answer.outcome, there.posted) == ("not_taken", [])
     assert "127.0.0.1" in answer.text
 
 
-def test_no_redirect_leads_inside(there: Hook) -> None:
-    with hook() as inside:
+def test_no_redirect_leads_inside(there: WebhookServer) -> None:
+    with webhook_server() as inside:
         there.status, there.headers = 307, {"Location": inside.address.replace("localhost", "127.0.0.2")}
         answer = sent(chat(there), settings=Settings(inside_allowed=("127.0.0.1",)))
         assert inside.posted == []

@@ -12,9 +12,9 @@ from time import monotonic, sleep
 import psutil
 import pytest
 from building_files import SMALL
-from letters import KEY
-from processes import interrupt, started
-from receiving import Hook, Mailbox, hook, mailbox
+from processes import interrupt, running_command
+from receivers import MailServer, WebhookServer, mail_server, webhook_server
+from rendered_messages import KEY
 from sqlalchemy import select, update
 from sqlalchemy.orm import Session, sessionmaker
 from standardwebhooks import Webhook
@@ -37,7 +37,7 @@ def until(met: Callable[[], bool], seconds: float = 60) -> None:
         sleep(0.005)
 
 
-def prepared(sessions: sessionmaker[Session], program: Hook, count: int) -> None:
+def prepared(sessions: sessionmaker[Session], program: WebhookServer, count: int) -> None:
     """A building with a mail address and a program that are told, and as many messages."""
     now = datetime.now(UTC)
     rules = (
@@ -54,7 +54,7 @@ def prepared(sessions: sessionmaker[Session], program: Hook, count: int) -> None
 
 
 @contextmanager
-def notifying(folder: Path, url: str, box: Mailbox) -> Iterator[psutil.Popen]:
+def notifying(folder: Path, url: str, box: MailServer) -> Iterator[psutil.Popen]:
     """The real command."""
     settings = {
         "MENSHIN_NOTIFY__ALLOWED_PRIVATE_HOSTS": '["localhost"]',
@@ -65,7 +65,7 @@ def notifying(folder: Path, url: str, box: Mailbox) -> Iterator[psutil.Popen]:
         "MENSHIN_NOTIFY__RETRY_DELAY": "0.2",
         "PYTHONPATH": os.environ.get("PYTHONPATH", ""),
     }
-    with started(folder, url, "notify", **settings) as process:
+    with running_command(folder, url, "notify", **settings) as process:
         yield process
 
 
@@ -81,7 +81,7 @@ def all_delivered(sessions: sessionmaker[Session]) -> bool:
         return set(session.scalars(select(Delivery.state))) == {"delivered"}
 
 
-def assert_told(sessions: sessionmaker[Session], program: Hook, box: Mailbox, count: int) -> int:
+def assert_told(sessions: sessionmaker[Session], program: WebhookServer, box: MailServer, count: int) -> int:
     """Everybody got everything; of those that came twice each but the first says so. The number of repeats."""
     with sessions() as session:
         identities = set(session.scalars(select(Message.identity)))
@@ -102,7 +102,7 @@ def test_killed_between_what_is_sent_and_what_is_written(
     sessions: sessionmaker[Session], database_url: str, tmp_path: Path
 ) -> None:
     """The worst moment, hit for certain: the receiver has it, and the notifier dies before it hears so."""
-    with hook() as program, mailbox() as box:
+    with webhook_server() as program, mail_server() as box:
         prepared(sessions, program, 1)
         with notifying(tmp_path, database_url, box) as notifier:
             killed = []
@@ -126,7 +126,7 @@ def test_killed_between_what_is_sent_and_what_is_written(
 
 
 def test_killed_at_any_moment(sessions: sessionmaker[Session], database_url: str, tmp_path: Path) -> None:
-    with hook() as program, mailbox() as box:
+    with webhook_server() as program, mail_server() as box:
         prepared(sessions, program, MESSAGES)
         program.meanwhile = lambda: sleep(0.03)
         for kill in range(KILLS):

@@ -9,8 +9,8 @@ from time import sleep
 
 import pytest
 import trustme
-from letters import letter
-from receiving import Mailbox, mailbox
+from receivers import MailServer, mail_server
+from rendered_messages import rendered_message
 
 from service.notify.channels import DeliveryResult
 from service.notify.channels.mail import send
@@ -24,17 +24,17 @@ TO = Destination("manager", "email", "manager@example.org", None)
 
 
 @pytest.fixture
-def box() -> Iterator[Mailbox]:
-    with mailbox() as made:
+def box() -> Iterator[MailServer]:
+    with mail_server() as made:
         yield made
 
 
-def settings(box: Mailbox, **other: object) -> Settings:
+def settings(box: MailServer, **other: object) -> Settings:
     usual = {"smtp_host": "localhost", "smtp_port": box.port, "smtp_security": "none", "mail_from": "m@b.example.org"}
     return Settings(**(usual | other))  # type: ignore[arg-type]
 
 
-def mailed(box: Mailbox, one: RenderedMessage) -> EmailMessage:
+def mailed(box: MailServer, one: RenderedMessage) -> EmailMessage:
     assert send(one, TO, settings(box), NOW).outcome == "delivered"
     return box.mails[-1]
 
@@ -43,8 +43,8 @@ def part(mail: EmailMessage, kind: str) -> str:
     return str(next(one for one in mail.walk() if one.get_content_type() == kind).get_content())
 
 
-def test_a_mail_says_it_all_in_text_html_and_a_picture(box: Mailbox) -> None:
-    one = letter(picture=PNG)
+def test_a_mail_says_it_all_in_text_html_and_a_picture(box: MailServer) -> None:
+    one = rendered_message(picture=PNG)
     mail = mailed(box, one)
     assert mail["Subject"] == "[Tower ö] Earthquake of 1 March 2024, 14:02: normal: 8 of 8 checks passed"
     assert (mail["From"], mail["To"]) == ("Menshin <m@b.example.org>", "manager@example.org")
@@ -60,22 +60,22 @@ def test_a_mail_says_it_all_in_text_html_and_a_picture(box: Mailbox) -> None:
     assert f'src="cid:{picture["Content-ID"].strip("<>")}"' in part(mail, "text/html")
 
 
-def test_html_says_what_it_is_told_and_no_more(box: Mailbox) -> None:
-    html = part(mailed(box, letter(sentences=("<script>a & b</script>",))), "text/html")
+def test_html_says_what_it_is_told_and_no_more(box: MailServer) -> None:
+    html = part(mailed(box, rendered_message(sentences=("<script>a & b</script>",))), "text/html")
     assert "&lt;script&gt;a &amp; b&lt;/script&gt;" in html
     assert "<img" not in html
 
 
-def test_later_news_joins_the_thread(box: Mailbox) -> None:
-    mail = mailed(box, letter(identity="msg_9", number=2, sequence="updated"))
+def test_later_news_joins_the_thread(box: MailServer) -> None:
+    mail = mailed(box, rendered_message(identity="msg_9", number=2, sequence="updated"))
     assert mail["Message-ID"] == "<msg_9@b.example.org>"
     assert mail["In-Reply-To"] == mail["References"] == "<msg_2@b.example.org>"
     assert mail["Subject"].startswith("UPDATED: [Tower ö]")
-    assert mailed(box, letter(sequence="cancelled"))["Subject"].startswith("CANCELLED: [Tower ö]")
+    assert mailed(box, rendered_message(sequence="cancelled"))["Subject"].startswith("CANCELLED: [Tower ö]")
 
 
-def test_a_repeat_says_so_and_has_the_same_number(box: Mailbox) -> None:
-    mail = mailed(box, letter(is_repeat=True))
+def test_a_repeat_says_so_and_has_the_same_number(box: MailServer) -> None:
+    mail = mailed(box, rendered_message(is_repeat=True))
     assert mail["Subject"].startswith("(repeat) [Tower ö]")
     assert mail["Menshin-Repeat"] == "true"
     assert mail["Message-ID"] == "<msg_2@b.example.org>"
@@ -84,20 +84,20 @@ def test_a_repeat_says_so_and_has_the_same_number(box: Mailbox) -> None:
 
 
 @pytest.mark.parametrize(("kind", "mark"), [("drill", DRILL), ("test", TEST)])
-def test_a_drill_cannot_be_taken_for_real(box: Mailbox, kind: str, mark: str) -> None:
-    mail = mailed(box, letter(kind=kind, severity="alarm", is_repeat=kind == "drill"))
+def test_a_drill_cannot_be_taken_for_real(box: MailServer, kind: str, mark: str) -> None:
+    mail = mailed(box, rendered_message(kind=kind, severity="alarm", is_repeat=kind == "drill"))
     assert f"{mark}: [Tower ö]" in mail["Subject"]
     assert mail["Menshin-Kind"] == kind
     assert mail["Importance"] == "normal"
     assert part(mail, "text/plain").startswith("This is a ")
     assert mark in part(mail, "text/html")
-    real = mailed(box, letter(severity="alarm"))
+    real = mailed(box, rendered_message(severity="alarm"))
     assert real["Importance"] == "high"
     assert "NOT REAL" not in real.as_string()
 
 
-def test_a_subject_stays_one_line(box: Mailbox) -> None:
-    mail = mailed(box, letter(subject="Earthquake\r\nBcc: all@example.org"))
+def test_a_subject_stays_one_line(box: MailServer) -> None:
+    mail = mailed(box, rendered_message(subject="Earthquake\r\nBcc: all@example.org"))
     assert mail["Subject"] == "[Tower ö] Earthquake Bcc: all@example.org"
     assert mail["Bcc"] is None
 
@@ -109,43 +109,43 @@ def test_a_subject_stays_one_line(box: Mailbox) -> None:
         ("451 come back later", DeliveryResult("not_taken", "451 come back later")),
     ],
 )
-def test_a_recipient_that_is_refused(box: Mailbox, reply: str, answer: DeliveryResult) -> None:
+def test_a_recipient_that_is_refused(box: MailServer, reply: str, answer: DeliveryResult) -> None:
     box.refuses[TO.address] = reply
-    assert send(letter(), TO, settings(box), NOW) == answer
+    assert send(rendered_message(), TO, settings(box), NOW) == answer
     assert box.raw == []
 
 
 @pytest.mark.parametrize(("reply", "is_final"), [("554 spam", True), ("452 full", False)])
-def test_a_mail_that_is_refused(box: Mailbox, reply: str, is_final: bool) -> None:
+def test_a_mail_that_is_refused(box: MailServer, reply: str, is_final: bool) -> None:
     box.after_data = reply
-    assert send(letter(), TO, settings(box), NOW) == DeliveryResult("not_taken", reply, is_final)
+    assert send(rendered_message(), TO, settings(box), NOW) == DeliveryResult("not_taken", reply, is_final)
 
 
-def test_a_server_that_takes_it_and_does_not_say_so_may_have_it(box: Mailbox) -> None:
+def test_a_server_that_takes_it_and_does_not_say_so_may_have_it(box: MailServer) -> None:
     box.meanwhile = lambda: sleep(1)
-    assert send(letter(), TO, settings(box, notice_timeout=0.3), NOW).outcome == "unknown"
+    assert send(rendered_message(), TO, settings(box, notice_timeout=0.3), NOW).outcome == "unknown"
     assert len(box.raw) == 1
 
 
-def test_without_a_server_nothing_is_taken(box: Mailbox) -> None:
-    assert "smtp.host" in send(letter(), TO, settings(box, smtp_host=None), NOW).text
-    with mailbox() as gone:
+def test_without_a_server_nothing_is_taken(box: MailServer) -> None:
+    assert "smtp.host" in send(rendered_message(), TO, settings(box, smtp_host=None), NOW).text
+    with mail_server() as gone:
         pass
-    assert send(letter(), TO, settings(gone), NOW).outcome == "not_taken"
+    assert send(rendered_message(), TO, settings(gone), NOW).outcome == "not_taken"
 
 
 def test_encrypted_and_logged_in_at_a_server_that_is_trusted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     authority = trustme.CA()
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
     authority.issue_cert("localhost").configure_cert(context)
-    with mailbox(context, password="right") as box:
+    with mail_server(context, password="right") as box:
         wanted = settings(box, smtp_security="starttls", smtp_user="menshin", smtp_password="right")
-        assert send(letter(), TO, wanted, NOW).outcome == "not_taken", "nobody trusts it yet"
+        assert send(rendered_message(), TO, wanted, NOW).outcome == "not_taken", "nobody trusts it yet"
         authority.cert_pem.write_to_path(str(tmp_path / "ca.pem"))
         monkeypatch.setenv("SSL_CERT_FILE", str(tmp_path / "ca.pem"))
         wrong = settings(box, smtp_security="starttls", smtp_user="menshin", smtp_password="wrong-one")
-        answer = send(letter(), TO, wrong, NOW)
+        answer = send(rendered_message(), TO, wrong, NOW)
         assert (answer.outcome, "wrong-one" in answer.text) == ("not_taken", False)
-        assert send(letter(), TO, wanted, NOW).outcome == "delivered"
+        assert send(rendered_message(), TO, wanted, NOW).outcome == "delivered"
         assert set(box.logins) == {"menshin"}
         assert len(box.raw) == 1

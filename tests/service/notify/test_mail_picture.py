@@ -3,11 +3,11 @@
 import importlib.util
 from pathlib import Path
 
-import histories
 import pytest
+import stored_histories
 import typer
-from alarmed import AGE, SOON
-from judged import building, day, earthquake
+from alert_fixtures import AGE, SOON
+from assessed_buildings import building, day, earthquake
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.alerts.messages import write_event_message
@@ -27,7 +27,7 @@ SCRIPT.loader.exec_module(writer)
 def test_a_message_is_rendered_as_its_recipient_gets_it(database_url: str, sessions: sessionmaker[Session]) -> None:
     manager = ReceiverRule("manager", "email", "manager@example.org", None, WANTED_KINDS, SEVERITIES)
     with sessions.begin() as session:
-        receiver = recipients.add(session, histories.building(session).id, manager, "engineer", day(0))
+        receiver = recipients.add(session, stored_histories.building(session).id, manager, "engineer", day(0))
         drill.trial(session, receiver, "engineer", day(1))
     assert "A test of manager" in writer.page(database_url, 1)
 

@@ -12,8 +12,8 @@ from time import monotonic, sleep
 import pytest
 from building_files import SMALL
 from hypothesis import given, strategies as st
-from letters import KEY
-from receiving import Hook, Mailbox, hook, mailbox
+from receivers import MailServer, WebhookServer, mail_server, webhook_server
+from rendered_messages import KEY
 from sqlalchemy import select
 from sqlalchemy.orm import Session, sessionmaker
 from standardwebhooks import Webhook
@@ -52,8 +52,8 @@ class Stage:
 
     sessions: sessionmaker[Session]
     building: int
-    program: Hook
-    box: Mailbox
+    program: WebhookServer
+    box: MailServer
     clock: Clock = field(default_factory=Clock)
 
     @property
@@ -98,7 +98,7 @@ class Stage:
 def stage(sessions: sessionmaker[Session]) -> Iterator[Stage]:
     with sessions.begin() as session:
         building = building_store.add(session, SMALL, Path("/"), NOW).id
-    with hook() as program, mailbox() as box:
+    with webhook_server() as program, mail_server() as box:
         yield Stage(sessions, building, program, box)
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from threading import Thread
 
 import pytest
-from monitoring import building_file
+from monitoring_server import building_file
 from sqlalchemy import select
 from sqlalchemy.orm import Session, sessionmaker
 

@@ -13,7 +13,7 @@ from urllib.parse import urlsplit
 import pytest
 import trustme
 from hypothesis import given, strategies as st
-from receiving import Hook, hook
+from receivers import WebhookServer, webhook_server
 
 from service.notify.channels import DeliveryResult
 from service.notify.channels.outbound_http import MOST_BYTES, Reach, may_be_reached, posted
@@ -23,8 +23,8 @@ SHUT = Reach(plain_http=True)
 
 
 @pytest.fixture
-def there() -> Iterator[Hook]:
-    with hook() as server:
+def there() -> Iterator[WebhookServer]:
+    with webhook_server() as server:
         yield server
 
 
@@ -32,11 +32,11 @@ def post(url: str, reach: Reach = OPEN, seconds: float = 5.0) -> DeliveryResult:
     return posted(url, {"content-type": "text/plain", "X-Name": "ä"}, "ü".encode(), reach, seconds)
 
 
-def port(server: Hook) -> int:
+def port(server: WebhookServer) -> int:
     return urlsplit(server.address).port or 0
 
 
-def test_what_is_posted_arrives_as_it_is(there: Hook) -> None:
+def test_what_is_posted_arrives_as_it_is(there: WebhookServer) -> None:
     there.answer = b"taken\x00\r\n with thanks"
     there.status = 200
     answer = post(f"{there.address}/a%20path?b=c", OPEN)
@@ -47,7 +47,7 @@ def test_what_is_posted_arrives_as_it_is(there: Hook) -> None:
     assert "authorization" not in one.headers
 
 
-def test_a_name_and_a_password_are_sent_as_such(there: Hook) -> None:
+def test_a_name_and_a_password_are_sent_as_such(there: WebhookServer) -> None:
     post(there.address.replace("//", "//user:p%40ss@"))
     assert there.posted[0].headers["authorization"] == "Basic dXNlcjpwQHNz"
     assert "@" not in there.posted[0].headers["host"]
@@ -79,7 +79,7 @@ TRICKS = [
 
 
 @pytest.mark.parametrize("trick", TRICKS)
-def test_no_trick_reaches_this_machine(there: Hook, trick: str) -> None:
+def test_no_trick_reaches_this_machine(there: WebhookServer, trick: str) -> None:
     answer = post(trick.format(port=port(there)), SHUT)
     assert answer.outcome == "not_taken"
     assert there.posted == []
@@ -110,7 +110,7 @@ def test_an_address_in_another_dress_is_judged_as_itself(inside: IPv4Address) ->
         assert may_be_reached(dressed, SHUT) == may_be_reached(str(inside), SHUT)
 
 
-def test_networks_and_names_are_allowed_one_by_one(there: Hook) -> None:
+def test_networks_and_names_are_allowed_one_by_one(there: WebhookServer) -> None:
     assert may_be_reached("10.1.2.3", Reach(("10.1.0.0/16",)))
     assert may_be_reached("::ffff:10.1.2.3", Reach(("10.1.0.0/16",)))
     assert not may_be_reached("10.2.2.3", Reach(("10.1.0.0/16",)))
@@ -119,7 +119,7 @@ def test_networks_and_names_are_allowed_one_by_one(there: Hook) -> None:
     assert post(f"http://127.0.0.1:{port(there)}/", by_name).outcome == "not_taken"
 
 
-def test_http_only_where_it_is_allowed(there: Hook) -> None:
+def test_http_only_where_it_is_allowed(there: WebhookServer) -> None:
     answer = post(there.address, replace(OPEN, plain_http=False))
     assert (answer.outcome, "notify.allow_plain_http" in answer.text) == ("not_taken", True)
     assert post("ftp://example.org/").outcome == "not_taken"
@@ -128,14 +128,14 @@ def test_http_only_where_it_is_allowed(there: Hook) -> None:
 
 
 @pytest.mark.parametrize("status", [301, 302, 303, 307, 308])
-def test_no_redirect_is_followed(there: Hook, status: int) -> None:
-    with hook() as inside:
+def test_no_redirect_is_followed(there: WebhookServer, status: int) -> None:
+    with webhook_server() as inside:
         there.status, there.headers = status, {"Location": f"{inside.address}/secret"}
         answer = post(there.address)
         assert (answer.outcome, inside.posted) == ("not_taken", [])
 
 
-def test_the_name_is_resolved_once_and_what_was_checked_is_connected_to(there: Hook) -> None:
+def test_the_name_is_resolved_once_and_what_was_checked_is_connected_to(there: WebhookServer) -> None:
     """A name that means another address a moment later (DNS rebinding) is of no use: nobody asks again."""
     seen: list[tuple[str, object]] = []
     watching = True
@@ -155,36 +155,36 @@ def test_the_name_is_resolved_once_and_what_was_checked_is_connected_to(there: H
 
 
 @pytest.mark.parametrize(("status", "outcome"), [(200, "delivered"), (404, "not_taken"), (503, "unknown")])
-def test_what_a_status_means(there: Hook, status: int, outcome: str) -> None:
+def test_what_a_status_means(there: WebhookServer, status: int, outcome: str) -> None:
     there.status = status
     assert post(there.address).outcome == outcome
 
 
-def test_gone_is_final(there: Hook) -> None:
+def test_gone_is_final(there: WebhookServer) -> None:
     there.status = 410
     assert post(there.address).is_final
 
 
-def test_an_answer_without_end_has_one(there: Hook) -> None:
+def test_an_answer_without_end_has_one(there: WebhookServer) -> None:
     there.status, there.answer = 200, b"x" * (MOST_BYTES + 1)
     assert post(there.address).outcome == "unknown"
 
 
-def test_an_answer_that_drips_has_an_end_in_time(there: Hook) -> None:
+def test_an_answer_that_drips_has_an_end_in_time(there: WebhookServer) -> None:
     there.status, there.answer, there.drips = 200, b"x" * 100, 0.1
     begun = monotonic()
     assert post(there.address, seconds=0.5).outcome == "unknown"
     assert monotonic() - begun < 2
 
 
-def test_a_receiver_that_never_answers_may_have_it(there: Hook) -> None:
+def test_a_receiver_that_never_answers_may_have_it(there: WebhookServer) -> None:
     there.meanwhile = lambda: sleep(1)
     assert post(there.address, seconds=0.2).outcome == "unknown"
     assert len(there.posted) == 1
 
 
 def test_where_nobody_listens_nothing_was_taken() -> None:
-    with hook() as gone:
+    with webhook_server() as gone:
         pass
     assert post(gone.address).outcome == "not_taken"
     assert post("https://no-such-host.invalid/").outcome == "not_taken"
@@ -194,7 +194,7 @@ def test_over_tls_only_to_whom_a_trusted_certificate_names(tmp_path: Path, monke
     authority = trustme.CA()
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
     authority.issue_cert("localhost").configure_cert(context)
-    with hook(context) as server:
+    with webhook_server(context) as server:
         assert post(server.address).outcome == "not_taken", "nobody trusts it yet"
         authority.cert_pem.write_to_path(str(tmp_path / "ca.pem"))
         monkeypatch.setenv("SSL_CERT_FILE", str(tmp_path / "ca.pem"))

@@ -10,7 +10,7 @@ from typing import Any
 
 import httpx
 import pytest
-from letters import letter
+from rendered_messages import rendered_message
 
 from service.demo.server import free_port
 from service.notify.channels.alertmanager import ROUNDS, send
@@ -75,7 +75,7 @@ def test_a_drill_stands_beside_what_is_real(there: str) -> None:
 
 def told(there: str, now: datetime, **of: object) -> list[dict[str, Any]]:
     """What stands once it was told a letter."""
-    answer = send(letter(**of), Destination("manager", "alertmanager", there, None), SETTINGS, now)
+    answer = send(rendered_message(**of), Destination("manager", "alertmanager", there, None), SETTINGS, now)
     assert answer.outcome == "delivered", answer.text
     found: list[dict[str, Any]] = httpx.get(f"{there}/api/v2/alerts").json()
     return found

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from building_files import SMALL
-from receiving import Hook, hook
+from receivers import WebhookServer, webhook_server
 from sqlalchemy import delete
 from sqlalchemy.orm import Session, sessionmaker
 
@@ -43,8 +43,8 @@ class Clock:
 
 
 @pytest.fixture
-def there() -> Iterator[Hook]:
-    with hook() as server:
+def there() -> Iterator[WebhookServer]:
+    with webhook_server() as server:
         server.status = 200
         yield server
 
@@ -55,7 +55,7 @@ def building(sessions: sessionmaker[Session]) -> int:
         return building_store.add(session, SMALL, Path("/"), NOW).id
 
 
-def settings(there: Hook) -> Settings:
+def settings(there: WebhookServer) -> Settings:
     return Settings(
         inside_allowed=("localhost",),
         plain_http_allowed=True,
@@ -65,13 +65,15 @@ def settings(there: Hook) -> Settings:
     )
 
 
-def ends(there: Hook) -> list[datetime]:
+def ends(there: WebhookServer) -> list[datetime]:
     """When what was pushed ends unless it is pushed again."""
     pushed = [one for one in there.posted if one.path.endswith("/alerts")]
     return [datetime.fromisoformat(json.loads(one.body)[0]["endsAt"]) for one in pushed]
 
 
-def test_what_stands_is_repeated_until_it_is_over(sessions: sessionmaker[Session], building: int, there: Hook) -> None:
+def test_what_stands_is_repeated_until_it_is_over(
+    sessions: sessionmaker[Session], building: int, there: WebhookServer
+) -> None:
     clock = Clock()
     alarm = MessageContent("alert/1", building, "alert", "new", "alarm", "Softer", ("The isolators are softer.",))
     rule = ReceiverRule("am", "alertmanager", there.address, None, STANDING, SEVERITIES)
@@ -103,7 +105,7 @@ def test_what_stands_is_repeated_until_it_is_over(sessions: sessionmaker[Session
     assert len(ends(there)) == 7, "what is over is not repeated"
 
 
-def beats(there: Hook) -> int:
+def beats(there: WebhookServer) -> int:
     return sum(one.path == "/ping/secret" for one in there.posted)
 
 
@@ -115,7 +117,7 @@ def alive(sessions: sessionmaker[Session], now: datetime, *rights: str) -> None:
 
 
 def test_the_heart_beats_while_poller_and_worker_live(
-    sessions: sessionmaker[Session], building: int, there: Hook, caplog: pytest.LogCaptureFixture
+    sessions: sessionmaker[Session], building: int, there: WebhookServer, caplog: pytest.LogCaptureFixture
 ) -> None:
     clock = Clock()
     upkeep = Housekeeping(sessions, settings(there), clock, timer=clock.timer)
@@ -136,7 +138,9 @@ def test_the_heart_beats_while_poller_and_worker_live(
     assert "secret" not in caplog.text
 
 
-def test_no_heart_beats_while_work_is_stuck(sessions: sessionmaker[Session], building: int, there: Hook) -> None:
+def test_no_heart_beats_while_work_is_stuck(
+    sessions: sessionmaker[Session], building: int, there: WebhookServer
+) -> None:
     alive(sessions, NOW, POLLING, WORKING)
     with sessions.begin() as session:
         session.add(
@@ -159,7 +163,7 @@ def test_no_heart_beats_while_work_is_stuck(sessions: sessionmaker[Session], bui
     assert beats(there) == 0
 
 
-def test_one_of_two_notifiers_does_it(sessions: sessionmaker[Session], building: int, there: Hook) -> None:
+def test_one_of_two_notifiers_does_it(sessions: sessionmaker[Session], building: int, there: WebhookServer) -> None:
     alive(sessions, NOW, POLLING, WORKING)
     first, second = (Housekeeping(sessions, settings(there), Clock(), holder) for holder in ("a", "b"))
     first.step()

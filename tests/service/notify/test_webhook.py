@@ -9,8 +9,8 @@ from datetime import UTC, datetime
 import pytest
 from cloudevents.core.bindings.http import HTTPMessage, from_structured_event
 from hypothesis import given, strategies as st
-from letters import KEY, WRITTEN, letter
-from receiving import Hook, Posted, hook
+from receivers import PostedRequest, WebhookServer, webhook_server
+from rendered_messages import KEY, WRITTEN, rendered_message
 from standardwebhooks import Webhook, WebhookVerificationError
 
 from service.notify.channels.webhook import cloud_event, send, signature
@@ -21,12 +21,12 @@ SETTINGS = Settings(inside_allowed=("localhost",), plain_http_allowed=True)
 
 
 @pytest.fixture
-def there() -> Iterator[Hook]:
-    with hook() as server:
+def there() -> Iterator[WebhookServer]:
+    with webhook_server() as server:
         yield server
 
 
-def received(there: Hook, one: RenderedMessage) -> Posted:
+def received(there: WebhookServer, one: RenderedMessage) -> PostedRequest:
     answer = send(one, Destination("program", "webhook", there.address, KEY), SETTINGS, datetime.now(UTC))
     assert answer.outcome == "delivered"
     return there.posted[-1]
@@ -50,13 +50,13 @@ def test_the_published_signatures() -> None:
 @given(said=st.text(), key=st.binary(min_size=24, max_size=64))
 def test_a_receiver_can_check_any_bytes(said: str, key: bytes) -> None:
     secret = "whsec_" + base64.b64encode(key).decode()
-    _, body = cloud_event(letter(sentences=(said,)))
+    _, body = cloud_event(rendered_message(sentences=(said,)))
     headers = signature("msg_1", body, secret, datetime.now(UTC))
     assert Webhook(secret).verify(body, headers)["data"]["sentences"] == [said]
 
 
-def test_what_arrives_is_what_was_signed(there: Hook) -> None:
-    one = received(there, letter())
+def test_what_arrives_is_what_was_signed(there: WebhookServer) -> None:
+    one = received(there, rendered_message())
     assert Webhook(KEY).verify(one.body, dict(one.headers))["id"] == "msg_2"
     for change in (one.body.replace(b"31 mm", b"13 mm"), one.body + b" "):
         with pytest.raises(WebhookVerificationError):
@@ -65,8 +65,8 @@ def test_what_arrives_is_what_was_signed(there: Hook) -> None:
         Webhook(KEY.replace("A", "B")).verify(one.body, dict(one.headers))
 
 
-def test_it_is_a_cloud_event(there: Hook) -> None:
-    one = received(there, letter())
+def test_it_is_a_cloud_event(there: WebhookServer) -> None:
+    one = received(there, rendered_message())
     assert one.headers["content-type"] == "application/cloudevents+json"
     event = from_structured_event(HTTPMessage(dict(one.headers), one.body))
     assert event.get_specversion() == "1.0"
@@ -81,15 +81,15 @@ def test_it_is_a_cloud_event(there: Hook) -> None:
     assert (data["severity"], data["is_real"], data["is_over"], data["repeat"]) == ("normal", True, False, False)
 
 
-def test_a_repeat_says_so_and_has_the_same_id(there: Hook) -> None:
-    first, again = received(there, letter()), received(there, letter(is_repeat=True))
+def test_a_repeat_says_so_and_has_the_same_id(there: WebhookServer) -> None:
+    first, again = received(there, rendered_message()), received(there, rendered_message(is_repeat=True))
     assert first.headers["webhook-id"] == again.headers["webhook-id"] == "msg_2"
     assert (first.headers["menshin-repeat"], again.headers["menshin-repeat"]) == ("false", "true")
     assert json.loads(again.body)["data"]["repeat"] is True
 
 
-def test_a_drill_cannot_be_taken_for_real(there: Hook) -> None:
-    one = received(there, letter(kind="drill", severity="alarm"))
+def test_a_drill_cannot_be_taken_for_real(there: WebhookServer) -> None:
+    one = received(there, rendered_message(kind="drill", severity="alarm"))
     event = json.loads(one.body)
     assert event["type"] == "menshin.drill.v1"
     assert event["data"]["is_real"] is False
@@ -97,8 +97,8 @@ def test_a_drill_cannot_be_taken_for_real(there: Hook) -> None:
     assert one.headers["menshin-kind"] == "drill"
 
 
-def test_nothing_goes_inside_unless_it_is_allowed(there: Hook) -> None:
+def test_nothing_goes_inside_unless_it_is_allowed(there: WebhookServer) -> None:
     shut = Settings(plain_http_allowed=True)
-    answer = send(letter(), Destination("program", "webhook", there.address, KEY), shut, datetime.now(UTC))
+    answer = send(rendered_message(), Destination("program", "webhook", there.address, KEY), shut, datetime.now(UTC))
     assert (answer.outcome, there.posted) == ("not_taken", [])
     assert KEY not in repr(replace(Destination("program", "webhook", there.address, KEY)))

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from fuzzed import BUILDING, FILES, GAINS, spoilt
+from fuzz_inputs import BUILDING, FILES, GAINS, spoilt
 from hypothesis import HealthCheck, given, seed, settings, strategies as st
 
 from core.record import Channel

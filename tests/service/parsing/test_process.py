@@ -11,7 +11,7 @@ from zipfile import ZIP_DEFLATED, ZipFile
 import numpy as np
 import psutil
 import pytest
-from written import CHANNEL, KNET, counts, stationxml, written
+from record_files import CHANNEL, KNET, logger_counts, record_file, stationxml
 
 from service import formats, parsing
 from service.formats import Contents, FormatError, Gain, UnknownFormatError, UnknownUnitError
@@ -23,8 +23,8 @@ HEADING = b"# start: 2024-01-01T00:00:00.25+09:00\n# rate: 100\nXX.TOWER.01.HNX 
 LONG = HEADING + b"0.5\n" * 4_000_000
 """It takes more than half a second, and more than 64 MiB."""
 FILES = {
-    "miniSEED": written("MSEED", counts(500), counts(300)),
-    "floats": written("MSEED", counts(500).astype(np.float32)),
+    "miniSEED": record_file("MSEED", logger_counts(500), logger_counts(300)),
+    "floats": record_file("MSEED", logger_counts(500).astype(np.float32)),
     "K-NET": KNET.read_bytes(),
     "CSV": HEADING + b"0.1\n-1e-300\n",
     "StationXML": stationxml(("01", 4.0, "M/S**2"), ("02", 3.0, "furlong")),
@@ -60,7 +60,7 @@ def test_refusals_are_the_same_too() -> None:
     with pytest.raises(UnknownFormatError, match="begins with b'note'"):
         parsing.read("a", b"note", {}, LIMITS)
     with pytest.raises(FormatError, match="is truncated"):
-        parsing.read("a", written("MSEED", counts(5000))[:-50], GAINS, LIMITS)
+        parsing.read("a", record_file("MSEED", logger_counts(5000))[:-50], GAINS, LIMITS)
 
 
 def test_the_parser_stays_warm() -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from monitoring import LOCATIONS, START, building_file, miniseed, stream
+from monitoring_server import LOCATIONS, START, building_file, miniseed, stream
 from obspy import UTCDateTime
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session, sessionmaker

@@ -11,8 +11,8 @@ import httpx
 import numpy as np
 import obspy
 import pytest
+from api_server import api_server
 from obspy.clients.fdsn import Client
-from serving import served
 from sqlalchemy import event as sqlalchemy_event
 from sqlalchemy.orm import Session, sessionmaker
 
@@ -76,7 +76,7 @@ def address(database_url: str, sessions: sessionmaker[Session]) -> Iterator[str]
     with sessions.begin() as session:
         building = building_store.add(session, BUILDING, Path("."), START)
         stored(session, building, START, dict.fromkeys(("XX.TWR.01.HNX", "XX.TWR.02.HNX"), GAIN))
-    with served(database_url, max_dataselect_samples=MOST) as found:
+    with api_server(database_url, max_dataselect_samples=MOST) as found:
         yield found
 
 
@@ -176,7 +176,7 @@ def test_a_place_that_is_not_known_is_said_not_to_be(database_url: str, sessions
     with sessions.begin() as session:
         text = BUILDING.replace("latitude = 35.5\nlongitude = 139.6\n", "")
         stored(session, building_store.add(session, text, Path("."), START), START, {"XX.TWR.01.HNX": GAIN})
-    with served(database_url, max_dataselect_samples=MOST) as address:
+    with api_server(database_url, max_dataselect_samples=MOST) as address:
         station = Client(base_url=address).get_stations(level="channel")[0][0]
         rows = httpx.get(f"{address}/fdsnws/station/1/query?format=text").text
         limited = httpx.get(f"{address}/fdsnws/station/1/query?minlatitude=-90")

@@ -3,7 +3,7 @@
 from datetime import timedelta
 from pathlib import Path
 
-from monitoring import START, Page, building_file, miniseed, serving, stream
+from monitoring_server import START, Page, building_file, miniseed, monitoring_server, stream
 from sqlalchemy import select
 from sqlalchemy.orm import Session, sessionmaker, undefer
 
@@ -20,7 +20,7 @@ SETTINGS = Settings(http_timeout=0.5, http_retries=1, retry_delay=0.01)
 
 def test_a_body_that_broke_off_is_kept_until_the_rest_has_come(sessions: sessionmaker[Session]) -> None:
     data = miniseed(stream())
-    with serving() as server:
+    with monitoring_server() as server:
         server.pages["/events/"] = Page(b"a.mseed")
         page = server.add("/events/a.mseed", data)
         page.breaks_after, page.breaks = 1_000, 1 + SETTINGS.polling.retries

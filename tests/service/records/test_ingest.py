@@ -7,11 +7,11 @@ from io import BytesIO
 from pathlib import Path
 
 import pytest
-from monitoring import LOCATIONS, START, building_file, miniseed, stream
+from monitoring_server import LOCATIONS, START, building_file, miniseed, stream
 from obspy import Inventory, UTCDateTime
 from obspy.core.inventory import Channel, Network, Response, Station
 from obspy.core.inventory.response import InstrumentSensitivity
-from shared import BNCS, needs_shared
+from shared_data import BNCS, needs_shared
 from sqlalchemy import event as sqlalchemy_event, func, select, text
 from sqlalchemy.orm import Session, sessionmaker, undefer
 

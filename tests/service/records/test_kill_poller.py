@@ -10,8 +10,8 @@ from time import monotonic, sleep
 from typing import TYPE_CHECKING
 
 import pytest
-from monitoring import LOCATIONS, START, Page, Server, building_file, miniseed, serving, stream
-from processes import interrupt, started
+from monitoring_server import LOCATIONS, START, Page, Server, building_file, miniseed, monitoring_server, stream
+from processes import interrupt, running_command
 from sqlalchemy import delete, func, make_url, select
 from sqlalchemy.orm import Session, sessionmaker
 
@@ -35,7 +35,7 @@ pytestmark = pytest.mark.slow
 @pytest.fixture
 def server() -> Iterator[Server]:
     """An archive of earthquakes an hour apart."""
-    with serving() as server:
+    with monitoring_server() as server:
         listing(server, FILES)
         yield server
 
@@ -82,7 +82,7 @@ def test_a_killed_poller_loses_and_doubles_nothing(
         before = read(sessions)
         listed = before + FILES  # more than a look takes before it is killed, however quick the machine
         listing(server, listed)
-        with started(tmp_path, database_url, "poll", **QUICK) as poller:
+        with running_command(tmp_path, database_url, "poll", **QUICK) as poller:
             until_read(sessions, before + 3)
             sleep(rng.uniform(0, 0.05))
             poller.kill()
@@ -91,7 +91,7 @@ def test_a_killed_poller_loses_and_doubles_nothing(
         assert listed < ROUNDS * FILES, "hardly a kill hits a look"
         with sessions.begin() as session:
             session.execute(delete(Lease))  # as if the dead one's time had passed
-    with started(tmp_path, database_url, "poll", **QUICK) as poller:
+    with running_command(tmp_path, database_url, "poll", **QUICK) as poller:
         until_read(sessions, listed)
         assert interrupt(poller) == 0
     assert_each_once(sessions, listed)
@@ -105,7 +105,7 @@ def test_postgresql_that_is_stopped_and_started_again(
     migrate.upgrade(address)
     sessions = opened.sessions(address)
     watch(sessions, server)
-    with started(tmp_path, address, "poll", **QUICK) as poller:
+    with running_command(tmp_path, address, "poll", **QUICK) as poller:
         for count in (3, FILES):
             until_read(sessions, count)
             stoppable_postgres.stop()
@@ -126,7 +126,7 @@ def test_sqlite_that_is_locked_by_another_program(server: Server, tmp_path: Path
     migrate.upgrade(url)
     sessions = opened.sessions(f"sqlite:///{file}")
     watch(sessions, server)
-    with started(tmp_path, url, "poll", **QUICK) as poller:
+    with running_command(tmp_path, url, "poll", **QUICK) as poller:
         for count in (3, FILES // 2):
             until_read(sessions, count)
             with closing(sqlite3.connect(file, isolation_level=None, timeout=30)) as other:

@@ -7,7 +7,7 @@ from datetime import datetime, timedelta
 from pathlib import Path
 
 import pytest
-from monitoring import START, Page, Server, building_file, miniseed, serving, stream
+from monitoring_server import START, Page, Server, building_file, miniseed, monitoring_server, stream
 from sqlalchemy import delete, select, update
 from sqlalchemy.orm import Session, sessionmaker, undefer
 
@@ -27,7 +27,7 @@ SETTINGS = Settings(**LIMITS)
 
 @pytest.fixture
 def server() -> Iterator[Server]:
-    with serving() as server:
+    with monitoring_server() as server:
         yield server
 
 

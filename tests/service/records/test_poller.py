@@ -7,7 +7,7 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from time import monotonic, sleep
 
-from monitoring import building_file, miniseed, stream
+from monitoring_server import building_file, miniseed, stream
 from sqlalchemy import select
 from sqlalchemy.orm import Session, sessionmaker
 

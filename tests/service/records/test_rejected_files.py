@@ -6,12 +6,12 @@ from html import unescape
 from pathlib import Path
 
 import databases
+import monitored_building
 import numpy as np
+import paper_records
 import pytest
-import simulated
-import watched
-from asking import client
-from monitoring import Page, Server, building_file, miniseed, stream
+from api_client import client
+from monitoring_server import Page, Server, building_file, miniseed, stream
 from sqlalchemy import select
 from sqlalchemy.orm import Session, sessionmaker
 
@@ -237,18 +237,18 @@ def test_a_dead_channel_is_named_with_its_file_everywhere(
     url: str, sessions: sessionmaker[Session], tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     (tmp_path / "drop").mkdir()
-    samples = simulated.records(np.random.default_rng(4), 0.3)
-    samples[watched.BASE] = np.zeros_like(samples[watched.BASE])
-    watched.watch(sessions, tmp_path / "drop", [simulated.miniseed(samples)])
+    samples = paper_records.records(np.random.default_rng(4), 0.3)
+    samples[monitored_building.BASE] = np.zeros_like(samples[monitored_building.BASE])
+    monitored_building.watch(sessions, tmp_path / "drop", [paper_records.miniseed(samples)])
     fault = "every sample is 0 (SI); check the sensor and its cable"
     (line,) = [one.getMessage() for one in caplog.records if fault in one.getMessage()]
-    assert line.startswith(f"event 1 of PAPER (0.mseed): {watched.BASE} {fault}")
-    periodic_checks.check_buildings(sessions, Settings(channel_misses=1), watched.NOW)
+    assert line.startswith(f"event 1 of PAPER (0.mseed): {monitored_building.BASE} {fault}")
+    periodic_checks.check_buildings(sessions, Settings(channel_misses=1), monitored_building.NOW)
     with client(url) as asking:
         event = asking.get("/api/v1/events/1").json()
-        assert (watched.BASE, "dead") in [(one["channel"], one["kind"]) for one in event["quality"]]
+        assert (monitored_building.BASE, "dead") in [(one["channel"], one["kind"]) for one in event["quality"]]
         (open_alert,) = event["verdict"]["open_alerts"]
-        assert (open_alert["cause"], open_alert["rests_here"]) == (f"channel/{watched.BASE}", True)
+        assert (open_alert["cause"], open_alert["rests_here"]) == (f"channel/{monitored_building.BASE}", True)
         assert fault in unescape(asking.get("/events/1").text)
         alert = unescape(asking.get(f"/alerts/{open_alert['id']}").text)
     assert f"In the latest earthquake, event 1 (0.mseed): {fault}" in alert
@@ -296,9 +296,9 @@ def test_a_source_with_a_wrong_address_is_said_everywhere_after_the_first_look(
 
 @pytest.fixture
 def server() -> Iterator[Server]:
-    from monitoring import serving
+    from monitoring_server import monitoring_server
 
-    with serving() as made:
+    with monitoring_server() as made:
         yield made
 
 

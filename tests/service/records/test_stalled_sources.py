@@ -10,8 +10,8 @@ from time import monotonic, sleep
 
 import databases
 import pytest
-from monitoring import Page, Server, building_file, serving
-from processes import interrupt, started
+from monitoring_server import Page, Server, building_file, monitoring_server
+from processes import interrupt, running_command
 from sqlalchemy import func, select
 from sqlalchemy.orm import InstrumentedAttribute, Session, sessionmaker
 
@@ -37,7 +37,7 @@ def silent() -> Iterator[str]:
 
 @pytest.fixture
 def answering() -> Iterator[Server]:
-    with serving() as server:
+    with monitoring_server() as server:
         server.pages["/events/"] = Page(b"\n")
         yield server
 
@@ -53,7 +53,7 @@ def test_the_other_sources_are_looked_at_in_time_and_the_service_ends_soon(
             where = silent if number < STALLED else f"{answering.address}/events/"
             text = building_file("archive", where).replace('"TOWER"', f'"B{number:03}"')
             building_store.add(session, text, Path("/"), NOW)
-    with started(tmp_path, url, "poll", **PATIENT) as poller:
+    with running_command(tmp_path, url, "poll", **PATIENT) as poller:
         until(lambda: count(sessions, SourceState.attempted_at) > 0, 120)
         until(lambda: count(sessions, SourceState.succeeded_at) == SOURCES - STALLED, INTERVAL)
         assert count(sessions, SourceState.failing_since) == 0, "none of the silent ones has been given up yet"

@@ -11,8 +11,8 @@ import numpy as np
 import obspy
 import pytest
 from click.testing import Result
-from shared import BNCS, needs_shared
-from simulated import building_file, miniseed, records
+from paper_records import building_file, miniseed, records
+from shared_data import BNCS, needs_shared
 from typer.testing import CliRunner
 
 from core.analysis import AnalysisSettings

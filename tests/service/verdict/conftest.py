@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 import pytest
-from judged import building
+from assessed_buildings import building
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.buildings.tables import Building

@@ -5,9 +5,9 @@ from dataclasses import replace
 from datetime import timedelta
 
 import pytest
-from alarmed import AGE, SOON, messages, owned
-from findings import gain, softer, stopped
-from judged import STRONG, building, compared, day, earthquake
+from alert_candidates import gain_error, softer_isolators, stopped_data
+from alert_fixtures import AGE, SOON, messages, with_stored_events
+from assessed_buildings import STRONG, add_comparison, building, day, earthquake
 from sqlalchemy.orm import Session
 
 from service.alerts import operator_actions
@@ -50,7 +50,7 @@ def test_an_earthquake_within_every_limit_is_normal_and_says_that_it_is_no_inspe
     session: Session, of: Building
 ) -> None:
     event = earthquake(session, of, day(1))
-    compared(session, event)
+    add_comparison(session, event)
     assert levels(session, event) == {Level.NORMAL}
     message = told(session, event)
     assert (message.kind, message.severity) == ("event", "normal")
@@ -89,16 +89,16 @@ def _of_result(**changed: object) -> Callable[[Session, Event], None]:
 
 
 def _stopped(session: Session, event: Event) -> None:
-    reconcile(session, event.building_id, [stopped("disk")], "clock", event.end)
+    reconcile(session, event.building_id, [stopped_data("disk")], "clock", event.end)
 
 
 def _pending(session: Session, event: Event) -> None:
-    reconcile(session, event.building_id, [owned(gathering(), (event.id,) * 3)], "events", event.end)
+    reconcile(session, event.building_id, [with_stored_events(gathering(), (event.id,) * 3)], "events", event.end)
 
 
 def gathering() -> AlertCandidate:
     """Evidence of a loss that is not enough yet."""
-    return softer(is_sure=False)
+    return softer_isolators(is_sure=False)
 
 
 def _watching(session: Session, event: Event) -> None:
@@ -125,7 +125,7 @@ WEAKER: dict[str, Callable[[Session, Event], None]] = {
 @pytest.mark.parametrize("weakness", WEAKER)
 def test_one_stored_weakness_is_enough(session: Session, of: Building, weakness: str) -> None:
     event = earthquake(session, of, day(1))
-    compared(session, event)
+    add_comparison(session, event)
     assert levels(session, event) == {Level.NORMAL}
     WEAKER[weakness](session, event)
     session.flush()
@@ -136,7 +136,7 @@ def test_one_stored_weakness_is_enough(session: Session, of: Building, weakness:
 @pytest.mark.parametrize("limits", ["design_displacement = 0.4", "moat_clearance = 0.5"])
 def test_a_building_file_without_a_limit_leaves_its_check_undecided(session: Session, limits: str) -> None:
     event = earthquake(session, building(session, limits), day(1))
-    compared(session, event)
+    add_comparison(session, event)
     message = told(session, event)
     assert message.severity == "note"
     assert "undecided: 1 of 8 checks undecided" in message.subject
@@ -146,7 +146,7 @@ def test_a_building_file_without_a_limit_leaves_its_check_undecided(session: Ses
 
 def test_data_problems_leave_it_undecided(session: Session, of: Building) -> None:
     event = earthquake(session, of, day(1), quality=("XX.A: 4 spikes were removed",))
-    compared(session, event)
+    add_comparison(session, event)
     assert levels(session, event) == {Level.UNDECIDED}
     assert "Data quality. XX.A: 4 spikes were removed." in told(session, event).sentences[-1]
 
@@ -154,9 +154,9 @@ def test_data_problems_leave_it_undecided(session: Session, of: Building) -> Non
 def test_the_message_of_a_later_earthquake_is_no_good_news_while_a_loss_is_open(session: Session, of: Building) -> None:
     """The isolators are 8 % softer, nobody has acknowledged it, and a moderate earthquake comes."""
     events = tuple(earthquake(session, of, day(number)).id for number in (1, 2, 3))
-    reconcile(session, of.id, [owned(softer(), events)], "events", day(3) + SOON)
+    reconcile(session, of.id, [with_stored_events(softer_isolators(), events)], "events", day(3) + SOON)
     later = earthquake(session, of, day(10))
-    compared(session, later, -0.08, 0.004)
+    add_comparison(session, later, -0.08, 0.004)
     message = told(session, later)
     assert message.severity == "note"
     assert message.subject.endswith(
@@ -170,7 +170,7 @@ def test_the_message_of_a_later_earthquake_is_no_good_news_while_a_loss_is_open(
 
 def test_a_strong_earthquake_exceeds_limits_and_says_which(session: Session, of: Building) -> None:
     event = earthquake(session, of, day(1), STRONG)
-    compared(session, event)
+    add_comparison(session, event)
     message = told(session, event)
     assert message.severity == "alarm"
     assert "inspect: displacement as a share of the design displacement 73.8 %" in message.subject
@@ -189,7 +189,7 @@ def found_limits(session: Session, of: Building, now: object) -> None:
 
 def test_an_exceeded_limit_stays_open_until_an_inspection_is_recorded(session: Session, of: Building) -> None:
     strong = earthquake(session, of, day(1), STRONG)
-    compared(session, strong)
+    add_comparison(session, strong)
     found_limits(session, of, day(1) + SOON)
     write_messages(session, of.id, AGE, day(1) + SOON)
     alarm = messages(session)[-1]
@@ -198,7 +198,7 @@ def test_an_exceeded_limit_stays_open_until_an_inspection_is_recorded(session: S
     assert "The alert stays until an inspection is recorded on its page." in alarm.sentences[1]
     assert alarm.link == f"/alerts/{session.query(Alert).one().id}"
     after = earthquake(session, of, day(2))
-    compared(session, after)
+    add_comparison(session, after)
     found_limits(session, of, day(2) + SOON)
     assert levels(session, after) == {Level.INSPECT}
     assert told(session, after).severity == "alarm"
@@ -228,11 +228,11 @@ def test_an_alert_that_began_later_sends_no_message_about_an_earlier_earthquake_
     session: Session, of: Building
 ) -> None:
     first = earthquake(session, of, day(1))
-    compared(session, first)
+    add_comparison(session, first)
     told(session, first)
     second = earthquake(session, of, day(1) + timedelta(hours=1))
-    found = replace(softer(), began_at=second.start, raised_at=second.start)
-    reconcile(session, of.id, [owned(found, (second.id,) * 3)], "events", second.end)
+    found = replace(softer_isolators(), began_at=second.start, raised_at=second.start)
+    reconcile(session, of.id, [with_stored_events(found, (second.id,) * 3)], "events", second.end)
     session.flush()
     write_event_message(session, first.id, AGE, second.end + SOON)
     assert [one.key for one in messages(session)] == [f"event/{first.id}"]
@@ -267,8 +267,8 @@ def test_an_analysed_earthquake_waits_for_its_comparison_not_for_a_better_record
 
 
 def test_a_building_whose_recorder_is_silent_has_no_data(session: Session, of: Building) -> None:
-    compared(session, earthquake(session, of, day(1)))
-    reconcile(session, of.id, [stopped()], "clock", day(2))
+    add_comparison(session, earthquake(session, of, day(1)))
+    reconcile(session, of.id, [stopped_data()], "clock", day(2))
     session.flush()
     assert reading.of_building(session, of).level is Level.NO_DATA
 
@@ -292,8 +292,8 @@ def test_an_earthquake_without_usable_records_has_no_data(session: Session, of: 
 
 def test_a_sensor_that_measures_wrongly_leaves_it_undecided(session: Session, of: Building) -> None:
     event = earthquake(session, of, day(3))
-    compared(session, event)
-    reconcile(session, of.id, [owned(gain(), (event.id,) * 3)], "events", day(3) + SOON)
+    add_comparison(session, event)
+    reconcile(session, of.id, [with_stored_events(gain_error(), (event.id,) * 3)], "events", day(3) + SOON)
     assert levels(session, event) == {Level.UNDECIDED}
 
 

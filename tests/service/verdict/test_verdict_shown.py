@@ -4,10 +4,10 @@ from collections.abc import Iterator
 from html import unescape
 
 import pytest
-from alarmed import SOON, owned
-from asking import client
-from findings import gain, softer
-from judged import STRONG, building, compared, day, earthquake
+from alert_candidates import gain_error, softer_isolators
+from alert_fixtures import SOON, with_stored_events
+from api_client import client
+from assessed_buildings import STRONG, add_comparison, building, day, earthquake
 from prometheus_client.parser import text_string_to_metric_families
 from sqlalchemy.orm import Session, sessionmaker
 
@@ -59,7 +59,7 @@ def test_an_earthquake_within_every_limit_is_normal_everywhere(
     database_url: str, stored: Session, of: Building
 ) -> None:
     event = earthquake(stored, of, day(1))
-    compared(stored, event)
+    add_comparison(stored, event)
     found = answers(database_url, stored, event, of)
     assert levels(found) == ("normal", "normal", "0.0")
     for page in ("event", "home"):
@@ -71,9 +71,15 @@ def test_an_earthquake_within_every_limit_is_normal_everywhere(
 
 def test_nothing_is_good_news_while_a_loss_is_open(database_url: str, stored: Session, of: Building) -> None:
     events = tuple(earthquake(stored, of, day(number)) for number in (1, 2, 3))
-    reconcile(stored, of.id, [owned(softer(), tuple(one.id for one in events))], "events", day(3) + SOON)
+    reconcile(
+        stored,
+        of.id,
+        [with_stored_events(softer_isolators(), tuple(one.id for one in events))],
+        "events",
+        day(3) + SOON,
+    )
     later = earthquake(stored, of, day(10))
-    compared(stored, later, -0.08, 0.004)
+    add_comparison(stored, later, -0.08, 0.004)
     found = answers(database_url, stored, later, of)
     assert levels(found) == ("watch", "watch", "1.0")
     for page in ("event", "home", "alerts"):
@@ -85,8 +91,12 @@ def test_nothing_is_good_news_while_a_loss_is_open(database_url: str, stored: Se
 
 def test_active_alerts_stand_above_those_on_hold(database_url: str, stored: Session, of: Building) -> None:
     event = earthquake(stored, of, day(1))
-    alerts = (softer(), gain(), softer(cause="damping/x", is_sure=False, summary="Less damping"))
-    reconcile(stored, of.id, [owned(one, (event.id,) * 3) for one in alerts], "events", day(1) + SOON)
+    alerts = (
+        softer_isolators(),
+        gain_error(),
+        softer_isolators(cause="damping/x", is_sure=False, summary="Less damping"),
+    )
+    reconcile(stored, of.id, [with_stored_events(one, (event.id,) * 3) for one in alerts], "events", day(1) + SOON)
     stored.flush()
     assert {one.state for one in stored.query(Alert)} == {"active", "on_hold", "pending"}
     home = answers(database_url, stored, event, of)["home"]
@@ -96,7 +106,7 @@ def test_active_alerts_stand_above_those_on_hold(database_url: str, stored: Sess
 
 def test_a_strong_earthquake_shows_the_limit_that_it_exceeded(database_url: str, stored: Session, of: Building) -> None:
     event = earthquake(stored, of, day(1), STRONG)
-    compared(stored, event)
+    add_comparison(stored, event)
     reconcile(stored, of.id, limit_candidates(stored, of.id), "events", day(1) + SOON)
     found = answers(database_url, stored, event, of)
     assert levels(found) == ("inspect", "inspect", "4.0")
@@ -106,7 +116,7 @@ def test_a_strong_earthquake_shows_the_limit_that_it_exceeded(database_url: str,
         assert "67 % (inspect)" in found[page]
         assert "beyond the limit of inspection" in found[page]
     after = earthquake(stored, of, day(2))
-    compared(stored, after)
+    add_comparison(stored, after)
     assert levels(answers(database_url, stored, after, of)) == ("inspect", "inspect", "4.0")
 
 
@@ -125,8 +135,8 @@ def test_an_alert_that_ended_stays_on_the_page_of_its_earthquake(
     database_url: str, stored: Session, of: Building
 ) -> None:
     event = earthquake(stored, of, day(1))
-    compared(stored, event)
-    reconcile(stored, of.id, [owned(softer(), (event.id,) * 3)], "events", day(1) + SOON)
+    add_comparison(stored, event)
+    reconcile(stored, of.id, [with_stored_events(softer_isolators(), (event.id,) * 3)], "events", day(1) + SOON)
     stored.flush()
     alert = stored.query(Alert).one()
     alert.state, alert.closed_at = "resolved", day(2)

@@ -1,4 +1,4 @@
-"""What a trial is to have: hidden laws, sensors that err, a building that is not as described. Written in words.
+"""The settings of a trial, parsed from words: hidden laws, sensor errors, a building unlike its description.
 
 A case is words joined by `+`: names of laws, `FAULT@LEVEL` for a sensor that errs, and those of WORDS. `nothing` alone
 hides nothing.
@@ -54,7 +54,7 @@ WORDS: Mapping[str, Mapping[str, object]] = MappingProxyType(
 """Besides laws and faults; what each changes."""
 
 
-def case(text: str) -> Case:
+def parse_case(text: str) -> Case:
     """The case in words."""
     made = Case()
     for word in text.split("+"):

@@ -17,7 +17,7 @@ ORDER = tuple(LAWS)
 
 
 @cache
-def answered() -> Any:  # noqa: ANN401  numba's functions have no type
+def compiled_laws() -> Any:  # noqa: ANN401  numba's functions have no type
     """(code, p, s, s1, step, past) → what that law answers.
 
     Written as one flat chain: numba optimises what is nested anew at every level.
@@ -31,7 +31,7 @@ def answered() -> Any:  # noqa: ANN401  numba's functions have no type
     return njit(namespace["chosen"])
 
 
-def code(law: Law) -> int:
+def law_code(law: Law) -> int:
     """By which the compiled function knows the law."""
     return _advances().index(law.advance)
 

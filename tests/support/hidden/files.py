@@ -20,7 +20,7 @@ UNITS = {"acceleration": "m/s**2", "displacement": "m", "temperature": "degC"}
 def write(trial: Trial, folder: Path) -> tuple[Path, ...]:
     """The trial into a folder, which is made; the earthquakes' files by date, the last of them for predicting."""
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / BUILDING).write_text(building_file(trial.described), encoding="utf-8")
+    (folder / BUILDING).write_text(building_file(trial.description), encoding="utf-8")
     (folder / ANSWER).write_text(json.dumps(answer(trial), indent=2) + "\n", encoding="utf-8")
     files = tuple(folder / f"event{number}.mseed" for number in range(1, len(trial.events) + 1))
     for file, event in zip(files, trial.events, strict=True):

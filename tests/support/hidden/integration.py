@@ -15,7 +15,7 @@ from numba import njit
 
 from core.arrays import Matrix, Vector
 from hidden.building import Building
-from hidden.catalogue import answered, code
+from hidden.catalogue import compiled_laws, law_code
 from hidden.law import Law, Step
 from hidden.superstructure import oscillators
 
@@ -48,7 +48,7 @@ class Shaking:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Answer:
+class Response:
     """What the building does, without error; at the shaking's samples."""
 
     displacement: Matrix
@@ -63,14 +63,16 @@ class Answer:
     """(axes, states) at the end."""
 
 
-def shaken(building: Building, laws: Sequence[Hidden], shaking: Shaking, states: Matrix | None = None) -> Answer:
+def simulate_building(
+    building: Building, laws: Sequence[Hidden], shaking: Shaking, states: Matrix | None = None
+) -> Response:
     """The answer from rest, or from rest with states that the layer kept."""
     ordered = sorted(laws, key=lambda hidden: KINDS.index(hidden[0].kind))
     modes = oscillators(building.superstructure, shaking.h)
     counts = [law.states for law, _ in ordered]
     axes = shaking.ground.shape[0]
     u, v, force, slab, second, end = _kernel()(
-        np.array([code(law) for law, _ in ordered]),
+        np.array([law_code(law) for law, _ in ordered]),
         np.array([KINDS.index(law.kind) for law, _ in ordered]),
         np.cumsum([0, *(len(values) for _, values in ordered)]),
         np.array([value for _, values in ordered for value in values.values()]),
@@ -86,10 +88,10 @@ def shaken(building: Building, laws: Sequence[Hidden], shaking: Shaking, states:
         np.array([shaking.h, shaking.time, shaking.temperature, building.layer.k, building.layer.c]),
     )
     floors = slab[:, None] + modes.shape @ second
-    return Answer(u, v, force, np.concatenate([slab[:, None], floors], axis=1), end)
+    return Response(u, v, force, np.concatenate([slab[:, None], floors], axis=1), end)
 
 
-def kept(laws: Sequence[Hidden], states: Matrix, seconds: float) -> Matrix:
+def states_between_events(laws: Sequence[Hidden], states: Matrix, seconds: float) -> Matrix:
     """(axes, states) what of the states at the end of an earthquake is left at the beginning of the next."""
     ordered = sorted(laws, key=lambda hidden: KINDS.index(hidden[0].kind))
     left, place = np.zeros_like(states), 0
@@ -104,7 +106,7 @@ def kept(laws: Sequence[Hidden], states: Matrix, seconds: float) -> Matrix:
 
 @cache
 def _kernel() -> Any:  # noqa: ANN401  numba's functions have no type
-    answer = answered()
+    answer = compiled_laws()
 
     @njit
     def layer(codes, kinds, at_p, p, at_s, s, s1, step, past):  # noqa: ANN001, ANN202

@@ -7,7 +7,7 @@ from numba import njit
 from scipy.optimize import minimize
 
 from core.arrays import Matrix, Vector
-from hidden.laws.layer import travelled
+from hidden.laws.layer import z_after_travel
 
 YIELDS = np.geomspace(3e-4, 5e-2, 12)
 """m, yield displacements that are tried before the best is refined."""
@@ -21,7 +21,7 @@ FAR = 1e-7
 def _z(displacement, D_y, beta):  # noqa: ANN001, ANN202
     z = np.zeros(displacement.size)
     for i in range(1, z.size):
-        z[i] = travelled(z[i - 1], (displacement[i] - displacement[i - 1]) / D_y, beta)
+        z[i] = z_after_travel(z[i - 1], (displacement[i] - displacement[i - 1]) / D_y, beta)
     return z
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from hidden.building import Building
 from hidden.ground import DURATION
-from hidden.integration import Answer, Hidden, kept, shaken
+from hidden.integration import Hidden, Response, simulate_building, states_between_events
 from hidden.law import Law, Need
 from hidden.laws.layer import YIELDING
 from hidden.misfit import misfit
@@ -27,10 +27,10 @@ class Course:
 
     scales: tuple[float, ...]
     """m/s², peak ground accelerations along x."""
-    answers: tuple[Answer, ...]
+    answers: tuple[Response, ...]
 
 
-def complete(building: Building, hidden: Sequence[Hidden]) -> tuple[Hidden, ...]:
+def with_usual_yielding(building: Building, hidden: Sequence[Hidden]) -> tuple[Hidden, ...]:
     """The hidden laws, and the layer's usual yielding unless one of them takes its place."""
     if any(law.kind == "yielding" for law, _ in hidden):
         return tuple(hidden)
@@ -38,7 +38,7 @@ def complete(building: Building, hidden: Sequence[Hidden]) -> tuple[Hidden, ...]
     return ((YIELDING, values), *hidden)
 
 
-def course(
+def simulate_events(
     building: Building,
     laws: Sequence[Hidden],
     plans: Sequence[Plan],
@@ -47,23 +47,23 @@ def course(
     happens: frozenset[Need],
 ) -> Course:
     """What comes to pass at given scales, integrated at the given rate in Hz."""
-    answers: list[Answer] = []
+    answers: list[Response] = []
     for number, (plan, scale) in enumerate(zip(plans, scales, strict=True)):
         states = _kept(laws, answers, plans, number)
-        answers.append(shaken(building, laws, shaking(plan, scale, rate, happens), states))
+        answers.append(simulate_building(building, laws, shaking(plan, scale, rate, happens), states))
     return Course(tuple(scales), tuple(answers))
 
 
-def scaled(
+def scaled_to_peaks(
     building: Building, laws: Sequence[Hidden], plans: Sequence[Plan], begin: Sequence[float], happens: frozenset[Need]
 ) -> Course:
     """The course in which the peaks are about those planned, from scales to begin the search with."""
     scales: list[float] = []
-    answers: list[Answer] = []
+    answers: list[Response] = []
     for number, (plan, scale) in enumerate(zip(plans, begin, strict=True)):
         states = _kept(laws, answers, plans, number)
         for _ in range(10):
-            answer = shaken(building, laws, shaking(plan, scale, COARSE, happens), states)
+            answer = simulate_building(building, laws, shaking(plan, scale, COARSE, happens), states)
             reached = float(np.abs(answer.displacement[0]).max())
             if abs(reached / plan.peak - 1) < CLOSE:
                 break
@@ -73,7 +73,7 @@ def scaled(
     return Course(tuple(scales), tuple(answers))
 
 
-def strong_enough(
+def scaled_to_misfit(
     building: Building,
     hidden: Hidden,
     plans: Sequence[Plan],
@@ -85,8 +85,8 @@ def strong_enough(
     law, drawn = hidden
     values, scales = drawn, begin
     for _ in range(5):
-        laws = complete(building, ((law, values),))
-        found = scaled(building, laws, plans[:FITTED], scales[:FITTED], happens)
+        laws = with_usual_yielding(building, ((law, values),))
+        found = scaled_to_peaks(building, laws, plans[:FITTED], scales[:FITTED], happens)
         scales, reached = found.scales, misfit_of(found)
         factor = float(np.clip(wanted / max(reached, 1e-6), 0.2, 4))
         stronger = _stronger(law, drawn, values, factor)
@@ -113,9 +113,9 @@ def _stronger(law: Law, drawn: Mapping[str, float], values: Mapping[str, float],
     }
 
 
-def _kept(laws: Sequence[Hidden], answers: Sequence[Answer], plans: Sequence[Plan], number: int):  # noqa: ANN202
+def _kept(laws: Sequence[Hidden], answers: Sequence[Response], plans: Sequence[Plan], number: int):  # noqa: ANN202
     """States at the beginning of an earthquake, or None before the first."""
     if not number:
         return None
     rest = (plans[number].start - plans[number - 1].start).total_seconds() - DURATION
-    return kept(laws, answers[number - 1].states, rest)
+    return states_between_events(laws, answers[number - 1].states, rest)

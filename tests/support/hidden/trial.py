@@ -10,14 +10,14 @@ from core.arrays import Matrix, Vector
 from core.description import BuildingDescription
 from core.record import Channel, Record
 from hidden.building import GRAVITY, Building, building
-from hidden.case import Case, case
-from hidden.described import LEVELS, described
+from hidden.case import Case, parse_case
+from hidden.description import LEVELS, describe
 from hidden.faults import KINDS, Fault, faulty
-from hidden.integration import Answer, Cube, Hidden
+from hidden.integration import Cube, Hidden, Response
 from hidden.law import Need
 from hidden.plan import FITTED, PEAKS, Plan, plans, shaking
 from hidden.sensors import RATE, Noise, displacement_reading, noise, sampled
-from hidden.strength import complete, course, misfit_of, scaled, strong_enough
+from hidden.strength import misfit_of, scaled_to_misfit, scaled_to_peaks, simulate_events, with_usual_yielding
 
 FINE = 1000.0
 """Hz, steps of the integration."""
@@ -66,7 +66,7 @@ class Trial:
     softened: str
     """Floor above the storey that is softer than described; empty if none is."""
     building: Building
-    described: BuildingDescription
+    description: BuildingDescription
     noise: Noise
     events: tuple[Event, ...]
     """By date; the first FITTED are for fitting, the last for predicting."""
@@ -86,19 +86,21 @@ class Trial:
 
 def trial(text: str, seed: int) -> Trial:
     """The trial of that case (see hidden.case) and seed: the same each time."""
-    wanted, rng = case(text), np.random.default_rng([seed, *text.encode()])
+    wanted, rng = parse_case(text), np.random.default_rng([seed, *text.encode()])
     true = building(rng, max(PEAKS))
     earthquakes = plans(rng)
     happens = _happens(wanted, rng)
-    begin = scaled(true, complete(true, ()), earthquakes, [60.0 * plan.peak for plan in earthquakes], happens).scales
+    begin = scaled_to_peaks(
+        true, with_usual_yielding(true, ()), earthquakes, [60.0 * plan.peak for plan in earthquakes], happens
+    ).scales
     hidden = tuple(
-        strong_enough(true, (law, law.values(true.layer, rng)), earthquakes, begin, happens, _wanted(rng))
+        scaled_to_misfit(true, (law, law.values(true.layer, rng)), earthquakes, begin, happens, _wanted(rng))
         for law in wanted.laws
     )
-    laws = complete(true, hidden)
-    scales = scaled(true, laws, earthquakes, begin, happens).scales
-    found = course(true, laws, earthquakes, scales, FINE, happens)
-    told, softened = _softened(described(true, wanted, happens, rng), wanted, rng)
+    laws = with_usual_yielding(true, hidden)
+    scales = scaled_to_peaks(true, laws, earthquakes, begin, happens).scales
+    found = simulate_events(true, laws, earthquakes, scales, FINE, happens)
+    told, softened = _softened(describe(true, wanted, happens, rng), wanted, rng)
     faults = _faults(wanted, told, rng)
     noisy = Noise(float(rng.choice([0.01, 0.03, 0.1])), wanted.pink)
     gains = 1 + wanted.gain_error * rng.standard_normal(len(told.channels))
@@ -155,7 +157,7 @@ def _faults(wanted: Case, told: BuildingDescription, rng: np.random.Generator) -
     )
 
 
-def _exact(plan: Plan, scale: float, answer: Answer, happens: frozenset[Need]) -> Event:
+def _exact(plan: Plan, scale: float, answer: Response, happens: frozenset[Need]) -> Event:
     """What happened, at the record's samples; nothing is recorded yet."""
     driven = shaking(plan, scale, FINE, happens)
     return Event(

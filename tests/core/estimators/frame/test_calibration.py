@@ -3,7 +3,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from exact_lines import DESIGN, PAPER, exact, foreign, noisy, of_parameters, rocked
+from exact_spectra import DESIGN, PAPER, exact_lines, known_superstructure, unrelated_lines, with_noise, with_rocking
 from hypothesis import given, settings, strategies as st
 
 from core.arrays import Vector
@@ -33,7 +33,7 @@ def test_the_papers_building_is_recovered(noise: float) -> None:
     through ever less noise, for with little the cost has many valleys.
     """
     rng = np.random.default_rng(2)
-    lines = noisy(exact(PAPER, rng), noise, rng)
+    lines = with_noise(exact_lines(PAPER, rng), noise, rng)
     problem = Problem(lines, DESIGN, as_given(DESIGN, 0.0))
     start = best_start(problem)
     for more in (level / noise for level in (1e-2, 1e-3, 1e-4, 1e-5) if level > noise):
@@ -64,7 +64,7 @@ def test_covariance_is_that_of_the_error() -> None:
         rng = np.random.default_rng([3, seed])
         true = hypothesis.mean + hypothesis.std * rng.standard_normal(LAYOUT.size)
         true[LAYOUT.scale] = 2 * np.log(rng.uniform(0.8, 2.0))  # its prior says nothing
-        lines = noisy(exact(of_parameters(true, DESIGN), rng), 0.05, rng).every(2)
+        lines = with_noise(exact_lines(known_superstructure(true, DESIGN), rng), 0.05, rng).every(2)
         found = calibrated(Problem(lines, DESIGN, hypothesis), true)
         moves = STEP * np.eye(LAYOUT.size)
         here = first_modes(found.parameters)
@@ -77,7 +77,7 @@ def test_covariance_is_that_of_the_error() -> None:
 def test_chi_square_is_one_where_noise_explains_the_rest() -> None:
     """Within four of its standard deviations, √(1 / degrees of freedom)."""
     rng = np.random.default_rng(4)
-    lines, hypothesis = noisy(exact(PAPER, rng), 0.05, rng), as_given(DESIGN, 0.0)
+    lines, hypothesis = with_noise(exact_lines(PAPER, rng), 0.05, rng), as_given(DESIGN, 0.0)
     problem = Problem(lines, DESIGN, hypothesis)
     found = calibrated(problem, best_start(problem))
     assert found.degrees_of_freedom == 2 * lines.angular.size
@@ -90,8 +90,8 @@ def test_rocking_of_its_own_is_told_by_band() -> None:
     rng, share = np.random.default_rng(5), 0.2
     true = with_unmodelled_motion(DESIGN, 0.0).mean
     true[LAYOUT.scale] = 2 * np.log(1.2)
-    known = of_parameters(true, DESIGN)
-    lines = noisy(rocked(exact(known, rng), known, share, rng), 1e-3, rng)
+    known = known_superstructure(true, DESIGN)
+    lines = with_noise(with_rocking(exact_lines(known, rng), known, share, rng), 1e-3, rng)
     hypothesis = with_unmodelled_motion(DESIGN, 0.0)
     problem = Problem(lines, DESIGN, hypothesis)
     found = calibrated(problem, best_start(problem))
@@ -106,7 +106,7 @@ def test_the_start_is_near_the_first_frequency(frequency: float) -> None:
     rng, hypothesis = np.random.default_rng(6), as_given(DESIGN, 0.0)
     true = hypothesis.mean.copy()
     true[LAYOUT.scale] = 2 * np.log(frequency)
-    lines = noisy(exact(of_parameters(true, DESIGN), rng), 0.05, rng)
+    lines = with_noise(exact_lines(known_superstructure(true, DESIGN), rng), 0.05, rng)
     start = best_start(Problem(lines, DESIGN, hypothesis))
     assert np.exp(start[LAYOUT.scale] / 2) == pytest.approx(frequency, rel=0.14)
 
@@ -116,7 +116,7 @@ def test_the_start_is_near_the_first_frequency(frequency: float) -> None:
 @given(seed=st.integers(0, 2**32 - 1), at_rest=st.booleans())
 def test_a_record_of_no_superstructure_raises_nothing(making: Making, seed: int, at_rest: bool) -> None:
     """Not settling is a value."""
-    lines = foreign(np.random.default_rng(seed), at_rest=at_rest).every(3)
+    lines = unrelated_lines(np.random.default_rng(seed), at_rest=at_rest).every(3)
     hypothesis = making(DESIGN, 0.0 if at_rest else AMPLITUDE)
     problem = Problem(lines, DESIGN, hypothesis)
     found = calibrated(problem, best_start(problem))

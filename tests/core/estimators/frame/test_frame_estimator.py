@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from accuracy import Agreement, agreement
-from truths import IN_CLASS, KINDS, RATE, instrumented, recorded, truth
+from exact_responses import IN_CLASS, KINDS, RATE, estimator_input, exact_response, recorded
 
 from core.arrays import Vector
 from core.comparison.fitting_rate import fitting_rate
@@ -26,16 +26,18 @@ SHORT = slice(2000, 5000)
 
 @cache
 def found(kind: str, motion: str, noise: float, seed: int) -> RestoringForce:
-    return estimate(instrumented(recorded(KINDS[kind], motion, noise, seed)))
+    return estimate(estimator_input(recorded(KINDS[kind], motion, noise, seed)))
 
 
 def judged(kind: str, motion: str, noise: float, seed: int) -> Agreement:
-    return agreement(truth(KINDS[kind], motion, seed % KINDS[kind].draws).force, found(kind, motion, noise, seed))
+    return agreement(
+        exact_response(KINDS[kind], motion, seed % KINDS[kind].draws).force, found(kind, motion, noise, seed)
+    )
 
 
 def short(measured: Sequence[int], noise: float = 0.01, seed: int = 0) -> InstrumentedSuperstructure:
     """Part of Kobe on the paper's building, any floors measured."""
-    exact = truth(IN_CLASS, "Kobe").acceleration[[0, *(floor + 1 for floor in measured)], SHORT]
+    exact = exact_response(IN_CLASS, "Kobe").acceleration[[0, *(floor + 1 for floor in measured)], SHORT]
     spread = noise * np.sqrt(np.mean(exact**2, axis=1, keepdims=True))
     channels = exact + spread * np.random.default_rng([7, seed]).standard_normal(exact.shape)
     return InstrumentedSuperstructure(
@@ -61,7 +63,7 @@ def test_the_force_errs_at_the_frequencies_and_in_the_patterns_that_are_said(kin
     assert result.error is not None
     plain = whitening(result.force, RATE, result.error.at, patterns=result.error.patterns)
     weights = shrunk(plain, result.force, result.error.at)
-    true = weights.filtered(truth(KINDS[kind], "Kobe").force[None])
+    true = weights.filtered(exact_response(KINDS[kind], "Kobe").force[None])
     error = weights.whitened(weights.coefficients(result.force[None]) - true)[0]
     for low, high in pairwise((0.3, 1.0, 2.0, 4.0)):
         there = (weights.frequency >= low) & (weights.frequency < high)
@@ -107,7 +109,7 @@ def test_any_floors(measured: list[int]) -> None:
     assert (result.std > 0).all()
     assert result.assessment is not None
     assert 0 <= result.assessment.prior_share <= 1
-    truly = truth(IN_CLASS, "Kobe").force[SHORT]
+    truly = exact_response(IN_CLASS, "Kobe").force[SHORT]
     assert fitting_rate(truly, result.force) >= max(fitting_rate(truly, cms.estimate(s).force) - 0.05, 98.0)
 
 
@@ -115,7 +117,7 @@ def test_all_floors_leave_nothing_to_the_model() -> None:
     """F = -Σ m_i a_i over measured levels, but for the noise that smoothing takes out."""
     s = short(list(range(7)))
     inertia_of_all = -s.base_mass * s.base_acceleration - s.floor_mass @ s.floor_acceleration
-    force = truth(IN_CLASS, "Kobe").force[SHORT]
+    force = exact_response(IN_CLASS, "Kobe").force[SHORT]
     assert fitting_rate(force, estimate(s).force) >= fitting_rate(force, inertia_of_all)
     assert fitting_rate(inertia_of_all, estimate(s).force) > 99
 
@@ -135,7 +137,7 @@ def test_ten_seconds_are_enough() -> None:
     result = estimate(brief)
     assert np.isfinite(result.force).all()
     assert result.assessment is not None
-    assert fitting_rate(truth(IN_CLASS, "Kobe").force[SHORT][:1000], result.force) > 97
+    assert fitting_rate(exact_response(IN_CLASS, "Kobe").force[SHORT][:1000], result.force) > 97
 
 
 @pytest.mark.accuracy
@@ -213,7 +215,7 @@ def told_stiffness() -> Vector:
 
 
 def superstructure(stiffness: Vector | None) -> InstrumentedSuperstructure:
-    exact = truth(IN_CLASS, "Kobe").acceleration[[0, 3, 7]]
+    exact = exact_response(IN_CLASS, "Kobe").acceleration[[0, 3, 7]]
     noise = 0.01 * np.sqrt(np.mean(exact**2, axis=1, keepdims=True))
     channels = exact + noise * np.random.default_rng(5).standard_normal(exact.shape)
     measured = np.array([2, 6])

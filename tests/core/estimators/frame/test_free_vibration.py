@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from exact_lines import DESIGN, foreign
+from exact_spectra import DESIGN, unrelated_lines
 
 from core.arrays import Vector
 from core.estimators.frame.free_vibration import (
@@ -49,7 +49,7 @@ def test_free_vibration_stays_one_where_damping_is_beyond_critical() -> None:
 
 def test_floors_move_by_the_sum_of_all_modes() -> None:
     rng = np.random.default_rng(4)
-    lines, structure = foreign(rng, at_rest=False), superstructure(parameters(4), DESIGN)
+    lines, structure = unrelated_lines(rng, at_rest=False), superstructure(parameters(4), DESIGN)
     amplitudes = rng.standard_normal(2 * LAYOUT.floors)
     moved = floors_free_vibration(structure, lines, FLOORS, amplitudes)
     assert moved == pytest.approx(np.tensordot(amplitudes, free_vibration_columns(structure, lines, FLOORS), 1))
@@ -60,7 +60,7 @@ def test_floors_move_by_the_sum_of_all_modes() -> None:
 def test_changes_are_those_of_the_floors(seed: int) -> None:
     """Against central differences, right to 1e-8 of the largest."""
     rng, at = np.random.default_rng(5), parameters(seed)
-    lines, amplitudes = foreign(rng, at_rest=False), rng.standard_normal(2 * LAYOUT.floors)
+    lines, amplitudes = unrelated_lines(rng, at_rest=False), rng.standard_normal(2 * LAYOUT.floors)
     found = free_vibration_changes(superstructure(at, DESIGN), lines, FLOORS, amplitudes)
     assert len(found) == LAYOUT.structural
     for place, change in enumerate(found):

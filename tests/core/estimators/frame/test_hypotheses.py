@@ -2,7 +2,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from exact_lines import DESIGN, PAPER, exact, faulty, noisy, of_parameters, rocked, white
+from exact_spectra import (
+    DESIGN,
+    PAPER,
+    exact_lines,
+    known_superstructure,
+    white_noise,
+    with_noise,
+    with_rocking,
+    with_sensor_fault,
+)
 from scipy.linalg import eigh
 
 from core.estimators.frame.calibration import (
@@ -45,7 +54,7 @@ def difference(calibration: Calibration, parameters: slice, channel: int) -> tup
 
 def test_what_was_told_is_kept_where_it_holds() -> None:
     rng = np.random.default_rng(1)
-    choice = best_hypothesis(noisy(exact(PAPER, rng), NOISE, rng), DESIGN, 0.0)
+    choice = best_hypothesis(with_noise(exact_lines(PAPER, rng), NOISE, rng), DESIGN, 0.0)
     assert choice.calibration.hypothesis.name == TOLD
     degrees = choice.calibration.degrees_of_freedom
     assert choice.chi_square == pytest.approx(1.0, abs=WITHIN / np.sqrt(degrees))
@@ -54,7 +63,9 @@ def test_what_was_told_is_kept_where_it_holds() -> None:
 @pytest.mark.parametrize("channel", range(LAYOUT.channels))
 def test_a_late_clock_is_found(channel: int) -> None:
     rng = np.random.default_rng([2, channel])
-    choice = best_hypothesis(noisy(faulty(exact(PAPER, rng), channel, 1.0, LATE), NOISE, rng), DESIGN, 0.0)
+    choice = best_hypothesis(
+        with_noise(with_sensor_fault(exact_lines(PAPER, rng), channel, 1.0, LATE), NOISE, rng), DESIGN, 0.0
+    )
     assert choice.calibration.hypothesis.name == CORRECTED
     delay, std = difference(choice.calibration, LAYOUT.delays, channel)
     assert delay == pytest.approx(LATE, abs=WITHIN * std)
@@ -65,7 +76,9 @@ def test_a_late_clock_is_found(channel: int) -> None:
 def test_a_gain_is_corrected(channel: int) -> None:
     """Two percent, as well as its standard deviation says."""
     rng = np.random.default_rng([3, channel])
-    choice = best_hypothesis(noisy(faulty(exact(PAPER, rng), channel, 1.02, 0.0), NOISE, rng), DESIGN, 0.0)
+    choice = best_hypothesis(
+        with_noise(with_sensor_fault(exact_lines(PAPER, rng), channel, 1.02, 0.0), NOISE, rng), DESIGN, 0.0
+    )
     assert choice.calibration.hypothesis.name == CORRECTED
     gain, std = difference(choice.calibration, LAYOUT.gains, channel)
     assert gain == pytest.approx(np.log(1.02), abs=WITHIN * std)
@@ -82,7 +95,7 @@ def test_floor_masses_are_corrected(seed: int) -> None:
     rng = np.random.default_rng([4, seed])
     drawn = PAPER.mass * (1 + 0.2 * rng.standard_normal(PAPER.mass.size))
     known = replace(PAPER, mass=drawn * PAPER.mass.sum() / drawn.sum())
-    choice = best_hypothesis(noisy(exact(known, rng), NOISE, rng), DESIGN, 0.0)
+    choice = best_hypothesis(with_noise(exact_lines(known, rng), NOISE, rng), DESIGN, 0.0)
     assert choice.calibration.hypothesis.name == CORRECTED
     found = choice.calibration.structure
     true = eigh(known.stiffness, np.diag(known.mass))[1]
@@ -97,7 +110,7 @@ def test_modes_may_be_damped_each_by_itself(seed: int) -> None:
     rng = np.random.default_rng([9, seed])
     ratios = rng.uniform(0.01, 0.04, PAPER.mass.size)
     known = replace(PAPER, damping=(0.0, 2.0, 0.0), modal_damping=tuple(ratios))
-    choice = best_hypothesis(noisy(exact(known, rng), NOISE, rng), DESIGN, 0.0)
+    choice = best_hypothesis(with_noise(exact_lines(known, rng), NOISE, rng), DESIGN, 0.0)
     assert choice.calibration.hypothesis.name == with_modal_damping(as_given(DESIGN, 0.0), LAYOUT).name
     assert choice.calibration.structure.damping_ratios[:4] == pytest.approx(ratios[:4], rel=0.03)
 
@@ -106,7 +119,9 @@ def test_modes_may_be_damped_each_by_itself(seed: int) -> None:
 @pytest.mark.parametrize("share", [0.1, 0.5])
 def test_rocking_of_its_own_is_unmodelled_motion(share: float) -> None:
     rng = np.random.default_rng(5)
-    choice = best_hypothesis(noisy(rocked(exact(PAPER, rng), PAPER, share, rng), NOISE, rng), DESIGN, 0.0)
+    choice = best_hypothesis(
+        with_noise(with_rocking(exact_lines(PAPER, rng), PAPER, share, rng), NOISE, rng), DESIGN, 0.0
+    )
     assert choice.calibration.hypothesis.name == UNMODELLED
     assert choice.chi_square > NOISE_TOLERANCE
 
@@ -114,17 +129,17 @@ def test_rocking_of_its_own_is_unmodelled_motion(share: float) -> None:
 def test_foreign_motion_of_a_floor_is_unmodelled() -> None:
     """As of a machine, or of a floor that is no lumped mass: a tenth of the roof's motion, unlike everything else."""
     rng = np.random.default_rng(6)
-    lines = exact(PAPER, rng)
+    lines = exact_lines(PAPER, rng)
     roof = lines.spectra.copy()
-    roof[2] += 0.1 * np.std(roof[2]) * white(lines.angular.size, rng)
-    choice = best_hypothesis(noisy(replace(lines, spectra=roof), NOISE, rng), DESIGN, 0.0)
+    roof[2] += 0.1 * np.std(roof[2]) * white_noise(lines.angular.size, rng)
+    choice = best_hypothesis(with_noise(replace(lines, spectra=roof), NOISE, rng), DESIGN, 0.0)
     assert choice.calibration.hypothesis.name == UNMODELLED
 
 
 def test_misfit_of_a_band_is_unexplained() -> None:
     """One band of eight with three times the noise, by its excess over what noise would leave."""
     rng, hypothesis = np.random.default_rng(7), as_given(DESIGN, 0.0)
-    lines = noisy(exact(PAPER, rng), NOISE, rng)
+    lines = with_noise(exact_lines(PAPER, rng), NOISE, rng)
     problem = Problem(lines, DESIGN, hypothesis)
     found = calibrated(problem, best_start(problem))
     assert unexplained(found, lines) < 4
@@ -156,7 +171,7 @@ def test_the_lowest_storey_has_the_scale_alone() -> None:
         hypothesis = making(DESIGN, 0.0)
         assert LAYOUT.scale in hypothesis.free
         assert LAYOUT.storeys.start not in hypothesis.free
-        at = of_parameters(hypothesis.mean, DESIGN)
+        at = known_superstructure(hypothesis.mean, DESIGN)
         assert np.isfinite(at.stiffness).all()
 
 
@@ -165,7 +180,7 @@ def test_the_lowest_storey_has_the_scale_alone() -> None:
 def test_some_lines_tell_the_evidence_nearly_as_well_as_all(share: float) -> None:
     """Of a record of 240 s, every fifth: so that the wider hypothesis is not given up where it would win."""
     rng = np.random.default_rng([8, round(100 * share)])
-    lines = noisy(rocked(exact(PAPER, rng, samples=24_000), PAPER, share, rng), NOISE, rng)
+    lines = with_noise(with_rocking(exact_lines(PAPER, rng, samples=24_000), PAPER, share, rng), NOISE, rng)
     wider = Problem(lines, DESIGN, with_unmodelled_motion(DESIGN, 0.0))
     near = on_some_lines(wider, best_start(wider))
     every = on_all_lines(wider, near)

@@ -2,7 +2,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from exact_lines import DESIGN, PAPER, exact, foreign, noisy, rocked
+from exact_spectra import DESIGN, PAPER, exact_lines, unrelated_lines, with_noise, with_rocking
 
 from core.arrays import Vector
 from core.estimators.frame.calibration import first_variances, next_variances
@@ -42,7 +42,7 @@ def test_descent_is_the_costs(making: Making, at_rest: bool) -> None:
     """Every free parameter, against central differences: right to 1e-5 by rounding."""
     rng = np.random.default_rng(1)
     hypothesis = making(DESIGN, 0.0 if at_rest else AMPLITUDE)
-    problem = Problem(foreign(rng, at_rest=at_rest), DESIGN, hypothesis)
+    problem = Problem(unrelated_lines(rng, at_rest=at_rest), DESIGN, hypothesis)
     at, variances = moved(hypothesis, rng), first_variances(problem)
     here = evaluated(problem, at, variances)
     found = gradient(here).descent
@@ -69,14 +69,14 @@ def test_static_flexibility_is_that_of_springs_in_series() -> None:
 
 def test_nothing_is_unmodelled_of_a_superstructure_that_explains_all() -> None:
     rng = np.random.default_rng(1)
-    problem = Problem(noisy(exact(PAPER, rng), 0.01, rng), DESIGN, as_given(DESIGN, 0.0))
+    problem = Problem(with_noise(exact_lines(PAPER, rng), 0.01, rng), DESIGN, as_given(DESIGN, 0.0))
     assert not first_variances(problem).at(problem.lines).any()
 
 
 def test_every_step_lowers_the_cost() -> None:
     """A step is that of a majorant at the same h: it cannot raise the cost."""
     rng = np.random.default_rng(2)
-    lines = noisy(rocked(exact(PAPER, rng), PAPER, 0.3, rng), 0.01, rng)
+    lines = with_noise(with_rocking(exact_lines(PAPER, rng), PAPER, 0.3, rng), 0.01, rng)
     problem = Problem(lines, DESIGN, with_unmodelled_motion(DESIGN, 0.0))
     here = evaluated(problem, problem.hypothesis.mean, Variances.first(lines))
     along = here.given.base

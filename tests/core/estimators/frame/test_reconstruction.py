@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from exact_lines import BANDS, DESIGN, RATE
+from exact_spectra import BANDS, DESIGN, RATE
 
 from core.estimators.frame.calibration import Calibration, first_variances
 from core.estimators.frame.evaluation import Problem, evaluated

@@ -5,10 +5,10 @@ from datetime import timedelta
 from io import StringIO
 
 import pytest
-from described import paper
-from held_records import held_records
+from biaxial_observations import COUPLED, biaxial_observation
+from building_models import paper
 from layer_observations import START
-from observed_both import COUPLED, observed_both
+from records_from_observations import records_from_observations
 from rich.console import Console
 
 from core.diagnosis.missing_effects import Outcome
@@ -32,8 +32,8 @@ LATER = START + timedelta(days=1)
 @pytest.fixture(scope="module")
 def seen() -> Earthquakes:
     """Two earthquakes in both directions; the second is left out."""
-    later = observed_both(2, scale=0.7, start=LATER)
-    made = held_records([*observed_both(1), *later], {later[0].name})
+    later = biaxial_observation(2, scale=0.7, start=LATER)
+    made = records_from_observations([*biaxial_observation(1), *later], {later[0].name})
     levels = {floor.name: k for floor, k in zip(paper().floors, BUILDING.storey_stiffness, strict=True)}
     known = [replace(level, stiffness=levels.get(level.name)) for level in made.description.levels]
     return replace(made, description=replace(made.description, levels=tuple(known)))

@@ -8,10 +8,10 @@ from typing import Any
 
 import orjson
 import pytest
-from held_records import held_records
 from hypothesis import given, settings, strategies as st
-from observed import BOUC_WEN, observations
+from records_from_observations import records_from_observations
 from rich.console import Console
+from synthetic_observations import BOUC_WEN, observations
 
 from core.diagnosis.missing_effects import LOWERS, Outcome
 from core.diagnosis.ranking import Dropped
@@ -58,7 +58,7 @@ def through_json(document: dict[str, Any]) -> dict[str, Any]:
 def hard() -> Work[DiagnosisResult]:
     """Hardening is hidden; the last of four earthquakes is left out."""
     seen = observations(HARD, 0.01, 7, PEAKS)
-    return diagnose(GIVEN, "given.toml", held_records(seen, {"event 3"}), silent, OFFERED)
+    return diagnose(GIVEN, "given.toml", records_from_observations(seen, {"event 3"}), silent, OFFERED)
 
 
 @pytest.fixture(scope="module")
@@ -189,21 +189,21 @@ def test_an_effect_that_could_not_be_judged_is_named_with_its_reason(hard: Work[
 
 
 def test_nothing_is_missing_where_nothing_is() -> None:
-    found = diagnose(GIVEN, "given.toml", held_records(observations(BOUC_WEN, 0.02, 1)), silent, OFFERED)
+    found = diagnose(GIVEN, "given.toml", records_from_observations(observations(BOUC_WEN, 0.02, 1)), silent, OFFERED)
     assert found.result.text[0].startswith("No known effect is missing: the error of the force is ")
     assert through_json(diagnosis_json.as_json(found))["steps"] == []
     assert "with what is proposed" not in page(found)
 
 
 def test_values_that_are_off_want_a_fit() -> None:
-    found = diagnose(FAR, "far.toml", held_records(observations(BOUC_WEN, 0.02, 5)), silent, OFFERED)
+    found = diagnose(FAR, "far.toml", records_from_observations(observations(BOUC_WEN, 0.02, 5)), silent, OFFERED)
     assert found.result.text[0] == "No known effect is missing, but the values are off: fit the model."
 
 
 @pytest.fixture(scope="module")
 def improved() -> Work[ImprovementResult]:
     seen = observations(HARD, 0.01, 7, PEAKS)
-    return improve(FAR, "far.toml", held_records(seen, {"event 3"}), silent, OFFERED)
+    return improve(FAR, "far.toml", records_from_observations(seen, {"event 3"}), silent, OFFERED)
 
 
 def test_an_improved_model_has_what_was_missing_and_can_be_read_back(improved: Work[ImprovementResult]) -> None:
@@ -218,7 +218,7 @@ def test_an_improved_model_has_what_was_missing_and_can_be_read_back(improved: W
 
 
 def test_an_effect_that_nobody_asked_for_is_added_and_that_is_said() -> None:
-    seen = held_records(observations(BOUC_WEN, 0.02, 2, PEAKS), {"event 3"})
+    seen = records_from_observations(observations(BOUC_WEN, 0.02, 2, PEAKS), {"event 3"})
     found = add("hardening", GIVEN, "given.toml", seen, silent)
     text = " ".join(found.result.text)
     assert "The records do not ask for it" in text

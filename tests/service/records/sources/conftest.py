@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from math import inf
 
 import pytest
-from monitoring import Server, serving
+from monitoring_server import Server, monitoring_server
 
 from service.records.sources.http import Client, Manners, client
 from service.settings import Settings
@@ -15,7 +15,7 @@ SETTINGS = Settings(http_timeout=0.5, http_retries=2, retry_delay=0.01, max_answ
 
 @pytest.fixture
 def server() -> Iterator[Server]:
-    with serving() as server:
+    with monitoring_server() as server:
         yield server
 
 

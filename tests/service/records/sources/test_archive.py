@@ -5,7 +5,7 @@ from datetime import UTC, datetime, timedelta
 from typing import Any
 
 import pytest
-from monitoring import START, Page, Remembering, Server, miniseed, stream
+from monitoring_server import START, Page, Server, SourceMemory, miniseed, stream
 
 from service.records.sources.archive import Archive
 from service.records.sources.http import Client
@@ -25,12 +25,12 @@ def look(source: Archive, cursor: Mapping[str, Any], now: datetime = NOW) -> tup
 
 
 def keep(source: Archive, step: Step) -> None:
-    assert isinstance(source.memory, Remembering)
+    assert isinstance(source.memory, SourceMemory)
     source.memory.keep(step.files)
 
 
 def archive(server: Server, asking: Client) -> Archive:
-    return Archive(f"{server.address}/events/", asking, Remembering())
+    return Archive(f"{server.address}/events/", asking, SourceMemory())
 
 
 def index(server: Server, *lines: str) -> None:

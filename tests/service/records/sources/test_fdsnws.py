@@ -8,7 +8,7 @@ from urllib.parse import parse_qsl, urlsplit
 
 import numpy as np
 import pytest
-from monitoring import START, Page, Server, miniseed, stream
+from monitoring_server import START, Page, Server, miniseed, stream
 from obspy import Stream, UTCDateTime, read
 from obspy.core.event import Catalog, Event, Magnitude, Origin
 

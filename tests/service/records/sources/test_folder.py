@@ -6,7 +6,7 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
-from monitoring import Remembering
+from monitoring_server import SourceMemory
 
 from service.records.sources.folder import Folder
 from service.records.sources.source import SourceError
@@ -25,14 +25,14 @@ def look(folder: Folder, cursor: dict[str, object], later: float = 0) -> tuple[l
     for step in folder.steps(cursor, NOW + timedelta(seconds=later)):
         data += [arrival.data for arrival in step.arrivals]
         cursor = dict(step.cursor)
-        assert isinstance(folder.memory, Remembering)
+        assert isinstance(folder.memory, SourceMemory)
         folder.memory.keep(step.files)
     return data, cursor
 
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Folder:
-    return Folder(tmp_path, max_bytes=1000, settle_time=2, memory=Remembering())
+    return Folder(tmp_path, max_bytes=1000, settle_time=2, memory=SourceMemory())
 
 
 def test_each_file_once_and_again_when_it_changed(folder: Folder) -> None:
@@ -72,7 +72,7 @@ def test_a_file_too_large_is_not_read(folder: Folder) -> None:
 
 def test_a_folder_that_is_missing_is_told(tmp_path: Path) -> None:
     with pytest.raises(SourceError, match="does not exist; make it"):
-        list(Folder(tmp_path / "gone", 1000, 2, Remembering()).steps({}, NOW))
+        list(Folder(tmp_path / "gone", 1000, 2, SourceMemory()).steps({}, NOW))
 
 
 def test_the_cursor_stays_small_however_many_files_were_taken(folder: Folder) -> None:
@@ -116,7 +116,7 @@ def test_a_link_to_outside_is_refused_and_one_to_inside_followed(
 def test_a_folder_that_is_itself_a_link_is_followed(tmp_path: Path) -> None:
     write(tmp_path / "real" / "a.mseed", b"a", 100)
     (tmp_path / "link").symlink_to(tmp_path / "real")
-    folder = Folder(tmp_path / "link", max_bytes=1000, settle_time=2, memory=Remembering())
+    folder = Folder(tmp_path / "link", max_bytes=1000, settle_time=2, memory=SourceMemory())
     assert look(folder, {})[0] == [b"a"]
 
 

@@ -3,7 +3,7 @@
 import tracemalloc
 
 import pytest
-from monitoring import Page, Server, serving
+from monitoring_server import Page, Server, monitoring_server
 
 from service.records.sources.http import Client
 from service.records.sources.source import SourceError, TooLargeError
@@ -56,7 +56,7 @@ def test_two_gigabytes_are_refused_by_their_promise(server: Server, asking: Clie
 
 @pytest.mark.parametrize("status", [301, 302, 303, 307, 308])
 def test_a_redirect_to_another_server_is_refused(server: Server, asking: Client, status: int) -> None:
-    with serving() as inside:
+    with monitoring_server() as inside:
         inside.pages["/secrets"] = Page(b"of the inside")
         server.pages["/a"] = Page(status=status, headers={"Location": f"{inside.address}/secrets?token=x"})
         with pytest.raises(SourceError, match=r"/a redirects to another server, http://127[0-9.:]+/secrets, which"):

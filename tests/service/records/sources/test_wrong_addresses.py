@@ -10,8 +10,8 @@ from pathlib import Path
 import databases
 import httpx
 import pytest
-from monitoring import START, Page, Server, building_file
-from receiving import hook
+from monitoring_server import START, Page, Server, building_file
+from receivers import webhook_server
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.buildings import store as building_store
@@ -104,7 +104,7 @@ def test_an_archive_that_refuses(database: sessionmaker[Session], server: Server
 
 
 def test_a_certificate_that_is_not_trusted(database: sessionmaker[Session], tls: ssl.SSLContext) -> None:
-    with hook(tls) as receiver:
+    with webhook_server(tls) as receiver:
         said = error(database, "archive", f"{receiver.address}/events/")
     assert "its TLS certificate is not trusted (self-signed certificate)" in said
     assert "give the server a certificate for this host that is trusted here" in said

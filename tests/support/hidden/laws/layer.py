@@ -8,7 +8,7 @@ from hidden.law import Law
 
 
 @njit
-def travelled(z, travel, beta):
+def z_after_travel(z, travel, beta):
     """z after a monotonic travel in yield displacements (Wen, 1976, n = 1, A = 1): dw/dξ = 1 − (1 − β) w − β |w|.
 
     w is z in the direction of travel. Below zero that is 1 − (1 − 2β) w, above it 1 − w.
@@ -28,7 +28,7 @@ def travelled(z, travel, beta):
 
 def yielding(p, s, s1, step, past):
     F_y, D_y, beta = p[0], p[1], p[2]
-    s1[0] = travelled(s[0], (step.u - step.u0) / D_y, beta)
+    s1[0] = z_after_travel(s[0], (step.u - step.u0) / D_y, beta)
     return F_y * s1[0]
 
 

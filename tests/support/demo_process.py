@@ -1,0 +1,114 @@
+"""`menshin demo` as its spectator runs it: a process of its own, what it says, and its end."""
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TypeVar
+
+import httpx
+import psutil
+import pytest
+
+from service.demo.stage import DATABASE
+
+PATIENCE = 120.0  # s: what the demonstration promises for its first page, with this machine's other work beside it
+ADDRESS = re.compile(r"http://127\.0\.0\.1:\d+/(?!fdsnws)")
+Answer = TypeVar("Answer")
+
+
+class Demo:
+    """A running demonstration, and what it has said."""
+
+    def __init__(self, folder: Path, said: Path, *more: str, **settings: str) -> None:
+        self.said = said
+        command = [str(Path(sys.executable).with_name("menshin")), "demo", "--folder", str(folder), "--port", "0"]
+        with said.open("w") as output:
+            self.process = subprocess.Popen(
+                [*command, *more],
+                cwd=said.parent,
+                stdout=output,
+                stderr=subprocess.STDOUT,
+                env={**os.environ, "COLUMNS": "200", "OMP_NUM_THREADS": "1", **settings},
+                start_new_session=True,
+            )
+
+    def address(self) -> str:
+        """Where its pages and its API are, once it has said so."""
+        found = self.until(lambda: ADDRESS.search(self.said.read_text()))
+        return found[0].rstrip("/")
+
+    def key(self) -> str:
+        """A new admin's key, made as its operator makes one; from then on the pages and the API take a key."""
+        kept = self.until(lambda: re.search(r"kept in (.+)", self.said.read_text()))[1]
+        command = [str(Path(sys.executable).with_name("menshin")), "key", "create", "operator", "--role", "admin"]
+        environment = {**os.environ, "MENSHIN_DATABASE_URL": f"sqlite:///{Path(kept) / DATABASE}"}
+        done = subprocess.run(
+            command, cwd=self.said.parent, env=environment, capture_output=True, text=True, check=True
+        )
+        return done.stdout.strip()
+
+    def events(
+        self, address: str, count: int, patience: float = PATIENCE, key: str | None = None
+    ) -> list[dict[str, object]]:
+        """The events once so many are settled."""
+        headers = {} if key is None else {"X-API-Key": key}
+
+        def settled() -> list[dict[str, object]] | None:
+            asked = httpx.get(f"{address}/api/v1/buildings/DEMO/events", params={"limit": 100}, headers=headers)
+            found = asked.json()["items"]
+            done = [event for event in found if event["state"] in ("analysed", "refused")]
+            return found if len(done) >= count else None
+
+        return self.until(settled, patience)
+
+    def until(self, question: Callable[[], Answer | None], patience: float = PATIENCE) -> Answer:
+        """An answer that is true, which must come within so many seconds while the demonstration runs."""
+        end = time.monotonic() + patience
+        while time.monotonic() < end:
+            assert self.process.poll() is None, self.said.read_text()
+            try:
+                if answer := question():
+                    return answer
+            except httpx.TransportError:
+                pass
+            time.sleep(0.2)
+        pytest.fail(f"nothing within {patience:g} s; it said:\n{self.said.read_text()}")
+
+
+@contextmanager
+def demo(folder: Path, said: Path, *more: str, **settings: str) -> Iterator[Demo]:
+    """One with its own folder and options, and settings as variables of the environment; it has ended afterwards."""
+    running = Demo(folder, said, *more, **settings)
+    try:
+        yield running
+    finally:
+        if running.process.poll() is None:
+            running.process.kill()
+        running.process.wait()
+
+
+def seconds_to_end(running: Demo) -> float:
+    """s that the demonstration takes to end after Ctrl-C, which reaches every process of its group."""
+    begin = time.monotonic()
+    os.killpg(running.process.pid, signal.SIGINT)
+    assert running.process.wait(timeout=20) == 0, running.said.read_text()
+    return time.monotonic() - begin
+
+
+def surviving_processes(group: int) -> list[psutil.Process]:
+    """Processes of the group that still live after the moment that a child needs to see that its parent is gone."""
+    members = [process for process in psutil.process_iter() if _group(process) == group]
+    return psutil.wait_procs(members, timeout=5.0)[1]
+
+
+def _group(process: psutil.Process) -> int | None:
+    try:
+        return None if process.status() == psutil.STATUS_ZOMBIE else os.getpgid(process.pid)
+    except (ProcessLookupError, psutil.NoSuchProcess):
+        return None
