@@ -11,7 +11,6 @@ from fastapi import APIRouter, Depends, FastAPI, Request
 from fastapi.responses import JSONResponse
 from fastapi.staticfiles import StaticFiles
 
-from service import errors
 from service.access import api as access_api, auth, pages as access_pages
 from service.access.callers import Callers
 from service.access.logins import Attempts
@@ -25,7 +24,7 @@ from service.db.sessions import NulError, reading, sessions
 from service.drift import api as drift_api, pages as drift_pages
 from service.health.api import health, metrics
 from service.health.api.metrics import Measured
-from service.http import pages as http_pages
+from service.http import pages as http_pages, problems
 from service.http.guard import Guard
 from service.http.rendering import FOLDER
 from service.http.request_capture import RequestCapture
@@ -97,9 +96,9 @@ def create(settings: Settings, visitor: Caller | None = None) -> FastAPI:
     app.add_middleware(RequestCapture)
     app.add_middleware(Guard, ending=app.state.ending, refusal=http_pages.of_service)
     app.add_middleware(Measured, registry=app.state.metrics)
-    errors.install(app)
-    app.add_exception_handler(NulError, errors.of_text)
-    app.add_exception_handler(SecretKeyError, errors.of_secret_key)
+    problems.install(app)
+    app.add_exception_handler(NulError, problems.of_text)
+    app.add_exception_handler(SecretKeyError, problems.of_secret_key)
     http_pages.install(app)
     api = APIRouter(prefix="/api/v1", dependencies=[Depends(auth.viewer)])
     of_models = (effects, models, comparisons)
@@ -159,7 +158,7 @@ def openapi(app: FastAPI) -> dict[str, Any]:
         components["securitySchemes"] = SECURITY
         document["security"] = [{name: []} for name in SECURITY]
         for operation in (one for path in document["paths"].values() for one in path.values()):
-            everywhere = errors.documented(429, *([413] if "requestBody" in operation else []))
+            everywhere = problems.documented(429, *([413] if "requestBody" in operation else []))
             for status, answer in everywhere.items():
                 operation["responses"].setdefault(str(status), answer)
         app.openapi_schema = document

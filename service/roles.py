@@ -15,7 +15,6 @@ from service import logs
 from service.db import encryption, migrate
 from service.db.problems import is_away
 from service.db.sessions import sessions
-from service.kinds import KINDS
 from service.notify.tables import Receiver
 from service.own_folders import own_folder
 from service.settings import Settings
@@ -149,6 +148,7 @@ def worked_off(opened: sessionmaker[Session], settings: Settings) -> int:
     """Work until no job waits; the number of jobs that were done."""
     from service.jobs.executors import end, executors
     from service.jobs.worker import Worker
+    from service.kinds import KINDS
 
     made = executors(settings)
     with own_folder() as notes:
@@ -180,6 +180,7 @@ def _poll(opened: sessionmaker[Session], settings: Settings, stop: Signal) -> No
 def _work(opened: sessionmaker[Session], settings: Settings, stop: Signal) -> None:
     from service.jobs.executors import end, executors
     from service.jobs.worker import Worker
+    from service.kinds import KINDS
 
     made = executors(settings)
     with own_folder() as notes:

@@ -16,8 +16,6 @@ from core.drift.quantities import Quantity, quantity
 from core.drift.series import Series
 from core.errors import ModelError
 
-BOTH_DIRECTIONS = "xy"
-"""Subject of the mean of both directions of the isolation layer."""
 PRIOR_CORRELATION = 0.5
 """Prior mean of the correlation between the scatter of two directions."""
 PRIOR_EVENTS = 10.0

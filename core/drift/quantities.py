@@ -11,6 +11,9 @@ from typing import Literal
 
 from core.errors import ModelError
 
+BOTH_DIRECTIONS = "xy"
+"""Subject of the mean of both directions of the isolation layer."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Quantity:

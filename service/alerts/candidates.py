@@ -10,7 +10,7 @@ from datetime import datetime, timedelta
 from itertools import chain
 from typing import Any, Literal
 
-from core.drift.pooled import BOTH_DIRECTIONS
+from core.drift.quantities import BOTH_DIRECTIONS
 from service.alerts import texts
 from service.alerts.texts import RECOVERED
 

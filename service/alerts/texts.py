@@ -8,8 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 
-from core.drift.pooled import BOTH_DIRECTIONS
-from core.drift.quantities import QUANTITIES, SENSOR_QUANTITIES
+from core.drift.quantities import BOTH_DIRECTIONS, QUANTITIES, SENSOR_QUANTITIES
 
 MM = 1e3
 

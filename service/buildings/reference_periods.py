@@ -6,8 +6,7 @@ from datetime import datetime
 from sqlalchemy.orm import Session
 
 from core.drift.monitor import Reference
-from core.drift.pooled import BOTH_DIRECTIONS
-from core.drift.quantities import QUANTITIES
+from core.drift.quantities import BOTH_DIRECTIONS, QUANTITIES
 from service.buildings.tables import Building
 from service.drift.tables import ReferencePeriod
 from service.errors import ConflictError

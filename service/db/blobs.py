@@ -6,7 +6,6 @@ Counts of a digitizer are smooth, so their second differences are small and bits
 from collections.abc import Mapping
 from typing import Any
 
-import blosc2
 import numpy as np
 
 Series = np.ndarray[tuple[int], np.dtype[Any]]
@@ -14,7 +13,7 @@ Series = np.ndarray[tuple[int], np.dtype[Any]]
 COUNTS = np.dtype(np.int32)
 KINDS: Mapping[bytes, np.dtype[Any]] = {b"i": COUNTS, b"f": np.dtype(np.float32), b"d": np.dtype(np.float64)}
 KIND_OF: Mapping[np.dtype[Any], bytes] = {dtype: kind for kind, dtype in KINDS.items()}
-BITSHUFFLE, SHUFFLE = blosc2.Filter.BITSHUFFLE, blosc2.Filter.SHUFFLE
+BITSHUFFLE, SHUFFLE = "BITSHUFFLE", "SHUFFLE"
 
 
 def encode(series: Series) -> bytes:
@@ -42,14 +41,18 @@ def decode(blob: bytes) -> Series:
     dtype = KINDS[blob[:1]]
     if len(blob) == 1:
         return np.zeros(0, dtype)
+    import blosc2
+
     unpacked: Any = blosc2.decompress2(memoryview(blob)[1:], nthreads=1)
     series = np.frombuffer(unpacked, dtype)
     return twice_summed(series) if dtype == COUNTS else series
 
 
-def _packed(series: Series, order: blosc2.Filter) -> bytes:
+def _packed(series: Series, order: str) -> bytes:
+    import blosc2  # slow to import, and many processes read no series
+
     packed = blosc2.compress2(
-        series, codec=blosc2.Codec.LZ4, clevel=5, filters=[order], typesize=series.itemsize, nthreads=1
+        series, codec=blosc2.Codec.LZ4, clevel=5, filters=[blosc2.Filter[order]], typesize=series.itemsize, nthreads=1
     )
     return bytes(packed)
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import altair as alt
 
-from core.drift.pooled import BOTH_DIRECTIONS
+from core.drift.quantities import BOTH_DIRECTIONS
 from core.rounding import supported
 from service.analyses.mode_tracks import DIRECTIONS
 from service.drift.schema import BaselineOut, CurvePoint, DriftAlarmRow, DriftRow, ObservationRow

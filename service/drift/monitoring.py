@@ -13,8 +13,8 @@ from core.drift.alarms import Alarm
 from core.drift.deviations import EventNotes, EventValue
 from core.drift.from_analyses import channels_of, sensor_notes
 from core.drift.monitor import Monitoring, Reference, monitor
-from core.drift.pooled import BOTH_DIRECTIONS, pooled
-from core.drift.quantities import LAYER_QUANTITIES
+from core.drift.pooled import pooled
+from core.drift.quantities import BOTH_DIRECTIONS, LAYER_QUANTITIES
 from core.drift.series import Series
 from core.quality import Finding
 from service.alerts.messages import write_messages

@@ -9,8 +9,7 @@ from fastapi import APIRouter, Depends, Query, Request, Response
 from sqlalchemy.orm import Session
 
 from core.drift.alarms import printed_change
-from core.drift.pooled import BOTH_DIRECTIONS
-from core.drift.quantities import QUANTITIES
+from core.drift.quantities import BOTH_DIRECTIONS, QUANTITIES
 from service.access.pages import reader
 from service.analyses import history as analysis_history
 from service.analyses.api.pictures import drawn

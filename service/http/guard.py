@@ -19,9 +19,9 @@ from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from service import errors
 from service.access import auth
-from service.errors import ServiceError
+from service.errors import ServiceError, TooLargeError
+from service.http import problems
 
 OPEN = frozenset({"/healthz", "/readyz", "/login", "/logout", "/openapi.json"})
 """Paths that take no key, and `/static/`."""
@@ -72,7 +72,7 @@ class Guard:
     """The application, behind what every request must pass."""
 
     def __init__(
-        self, app: ASGIApp, ending: Signal, refusal: Callable[[Request, ServiceError], Response] = errors.of_service
+        self, app: ASGIApp, ending: Signal, refusal: Callable[[Request, ServiceError], Response] = problems.of_service
     ) -> None:
         """
         Args:
@@ -99,8 +99,8 @@ class Guard:
                 await Turn(self, request, share).answer(scope, _counted(request, receive), send)
         except ServiceError as error:
             await self._refusal(request, error)(scope, receive, send)
-        except errors.UNREACHABLE as error:
-            await errors.of_database(request, error)(scope, receive, send)
+        except problems.UNREACHABLE as error:
+            await problems.of_database(request, error)(scope, receive, send)
         except ClientDisconnect:
             return
 
@@ -130,7 +130,7 @@ class Guard:
             return stranger  # what the path takes is its own to say: a page sends people to the form
         declared = request.headers.get("content-length", "0")
         if not _is_question(request) and declared.isdigit() and int(declared) > _most(request):
-            raise errors.TooLargeError(TOO_LONG.format(_most(request)))
+            raise TooLargeError(TOO_LONG.format(_most(request)))
         return who
 
     @asynccontextmanager
@@ -204,7 +204,7 @@ class Turn:
                 try:
                     if not await auth.is_in_force(self._request):
                         break
-                except errors.UNREACHABLE:
+                except problems.UNREACHABLE:
                     continue
         self._scope.cancel()
 

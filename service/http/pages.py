@@ -12,10 +12,11 @@ from fastapi.exceptions import WebSocketRequestValidationError
 from starlette.exceptions import HTTPException
 from starlette.routing import Match
 
-from service import errors
 from service.access.auth import SAFE
 from service.access.pages import onward
-from service.errors import PROBLEM, ServiceError
+from service.errors import ServiceError
+from service.http import problems
+from service.http.problems import PROBLEM
 from service.http.rendering import page
 
 OF_PROGRAMS = ("/api/", "/fdsnws/", "/metrics", "/healthz", "/readyz", "/openapi.json", "/static/")
@@ -37,7 +38,7 @@ def wants_page(request: Request) -> bool:
 
 def of_service(request: Request, error: ServiceError) -> Response:
     """A refusal of ours, in the form that the caller takes."""
-    answer = errors.of_service(request, error)
+    answer = problems.of_service(request, error)
     return as_page(request, answer, is_unknown=False) if wants_page(request) else answer
 
 

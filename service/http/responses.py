@@ -25,7 +25,7 @@ from fastapi.routing import APIRoute
 from pydantic import BaseModel
 
 from core.arrays import Vector
-from service.errors import documented
+from service.http.problems import documented
 
 M = TypeVar("M", bound=BaseModel)
 

@@ -13,8 +13,9 @@ from service.access.auth import Caller, Role, engineer
 from service.buildings import queries as building_queries
 from service.buildings.schema import Sources
 from service.buildings.store import described
-from service.errors import ForbiddenError, documented
+from service.errors import ForbiddenError
 from service.http.parameters import LARGEST, Before, JobId, Limit, Reading, Writing, next_number
+from service.http.problems import documented
 from service.http.responses import TaggedRoute, responses, rows_of, table_responses
 from service.http.server_sent_events import followed
 from service.jobs import queries, queue

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import Any
 
-import vl_convert
 from sqlalchemy.orm import Session
 
 from core.workbench.earthquakes import Earthquakes
@@ -18,9 +17,7 @@ from service.models.stored_records import given, records
 from service.models.tables import DiagnosisPicture, ModelDiagnosis, ModelVersion
 from service.models.work import observing
 from service.models.workbench.diagnosis_json import as_json
-from service.models.workbench.diagnosis_page import figures
 from service.models.workbench.work import diagnose
-from service.reports.charts import CONFIG
 from service.version import VERSION
 
 
@@ -51,6 +48,11 @@ def diagnosis(model: ModelFile, parent: str, events: Earthquakes, tell: Tell) ->
         RecordError: no event is left to fit to.
         ModelError: a model's force grew beyond all bounds.
     """
+    import vl_convert
+
+    from service.models.workbench.diagnosis_page import figures
+    from service.reports.charts import CONFIG
+
     found = diagnose(model, parent, events, tell)
     drawn = tuple(
         Picture(one.title, one.caption, vl_convert.vegalite_to_svg(one.picture.to_dict(), config=CONFIG))

@@ -10,7 +10,6 @@ from datetime import UTC, datetime, timedelta
 
 import numpy as np
 from obspy import Stream, Trace, UTCDateTime
-from obspy.signal.trigger import coincidence_trigger
 
 from core.record import Segment
 from service.formats import FormatError, Trace as Recorded
@@ -85,6 +84,8 @@ def windows(segments: Sequence[Segment], settings: TriggerSettings) -> tuple[Win
 
 def _windows(segments: Sequence[Segment], settings: TriggerSettings) -> Sequence[Window]:
     """The earthquakes in records without long gaps."""
+    from obspy.signal.trigger import coincidence_trigger  # imports Matplotlib: only where records are continuous
+
     stream = _stream(segments, settings)
     if not stream:
         return ()

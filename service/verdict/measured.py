@@ -2,11 +2,14 @@
 
 from collections.abc import Mapping, Sequence
 from math import hypot, sqrt
+from typing import TYPE_CHECKING
 
-from core.analysis import EventAnalysis
 from core.description import BuildingDescription
 from service.verdict.assessment import Assessment, Facts, assess
 from service.verdict.checks import Lacking, Measured
+
+if TYPE_CHECKING:
+    from core.analysis import EventAnalysis
 
 DIRECTIONS = ("x", "y")
 COVERAGE = 2.0
@@ -25,7 +28,7 @@ NOT_COMPARED = Lacking(
 )
 
 
-def of_analysis(event: EventAnalysis, description: BuildingDescription) -> Assessment:
+def of_analysis(event: "EventAnalysis", description: BuildingDescription) -> Assessment:
     """The assessment of files: without earlier earthquakes or alerts, so that what needs them is undecided."""
     moved = {name: found.motion for name, found in event.directions.items() if found.motion is not None}
     left: dict[str, tuple[float, float | None]] = {

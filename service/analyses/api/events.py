@@ -26,8 +26,9 @@ from service.analyses.schema import (
 from service.analyses.tables import Analysis
 from service.buildings.description import LevelError, named_levels
 from service.buildings.store import described
-from service.errors import ConflictError, NotFoundError, documented
+from service.errors import ConflictError, NotFoundError
 from service.http.parameters import AnalysisId, Id, Reading, Writing
+from service.http.problems import documented
 from service.http.responses import document, responses
 from service.jobs import queue as job_queue
 from service.jobs.schema import JobOut

@@ -10,9 +10,9 @@ from sqlalchemy.orm import Session, sessionmaker
 
 from service.access import auth
 from service.db import migrate
-from service.errors import documented, problem
 from service.health import readiness
 from service.http.parameters import Reading
+from service.http.problems import documented, problem
 from service.jobs.schema import CheckOut, Health, Readiness
 from service.settings import Settings
 

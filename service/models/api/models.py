@@ -7,7 +7,6 @@ from fastapi import APIRouter, Body, Depends, Request, Response
 
 from service.access.auth import Caller, engineer
 from service.buildings import queries as building_queries
-from service.errors import documented
 from service.http.parameters import (
     AnyModelDirection,
     AnyModelState,
@@ -23,6 +22,7 @@ from service.http.parameters import (
     next_place,
     place,
 )
+from service.http.problems import documented
 from service.http.responses import Format, document, responses, table
 from service.jobs.schema import JobOut
 from service.jobs.tables import Job

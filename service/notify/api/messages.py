@@ -11,8 +11,8 @@ from sqlalchemy.orm import Session, sessionmaker
 
 from service.access.auth import Caller, caller, engineer
 from service.buildings import queries as building_queries
-from service.errors import documented
 from service.http.parameters import LARGEST, Before, Code, DeliveryId, Limit, MessageId, Reading, Writing, next_number
+from service.http.problems import documented
 from service.http.responses import Format, document, responses, table
 from service.http.server_sent_events import followed
 from service.models.api.models import making

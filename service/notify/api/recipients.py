@@ -12,8 +12,9 @@ from service.access.auth import Caller, admin, caller, engineer
 from service.alerts.messages import send_open_alerts_to_new_recipients
 from service.buildings import queries as building_queries, recipients
 from service.buildings.recipient_rules import SECRET, SEVERITIES, ReceiverRule, wanted_kinds
-from service.errors import ConflictError, FieldsError, documented
+from service.errors import ConflictError, FieldsError
 from service.http.parameters import Code, Reading, ReceiverId, Writing
+from service.http.problems import documented
 from service.http.responses import document, responses
 from service.models.api.models import making
 from service.notify import drill

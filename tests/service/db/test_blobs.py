@@ -1,5 +1,6 @@
 """Series come back bit by bit, smaller than they were."""
 
+import blosc2  # noqa: F401  else the first example waits for it beyond its deadline
 import hypothesis.extra.numpy as arrays
 import numpy as np
 import pytest
