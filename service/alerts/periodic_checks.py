@@ -23,6 +23,8 @@ from service.records import queries as record_queries
 from service.records.tables import SourceState
 from service.settings import Settings
 
+NO_WORK = Work(oldest=None, last_progress=None)
+"""Work of a building without a neglected job."""
 LATEST = 50
 """Latest earthquakes in which dead channels are looked for."""
 
@@ -58,25 +60,27 @@ def check_buildings(
     last = {} if last is None else last
     with reading(sessions)() as session:
         numbers = session.scalars(select(Building.id).order_by(Building.code)).all()
+        work = _work(session, settings, now)
     for building_id in numbers:
         if stopped():
             return
+        own = work.get(building_id, NO_WORK)
         with reading(sessions)() as session:
-            checked, candidates, is_due = _checked(session, building_id, settings, last.get(building_id), now)
+            checked, candidates, is_due = _checked(session, building_id, settings, own, last.get(building_id), now)
         if is_due:
             _write(sessions, building_id, candidates, settings, now)
         last[building_id] = checked
 
 
 def _checked(
-    session: Session, building_id: int, settings: Settings, before: Checked | None, now: datetime
+    session: Session, building_id: int, settings: Settings, work: Work, before: Checked | None, now: datetime
 ) -> tuple[Checked, tuple[AlertCandidate, ...], bool]:
     """The state of a building, its candidates, and True if there may be something to write."""
     building = session.get_one(Building, building_id)
     events = queries.events_version(session, building_id)
     is_same = before is not None and before.events == events
     dead = before.dead_channels if before is not None and is_same else _dead_channels(session, building, settings)
-    candidates = _candidates(session, building, settings, dead, now)
+    candidates = _candidates(session, building, settings, work, dead, now)
     is_watched = job_queue.is_being_watched(session, building_id)
     checked = Checked(events, dead, (*events, is_watched, *queries.news_version(session, building_id, now)))
     is_settled = (
@@ -107,7 +111,12 @@ def _reminder_interval(settings: Settings) -> timedelta:
 
 
 def _candidates(
-    session: Session, building: Building, settings: Settings, dead: Sequence[AlertCandidate], now: datetime
+    session: Session,
+    building: Building,
+    settings: Settings,
+    work: Work,
+    dead: Sequence[AlertCandidate],
+    now: datetime,
 ) -> tuple[AlertCandidate, ...]:
     """Candidates of all periodic checks; what continues keeps the time at which it began."""
     described, thresholds = building_store.described(session, building), _thresholds(settings)
@@ -120,7 +129,7 @@ def _candidates(
         candidates += data_health.wrong_clocks(source, thresholds)
     candidates += data_health.rejected_files(_rejected(session, building, settings, now))
     candidates += dead
-    candidates += data_health.stuck_work(_work(session, building, settings, now), thresholds, now)
+    candidates += data_health.stuck_work(work, thresholds, now)
     if (free := free_bytes(session)) is not None:
         candidates += data_health.full_disk(free, thresholds, began.get("disk"), now)
     return tuple(replace(one, began_at=min(one.began_at, began.get(one.cause, one.began_at))) for one in candidates)
@@ -193,8 +202,13 @@ def _dead(quality: Sequence[dict[str, Any]] | None) -> dict[str, str]:
     return {finding["channel"]: finding["message"] for finding in quality or () if finding["kind"] == "dead"}
 
 
-def _work(session: Session, building: Building, settings: Settings, now: datetime) -> Work:
-    lease = timedelta(seconds=settings.jobs.lease)
-    oldest = health_queries.oldest_undone_job(session, building.id, now, lease)
-    is_late = oldest is not None and now - oldest > timedelta(seconds=settings.data_health.worker_timeout)
-    return Work(oldest=oldest, last_progress=health_queries.last_progress(session, now, lease) if is_late else None)
+def _work(session: Session, settings: Settings, now: datetime) -> dict[int, Work]:
+    """Neglected work by building: read once for all of them."""
+    lease, patience = timedelta(seconds=settings.jobs.lease), timedelta(seconds=settings.data_health.worker_timeout)
+    oldest = health_queries.neglected_since(session, now, lease)
+    late = {building_id: since for building_id, since in oldest.items() if now - since > patience}
+    progress = health_queries.last_progress(session, now, lease) if late else None
+    return {
+        building_id: Work(oldest=since, last_progress=progress if building_id in late else None)
+        for building_id, since in oldest.items()
+    }

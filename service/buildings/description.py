@@ -1,5 +1,6 @@
 """Building files: TOML in; a building, or every problem of the file, out."""
 
+import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
@@ -79,6 +80,24 @@ def read_new(text: str, folder: Path) -> BuildingFile:
     A file that was accepted by an earlier version may keep invalid ones.
     """
     return _read(text, folder, (*CHECKS, wrong_addresses))
+
+
+def stored(text: str) -> str:
+    """The tables of a valid file as JSON, which `restored` reads without parsing TOML and checking it again."""
+    return BuildingTable.model_validate(tomllib.loads(text)).model_dump_json(exclude_unset=True)
+
+
+def restored(document: str, folder: Path) -> BuildingFile:
+    """The building of a file whose tables were stored.
+
+    Args:
+        document: as `stored` gives.
+        folder: of the file.
+
+    Raises:
+        ValidationError: it was stored by a version with other keys.
+    """
+    return _building(BuildingTable.model_validate_json(document), folder)
 
 
 def _read(text: str, folder: Path, checks: Sequence[Check]) -> BuildingFile:

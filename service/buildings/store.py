@@ -1,9 +1,11 @@
 """Buildings: added, described anew, and read; every description is kept."""
 
+from contextlib import suppress
 from datetime import datetime
 from functools import lru_cache
 from pathlib import Path
 
+from pydantic import ValidationError
 from sqlalchemy import select, update
 from sqlalchemy.orm import Session
 
@@ -86,8 +88,8 @@ def described(session: Session, building: Building) -> BuildingFile:
 
 
 def parsed(revision: Revision) -> BuildingFile:
-    """The description in a revision, parsed once by a process however often it is read."""
-    return _parsed(revision.toml, revision.folder)
+    """The description in a revision."""
+    return _parsed(revision.parsed, revision.toml, revision.folder)
 
 
 def read_again(session: Session, building: Building) -> None:
@@ -98,12 +100,17 @@ def read_again(session: Session, building: Building) -> None:
 
 def _describe(session: Session, building: Building, number: int, text: str, folder: Path, now: datetime) -> Revision:
     revision = Revision(building=building, number=number, toml=text, folder=str(folder), created_at=now)
+    revision.parsed = description.stored(text)
     session.add(revision)
     session.flush()
     recipients.follow_file(session, building.id, parsed(revision).receivers, now)
     return revision
 
 
-@lru_cache(maxsize=2048)
-def _parsed(toml: str, folder: str) -> BuildingFile:
+@lru_cache(maxsize=256)
+def _parsed(stored: str | None, toml: str, folder: str) -> BuildingFile:
+    """From the stored tables; from the file where there are none, or where they are of a version with other keys."""
+    if stored is not None:
+        with suppress(ValidationError):
+            return description.restored(stored, Path(folder))
     return description.read(toml, Path(folder))

@@ -30,6 +30,8 @@ class Revision(Base):
     number: Mapped[int]
     toml: Mapped[str] = mapped_column(Encrypted)
     """It may hold passwords of sources and secrets of receivers."""
+    parsed: Mapped[str | None] = mapped_column(Encrypted)
+    """The same as JSON, of service.buildings.description.stored; None of revisions from before it was stored."""
     folder: Mapped[str]
     """Folder of the description: relative source locations start here."""
     created_at: Mapped[datetime]

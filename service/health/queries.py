@@ -9,14 +9,15 @@ from sqlalchemy.orm import Session
 from service.analyses.tables import Analysis
 from service.db.leases import is_wrong
 from service.db.select import Line
+from service.jobs.queue import UNDER_WAY
 from service.jobs.tables import Job
 from service.models.tables import ModelVersion
-from service.records.tables import Event, EventRecording, Recording, Waveform
+from service.records.tables import READ, Event, EventRecording, Recording, Waveform
 
 
 def last_good_recording(session: Session, building_id: int) -> Recording | None:
     """The building's recording that could be used and ends last."""
-    good = (Recording.building_id == building_id, Recording.state == "read", Recording.end.is_not(None))
+    good = (Recording.building_id == building_id, READ, Recording.end.is_not(None))
     return session.scalars(select(Recording).where(*good).order_by(Recording.end.desc()).limit(1)).one_or_none()
 
 
@@ -58,18 +59,21 @@ def channels_ever(session: Session, building_id: int) -> set[str]:
     return set(session.scalars(question.where(Event.building_id == building_id).distinct()))
 
 
-def oldest_undone_job(session: Session, building_id: int, now: datetime, lease: timedelta) -> datetime | None:
-    """Time since which the building's oldest job waits, or its worker is silent; None if no job is neglected."""
-    columns = (Job.building_id, Event.building_id, ModelVersion.building_id)
-    of_building = or_(*(column == building_id for column in columns))
+def neglected_since(session: Session, now: datetime, lease: timedelta) -> Mapping[int, datetime]:
+    """Time since which the oldest job of a building waits, or its worker is silent, by building.
+
+    Buildings without a neglected job are left out. One statement for all of them, which reads the undone jobs only.
+    """
+    building_id = func.coalesce(Job.building_id, Event.building_id, ModelVersion.building_id)
     jobs = (
-        select(func.min(func.coalesce(Job.claimed_until, Job.created_at)))
+        select(building_id, func.min(func.coalesce(Job.claimed_until, Job.created_at)))
         .outerjoin(Event, Event.id == Job.event_id)
         .outerjoin(ModelVersion, ModelVersion.id == Job.model_id)
     )
     silent = or_(Job.claimed_until < now, is_wrong(Job.claimed_until, now, lease))
-    neglected = or_(Job.state == "waiting", (Job.state == "running") & silent)
-    return session.scalar(jobs.where(of_building, neglected))
+    neglected = or_(Job.state == "waiting", silent)
+    found = session.execute(jobs.where(Job.state.in_(UNDER_WAY), neglected).group_by(building_id))
+    return {building: since for building, since in found if building is not None}
 
 
 def last_progress(session: Session, now: datetime, lease: timedelta) -> datetime | None:

@@ -4,7 +4,7 @@ import logging
 from collections.abc import Iterable, Sequence
 from datetime import datetime, timedelta
 
-from sqlalchemy import or_, select, update
+from sqlalchemy import ColumnElement, or_, select, update
 from sqlalchemy.orm import Session, undefer
 
 from service.buildings import store as building_store
@@ -14,7 +14,7 @@ from service.db.leases import is_wrong
 from service.formats.trace import Trace, extent, overlapping
 from service.jobs import queue as job_queue
 from service.jobs.tables import Job
-from service.records.tables import GATHERING, Event, EventRecording, Recording, Waveform
+from service.records.tables import Event, EventRecording, Recording, Waveform
 from service.settings import Settings
 
 log = logging.getLogger(__name__)
@@ -46,19 +46,30 @@ def queue_ready(session: Session, now: datetime, *, settings: Settings) -> int:
     Returns:
         The number of them.
     """
-    patience = timedelta(seconds=settings.event.grace)
-    came = Event.updated_at
-    has_waited = or_(came <= now - patience, is_wrong(came, now - patience, patience))
-    waiting = select(Event).where(GATHERING, has_waited)
+    waiting = select(Event).where(Event.state == "gathering", _has_waited(now, settings))
     ready = list(session.scalars(waiting.order_by(Event.start).with_for_update(skip_locked=True)))
     for event in ready:
         job_queue.enqueue(session, event, {}, now)
     return len(ready)
 
 
+def is_any_ready(session: Session, now: datetime, *, settings: Settings) -> bool:
+    """True if `queue_ready` would queue an event; it reads only."""
+    return (
+        session.scalar(select(Event.id).where(Event.state == "gathering", _has_waited(now, settings)).limit(1))
+        is not None
+    )
+
+
+def _has_waited(now: datetime, settings: Settings) -> ColumnElement[bool]:
+    """The condition that an event has waited long enough for missing channels."""
+    patience, came = timedelta(seconds=settings.event.grace), Event.updated_at
+    return or_(came <= now - patience, is_wrong(came, now - patience, patience))
+
+
 def queue_now(session: Session, building: Building, now: datetime) -> None:
     """Queue the building's events as they are: no further files will come."""
-    waiting = select(Event).where(Event.building_id == building.id, GATHERING)
+    waiting = select(Event).where(Event.building_id == building.id, Event.state == "gathering")
     for event in session.scalars(waiting.with_for_update(skip_locked=True)):
         job_queue.enqueue(session, event, {}, now)
 

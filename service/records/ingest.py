@@ -4,7 +4,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 
-from sqlalchemy import select, update
+from sqlalchemy import ColumnElement, TextClause, select, update
 from sqlalchemy.orm import Session
 
 from service import formats, parsing
@@ -16,7 +16,7 @@ from service.formats.trace import extent, overlapping
 from service.parsing import ParserDiedError
 from service.records import continuous, events
 from service.records.recordings import data_of, gains, storable, store
-from service.records.tables import Recording
+from service.records.tables import REJECTED, Recording
 from service.records.trigger import check_gaps
 from service.settings import Settings
 from service.version import VERSION
@@ -142,10 +142,18 @@ def _give_up(recording: Recording, found: str) -> None:
     recording.state, recording.reason = "refused", f"{found}, {recording.failures} times; {wanted}"
 
 
+def failed_before(session: Session, building: Building) -> bool:
+    """True if an earlier version of the code failed at a recording of the building."""
+    return session.scalar(select(Recording.id).where(*_failed_before(building)).limit(1)) is not None
+
+
 def read_again_with_this_version(session: Session, building: Building) -> None:
     """Read again the recordings at which an earlier version of the code failed."""
-    failed = (Recording.building_id == building.id, Recording.state == "refused", Recording.failures > 0)
-    session.execute(update(Recording).where(*failed, Recording.version != VERSION).values(state="stored", failures=0))
+    session.execute(update(Recording).where(*_failed_before(building)).values(state="stored", failures=0))
+
+
+def _failed_before(building: Building) -> tuple[ColumnElement[bool] | TextClause, ...]:
+    return (Recording.building_id == building.id, REJECTED, Recording.failures > 0, Recording.version != VERSION)
 
 
 def _read_again_with_gains(session: Session, building: Building) -> None:

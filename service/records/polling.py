@@ -16,7 +16,15 @@ from service.buildings.tables import Building
 from service.db.sessions import reading
 from service.parsing import ParserDiedError
 from service.records import events
-from service.records.ingest import begin, next_stored, parse, read_again_with_this_version, take_in, went_wrong
+from service.records.ingest import (
+    begin,
+    failed_before,
+    next_stored,
+    parse,
+    read_again_with_this_version,
+    take_in,
+    went_wrong,
+)
 from service.records.recordings import Fetched, refuse_unseen, remember, store
 from service.records.sources.http import Manners, ServerClock
 from service.records.sources.opening import opened
@@ -60,8 +68,10 @@ class SourcePoller:
             building = building_store.find(session, code)
             described, state = building_store.described(session, building), session.get(SourceState, building.id)
             cursor, is_failing = ({}, False) if state is None else (state.cursor, state.failing_since is not None)
-        with self.sessions.begin() as session:
-            read_again_with_this_version(session, building)
+            is_to_read_again = failed_before(session, building)
+        if is_to_read_again:
+            with self.sessions.begin() as session:
+                read_again_with_this_version(session, building)
         self._read(building)  # files stored by an interrupted look, or readable with a new description
         if described.source is None:
             return True
@@ -85,6 +95,9 @@ class SourcePoller:
 
     def queue_ready(self) -> None:
         """Queue the events that have waited long enough."""
+        with reading(self.sessions)() as session:
+            if not events.is_any_ready(session, self.clock(), settings=self.settings):
+                return
         with self.sessions.begin() as session:
             events.queue_ready(session, self.clock(), settings=self.settings)
 

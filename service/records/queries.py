@@ -10,11 +10,10 @@ from service.analyses.tables import Analysis
 from service.buildings.tables import Building
 from service.db.select import Line, Place, Question, Span
 from service.errors import NotFoundError
-from service.records.tables import Event, Recording, Waveform
+from service.records.tables import REJECTED, Event, Recording, Waveform
 
 STATES: Mapping[str, str] = {"refused": "rejected", "stored": "waiting", "read": "read"}
 """The state of a recording as people read it, by that of its row."""
-REJECTED = "refused"
 
 
 def events(
@@ -157,11 +156,11 @@ def recordings(
 
 def rejected(session: Session, building_id: int, since: datetime) -> Sequence[Recording]:
     """The building's files rejected as a whole and received after `since`, the earliest first."""
-    of_building = (Recording.building_id == building_id, Recording.state == REJECTED, Recording.received_at > since)
+    of_building = (Recording.building_id == building_id, REJECTED, Recording.received_at > since)
     return session.scalars(select(Recording).where(*of_building).order_by(Recording.received_at, Recording.id)).all()
 
 
 def rejected_counts(session: Session) -> Mapping[int, int]:
     """Number of rejected files by building; buildings without any are left out."""
-    question = select(Recording.building_id, func.count()).where(Recording.state == REJECTED)
+    question = select(Recording.building_id, func.count()).where(REJECTED)
     return {line[0]: line[1] for line in session.execute(question.group_by(Recording.building_id))}

@@ -9,8 +9,14 @@ from sqlalchemy.orm import Mapped, mapped_column, relationship
 from service.buildings.tables import Building
 from service.db.base import Base
 
-GATHERING = text("state = 'gathering'")
-"""Written out in queries, too, because SQLite uses a partial index only for a literal."""
+READ, REJECTED = text("recording.state = 'read'"), text("recording.state = 'refused'")
+"""Written out in queries, because SQLite uses a partial index only for a literal."""
+
+
+def _index_of_state(state: str, column: str) -> Index:
+    """Index of a building's recordings in one state by a further column."""
+    where = text(f"state = '{state}'")
+    return Index(f"ix_recording_{state}", "building_id", column, sqlite_where=where, postgresql_where=where)
 
 
 class SourceState(Base):
@@ -59,7 +65,11 @@ class Recording(Base):
     """A file or an answer of a server, as it came to a building."""
 
     __tablename__ = "recording"
-    __table_args__ = (UniqueConstraint("building_id", "sha256"),)
+    __table_args__ = (
+        UniqueConstraint("building_id", "sha256"),
+        _index_of_state("read", "end"),
+        _index_of_state("refused", "received_at"),
+    )
     id: Mapped[int] = mapped_column(primary_key=True)
     building_id: Mapped[int] = mapped_column(ForeignKey("building.id"))
     sha256: Mapped[str | None] = mapped_column(ForeignKey("content.sha256"))
@@ -89,7 +99,8 @@ class Event(Base):
     __tablename__ = "event"
     __table_args__ = (
         Index(None, "building_id", "start"),
-        Index("ix_event_gathering", "updated_at", sqlite_where=GATHERING, postgresql_where=GATHERING),
+        Index(None, "building_id", "updated_at"),
+        Index(None, "state", "updated_at"),
     )
     id: Mapped[int] = mapped_column(primary_key=True)
     building_id: Mapped[int] = mapped_column(ForeignKey("building.id"))

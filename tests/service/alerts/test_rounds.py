@@ -251,6 +251,27 @@ def test_an_unchanged_building_takes_few_statements_and_writes_nothing(
     assert not [one for one in statements if "waveform" in one]
 
 
+def test_the_jobs_are_read_once_a_round_however_many_buildings_there_are(sessions: sessionmaker[Session]) -> None:
+    numbers = []
+    for _ in range(3):
+        with sessions.begin() as session:
+            made = building(session)
+            job_queue.enqueue(session, earthquake(session, made, NOW - 3 * HOUR), {}, NOW - 2 * HOUR)
+        statements: list[str] = []
+
+        def note(_1: object, _2: object, statement: str, *_3: object, told: list[str] = statements) -> None:
+            told.append(statement)
+
+        event.listen(sessions.kw["bind"], "before_cursor_execute", note)
+        check_buildings(sessions, SETTINGS, NOW)
+        event.remove(sessions.kw["bind"], "before_cursor_execute", note)
+        numbers.append(len([one for one in statements if "job.claimed_until" in one or "max(job.finished_at)" in one]))
+    assert numbers == numbers[:1] * 3
+    assert states(sessions) == {"worker": "active"}
+    with sessions() as session:
+        assert session.query(Alert).count() == 3
+
+
 def refused_event(session: Session, of: Building) -> None:
     made = earthquake(session, of, NOW - HOUR)
     made.state, made.reason = "refused", "every sensor is dead"

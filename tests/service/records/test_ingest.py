@@ -12,7 +12,7 @@ from obspy import Inventory, UTCDateTime
 from obspy.core.inventory import Channel, Network, Response, Station
 from obspy.core.inventory.response import InstrumentSensitivity
 from shared_data import BNCS, needs_shared
-from sqlalchemy import event as sqlalchemy_event, func, select, text
+from sqlalchemy import event as sqlalchemy_event, func, select
 from sqlalchemy.orm import Session, sessionmaker, undefer
 
 from service import parsing
@@ -23,7 +23,7 @@ from service.jobs.tables import Job
 from service.records import events
 from service.records.ingest import ingest
 from service.records.recordings import gains
-from service.records.tables import GATHERING, Content, Event, Recording, Waveform
+from service.records.tables import Content, Event, Recording, Waveform
 from service.settings import Settings
 
 NOW = START + timedelta(days=1)
@@ -267,12 +267,3 @@ def test_the_bytes_of_station_files_are_fetched_once(sessions: sessionmaker[Sess
         assert gains(session, building, limits) == before
     assert statements
     assert not [statement for statement in statements if "content" in statement]
-
-
-def test_events_that_wait_for_files_have_an_index_of_their_own(sessions: sessionmaker[Session]) -> None:
-    with sessions() as session:
-        if session.get_bind().dialect.name != "sqlite":
-            return  # the planner of PostgreSQL reads an empty table without any index
-        waiting = str(select(Event.id).where(GATHERING))
-        plan = session.execute(text(f"EXPLAIN QUERY PLAN {waiting}")).all()
-    assert "ix_event_gathering" in str(plan)

@@ -1,11 +1,13 @@
 """A server is asked with patience and within bounds: what is there is fetched, what is not is said."""
 
+import gc
+import ssl
 import tracemalloc
 
 import pytest
 from monitoring_server import Page, Server, monitoring_server
 
-from service.records.sources.http import Client
+from service.records.sources.http import Client, client
 from service.records.sources.source import SourceError, TooLargeError
 
 
@@ -91,3 +93,15 @@ def test_a_time_to_wait_that_is_no_number_is_passed_over(server: Server, asking:
 def test_an_address_that_is_none_is_told(asking: Client) -> None:
     with pytest.raises(SourceError, match="is no valid address"):
         asking.get("http://127.0.0.1:port/a")
+
+
+def test_the_looks_of_a_process_share_one_tls_context(asking: Client) -> None:
+    def contexts() -> int:
+        return sum(isinstance(one, ssl.SSLContext) for one in gc.get_objects())
+
+    made = [client(asking.settings, asking.manners)]
+    before = contexts()
+    made += [client(asking.settings, asking.manners) for _ in range(3)]
+    assert contexts() == before > 0
+    for one in made:
+        one.http.close()

@@ -1,0 +1,77 @@
+"""What is read again and again takes an index, on both kinds of database: nothing grows with the whole history."""
+
+from collections.abc import Callable, Sequence
+from datetime import UTC, datetime, timedelta
+
+import pytest
+from sqlalchemy import Connection, event, text
+from sqlalchemy.orm import Session, sessionmaker
+
+from service.alerts import queries as alert_queries
+from service.buildings.tables import Building
+from service.health import queries as health_queries
+from service.records import events, queries as record_queries
+from service.records.ingest import failed_before
+from service.settings import Settings
+
+NOW = datetime(2024, 1, 5, tzinfo=UTC)
+LEASE = timedelta(minutes=2)
+BUILDING = Building(id=1, code="B", name="tower", created_at=NOW)
+READS: dict[str, tuple[Callable[[Session], object], Sequence[str]]] = {
+    "events that wait, every five seconds": (
+        lambda session: events.is_any_ready(session, NOW, settings=Settings()),
+        ["ix_event_state_updated_at"],
+    ),
+    "events to queue": (
+        lambda session: events.queue_ready(session, NOW, settings=Settings()),
+        ["ix_event_state_updated_at"],
+    ),
+    "recordings to read again": (lambda session: failed_before(session, BUILDING), ["ix_recording_refused"]),
+    "last good recording": (lambda session: health_queries.last_good_recording(session, 1), ["ix_recording_read"]),
+    "rejected files": (lambda session: record_queries.rejected(session, 1, NOW), ["ix_recording_refused"]),
+    "neglected jobs": (lambda session: health_queries.neglected_since(session, NOW, LEASE), ["ix_job_state_id"]),
+    "last progress": (
+        lambda session: health_queries.last_progress(session, NOW, LEASE),
+        ["ix_job_finished_at", "ix_job_state_id"],
+    ),
+    "changes of the events": (
+        lambda session: alert_queries.events_version(session, 1),
+        ["ix_event_building_id_updated_at", "revision"],
+    ),
+}
+"""What is read, and an index that each of its statements takes."""
+
+
+@pytest.mark.parametrize("name", READS)
+def test_a_statement_takes_its_index(sessions: sessionmaker[Session], name: str) -> None:
+    read, indexes = READS[name]
+    found = plans(sessions, read)
+    assert len(found) == len(indexes)
+    for plan, index in zip(found, indexes, strict=True):
+        assert index in plan, plan
+        assert "SCAN" not in plan.replace("SCAN CONSTANT", ""), plan
+        assert "Seq Scan" not in plan, plan
+
+
+def plans(sessions: sessionmaker[Session], read: Callable[[Session], object]) -> list[str]:
+    """The plan of each statement that reads; a table without rows would be read whole without being told otherwise."""
+    executed: list[tuple[str, object]] = []
+
+    def note(_1: object, _2: object, statement: str, parameters: object, *_3: object) -> None:
+        if statement.startswith("SELECT"):
+            executed.append((statement, parameters))
+
+    with sessions() as session:
+        connection = session.connection()
+        if connection.dialect.name == "postgresql":
+            session.execute(text("SET LOCAL enable_seqscan = off"))
+        event.listen(connection, "before_cursor_execute", note)
+        read(session)
+        event.remove(connection, "before_cursor_execute", note)
+        return [_plan(connection, *one) for one in executed]
+
+
+def _plan(connection: Connection, statement: str, parameters: object) -> str:
+    prefix = "EXPLAIN QUERY PLAN " if connection.dialect.name == "sqlite" else "EXPLAIN "
+    rows = connection.exec_driver_sql(prefix + statement, parameters)  # type: ignore[arg-type]
+    return "\n".join(str(row[-1]) for row in rows)
