@@ -1,4 +1,4 @@
-"""The recorded ground motion that every installation has: AKT013, which comes with ObsPy's test data.
+"""The ground motion that every installation has: AKT013, which comes with ObsPy's test data.
 
 NIED's K-NET, Akita, 1996-08-11 03:12 (M 5.9), the east-west component.
 """
@@ -14,7 +14,7 @@ NAME = "Akita 1996, AKT013"
 
 
 def recorded() -> tuple[Vector, float]:
-    """(n,) m/s², as recorded, and its rate in Hz."""
+    """(n,) m/s², the recorded acceleration, and its rate in Hz."""
     with as_file(files("obspy") / PLACE) as path:
         trace = obspy.read(str(path), format="KNET", apply_calib=True)[0]
     return trace.data, float(trace.stats.sampling_rate)

@@ -34,10 +34,10 @@ from service.models.api import comparisons, effects, models
 from service.models.pages import diagnoses as diagnosis_pages, models as model_pages, pictures as model_pictures
 from service.notify import pages as notify_pages
 from service.notify.api import messages, recipients
-from service.own_effects import add_own_effects
 from service.records.api import fdsn, recordings
 from service.schema import Problem
 from service.settings import Settings
+from service.user_effects import add_user_effects
 from service.version import VERSION
 
 DESCRIPTION = """\
@@ -63,14 +63,14 @@ SECURITY = {
 
 
 def create(settings: Settings, visitor: Caller | None = None) -> FastAPI:
-    """The application on the database that the settings name, which must have its tables.
+    """The application, on a database whose tables exist.
 
     Args:
-        settings: in force.
-        visitor: programs and browsers that seem to be on this machine, as long as no key was ever made; for
-            demonstrations, whose data are simulated. None: everybody needs a key or a session.
+        settings: the service's settings.
+        visitor: the caller that programs and browsers on this machine count as until the first key is made; for
+            demonstrations, whose data are simulated. None: every caller needs a key or a session.
     """
-    add_own_effects(settings.effects_folder)
+    add_user_effects(settings.effects_folder)
     app = FastAPI(
         title="Menshin",
         version=VERSION,
@@ -91,25 +91,25 @@ def create(settings: Settings, visitor: Caller | None = None) -> FastAPI:
     app.state.attempts = Attempts()
     app.state.questions = Counter()
     app.state.ending = Signal()
-    app.state.unready_since = {}  # by the name of a check
+    app.state.unready_since = {}  # check name to time
     app.state.metrics = metrics.registry(app.state.reading)
     app.add_middleware(RequestCapture)
-    app.add_middleware(Guard, ending=app.state.ending, refusal=http_pages.of_service)
+    app.add_middleware(Guard, ending=app.state.ending, refusal=http_pages.service_problem)
     app.add_middleware(Measured, registry=app.state.metrics)
     problems.install(app)
-    app.add_exception_handler(NulError, problems.of_text)
-    app.add_exception_handler(SecretKeyError, problems.of_secret_key)
+    app.add_exception_handler(NulError, problems.text_problem)
+    app.add_exception_handler(SecretKeyError, problems.secret_key_problem)
     http_pages.install(app)
     api = APIRouter(prefix="/api/v1", dependencies=[Depends(auth.viewer)])
-    of_models = (effects, models, comparisons)
-    of_notices = (alert_api, access_api, recipients, messages)
+    model_rooms = (effects, models, comparisons)
+    message_rooms = (alert_api, access_api, recipients, messages)
     for module in (
         building_api,
         events,
         analysis_series,
         drift_api,
-        *of_models,
-        *of_notices,
+        *model_rooms,
+        *message_rooms,
         job_api,
         recordings,
     ):
@@ -117,40 +117,40 @@ def create(settings: Settings, visitor: Caller | None = None) -> FastAPI:
     app.include_router(api)
     app.include_router(recordings.pages)
     app.include_router(fdsn.router, dependencies=[Depends(auth.viewer)])
-    of_people = (alert_pages, notify_pages)
-    for_browsers = (
+    pages = (
         building_pages,
         analysis_pages,
         drift_pages,
-        *of_people,
+        alert_pages,
+        notify_pages,
         model_pages,
         diagnosis_pages,
         pictures,
         model_pictures,
         access_pages,
     )
-    for module in (*for_browsers, health):  # who may ask is theirs to say
+    for module in (*pages, health):  # each checks access by itself
         app.include_router(module.router)
     app.mount("/static", StaticFiles(directory=FOLDER / "static"))
-    app.add_api_route("/openapi.json", described, include_in_schema=False)
+    app.add_api_route("/openapi.json", openapi_document, include_in_schema=False)
     app.openapi = lambda: openapi(app)  # type: ignore[method-assign]  # FastAPI's documented way to extend it
     return app
 
 
 @asynccontextmanager
 async def lifespan(app: FastAPI) -> AsyncIterator[None]:
-    """The connections are closed with the application."""
+    """Close the database connections when the application ends."""
     yield
     app.state.sessions.kw["bind"].dispose()
 
 
-async def described(request: Request) -> JSONResponse:
+async def openapi_document(request: Request) -> JSONResponse:
     """The OpenAPI document."""
     return JSONResponse(request.app.openapi())
 
 
 def openapi(app: FastAPI) -> dict[str, Any]:
-    """FastAPI's document with the problem's schema and the two ways to give a key."""
+    """FastAPI's document with the problem's schema and the two ways to send a key."""
     if app.openapi_schema is None:
         document = FastAPI.openapi(app)
         components = document.setdefault("components", {})
@@ -158,7 +158,7 @@ def openapi(app: FastAPI) -> dict[str, Any]:
         components["securitySchemes"] = SECURITY
         document["security"] = [{name: []} for name in SECURITY]
         for operation in (one for path in document["paths"].values() for one in path.values()):
-            everywhere = problems.documented(429, *([413] if "requestBody" in operation else []))
+            everywhere = problems.openapi_responses(429, *([413] if "requestBody" in operation else []))
             for status, answer in everywhere.items():
                 operation["responses"].setdefault(str(status), answer)
         app.openapi_schema = document

@@ -1,28 +1,28 @@
-"""What the service refuses; `service.http.problems` answers with it.
+"""Errors that the service raises for invalid requests; `service.http.problems` turns them into responses.
 
 ServiceError
-├── NotFoundError       404, nothing by that name
-├── ConflictError       409, well formed, but it does not fit what it is asked of
-│   └── FieldsError     the same, by the names of the fields
-├── TooLargeError       413, more than is taken or given at once
-├── UnauthorizedError   401, a key is missing or not known
-├── LoginWantedError    303, a page that wants a key: the form comes next
-├── ForbiddenError      403, known, but not allowed
-└── TooManyRequestsError  429, more than one client may have under way
+├── NotFoundError         404, the named object does not exist
+├── ConflictError         409, the request conflicts with the current state
+│   └── FieldsError       409, with a problem for each invalid field
+├── TooLargeError         413, the request or its response exceeds a limit
+├── UnauthorizedError     401, the key is missing or unknown
+├── LoginRequiredError    303, redirects a browser to the login form
+├── ForbiddenError        403, the caller's role does not permit the request
+└── TooManyRequestsError  429, the client has too many requests in progress
 """
 
 from collections.abc import Mapping
 
 
 class ServiceError(Exception):
-    """What the service can refuse to do; the message says what was found and what would do."""
+    """A request that the service rejects; the message states the problem and its remedy."""
 
     status: int
     headers: Mapping[str, str] = {}
 
 
 class NotFoundError(ServiceError):
-    """Nothing by that name."""
+    """The named object does not exist."""
 
     status = 404
 
@@ -31,13 +31,13 @@ class NotFoundError(ServiceError):
 
 
 class ConflictError(ServiceError):
-    """Well formed, but it does not fit what it is asked of."""
+    """The request is well formed, but conflicts with the current state."""
 
     status = 409
 
 
 class FieldsError(ConflictError):
-    """Some fields of what was given do not fit; `problems` has by their names what is wrong."""
+    """Some fields are invalid; `problems` maps field names to their problems."""
 
     def __init__(self, problems: Mapping[str, str]) -> None:
         super().__init__(f"{'; '.join(f'{name}: {problem}' for name, problem in problems.items())}.")
@@ -45,36 +45,36 @@ class FieldsError(ConflictError):
 
 
 class UnauthorizedError(ServiceError):
-    """A key is missing or not known."""
+    """The API key is missing or unknown."""
 
     status = 401
     headers = {"WWW-Authenticate": 'Bearer realm="menshin"'}  # noqa: RUF012  read only
 
 
 class TooLargeError(ServiceError):
-    """More than is taken or given at once."""
+    """The request or its response exceeds a limit."""
 
     status = 413
 
 
-class LoginWantedError(ServiceError):
-    """A page that wants a key, asked for by a browser that has none."""
+class LoginRequiredError(ServiceError):
+    """The page needs a login: the browser is redirected to the login form."""
 
     status = 303
 
     def __init__(self, form: str) -> None:
-        super().__init__("This page takes a key; the form at Location asks for it.")
+        super().__init__("This page needs a login; the form is at Location.")
         self.headers = {"Location": form}
 
 
 class ForbiddenError(ServiceError):
-    """Known, but not allowed."""
+    """The caller's role does not permit the request."""
 
     status = 403
 
 
 class TooManyRequestsError(ServiceError):
-    """More than one client may have under way."""
+    """The client has too many requests in progress."""
 
     status = 429
     headers = {"Retry-After": "60"}  # noqa: RUF012  read only

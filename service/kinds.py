@@ -1,4 +1,4 @@
-"""Which kinds of work there are."""
+"""The kinds of jobs: inputs, stages and storage of each."""
 
 from collections.abc import Mapping, Sequence
 from datetime import datetime
@@ -31,7 +31,9 @@ def _store_analysis(
     session: Session, claim: Claim, inputs: Inputs, found: Sequence[EventAnalysis], now: datetime
 ) -> None:
     event = session.get_one(Event, claim.event_id)
-    session.get_one(Building, event.building_id, with_for_update={"key_share": True})  # first, as who reads a record
+    session.get_one(
+        Building, event.building_id, with_for_update={"key_share": True}
+    )  # the same lock order as a reader of records
     analysis = analysis_store.store(session, claim, inputs, found[-1], now)
     session.flush()
     if analysis.current and analysis.refusal is None:
@@ -60,4 +62,4 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
         WATCH: Kind(drift_monitoring.inputs, drift_monitoring.stages, drift_monitoring.store),
     }
 )
-"""By the name that a job has."""
+"""Kinds of jobs by name."""

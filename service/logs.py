@@ -1,4 +1,4 @@
-"""The log of a process of ours."""
+"""The log of a process of the service."""
 
 import logging
 from collections.abc import Mapping
@@ -7,12 +7,14 @@ from types import MappingProxyType
 LEVELS: Mapping[str, int] = MappingProxyType(
     {"debug": logging.DEBUG, "info": logging.INFO, "warning": logging.WARNING, "error": logging.ERROR}
 )
-"""Levels by their names in the settings."""
+"""Logging levels by their names in the settings."""
 LINE = "%(asctime)s %(levelname)s %(name)s: %(message)s"
 
 
 def begin(level: int) -> None:
-    """Write it to the standard error from this level on, unless it is written already."""
+    """Write the log to standard error from this level on, unless logging is configured already."""
     logging.basicConfig(level=level, format=LINE)
-    logging.getLogger("apscheduler").setLevel(logging.ERROR)  # a look longer than the interval skips one: no fault
+    logging.getLogger("apscheduler").setLevel(
+        logging.ERROR
+    )  # a poll longer than the interval skips the next one, which is normal
     logging.getLogger("httpx").setLevel(logging.WARNING)

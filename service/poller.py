@@ -1,4 +1,4 @@
-"""When sources are looked at: one process at a time, every building at its own pace."""
+"""The poller: one process at a time polls every building's source at its own interval."""
 
 import logging
 import os
@@ -28,32 +28,32 @@ from service.settings import Settings
 log = logging.getLogger(__name__)
 
 ROUND = 5.0
-"""s between two looks at the lease, at the list of buildings and at the events that wait."""
+"""s between two renewals of the lease, with a look at the buildings and the waiting events."""
 A_MOMENT = timedelta(seconds=1)
-"""By which a time may lie ahead without any cause."""
+"""Tolerance within which a time ahead of the clock is no sign of a changed clock."""
 CHECKS = "checks/"
-"""The scheduler's job beside those of the buildings; no code has a slash."""
+"""The scheduler's job for the checks; no building code contains a slash."""
 
 
 @dataclass(frozen=True, slots=True)
 class Every(BaseTrigger):  # type: ignore[misc]  # APScheduler has no types
-    """Due at once, and then so long after it was due last.
+    """A trigger that fires at once, and then at an interval after each firing.
 
-    Counted from now, not from when it was to be: else a clock that is set ahead makes up for all the times between.
+    The interval counts from now, not from the planned time: otherwise a clock set ahead would cause a burst of firings.
     """
 
     interval: timedelta
 
     def get_next_fire_time(self, previous: datetime | None, now: datetime) -> datetime:
-        """As APScheduler asks for it."""
+        """The next time, as APScheduler requests it."""
         return now if previous is None else now + self.interval
 
 
 @dataclass(slots=True)
 class Poller:
-    """Polls until it is stopped.
+    """The poller.
 
-    APScheduler says when a source is due, threads of our own look at it.
+    APScheduler decides when a source is due; separate threads poll it.
     """
 
     sessions: sessionmaker[Session]
@@ -62,12 +62,13 @@ class Poller:
     clock: Callable[[], datetime] = lambda: datetime.now(UTC)
     holds: bool = False
     attempts: Attempts = field(default_factory=lambda: Attempts(log))
-    """Of the rounds, the looks and the checks."""
+    """Database attempts of rounds, polls and checks."""
     checked: dict[int, periodic_checks.Checked] = field(default_factory=dict)
-    """State of each building at its last check."""
+    """Each building's state at its last check."""
 
     def run(self, stop: Signal) -> None:
-        """Poll until `stop` is set; looks under way are left at their next step, or where their server keeps them."""
+        """Poll until `stop` is set; polls in progress end at their next step, or are abandoned while their server
+        keeps them waiting."""
         sources = SourcePoller(self.sessions, self.settings, self.clock, stop.wait, stop.is_set)
         lanes = Lanes(lambda code: self._poll(sources, code), self.settings.polling.interval)
         scheduler = BackgroundScheduler(
@@ -84,32 +85,32 @@ class Poller:
         finally:
             scheduler.shutdown(wait=True)
             if left := lanes.end():
-                log.warning("stopped while the sources of %s had not answered; nothing is lost", ", ".join(left))
+                log.warning("stopped before the sources of %s had answered; no data is lost", ", ".join(left))
             with self.attempts.one(), self.sessions.begin() as session:
                 leases.give_up(session, POLLING, self.holder)
 
     def _round(self, scheduler: BackgroundScheduler, sources: SourcePoller, lanes: Lanes, stop: Signal) -> None:
-        """Keep the right to poll, and one clock for every building while it is ours."""
+        """Renew the lease, and schedule one job for every building while this process holds it."""
         with self.sessions.begin() as session:
             holds = leases.hold(session, POLLING, self.holder, self.clock(), POLLING_LEASE)
             codes = set(session.scalars(select(Building.code))) if holds else set()
         if holds != self.holds:
             log.info("polling here" if holds else "another process polls")
             self.holds = holds
-        running, wanted = {job.id for job in scheduler.get_jobs()}, codes | ({CHECKS} if holds else set())
-        for name in running - wanted:
+        running, due = {job.id for job in scheduler.get_jobs()}, codes | ({CHECKS} if holds else set())
+        for name in running - due:
             scheduler.remove_job(name)
-        if new := wanted - running:
+        if new := due - running:
             lanes.expect_failure(self._failing())
         for name in sorted(new):
             self._start(scheduler, lanes, name, stop.is_set)
-        self._mind_the_clock(scheduler)
+        self._run_overdue(scheduler)
         lanes.go_on()
         if holds:
             sources.queue_ready()
 
     def _start(self, scheduler: BackgroundScheduler, lanes: Lanes, name: str, stopped: Callable[[], bool]) -> None:
-        """A clock for a building, or for the checks, which take long and have a thread of their own."""
+        """Schedule a building, or the checks, which take long and have their own thread."""
         checks = name == CHECKS
         scheduler.add_job(
             self._check if checks else lanes.due,
@@ -119,21 +120,21 @@ class Poller:
             executor="checks" if checks else "default",
         )
 
-    def _mind_the_clock(self, scheduler: BackgroundScheduler) -> None:
-        """What is due later than its interval from now was set so before the clock was set back: it is due now."""
+    def _run_overdue(self, scheduler: BackgroundScheduler) -> None:
+        """Run jobs at once that are due later than an interval from now: the clock was set back."""
         now = self.clock()
         late = [job for job in scheduler.get_jobs() if job.next_run_time > now + job.trigger.interval + A_MOMENT]
         if late:
             ahead = max(job.next_run_time - job.trigger.interval for job in late) - now
-            log.warning("the clock was set back by about %.0f s; everything is looked at now", ahead.total_seconds())
+            log.warning("the clock was set back by about %.0f s; all sources are polled now", ahead.total_seconds())
         for job in late:
             job.modify(next_run_time=now)
 
     def _failing(self) -> list[str]:
-        """Codes of the buildings whose sources failed at the last look, of this process or one before it."""
-        question = select(Building.code).join(SourceState, SourceState.building_id == Building.id)
+        """Codes of the buildings whose last poll failed, in this process or an earlier one."""
+        buildings = select(Building.code).join(SourceState, SourceState.building_id == Building.id)
         with self.sessions() as session:
-            return list(session.scalars(question.where(SourceState.failing_since.is_not(None))))
+            return list(session.scalars(buildings.where(SourceState.failing_since.is_not(None))))
 
     def _check(self, stopped: Callable[[], bool]) -> None:
         with self.attempts.one():
@@ -141,16 +142,16 @@ class Poller:
                 periodic_checks.check_buildings(self.sessions, self.settings, self.clock(), stopped, self.checked)
             except OperationalError:
                 raise
-            except Exception:  # like the one below: the next round tries again
-                log.exception("looking whether data stopped went wrong")
+            except Exception:  # as below: the next round repeats it
+                log.exception("the check of data health failed")
 
     def _poll(self, sources: SourcePoller, code: str) -> bool:
-        """Whether the source answered; what is no fault of the source does not count as a failure."""
+        """True if the source answered; a fault that is not the source's does not count as a failure."""
         with self.attempts.one():
             try:
                 return sources.poll(code)
             except OperationalError:
                 raise
-            except Exception:  # a bug at one building stops no other, and is shown each time
-                log.exception("looking at the source of %s went wrong", code)
+            except Exception:  # a bug at one building must not stop the others; it is logged each time
+                log.exception("polling the source of %s failed", code)
         return True

@@ -1,4 +1,4 @@
-"""The service's parts as they run together in one process tree, and how they end."""
+"""The parts of the service that run together in one process tree, and their orderly end."""
 
 import logging
 import signal
@@ -16,18 +16,18 @@ from service.db import encryption, migrate
 from service.db.problems import is_away
 from service.db.sessions import sessions
 from service.notify.tables import Receiver
-from service.own_folders import own_folder
+from service.process_folders import process_folder
 from service.settings import Settings
 
 log = logging.getLogger(__name__)
 
 LOOK_UP = 0.5
-"""s."""
+"""s between two looks at a signal or the database."""
 
 
 @contextmanager
 def migrated(settings: Settings) -> Iterator[sessionmaker[Session]]:
-    """Sessions at a database that is brought up to date first."""
+    """Sessions on the database, brought up to date first."""
     migrate.upgrade(settings.database_url)
     with _opened(settings) as opened:
         yield opened
@@ -43,8 +43,8 @@ def _opened(settings: Settings) -> Iterator[sessionmaker[Session]]:
 
 
 @contextmanager
-def signalled() -> Iterator[Signal]:
-    """Set when the process is asked to end (Ctrl-C, SIGTERM)."""
+def stop_signal() -> Iterator[Signal]:
+    """An event that SIGINT (Ctrl-C) or SIGTERM sets."""
     stop = Signal()
 
     def end(number: int, frame: FrameType | None) -> None:
@@ -59,10 +59,10 @@ def signalled() -> Iterator[Signal]:
 
 
 def wait_for(stop: Signal) -> None:
-    """Wait until we are asked to end.
+    """Wait until the event is set.
 
-    In short waits: a handler runs only once the main thread does, and a signal that comes just before a wait without
-    end begins was seen to be slept through.
+    It waits in short steps: signal handlers run in the main thread only, and a signal just before an endless wait was
+    missed in practice.
     """
     while not stop.wait(LOOK_UP):
         pass
@@ -72,14 +72,14 @@ def wait_for(stop: Signal) -> None:
 def running(
     settings: Settings, stop: Signal, *, poll: bool = False, work: bool = False, notify: bool = False
 ) -> Iterator[sessionmaker[Session]]:
-    """The poller, the worker and the notifier beside what the caller does, with sessions; all have ended afterwards.
+    """Run the parts as threads beside the caller's own work, and end them afterwards; yields sessions.
 
-    None of them starts if `stop` is set while the database is away.
+    No part starts if `stop` is set before the database answers.
     """
     logs.begin(logs.LEVELS[settings.log_level])
-    is_there = _upgraded(settings.database_url, stop)
+    is_ready = _upgraded(settings.database_url, stop)
     with _opened(settings) as opened:
-        if not is_there:
+        if not is_ready:
             yield opened
             return
         _warn_of_plain_secrets(opened)
@@ -99,10 +99,10 @@ def running(
 
 
 def _upgraded(url: str, stop: Signal) -> bool:
-    """Bring the database up to date, and wait for a server that is away; False if `stop` is set before it comes.
+    """Bring the database up to date, waiting for a server that does not answer; False if `stop` is set first.
 
     Raises:
-        OperationalError: it is a file, or a server that answers but cannot be used: waiting would not help.
+        OperationalError: a file, or a server that answers but cannot be used, so that waiting would not help.
     """
     is_waiting = False
     while not stop.is_set():
@@ -112,21 +112,21 @@ def _upgraded(url: str, stop: Signal) -> bool:
             if make_url(url).get_backend_name() == "sqlite" or not is_away(error):
                 raise
             if not is_waiting:
-                log.warning("waiting for the database, which is out of reach: %s", str(error.orig).splitlines()[0])
+                log.warning("waiting for the database, which cannot be reached: %s", str(error.orig).splitlines()[0])
             is_waiting = True
             stop.wait(LOOK_UP)
         else:
             if is_waiting:
-                log.warning("the database is there")
+                log.warning("the database can be reached again")
             return True
     return False
 
 
 def _warn_of_plain_secrets(opened: sessionmaker[Session]) -> None:
-    """Log how many receivers' secrets are stored without encryption.
+    """Log how many recipients' secrets are stored unencrypted.
 
     Raises:
-        SecretKeyError: the key in the environment is malformed, or another one than that of the database.
+        SecretKeyError: the key in the environment is malformed, or is not the database's.
     """
     with opened() as session:
         plain = select(func.count(Receiver.id)).where(
@@ -136,7 +136,7 @@ def _warn_of_plain_secrets(opened: sessionmaker[Session]) -> None:
         )
         if count := session.scalar(plain):
             log.warning(
-                "%d receivers' addresses and secrets are stored unencrypted; set %s (docs/reference/settings.md)",
+                "addresses and secrets of %d recipients are stored unencrypted; set %s (docs/reference/settings.md)",
                 count,
                 encryption.VARIABLE,
             )
@@ -144,25 +144,25 @@ def _warn_of_plain_secrets(opened: sessionmaker[Session]) -> None:
     encryption.is_key_set()
 
 
-def worked_off(opened: sessionmaker[Session], settings: Settings) -> int:
-    """Work until no job waits; the number of jobs that were done."""
+def work_until_idle(opened: sessionmaker[Session], settings: Settings) -> int:
+    """Do jobs until none waits; the number of jobs done."""
     from service.jobs.executors import end, executors
     from service.jobs.worker import Worker
     from service.kinds import KINDS
 
-    made = executors(settings)
-    with own_folder() as notes:
+    started = executors(settings)
+    with process_folder() as notes:
         try:
-            return Worker(opened, made, settings, KINDS, notes=notes).run_until_idle()
+            return Worker(opened, started, settings, KINDS, notes=notes).run_until_idle()
         finally:
-            end(made, settings)
+            end(started, settings)
 
 
 Part = Callable[[sessionmaker[Session], Settings, Signal], None]
 
 
 def _guarded(part: Part, opened: sessionmaker[Session], settings: Settings, stop: Signal) -> None:
-    """A part that crashes ends the others too: whoever started us sees it and starts us again."""
+    """Run a part; its crash ends the others too, so that the supervisor sees it and restarts the service."""
     try:
         part(opened, settings, stop)
     except Exception:
@@ -182,12 +182,12 @@ def _work(opened: sessionmaker[Session], settings: Settings, stop: Signal) -> No
     from service.jobs.worker import Worker
     from service.kinds import KINDS
 
-    made = executors(settings)
-    with own_folder() as notes:
+    started = executors(settings)
+    with process_folder() as notes:
         try:
-            Worker(opened, made, settings, KINDS, notes=notes).run(stop)
+            Worker(opened, started, settings, KINDS, notes=notes).run(stop)
         finally:
-            end(made, settings)
+            end(started, settings)
 
 
 def _notify(opened: sessionmaker[Session], settings: Settings, stop: Signal) -> None:

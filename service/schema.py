@@ -1,4 +1,4 @@
-"""What every answer is: SI units, UTC times; what is missing is null."""
+"""Schemas that all rooms share: values in SI units, times in UTC, null for missing values."""
 
 from typing import Annotated
 
@@ -9,18 +9,18 @@ Series = list[float | None]
 
 
 class Answer(BaseModel):
-    """Read from a row, and nothing else comes with it."""
+    """A response, read from a row or an object; unknown fields are errors."""
 
     model_config = ConfigDict(from_attributes=True, extra="forbid")
 
 
 class Problem(BaseModel):
-    """What went wrong (RFC 9457)."""
+    """A problem document (RFC 9457)."""
 
-    type: str = Field(description="Always about:blank: the status says it.", examples=["about:blank"])
+    type: str = Field(description="Always about:blank: the status identifies the problem.", examples=["about:blank"])
     title: str = Field(description="The status in words.", examples=["Not Found"])
     status: int = Field(description="HTTP status.", examples=[404])
-    detail: str = Field(description="What was found and what would do.", examples=["There is no building 'X'."])
+    detail: str = Field(description="The problem and its remedy.", examples=["There is no building 'X'."])
     errors: list[dict[str, str]] | None = Field(
         None, description="Per parameter: `in`, `name`, `wanted`; for 422, and 404 of a path."
     )

@@ -1,4 +1,4 @@
-"""The API as it is served: in this process, or in one of its own that is watched over."""
+"""The API server, in this process or in a supervised process of its own."""
 
 import logging
 import signal
@@ -18,15 +18,15 @@ from service.settings import Settings
 log = logging.getLogger(__name__)
 
 LOOK_UP = 0.5
-"""s."""
+"""s between two looks at the process."""
 FIRST_PAUSE, LONGEST_PAUSE = 0.5, 60.0
-"""s, half of the first and the longest before the API's process is started again."""
+"""s, half of the first and the longest pause before the API's process is restarted."""
 END = 15.0
-"""s that the API's process has to end."""
+"""s that the API's process has to end before it is killed."""
 
 
 def address(settings: Settings, door: socket.socket) -> str:
-    """Where people on this machine reach the pages."""
+    """Address of the pages on this machine."""
     host, port = door.getsockname()[:2]
     host = {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(host, host)
     return f"http://[{host}]:{port}" if ":" in host else f"http://{host}:{port}"
@@ -34,7 +34,7 @@ def address(settings: Settings, door: socket.socket) -> str:
 
 @contextmanager
 def listening(settings: Settings) -> Iterator[socket.socket]:
-    """The socket that the settings name, open before anything is served there."""
+    """The socket at the host and port of the settings, opened before the server starts."""
     from service.http.server import BACKLOG
 
     family = socket.AF_INET6 if ":" in settings.host else socket.AF_INET
@@ -49,14 +49,14 @@ def api(
     visitor: Caller | None = None,
     answering: Callable[[], None] = lambda: None,
 ) -> None:
-    """Serve the API, in this process, until it is asked to end.
+    """Serve the API in this process until `stop` is set.
 
     Args:
-        settings: in force.
-        stop: set when it is to end; it is set when the server ends by itself.
-        door: where it serves.
+        settings: the service's settings.
+        stop: ends the server when set; set when the server ends by itself.
+        door: the listening socket.
         visitor: see service.app.create.
-        answering: called once requests are answered.
+        answering: called once the server answers requests.
     """
     if stop.is_set():
         return
@@ -65,57 +65,57 @@ def api(
 
     running = server(create(settings, visitor), answering=answering)
 
-    def end_with_the_others() -> None:
+    def end_with_other_parts() -> None:
         stop.wait()
         running.should_exit = True
 
-    Thread(target=end_with_the_others, daemon=True, name="end of the API").start()
+    Thread(target=end_with_other_parts, daemon=True, name="end of the API").start()
     log.info("serving at %s", address(settings, door))
     running.run(sockets=[door])
     stop.set()
 
 
-def api_apart(
+def api_in_own_process(
     settings: Settings,
     stop: Signal,
     door: socket.socket,
     visitor: Caller | None = None,
     answering: Callable[[], None] = lambda: None,
 ) -> None:
-    """Serve the API from a process of its own until it is asked to end: what befalls it befalls nobody else.
+    """Serve the API from a process of its own until `stop` is set, so that its failure affects no other part.
 
-    It has open files, memory and a lock of its own. One that ends by itself is started again, ever later; connections
-    that come meanwhile wait at the socket, which is ours.
+    The process has its own open files, memory and interpreter lock. If it ends by itself it is restarted after growing
+    pauses; new connections wait meanwhile at the socket, which this process owns.
 
     Args:
-        settings: in force.
-        stop: set when it is to end.
-        door: where it serves.
+        settings: the service's settings.
+        stop: ends the server when set.
+        door: the listening socket.
         visitor: see service.app.create.
-        answering: called once, in this process, as soon as requests are answered.
+        answering: called once, in this process, as soon as the server answers requests.
     """
     pause, answers, is_told = FIRST_PAUSE, get_context("spawn").Event(), False
     while not stop.is_set():
-        begun = monotonic()
-        process = _served_apart(settings, door, visitor, answers)
+        start = monotonic()
+        process = _start_process(settings, door, visitor, answers)
         try:
             while process.is_alive() and not stop.wait(LOOK_UP):
                 if answers.is_set() and not is_told:
                     is_told = True
                     answering()
         finally:
-            _ended(process, wanted=stop.is_set())
+            _end(process, terminate=stop.is_set())
         if stop.is_set():
             return
-        pause = FIRST_PAUSE if monotonic() - begun > LONGEST_PAUSE else min(2 * pause, LONGEST_PAUSE)
-        log.error("the API ended by itself, with code %s; it is started again in %g s", process.exitcode, pause)
+        pause = FIRST_PAUSE if monotonic() - start > LONGEST_PAUSE else min(2 * pause, LONGEST_PAUSE)
+        log.error("the API ended by itself with exit code %s; it restarts in %g s", process.exitcode, pause)
         stop.wait(pause)
 
 
-def _served_apart(settings: Settings, door: socket.socket, visitor: Caller | None, answers: Event) -> SpawnProcess:
+def _start_process(settings: Settings, door: socket.socket, visitor: Caller | None, answers: Event) -> SpawnProcess:
     level = logging.getLogger().level
     process = get_context("spawn").Process(target=_serve, args=(settings, door, visitor, answers, level), name="API")
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)  # inherited: Ctrl-C at the terminal is for us to pass on
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)  # inherited by the child: this process passes Ctrl-C on
     try:
         process.start()
     finally:
@@ -123,9 +123,9 @@ def _served_apart(settings: Settings, door: socket.socket, visitor: Caller | Non
     return process
 
 
-def _ended(process: SpawnProcess, *, wanted: bool) -> None:
-    """Ask the process to end, and see to it."""
-    if wanted:
+def _end(process: SpawnProcess, *, terminate: bool) -> None:
+    """Wait for the process to end, after SIGTERM if it is to end, and kill it if it does not."""
+    if terminate:
         process.terminate()
     process.join(END)
     if process.is_alive():
@@ -135,17 +135,17 @@ def _ended(process: SpawnProcess, *, wanted: bool) -> None:
 
 
 def _serve(settings: Settings, door: socket.socket, visitor: Caller | None, answers: Event, level: int) -> None:
-    """The process of the API: it ends by SIGTERM, or when its parent is gone."""
-    import service.app  # noqa: F401  it takes seconds, in which SIGTERM ends us at once
+    """The main function of the API's process; it ends on SIGTERM, or with its parent."""
+    import service.app  # noqa: F401  takes seconds, during which SIGTERM ends the process at once
 
     stop, parent = Signal(), parent_process()
     assert parent is not None
     signal.signal(signal.SIGTERM, lambda *_: stop.set())
     logs.begin(level)
 
-    def end_with_the_parent() -> None:
+    def end_with_parent() -> None:
         parent.join()
         stop.set()
 
-    Thread(target=end_with_the_parent, daemon=True, name="end of the parent").start()
+    Thread(target=end_with_parent, daemon=True, name="end of the parent").start()
     api(settings, stop, door, visitor, answers.set)

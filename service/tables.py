@@ -1,4 +1,4 @@
-"""Every table of the service: SQLAlchemy knows a table by its name only once its module is imported."""
+"""All tables of the service: SQLAlchemy knows a table only once its module is imported."""
 
 import service.access.tables
 import service.alerts.tables

@@ -1,6 +1,6 @@
-"""Which code is running."""
+"""The version of the running code."""
 
 from importlib.metadata import version
 
 VERSION = version("menshin")
-"""Kept with every result."""
+"""Stored with every result."""

@@ -15,7 +15,7 @@ from starlette.responses import RedirectResponse
 from service.access import logins
 from service.access.auditing import AuditContext, note
 from service.access.auth import COOKIE, SAFE_COOKIE, Caller, is_cross_site, is_secure, login, viewer
-from service.errors import ForbiddenError, LoginWantedError, UnauthorizedError
+from service.errors import ForbiddenError, LoginRequiredError, UnauthorizedError
 from service.http.forms import NOT_REFUSED, Refused, read_body
 from service.http.rendering import page
 
@@ -54,7 +54,7 @@ async def reader(request: Request) -> Caller:
         return await viewer(request)
     except UnauthorizedError as error:
         wanted = request.url.path + (f"?{request.url.query}" if request.url.query else "")
-        raise LoginWantedError(f"/login?{urlencode({'next': onward(wanted)})}") from error
+        raise LoginRequiredError(f"/login?{urlencode({'next': onward(wanted)})}") from error
 
 
 def onward(wanted: str) -> str:

@@ -3,12 +3,12 @@
 from collections.abc import Iterator, Mapping
 from typing import Any, get_args
 
+from service.addresses import web_address_problem
 from service.buildings.description_keys import BuildingTable
 from service.buildings.recipient_rules import ReceiverKind, wrong_address, wrong_secret
 from service.formats.errors import FormatError
 from service.formats.toml_problems import Check, Problem, wrong_keys
 from service.formats.units import unit_gain
-from service.web_addresses import wrong_web_address
 
 
 def _wrong_keys(document: Mapping[str, Any]) -> Iterator[Problem]:
@@ -74,7 +74,7 @@ def wrong_addresses(document: Mapping[str, Any]) -> Iterator[Problem]:
         return
     of_servers = ("location", "catalogue") if source.get("kind") in ("fdsnws", "archive") else ("catalogue",)
     for key in of_servers:
-        if isinstance(address := source.get(key), str) and (problem := wrong_web_address(address)):
+        if isinstance(address := source.get(key), str) and (problem := web_address_problem(address)):
             yield ("source", key), problem
 
 

@@ -56,8 +56,8 @@ def every(context: typer.Context) -> None:
 @app.command()
 def show(context: typer.Context, code: Code) -> None:
     """Print the description of a building, as its latest file gave it but for secrets."""
+    from service.addresses import without_credentials
     from service.buildings import recipients, store as building_store
-    from service.shown_addresses import without_credentials
 
     with _session(context) as session:
         found = building_store.find(session, code)

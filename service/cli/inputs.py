@@ -67,13 +67,13 @@ def _problem(wrong: "ErrorDetails") -> str:
     return f"{name or 'settings'}: {wrong['msg'].removeprefix('Value error, ')}{got}"
 
 
-def add_own_effects() -> None:
-    """Make the user's own effects known, see service.own_effects."""
+def add_user_effects() -> None:
+    """Make the user's own effects known, see service.user_effects."""
     from core.errors import ModelError
-    from service.own_effects import add_own_effects
+    from service.user_effects import add_user_effects
 
     try:
-        add_own_effects(current_settings().effects_folder)
+        add_user_effects(current_settings().effects_folder)
     except ModelError as error:
         end(str(error), USAGE)
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from service.cli.inputs import (
-    add_own_effects,
+    add_user_effects,
     end_without_records,
     read_building,
     read_records,
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from service.jobs.stages import Tell
 
 app = typer.Typer(
-    no_args_is_help=True, help="Models of the isolation layer, compared with records.", callback=add_own_effects
+    no_args_is_help=True, help="Models of the isolation layer, compared with records.", callback=add_user_effects
 )
 effects_app = typer.Typer()
 
@@ -281,7 +281,7 @@ def effects(
     from core.effects import EFFECTS
     from service.models.workbench.effect_sheets import overview, sheet
 
-    add_own_effects()
+    add_user_effects()
     if name is not None:
         _check_known(name, "NAME")
     Console().print(overview(EFFECTS) if name is None else sheet(name, EFFECTS[name]))

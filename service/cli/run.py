@@ -24,19 +24,19 @@ def up(
     port: Annotated[int | None, typer.Option(help="Port of the API.")] = None,
 ) -> None:
     """Run everything in one process tree: API, poller, worker and notifier."""
-    from service.roles import running, signalled
-    from service.serving import address, api_apart, listening
+    from service.roles import running, stop_signal
+    from service.serving import address, api_in_own_process, listening
 
     settings = current_settings(port=port, workers=workers)
     check_port(settings)
     with (
         listening(settings) as door,
-        signalled() as stop,
+        stop_signal() as stop,
         running(settings, stop, poll=True, work=True, notify=True) as sessions,
     ):
         if not stop.is_set():
             invite(sessions, settings.public_url or address(settings, door))
-        api_apart(settings, stop, door)
+        api_in_own_process(settings, stop, door)
 
 
 @app.command()
@@ -69,12 +69,12 @@ def invite(sessions: "sessionmaker[Session]", address: str) -> None:
 @app.command()
 def api(port: Annotated[int | None, typer.Option(help="Port of the API.")] = None) -> None:
     """Run the API and its pages alone."""
-    from service.roles import running, signalled
+    from service.roles import running, stop_signal
     from service.serving import address, api, listening
 
     settings = current_settings(port=port)
     check_port(settings)
-    with listening(settings) as door, signalled() as stop, running(settings, stop) as sessions:
+    with listening(settings) as door, stop_signal() as stop, running(settings, stop) as sessions:
         if not stop.is_set():
             invite(sessions, settings.public_url or address(settings, door))
         api(settings, stop, door)
@@ -85,7 +85,7 @@ def poll(
     once: Annotated[bool, typer.Option("--once", help="Poll every source once, then end.")] = False,
 ) -> None:
     """Fetch new records from every building's source."""
-    from service.roles import migrated, running, signalled, wait_for
+    from service.roles import migrated, running, stop_signal, wait_for
 
     settings = current_settings()
     if once:
@@ -94,7 +94,7 @@ def poll(
         with migrated(settings) as sessions:
             SourcePoller(sessions, settings).poll_all()
         return
-    with signalled() as stop, running(settings, stop, poll=True):
+    with stop_signal() as stop, running(settings, stop, poll=True):
         wait_for(stop)
 
 
@@ -104,14 +104,14 @@ def work(
     workers: Annotated[int | None, typer.Option(help="Analyses that run at the same time.")] = None,
 ) -> None:
     """Analyse the events that wait."""
-    from service.roles import migrated, running, signalled, wait_for, worked_off
+    from service.roles import migrated, running, stop_signal, wait_for, work_until_idle
 
     settings = current_settings(workers=workers)
     if once:
         with migrated(settings) as sessions:
-            typer.echo(f"{worked_off(sessions, settings)} jobs done")
+            typer.echo(f"{work_until_idle(sessions, settings)} jobs done")
         return
-    with signalled() as stop, running(settings, stop, work=True):
+    with stop_signal() as stop, running(settings, stop, work=True):
         wait_for(stop)
 
 
@@ -120,7 +120,7 @@ def notify(
     once: Annotated[bool, typer.Option("--once", "--until-idle", help="End when no message is due.")] = False,
 ) -> None:
     """Deliver the messages that wait."""
-    from service.roles import migrated, running, signalled, wait_for
+    from service.roles import migrated, running, stop_signal, wait_for
 
     settings = current_settings()
     if once:
@@ -129,7 +129,7 @@ def notify(
         with migrated(settings) as sessions:
             typer.echo(f"{Notifier(sessions, settings).run_until_idle()} attempts made")
         return
-    with signalled() as stop, running(settings, stop, notify=True):
+    with stop_signal() as stop, running(settings, stop, notify=True):
         wait_for(stop)
 
 

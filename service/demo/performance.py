@@ -17,7 +17,8 @@ from service.buildings import store as building_store
 from service.demo.server import LOOPBACK, application, free_port, listening
 from service.demo.site import CODE, building_file
 from service.demo.stage import BUILDING, DATABASE, Stage
-from service.settings import Polling, Settings
+from service.settings import Settings
+from service.settings.groups import Polling
 
 VISITOR = Caller("visitor", Role.engineer)
 """A spectator at this machine, who needs no key: the building is simulated. What takes an admin takes a key."""
@@ -31,7 +32,7 @@ def perform(stage: Stage, settings: Settings, tale: Tale, console: Console) -> N
     """Serve, fetch and analyse until asked to end."""
     logging.basicConfig(level=logging.WARNING, format="%(levelname)s %(name)s: %(message)s")
     with ExitStack() as stack:
-        stop = stack.enter_context(roles.signalled())
+        stop = stack.enter_context(roles.stop_signal())
         server = stack.enter_context(listening(application(stage.archive), free_port(_port_before(stage.folder))))
         console.print(f"monitoring server of the simulated building: {server}/fdsnws/")
         sessions = stack.enter_context(roles.migrated(settings))
@@ -47,7 +48,7 @@ def perform(stage: Stage, settings: Settings, tale: Tale, console: Console) -> N
         def answering() -> None:
             console.print(f"[bold]Menshin answers at {address(settings)}/[/] (Ctrl-C ends it)")
 
-        serving.api_apart(settings, stop, door, VISITOR, answering)
+        serving.api_in_own_process(settings, stop, door, VISITOR, answering)
     console.print("ended; the next start carries on from here")
 
 

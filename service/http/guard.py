@@ -72,7 +72,10 @@ class Guard:
     """The application, behind what every request must pass."""
 
     def __init__(
-        self, app: ASGIApp, ending: Signal, refusal: Callable[[Request, ServiceError], Response] = problems.of_service
+        self,
+        app: ASGIApp,
+        ending: Signal,
+        refusal: Callable[[Request, ServiceError], Response] = problems.service_problem,
     ) -> None:
         """
         Args:
@@ -100,7 +103,7 @@ class Guard:
         except ServiceError as error:
             await self._refusal(request, error)(scope, receive, send)
         except problems.UNREACHABLE as error:
-            await problems.of_database(request, error)(scope, receive, send)
+            await problems.database_problem(request, error)(scope, receive, send)
         except ClientDisconnect:
             return
 

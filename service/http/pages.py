@@ -36,9 +36,9 @@ def wants_page(request: Request) -> bool:
     return "text/html" in request.headers.get("accept", "") and not request.url.path.startswith(OF_PROGRAMS)
 
 
-def of_service(request: Request, error: ServiceError) -> Response:
+def service_problem(request: Request, error: ServiceError) -> Response:
     """A refusal of ours, in the form that the caller takes."""
-    answer = problems.of_service(request, error)
+    answer = problems.service_problem(request, error)
     return as_page(request, answer, is_unknown=False) if wants_page(request) else answer
 
 

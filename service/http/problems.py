@@ -15,33 +15,33 @@ from service.errors import ServiceError
 
 PROBLEM = "application/problem+json"
 DETAIL = {
-    404: "Nothing is served at this path; /docs lists what is.",
-    405: "This path does not answer that method; the header Allow lists those it does.",
-    500: "An error of ours; the log of the service has it.",
+    404: "This path does not exist; /docs lists the paths.",
+    405: "This path does not support the method; the header Allow lists the supported ones.",
+    500: "Internal error; the service's log has the details.",
 }
 UNREACHABLE = (OperationalError, InterfaceError, PoolTimeoutError)
-"""Errors that say that the database is away, or too busy."""
-AWAY = "The database does not answer; the service goes on by itself once it does, so asking again soon would do."
+"""Database errors that mean that the database does not answer or is too busy."""
+AWAY = "The database does not answer. The service continues as soon as it does; try again soon."
 RETRY_AFTER = 5
-"""s."""
+"""s, suggested to clients while the database does not answer."""
 METHODS = ("DELETE", "GET", "HEAD", "OPTIONS", "PATCH", "POST", "PUT")
-"""That a path may answer."""
+"""Methods that a path can support."""
 
 
 def problem(status: int, detail: str, headers: Mapping[str, str] | None = None, **members: object) -> Response:
-    """One problem document; `members` are its own extensions, such as `errors`."""
+    """A problem document; `members` are its own extensions, such as `errors`."""
     document = {"type": "about:blank", "title": HTTPStatus(status).phrase, "status": status, "detail": detail}
     return Response(orjson.dumps(document | members), status, dict(headers or {}), PROBLEM)
 
 
-def of_service(_: Request, error: Exception) -> Response:
-    """A refusal of ours."""
+def service_problem(_: Request, error: Exception) -> Response:
+    """The problem document of a rejected request."""
     assert isinstance(error, ServiceError)
     return problem(error.status, str(error), error.headers)
 
 
-def of_framework(request: Request, error: Exception) -> Response:
-    """No such path, or not with that method."""
+def framework_problem(request: Request, error: Exception) -> Response:
+    """The problem document of an unknown path or method."""
     assert isinstance(error, HTTPException)
     detail = DETAIL.get(error.status_code, str(error.detail))
     headers = dict(error.headers or {})
@@ -51,7 +51,7 @@ def of_framework(request: Request, error: Exception) -> Response:
 
 
 def _allowed(request: Request) -> list[str]:
-    """Methods that the request's path answers, by all its routes; the framework names those of the first only."""
+    """Methods that the path supports on any route; the framework lists those of the first route only."""
     return [
         method
         for method in METHODS
@@ -59,8 +59,8 @@ def _allowed(request: Request) -> list[str]:
     ]
 
 
-def of_request(_: Request, error: Exception) -> Response:
-    """A malformed request: which parameter, and what is wanted of it. At a path that cannot be, nothing is: 404."""
+def validation_problem(_: Request, error: Exception) -> Response:
+    """The problem document of a malformed request, with each wrong parameter; 404 for a wrong path parameter."""
     assert isinstance(error, RequestValidationError)
     errors = [
         {"in": str(e["loc"][0]), "name": ".".join(map(str, e["loc"][1:])), "wanted": e["msg"]} for e in error.errors()
@@ -70,37 +70,37 @@ def of_request(_: Request, error: Exception) -> Response:
     return problem(status, f"{first['in']} {first['name']}: {first['wanted']}", errors=errors)
 
 
-def of_ours(_: Request, __: Exception) -> Response:
-    """A bug: it says nothing of itself to the outside and is logged by the server."""
+def internal_problem(_: Request, __: Exception) -> Response:
+    """The problem document of a bug: it reveals nothing, because the server logs the error."""
     return problem(500, DETAIL[500])
 
 
-def of_text(_: Request, error: Exception) -> Response:
-    """A text that cannot be stored."""
+def text_problem(_: Request, error: Exception) -> Response:
+    """The problem document of a text that cannot be stored."""
     return problem(422, str(error))
 
 
-def of_secret_key(_: Request, error: Exception) -> Response:
-    """A secret that cannot be decrypted: the operator has to set the right key."""
+def secret_key_problem(_: Request, error: Exception) -> Response:
+    """The problem document of a secret that cannot be decrypted: the operator must set the right key."""
     return problem(503, str(error))
 
 
-def of_database(_: Request, __: Exception) -> Response:
-    """The database is away, or too busy: it is worth asking again."""
+def database_problem(_: Request, __: Exception) -> Response:
+    """The problem document while the database does not answer or is too busy: the client should try again."""
     return problem(503, AWAY, {"Retry-After": str(RETRY_AFTER)})
 
 
 def install(app: FastAPI) -> None:
-    """Give every error its status and its document."""
-    app.add_exception_handler(ServiceError, of_service)
-    app.add_exception_handler(HTTPException, of_framework)
-    app.add_exception_handler(RequestValidationError, of_request)
+    """Register a handler for every kind of error."""
+    app.add_exception_handler(ServiceError, service_problem)
+    app.add_exception_handler(HTTPException, framework_problem)
+    app.add_exception_handler(RequestValidationError, validation_problem)
     for unreachable in UNREACHABLE:
-        app.add_exception_handler(unreachable, of_database)
-    app.add_exception_handler(Exception, of_ours)
+        app.add_exception_handler(unreachable, database_problem)
+    app.add_exception_handler(Exception, internal_problem)
 
 
-def documented(*statuses: int) -> dict[int | str, dict[str, Any]]:
-    """What the OpenAPI document says of these statuses."""
+def openapi_responses(*statuses: int) -> dict[int | str, dict[str, Any]]:
+    """The OpenAPI description of responses with these statuses."""
     content = {PROBLEM: {"schema": {"$ref": "#/components/schemas/Problem"}}}
     return {status: {"description": HTTPStatus(status).phrase, "content": content} for status in statuses}

@@ -25,7 +25,7 @@ from fastapi.routing import APIRoute
 from pydantic import BaseModel
 
 from core.arrays import Vector
-from service.http.problems import documented
+from service.http.problems import openapi_responses
 
 M = TypeVar("M", bound=BaseModel)
 
@@ -235,7 +235,7 @@ def responses(model: type[BaseModel], *statuses: int, csv: bool = False) -> dict
         200: {"headers": tagged, "content": content},
         304: {"description": "Unchanged since the tag in If-None-Match."},
     }
-    return {"response_model": model, "responses": special | documented(401, 403, 422, *statuses)}
+    return {"response_model": model, "responses": special | openapi_responses(401, 403, 422, *statuses)}
 
 
 def table_responses(model: type[BaseModel], *statuses: int) -> dict[str, Any]:

@@ -10,19 +10,19 @@ from fastapi.sse import EventSourceResponse
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.access.auth import Caller, Role, engineer
+from service.addresses import without_credentials
 from service.buildings import queries as building_queries
 from service.buildings.schema import Sources
 from service.buildings.store import described
 from service.errors import ForbiddenError
 from service.http.parameters import LARGEST, Before, JobId, Limit, Reading, Writing, next_number
-from service.http.problems import documented
+from service.http.problems import openapi_responses
 from service.http.responses import TaggedRoute, responses, rows_of, table_responses
 from service.http.server_sent_events import followed
 from service.jobs import queries, queue
 from service.jobs.queue import UNDER_WAY
 from service.jobs.schema import JobOut, Jobs
 from service.jobs.tables import Job
-from service.shown_addresses import without_credentials
 
 router = APIRouter(tags=["operations"], route_class=TaggedRoute)
 
@@ -77,7 +77,7 @@ def job(job_id: JobId, sessions: Reading) -> JobOut:
     "/jobs/{job_id}",
     operation_id="cancel_job",
     response_model=JobOut,
-    responses=documented(401, 403, 404, 409, 422),
+    responses=openapi_responses(401, 403, 404, 409, 422),
 )
 def cancel(job_id: JobId, sessions: Writing, by: By) -> JobOut:
     """Cancel a job that waits or runs. Engineers cancel their own, admins those of others; else 409 or 403.
@@ -116,7 +116,7 @@ def existing(job_id: JobId, sessions: Reading) -> int:
     "/jobs/{job_id}/progress",
     operation_id="follow_job",
     response_class=EventSourceResponse,
-    responses=documented(401, 403, 404, 422),
+    responses=openapi_responses(401, 403, 404, 422),
 )
 async def progress(
     request: Request, identity: Annotated[int, Depends(existing)], sessions: Reading

@@ -12,8 +12,8 @@ from threading import Thread
 from time import sleep
 from typing import Any
 
-from service.own_effects import add_own_effects
 from service.settings import Settings
+from service.user_effects import add_user_effects
 
 ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 """Many processes with many BLAS threads each fight for the cores: 16 decompositions took ten times as long."""
@@ -54,7 +54,7 @@ def out_of_reach_of_interrupts() -> Iterator[None]:
 
 def _begin(parent: int, effects_folder: Path | None) -> None:
     end_with(parent)
-    add_own_effects(effects_folder)
+    add_user_effects(effects_folder)
 
 
 def end_with(parent: int) -> None:
@@ -83,5 +83,5 @@ def dask_cluster(address: str | None, effects_folder: Path | None = None) -> Exe
     except ModuleNotFoundError:
         raise RuntimeError("executor = dask needs the package distributed: pip install 'menshin[dask]'") from None
     client: Any = Client(address)
-    client.register_worker_callbacks(partial(add_own_effects, effects_folder))
+    client.register_worker_callbacks(partial(add_user_effects, effects_folder))
     return lambda: client.get_executor(pure=False)

@@ -11,6 +11,7 @@ from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.orm import Session, sessionmaker, undefer
 
 from service import formats, parsing
+from service.addresses import without_credentials
 from service.buildings import store as building_store
 from service.buildings.tables import Building
 from service.db.sessions import reading
@@ -18,7 +19,6 @@ from service.formats import Gain, Trace
 from service.parsing import Limits
 from service.records.sources.source import Known
 from service.records.tables import Content, FetchedFile, Recording
-from service.shown_addresses import without_credentials
 
 READ_STATIONS: dict[tuple[str, Limits], Mapping[str, Gain]] = {}
 """Gains of the StationXML files that this process has read, by the SHA-256 of their bytes."""

@@ -1,4 +1,4 @@
-"""Settings: which one is in force, why, and that all are documented."""
+"""Settings: precedence of their origins, old names, and completeness of the documentation."""
 
 from pathlib import Path
 
@@ -10,15 +10,8 @@ from typer.testing import CliRunner
 from core.estimators import ESTIMATORS
 from service.cli import app
 from service.cli.inputs import current_settings
-from service.settings import (
-    OLD_NAMES,
-    Settings,
-    old_names,
-    settings_by_name,
-    settings_file,
-    unknown_variables,
-    variable,
-)
+from service.settings import Settings, old_names, settings_by_name, settings_file, unknown_variables
+from service.settings.names import OLD_NAMES, variable
 
 DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "reference" / "settings.md"
 

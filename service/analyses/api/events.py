@@ -28,7 +28,7 @@ from service.buildings.description import LevelError, named_levels
 from service.buildings.store import described
 from service.errors import ConflictError, NotFoundError
 from service.http.parameters import AnalysisId, Id, Reading, Writing
-from service.http.problems import documented
+from service.http.problems import openapi_responses
 from service.http.responses import document, responses
 from service.jobs import queue as job_queue
 from service.jobs.schema import JobOut
@@ -131,7 +131,7 @@ def layer(session: Session, analysis_id: int) -> LayerOut | None:
     operation_id="analyse_event",
     status_code=202,
     response_model=JobOut,
-    responses=documented(400, 401, 403, 404, 409, 422, 429) | {202: {"headers": {"Location": LOCATION}}},
+    responses=openapi_responses(400, 401, 403, 404, 409, 422, 429) | {202: {"headers": {"Location": LOCATION}}},
 )
 def analyse(
     request: Request,

@@ -12,7 +12,7 @@ from service.access import auth
 from service.db import migrate
 from service.health import readiness
 from service.http.parameters import Reading
-from service.http.problems import documented, problem
+from service.http.problems import openapi_responses, problem
 from service.jobs.schema import CheckOut, Health, Readiness
 from service.settings import Settings
 
@@ -36,7 +36,7 @@ async def alive() -> Health:
     "/readyz",
     operation_id="is_ready",
     response_model=Readiness,
-    responses=documented(503),
+    responses=openapi_responses(503),
     openapi_extra=OPEN,
 )
 def ready(request: Request, sessions: Reading) -> Readiness | Response:
@@ -77,7 +77,7 @@ def _check(found: readiness.Check, noticed: dict[str, datetime], now: datetime) 
     operation_id="get_metrics",
     dependencies=[Depends(auth.viewer)],
     response_class=Response,
-    responses=documented(401, 403) | {200: {"description": METRICS, "content": {CONTENT_TYPE_LATEST: {}}}},
+    responses=openapi_responses(401, 403) | {200: {"description": METRICS, "content": {CONTENT_TYPE_LATEST: {}}}},
 )
 def measured(request: Request) -> Response:
     """State of buildings, events and jobs, and the durations of requests, for Prometheus; it takes a viewer's key.

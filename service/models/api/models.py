@@ -22,7 +22,7 @@ from service.http.parameters import (
     next_place,
     place,
 )
-from service.http.problems import documented
+from service.http.problems import openapi_responses
 from service.http.responses import Format, document, responses, table
 from service.jobs.schema import JobOut
 from service.jobs.tables import Job
@@ -48,7 +48,7 @@ LOCATION = {"description": "Address of what was made.", "schema": {"type": "stri
 
 def making(*statuses: int) -> dict[int | str, dict[str, Any]]:
     """What the OpenAPI document says of the answers of an operation that changes something."""
-    return documented(400, 401, 403, 404, 409, 422, 429) | {
+    return openapi_responses(400, 401, 403, 404, 409, 422, 429) | {
         status: {"headers": {"Location": LOCATION}} for status in statuses
     }
 

@@ -12,7 +12,7 @@ from sqlalchemy.orm import Session, sessionmaker
 from service.access.auth import Caller, caller, engineer
 from service.buildings import queries as building_queries
 from service.http.parameters import LARGEST, Before, Code, DeliveryId, Limit, MessageId, Reading, Writing, next_number
-from service.http.problems import documented
+from service.http.problems import openapi_responses
 from service.http.responses import Format, document, responses, table
 from service.http.server_sent_events import followed
 from service.models.api.models import making
@@ -74,7 +74,7 @@ def existing(message_id: MessageId, sessions: Reading) -> int:
     "/messages/{message_id}/progress",
     operation_id="follow_message",
     response_class=EventSourceResponse,
-    responses=documented(401, 403, 404, 422),
+    responses=openapi_responses(401, 403, 404, 422),
 )
 async def progress(
     request: Request, identity: Annotated[int, Depends(existing)], sessions: Reading

@@ -14,7 +14,7 @@ from service.buildings import queries as building_queries, recipients
 from service.buildings.recipient_rules import SECRET, SEVERITIES, ReceiverRule, wanted_kinds
 from service.errors import ConflictError, FieldsError
 from service.http.parameters import Code, Reading, ReceiverId, Writing
-from service.http.problems import documented
+from service.http.problems import openapi_responses
 from service.http.responses import document, responses
 from service.models.api.models import making
 from service.notify import drill
@@ -112,7 +112,7 @@ def change(
     "/receivers/{receiver_id}",
     operation_id="remove_receiver",
     status_code=204,
-    responses=documented(401, 403, 404, 409, 422),
+    responses=openapi_responses(401, 403, 404, 409, 422),
 )
 def remove(receiver_id: ReceiverId, sessions: Writing, _: ByAdmin) -> None:
     """Remove a recipient; needs an admin's key. Its deliveries stay in the log."""

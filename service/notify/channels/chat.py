@@ -14,7 +14,8 @@ import orjson
 
 from service.notify.channels import DeliveryResult
 from service.notify.rendering import Destination, RenderedMessage
-from service.settings import PREFIX, Settings
+from service.settings import Settings
+from service.settings.names import PREFIX
 
 COMMAND = (sys.executable, "-m", "service.notify.channels.chat_process")
 

@@ -7,6 +7,7 @@ from fastapi import APIRouter, Depends, Query, Request, Response
 from pydantic import Field
 
 from service.access.pages import reader
+from service.addresses import without_credentials
 from service.alerts.api import AnyBuilding
 from service.buildings import queries as building_queries
 from service.buildings.store import described
@@ -16,7 +17,6 @@ from service.http.responses import Format, responses, table
 from service.records import queries
 from service.records.tables import Recording, SourceState
 from service.schema import Answer
-from service.shown_addresses import without_credentials
 
 router = APIRouter(tags=["operations"])
 pages = APIRouter(include_in_schema=False, dependencies=[Depends(reader)])

@@ -8,6 +8,7 @@ from multiprocessing.pool import ThreadPool
 from urllib.parse import unquote
 
 from service import parsing
+from service.addresses import without_credentials
 from service.records.sources.http import Answer, Client, Partial, UnansweredError
 from service.records.sources.listing import Listed, Page, pages, remembered
 from service.records.sources.problems import incomplete, is_page, titled
@@ -21,7 +22,6 @@ from service.records.sources.source import (
     TooLargeError,
     in_batches,
 )
-from service.shown_addresses import without_credentials
 
 
 @dataclass(frozen=True, slots=True)

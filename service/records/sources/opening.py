@@ -7,6 +7,7 @@ from pathlib import Path
 
 import httpx
 
+from service.addresses import web_address_problem
 from service.buildings.description import BuildingFile, SourceFile
 from service.records.sources.archive import Archive
 from service.records.sources.catalogue import Catalogue
@@ -15,7 +16,6 @@ from service.records.sources.folder import Folder
 from service.records.sources.http import Client, Manners, client, origin
 from service.records.sources.source import Memory, Source, SourceError
 from service.settings import Settings
-from service.web_addresses import wrong_web_address
 
 
 @contextmanager
@@ -36,7 +36,7 @@ def opened(
         yield Folder(Path(source.location), settings.polling.max_answer_bytes, settings.polling.settle_time, memory)
         return
     for key, address in (("location", source.location), ("catalogue", source.catalogue)):
-        if address is not None and (problem := wrong_web_address(address)):
+        if address is not None and (problem := web_address_problem(address)):
             raise SourceError(f"{key} in the building file: {problem}")
     logins = dict(filter(None, (_login(address) for address in (source.location, source.catalogue) if address)))
     http_client = client(settings, manners, note, logins)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from typing import Any, Protocol, TypeVar
 
-from service.shown_addresses import without_credentials
+from service.addresses import without_credentials
 
 Cursor = Mapping[str, Any]
 """How far a source was read, as JSON of the source's own, small however much was read."""

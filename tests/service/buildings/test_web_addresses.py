@@ -2,7 +2,7 @@
 
 import pytest
 
-from service.web_addresses import wrong_web_address
+from service.addresses import web_address_problem
 
 SECRETS = ("s3cret", "t0ken", "alice")
 
@@ -27,7 +27,7 @@ SECRETS = ("s3cret", "t0ken", "alice")
     ],
 )
 def test_what_is_no_web_address_is_refused_by_what_is_wrong_with_it(address: str, reason: str) -> None:
-    found = wrong_web_address(address)
+    found = web_address_problem(address)
     assert found is not None
     assert reason in found
     assert "http://host/path and https://host/path are allowed" in found
@@ -45,4 +45,4 @@ def test_what_is_no_web_address_is_refused_by_what_is_wrong_with_it(address: str
     ],
 )
 def test_an_address_at_which_a_server_can_be_asked_is_accepted(address: str) -> None:
-    assert wrong_web_address(address) is None
+    assert web_address_problem(address) is None

@@ -17,7 +17,7 @@ pytestmark = pytest.mark.slow
 
 PARTS = ("poll", "work", "notify", "api", "up")
 FREE = {"MENSHIN_PORT": "0", "MENSHIN_JOBS__WORKERS": "1"}
-WAITING, THERE = "waiting for the database, which is out of reach", "the database is there"
+WAITING, THERE = "waiting for the database, which cannot be reached", "the database can be reached again"
 
 
 def until_said(folder: Path, text: str, process: psutil.Popen) -> str:

@@ -126,7 +126,7 @@ def test_starting_with_plain_secrets_is_logged(
     add(sessions)
     settings = Settings(database_url=database_url)
     with running(settings, Event()):
-        assert "1 receivers' addresses and secrets are stored unencrypted; set MENSHIN_SECRET_KEY" in caplog.text
+        assert "addresses and secrets of 1 recipients are stored unencrypted; set MENSHIN_SECRET_KEY" in caplog.text
     caplog.clear()
     monkeypatch.setenv(VARIABLE, new_key())
     monkeypatch.setenv("MENSHIN_DATABASE_URL", database_url)

@@ -49,7 +49,7 @@ def test_an_api_that_dies_or_is_flooded_is_back_and_the_others_go_on(url: str, t
         assert len(said()) < 20_000
 
         served.kill()
-        until(lambda: "the API ended by itself, with code -9" in said(), said)
+        until(lambda: "the API ended by itself with exit code -9" in said(), said)
         until(lambda: httpx.get(f"{address}/readyz").status_code == 200, said)
         assert service.is_running()
         left = service.children(recursive=True)

@@ -12,6 +12,7 @@ from monitoring_server import START, Page, building_file, miniseed, monitoring_s
 from sqlalchemy import select
 from sqlalchemy.orm import Session, sessionmaker
 
+from service.addresses import without_credentials
 from service.alerts import periodic_checks
 from service.alerts.tables import Alert, AlertChange
 from service.buildings import store as building_store
@@ -19,7 +20,6 @@ from service.notify.tables import Message
 from service.records.polling import SourcePoller
 from service.records.tables import FetchedFile, Recording, SourceState
 from service.settings import Settings
-from service.shown_addresses import without_credentials
 
 NOW = START + timedelta(days=1)
 SETTINGS = Settings(http_timeout=0.5, http_retries=0, source_patience=60)

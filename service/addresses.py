@@ -1,12 +1,15 @@
-"""Validation of monitoring servers' addresses."""
+"""Addresses of servers: validation, and a form without secrets for display."""
 
 import re
 from urllib.parse import urlsplit
 
 ALLOWED = "http://host/path and https://host/path are allowed"
+ADDRESS = re.compile(r"[a-z][a-z0-9+.-]{0,19}://[^\s<>\"]+", re.IGNORECASE)
+CLOSING = ".,;:!?'`)]}…"
+"""Punctuation that follows an address in a sentence."""
 
 
-def wrong_web_address(address: str) -> str | None:
+def web_address_problem(address: str) -> str | None:
     """The problem with the address of a monitoring server; None if it is valid.
 
     The message repeats nothing that may be a secret.
@@ -29,13 +32,28 @@ def wrong_web_address(address: str) -> str | None:
     if port == 0:
         return f"this is not a web address: no server listens at port 0; {ALLOWED}"
     if not address.isprintable() or " " in address:
-        return f"this is not a web address: it has a space or a control character in it; {ALLOWED}"
+        return f"this is not a web address: it contains a space or a control character; {ALLOWED}"
     return None
 
 
 def _is_host(host: str) -> bool:
-    """A name of labels (RFC 1123; _ and other scripts are used too), or an address of IPv4 or IPv6."""
+    """True for a name of labels (RFC 1123, with _ and other scripts), or an address of IPv4 or IPv6."""
     if ":" in host:
-        return True  # urlsplit has checked what stands in brackets
+        return True  # urlsplit has checked the address in brackets
     labels = host.removesuffix(".").split(".")
     return len(host) < 254 and all(re.fullmatch(r"(?!-)[\w-]{1,63}(?<!-)", label) for label in labels)
+
+
+def without_credentials(text: str) -> str:
+    """The text with every address in it reduced to scheme, host, port and path.
+
+    User info, query and fragment may hold secrets and are left out. Other words and file paths are unchanged.
+    """
+    return ADDRESS.sub(_shown, text) if "://" in text else text
+
+
+def _shown(found: re.Match[str]) -> str:
+    scheme, _, rest = found[0].partition("://")
+    kept = re.split(r"[?#]", rest, maxsplit=1)[0]
+    address = f"{scheme}://{kept.rpartition('@')[2]}"  # a password may have a / in it
+    return address if kept == rest else address + rest[len(rest.rstrip(CLOSING)) :]

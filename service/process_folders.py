@@ -1,7 +1,7 @@
-"""Temporary folders that do not stay behind, however the process ends that made them.
+"""Temporary folders that do not outlive their process, however it ends.
 
-A process holds a lock on its folder, which the system gives free when it dies. The next process that needs a folder
-removes those that none holds any more.
+A process holds a lock on its folder, which the system releases when the process dies. The next process that needs a
+folder removes those without a lock.
 """
 
 import os
@@ -16,32 +16,32 @@ from time import time
 PREFIX = "menshin-work-"
 LOCK = "owner.lock"
 YOUNG = 60.0
-"""s in which a folder that has no lock yet may still get it."""
+"""s in which a new folder may still be without a lock."""
 
 
 @contextmanager
-def own_folder() -> Iterator[Path]:
-    """A folder of this process; those of processes that were killed are removed first."""
+def process_folder() -> Iterator[Path]:
+    """A temporary folder of this process; folders of killed processes are removed first."""
     sweep()
     with TemporaryDirectory(prefix=PREFIX) as name, Path(name, "new.lock").open("w") as lock:
         flock(lock, LOCK_EX)
-        Path(lock.name).rename(Path(name, LOCK))  # complete at once: nobody sees it unlocked
+        Path(lock.name).rename(Path(name, LOCK))  # renamed when locked, so that no process sees it unlocked
         yield Path(name)
 
 
 def sweep() -> None:
-    """Remove the folders of processes that are gone."""
+    """Remove the folders of processes that have ended."""
     for folder in Path(gettempdir()).glob(f"{PREFIX}*"):
         try:
             is_left = _is_left(folder)
-        except OSError:  # it has just been removed, or is another user's
+        except OSError:  # just removed, or another user's
             continue
         if is_left:
             rmtree(folder, ignore_errors=True)
 
 
 def _is_left(folder: Path) -> bool:
-    """Whether it is a folder of this user's that no process holds."""
+    """True if the folder is this user's and no process holds its lock."""
     status = folder.lstat()
     if status.st_uid != os.geteuid() or folder.is_symlink():
         return False

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from service import own_folders
+from service import process_folders
 
 MAKES = """
-from service.own_folders import own_folder
-with own_folder() as folder:
+from service.process_folders import process_folder
+with process_folder() as folder:
     print(folder, flush=True)
     input()
 """
@@ -50,7 +50,7 @@ def test_a_folder_goes_with_its_process_or_with_the_next(tmp_path: Path, tempora
 def test_a_folder_without_a_lock_is_left_as_long_as_its_process_may_be_about_to_lock_it(
     tmp_path: Path, temporary: dict[str, str]
 ) -> None:
-    young, old = (tmp_path / f"{own_folders.PREFIX}{name}" for name in ("young", "old"))
+    young, old = (tmp_path / f"{process_folders.PREFIX}{name}" for name in ("young", "old"))
     young.mkdir()
     old.mkdir()
     os.utime(old, (0, 0))

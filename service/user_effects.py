@@ -1,4 +1,4 @@
-"""Which effects does this installation know besides those that come with menshin?
+"""Effects of this installation besides those of Menshin.
 
 Files of a folder, each named by its file and holding EFFECT; and what installed packages offer as entry points of the
 group `menshin.effects`, each named by its entry point.
@@ -18,16 +18,16 @@ from core.errors import ModelError
 GROUP = "menshin.effects"
 
 
-def add_own_effects(folder: Path | None) -> None:
-    """Make them known to this process, whether or not it has run a model already.
+def add_user_effects(folder: Path | None) -> None:
+    """Add the effects to this process, before or after it has run a model.
 
     Args:
-        folder: of the setting effects_folder; None for entry points only.
+        folder: the setting effects_folder; None for entry points only.
 
     Raises:
         ModelError: an effect cannot be read or added; the message names its file or entry point.
     """
-    for name, effect in (*_installed(), *([] if folder is None else _written(folder))):
+    for name, effect in (*_installed(), *([] if folder is None else _from_folder(folder))):
         if not isinstance(effect, Effect):
             raise ModelError(f"the effect {name} must be a core.effect.Effect, got {effect!r}")
         add_effect(name, effect)
@@ -38,9 +38,9 @@ def _installed() -> Iterator[tuple[str, object]]:
         yield point.name, point.load()
 
 
-def _written(folder: Path) -> Iterator[tuple[str, object]]:
+def _from_folder(folder: Path) -> Iterator[tuple[str, object]]:
     if not folder.is_dir():
-        raise ModelError(f"effects_folder = {folder} is no folder; make it, or leave the setting out")
+        raise ModelError(f"effects_folder = {folder} is not a folder; create it, or remove the setting")
     for path in sorted(folder.glob("[!_]*.py")):
         effect = getattr(_module(path), "EFFECT", None)
         if effect is None:
@@ -49,16 +49,16 @@ def _written(folder: Path) -> Iterator[tuple[str, object]]:
 
 
 def _module(path: Path) -> ModuleType:
-    """Executed once in a process."""
+    """The module of a file, executed once per process."""
     name = f"menshin_own_effects.{path.stem}"
     if name not in sys.modules:
         spec = spec_from_file_location(name, path)
         if spec is None or spec.loader is None:
-            raise ModelError(f"{path} is no Python file")
+            raise ModelError(f"{path} is not a Python file")
         module = module_from_spec(spec)
         try:
             spec.loader.exec_module(module)
-        except Exception as error:  # whatever a file of the user's may do
+        except Exception as error:  # user code may raise anything
             raise ModelError(f"{path} cannot be run: {type(error).__name__}: {error}") from error
         sys.modules[name] = module
     return sys.modules[name]

@@ -22,7 +22,7 @@ from core.model.force_response import force_response
 from core.effects import EFFECTS
 from core.model.isolator import Isolator
 from service.jobs.executors import local_processes
-from service.own_effects import add_own_effects
+from service.user_effects import add_user_effects
 
 
 def answer():
@@ -35,8 +35,8 @@ def answer():
 
 if __name__ == "__main__":
     folder = Path(os.environ["MENSHIN_EFFECTS_FOLDER"])
-    add_own_effects(folder)
-    add_own_effects(folder)  # again does no harm
+    add_user_effects(folder)
+    add_user_effects(folder)  # again does no harm
     print(EFFECTS["drag"].title, answer())
 """
 
@@ -76,7 +76,7 @@ def test_the_command_line_knows_it(folder: Path) -> None:
 @pytest.mark.slow
 def test_processes_that_compute_know_it_too(folder: Path) -> None:
     """A worker process begins without it, and learns it before its first task."""
-    script = "".join(line for line in DRIVEN.splitlines(keepends=True) if "add_own_effects(folder)" not in line)
+    script = "".join(line for line in DRIVEN.splitlines(keepends=True) if "add_user_effects(folder)" not in line)
     script = script.replace('print(EFFECTS["drag"].title, answer())', WORKED)
     (folder.parent / "drive.py").write_text(script, encoding="utf-8")
     ended = run(folder, "drive.py")
@@ -110,7 +110,7 @@ def test_what_is_wrong_with_a_file_is_told(folder: Path, name: str, text: str, m
 def test_a_folder_that_is_not_there_is_told(tmp_path: Path) -> None:
     ended = menshin(tmp_path / "nowhere", "effects")
     assert ended.returncode == 2
-    assert "nowhere is no folder; make it, or leave the setting out" in ended.stderr
+    assert "nowhere is not a folder; create it, or remove the setting" in ended.stderr
 
 
 NOTEBOOK = """
@@ -126,7 +126,7 @@ from core.fitting.fit import fitted
 from core.fitting.data import FitData
 from core.model.isolator import Isolator
 from synthetic_observations import observations
-from service.own_effects import add_own_effects
+from service.user_effects import add_user_effects
 
 
 def cell(number, text):
@@ -152,7 +152,7 @@ def left(effects):
 
 
 without, _ = left({})
-add_own_effects(Path(sys.argv[1]))
+add_user_effects(Path(sys.argv[1]))
 cell(1, sys.argv[2].replace("Water drag", "Drag again"))
 add_effect("drag_of_a_cell", EFFECT)
 with_file, values = left({"drag": {"drag": 1e6}})
@@ -207,14 +207,14 @@ from pathlib import Path
 from core.model.isolator import Isolator
 from records_from_observations import records_from_observations
 from synthetic_observations import BOUC_WEN, observations
-from service.own_effects import add_own_effects
+from service.user_effects import add_user_effects
 from service.jobs.stages import silent
 from service.models.model_file import ModelFile
 from service.models.workbench.diagnosis_json import as_json
 from service.models.workbench.work import diagnose
 
 warnings.simplefilter("error")
-add_own_effects(Path(sys.argv[1]))
+add_user_effects(Path(sys.argv[1]))
 slides = {"sliding": 3e6, "share": 0.3, "a": 30.0, "slip": 1e-3}
 seen = observations(Isolator({**BOUC_WEN.effects, "friction": slides}), 0.02, 3, peaks=(0.02, 0.06))
 model = ModelFile("PAPER", "x", BOUC_WEN)

@@ -1,0 +1,220 @@
+"""The groups of settings: names, defaults, limits and descriptions."""
+
+import os
+from typing import Annotated, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, SecretStr, model_validator
+
+Seconds = Annotated[float, Field(gt=0)]
+Count = Annotated[int, Field(ge=1)]
+
+
+class Group(BaseModel):
+    """Settings of one subject: a table of the TOML file."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class Login(Group):
+    """Browser sessions."""
+
+    idle_timeout: Seconds = Field(
+        default=43_200.0, description="s without a request after which a browser must log in again"
+    )
+    lifetime: Seconds = Field(default=604_800.0, description="s after which a browser must log in again in any case")
+
+
+class Polling(Group):
+    """Requests to monitoring servers."""
+
+    interval: Seconds = Field(default=60.0, description="s between two polls of a source")
+    concurrency: Count = Field(default=4, description="simultaneous requests to one source")
+    timeout: Seconds = Field(default=30.0, description="s without a byte after which a request is given up")
+    retries: int = Field(default=3, ge=0, description="repetitions of a failed request, at growing intervals")
+    retry_delay: Seconds = Field(
+        default=1.0, description="s before the first repetition; each further one waits twice as long"
+    )
+    max_answer_bytes: Count = Field(
+        default=256 * 2**20, description="bytes of the largest file or answer that is accepted"
+    )
+    late_data: float = Field(
+        default=3600.0, ge=0, description="s for which data that a server (fdsnws) does not have yet is requested again"
+    )
+    settle_time: float = Field(
+        default=2.0, ge=0, description="s that a file must have been left unchanged before it is read"
+    )
+
+
+class Parser(Group):
+    """Limits of the process that reads one file."""
+
+    time_limit: Seconds = Field(
+        default=30.0, description="s of processor time, or twice as many on the clock, that reading one file may take"
+    )
+    memory_limit: Annotated[int, Field(ge=2**26)] = Field(
+        default=2 * 2**30, description="bytes of memory that reading one file may take"
+    )
+
+
+class Event(Group):
+    """Files that belong to one earthquake."""
+
+    grace: float = Field(
+        default=120.0, ge=0, description="s after its last file that an event waits for missing channels"
+    )
+    tolerance: float = Field(
+        default=5.0, ge=0, description="s between two files that may still belong to one earthquake"
+    )
+    longest: Seconds = Field(
+        default=10_800.0,
+        description="s, longest earthquake: longer records of events are rejected, and longer windows of continuous "
+        "ones are cut",
+    )
+
+
+class Trigger(Group):
+    """The STA/LTA trigger for continuous records."""
+
+    short_window: Seconds = Field(default=1.0, description="s, short-term window of the STA/LTA trigger")
+    long_window: Seconds = Field(default=30.0, description="s, long-term window of the STA/LTA trigger")
+    on: Annotated[float, Field(gt=1)] = Field(default=4.0, description="STA/LTA ratio that begins an event")
+    off: Annotated[float, Field(gt=0)] = Field(default=1.5, description="STA/LTA ratio that ends an event")
+    channels: Count = Field(default=2, description="channels that must trigger together")
+    floor: float = Field(default=0.005, ge=0, description="m/s², smallest peak acceleration of an event")
+    before: Seconds = Field(default=30.0, description="s kept before a trigger")
+    after: Seconds = Field(default=60.0, description="s kept after a trigger")
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if self.off >= self.on:
+            raise ValueError(f"trigger.off must be below trigger.on, got {self.off} and {self.on}")
+        if self.short_window >= self.long_window:
+            raise ValueError(
+                f"trigger.short_window must be below trigger.long_window, got {self.short_window} and "
+                f"{self.long_window} s"
+            )
+        return self
+
+
+class Jobs(Group):
+    """Where and how jobs are computed."""
+
+    workers: Count = Field(default_factory=lambda: os.cpu_count() or 1, description="simultaneous analyses")
+    lease: Seconds = Field(default=120.0, description="s after which a silent worker's job is given to another one")
+    attempts: Count = Field(default=3, description="attempts after which a job counts as failed")
+    time_limit: Seconds = Field(default=3600.0, description="s that one attempt at a job may take before it is stopped")
+    executor: Literal["local", "dask"] = Field(
+        default="local", description="where analyses run: processes of this machine, or a Dask cluster"
+    )
+    dask_address: str | None = Field(default=None, description='address of the Dask scheduler, for executor = "dask"')
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if self.executor == "dask" and self.dask_address is None:
+            raise ValueError('jobs.executor = "dask" needs jobs.dask_address, such as tcp://scheduler:8786')
+        return self
+
+
+class Analysis(Group):
+    """How events are analysed."""
+
+    estimator: Literal["smoother", "cms"] = Field(
+        default="smoother", description="estimator of the restoring force: smoother or cms"
+    )
+    rate: Annotated[float, Field(gt=0)] = Field(default=100.0, description="Hz, to which records are resampled")
+    band: tuple[float, float] = Field(default=(0.1, 30.0), description="Hz, pass band of all estimates")
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if not 0 < self.band[0] < self.band[1] < self.rate / 2:
+            raise ValueError(
+                f"analysis.band must rise from above 0 Hz to below analysis.rate / 2 = {self.rate / 2} Hz, "
+                f"got {self.band}"
+            )
+        return self
+
+
+class DataHealth(Group):
+    """When missing data raises an alert."""
+
+    interval: Seconds = Field(default=60.0, description="s between two checks of data health")
+    source_timeout: Seconds = Field(
+        default=3600.0, description="s for which a source may fail, or one poll of it last, before an alert"
+    )
+    continuous_timeout: Seconds = Field(
+        default=7200.0, description="s without a good record from a continuous source before an alert"
+    )
+    event_silence_timeout: Seconds = Field(
+        default=31_536_000.0, description="s without a good record from a source of events before an alert"
+    )
+    channel_misses: Count = Field(
+        default=3, description="earthquakes in a row without a good record of a channel before an alert"
+    )
+    rejected_age: Seconds = Field(
+        default=604_800.0, description="s for which a file that could not be used keeps an alert active"
+    )
+    clock_tolerance: Seconds = Field(
+        default=60.0, description="s by which the recorder's or the server's clock may be off before an alert"
+    )
+    worker_timeout: Seconds = Field(
+        default=1800.0, description="s for which jobs may wait without an active worker before an alert"
+    )
+    disk_reserve: int = Field(
+        default=2 * 2**30, ge=0, description="bytes to keep free for an SQLite database; less raises an alert"
+    )
+
+
+class Smtp(Group):
+    """The outgoing mail server."""
+
+    host: str | None = Field(default=None, description="outgoing mail server; without it no mail is sent")
+    port: int = Field(default=587, ge=1, le=65535, description="port of the mail server")
+    security: Literal["starttls", "tls", "none"] = Field(
+        default="starttls", description="starttls, tls (from the first byte, often port 465) or none"
+    )
+    user: str | None = Field(default=None, description="user name at the mail server")
+    password: SecretStr | None = Field(default=None, description="password at the mail server")
+    sender: str = Field(default="menshin@localhost", description="address that mail comes from")
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if (self.user is None) != (self.password is None):
+            raise ValueError("smtp.user and smtp.password go together; give both or neither")
+        return self
+
+
+class Notify(Group):
+    """Messages and their delivery."""
+
+    max_event_age: Seconds = Field(
+        default=172_800.0, description="s after its end for which an earthquake is reported; later only if it alarms"
+    )
+    reminder_interval: float = Field(
+        default=604_800.0, ge=0, description="s between reminders of an alert that is not acknowledged; 0: none"
+    )
+    allowed_private_hosts: tuple[str, ...] = Field(
+        default=(),
+        description="names of hosts, and networks such as 10.1.0.0/16, that messages may go to although they are not "
+        "public",
+    )
+    allow_plain_http: bool = Field(
+        default=False, description="whether messages may go to addresses that begin with http://"
+    )
+    timeout: Seconds = Field(default=30.0, description="s that an attempt to deliver a message may take")
+    attempts: Count = Field(default=30, description="attempts to deliver a message to a recipient")
+    retry_delay: Seconds = Field(
+        default=10.0, description="s before the second attempt; each further one waits about twice as long"
+    )
+    longest_delay: Seconds = Field(default=3600.0, description="s between two attempts at most")
+    alertmanager_interval: Seconds = Field(
+        default=60.0, description="s between two repetitions of active alerts to an Alertmanager"
+    )
+
+
+class Heartbeat(Group):
+    """The external watchdog of the service."""
+
+    url: SecretStr | None = Field(
+        default=None, description="external address that is requested while the service works; see messages.md"
+    )
+    interval: Seconds = Field(default=60.0, description="s between two heartbeats")
