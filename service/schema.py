@@ -1,6 +1,7 @@
 """Schemas that all rooms share: values in SI units, times in UTC, null for missing values."""
 
-from typing import Annotated
+from collections.abc import Iterable, Mapping
+from typing import Annotated, Any, Generic, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -12,6 +13,21 @@ class Answer(BaseModel):
     """A response, read from a row or an object; unknown fields are errors."""
 
     model_config = ConfigDict(from_attributes=True, extra="forbid")
+
+    @classmethod
+    def cells(cls, row: Mapping[str, Any]) -> Iterable[object]:
+        """A row of this model in CSV, from its JSON."""
+        return row.values()
+
+
+Row = TypeVar("Row", bound=Answer)
+
+
+class Page(Answer, Generic[Row]):
+    """A page of a table."""
+
+    items: list[Row] = Field(description="The rows of this page.")
+    next: str | None = Field(description="Cursor of the next page; null after the last.")
 
 
 class Problem(BaseModel):

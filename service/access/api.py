@@ -7,7 +7,8 @@ from fastapi import APIRouter, Depends, Query
 from service.access import auditing
 from service.access.auth import engineer
 from service.access.schema import Audit, AuditRow
-from service.http.parameters import Before, Limit, Reading, Time, next_number
+from service.http.paging import Before, Limit, page_by_number
+from service.http.parameters import Reading, Time
 from service.http.responses import TaggedRoute, table_responses
 
 router = APIRouter(tags=["operations"], dependencies=[Depends(engineer)], route_class=TaggedRoute)
@@ -26,4 +27,4 @@ def entries(
     with sessions() as session:
         rows = auditing.entries(session, by, after, before, cursor, limit)
         items = [AuditRow.model_validate(row) for row in rows]
-    return Audit(items=items, next=next_number([row.id for row in rows], limit))
+    return page_by_number(Audit, items, limit)

@@ -5,7 +5,7 @@ from typing import Any
 
 from pydantic import Field
 
-from service.schema import Answer
+from service.schema import Answer, Page
 
 
 class AuditRow(Answer):
@@ -20,8 +20,5 @@ class AuditRow(Answer):
     details: dict[str, Any] = Field(description="Parameters of the request, without secrets.")
 
 
-class Audit(Answer):
+class Audit(Page[AuditRow]):
     """A page of the audit trail, the latest first."""
-
-    items: list[AuditRow] = Field(description="The rows of this page.")
-    next: str | None = Field(description="Cursor of the next page; null after the last.")

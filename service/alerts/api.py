@@ -9,24 +9,23 @@ from service.access.auth import Caller, engineer
 from service.alerts import operator_actions, queries
 from service.alerts.schema import (
     AcknowledgeRequest,
-    AlertLine,
     AlertOut,
     Alerts,
     InspectRequest,
     SilenceOut,
     SilenceRequest,
     Silences,
-    alert_cells,
     alert_line,
     alert_out,
     silence_out,
 )
 from service.buildings import queries as building_queries
-from service.http.parameters import LARGEST, Before, Code, Limit, Reading, Writing, next_number
-from service.http.responses import Format, document, responses, table, wants_csv
+from service.http.paging import Before, Limit, page_by_number
+from service.http.parameters import LARGEST, Code, Reading, Writing
+from service.http.responses import TaggedRoute, responses, table_responses
 from service.models.api.models import making
 
-router = APIRouter(tags=["alerts"])
+router = APIRouter(tags=["alerts"], route_class=TaggedRoute)
 
 By = Annotated[Caller, Depends(engineer)]
 AlertId = Annotated[int, Path(description="Number of the alert.", ge=1, le=LARGEST, examples=[1])]
@@ -44,33 +43,27 @@ AnyKind = Annotated[
 ]
 
 
-@router.get("/alerts", operation_id="list_alerts", **responses(Alerts, 404, csv=True))
+@router.get("/alerts", operation_id="list_alerts", **table_responses(Alerts, 404))
 def every(
-    request: Request,
     sessions: Reading,
     building: AnyBuilding = None,
     state: AnyState = None,
     kind: AnyKind = None,
     cursor: Before = None,
     limit: Limit = 50,
-    format: Format = None,
-) -> Response:
+) -> Alerts:
     """Alerts, the latest first; those that ended are kept."""
     with sessions() as session:
         of = None if building is None else building_queries.building(session, building)[0].id
         rows = [alert_line(one) for one in queries.every(session, of, state, kind, cursor, limit)]
-    last = next_number([row.id for row in rows], limit)
-    is_csv = wants_csv(request, format)
-    lines = [alert_cells(one) if is_csv else tuple(one.model_dump().values()) for one in rows]
-    return table(request, format, tuple(AlertLine.model_fields), lines, last)
+    return page_by_number(Alerts, rows, limit)
 
 
 @router.get("/alerts/{alert_id}", operation_id="get_alert", **responses(AlertOut, 404))
-def one(request: Request, alert_id: AlertId, sessions: Reading) -> Response:
+def one(alert_id: AlertId, sessions: Reading) -> AlertOut:
     """An alert with its evidence, every change of it, inspections and deliveries of its messages."""
     with sessions() as session:
-        answer = alert_out(session, queries.alert(session, alert_id), datetime.now(UTC))
-    return document(request, answer)
+        return alert_out(session, queries.alert(session, alert_id), datetime.now(UTC))
 
 
 @router.post(
@@ -115,13 +108,12 @@ def inspect(
         return alert_out(session, found, now)
 
 
-@router.get("/buildings/{code}/silences", operation_id="list_silences", **responses(Silences, 404, csv=True))
-def silences(request: Request, code: Code, sessions: Reading, format: Format = None) -> Response:
+@router.get("/buildings/{code}/silences", operation_id="list_silences", **table_responses(Silences, 404))
+def silences(code: Code, sessions: Reading) -> Silences:
     """Silences of the building, the latest first; those that ended are kept."""
     with sessions() as session:
         found, _ = building_queries.building(session, code)
-        rows = [silence_out(one) for one in reversed(queries.silences(session, found.id))]
-    return table(request, format, tuple(SilenceOut.model_fields), [tuple(dict(one).values()) for one in rows], None)
+        return Silences(items=[silence_out(one) for one in reversed(queries.silences(session, found.id))], next=None)
 
 
 @router.post(

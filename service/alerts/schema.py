@@ -1,5 +1,6 @@
 """Alerts and silences as the API and the pages show them, and the requests about them."""
 
+from collections.abc import Iterable, Mapping
 from datetime import datetime
 from typing import Annotated, Any, Literal
 
@@ -11,7 +12,7 @@ from service.alerts.lifecycle import CLOSED
 from service.alerts.message_content import REMINDER_KEY
 from service.alerts.message_facts import message_key, reports_by_alert, silence_of
 from service.alerts.tables import Alert, Silence
-from service.schema import Answer, Number
+from service.schema import Answer, Number, Page
 from service.times import read_time
 
 Time = Annotated[
@@ -77,12 +78,14 @@ class AlertLine(AlertRow):
         description="Directions of the isolation layer; in CSV each as direction, state, change and interval."
     )
 
+    @classmethod
+    def cells(cls, row: Mapping[str, Any]) -> Iterable[object]:
+        """A row in CSV, with each part as direction, state, change and its 95 % interval."""
+        return {**row, "parts": [_part_cell(part) for part in row["parts"]]}.values()
 
-class Alerts(Answer):
+
+class Alerts(Page[AlertLine]):
     """A page of alerts, the latest first."""
-
-    items: list[AlertLine] = Field(description="The rows of this page.")
-    next: str | None = Field(description="Cursor of the next page; null after the last.")
 
 
 class ChangeOut(Answer):
@@ -212,11 +215,6 @@ def alert_line(alert: Alert) -> AlertLine:
     return AlertLine(building=alert.building.code, raised_event=alert.raised_event_id, parts=parts, **same)
 
 
-def alert_cells(line: AlertLine) -> tuple[object, ...]:
-    """A line of CSV, with each part as direction, state, change and its 95 % interval."""
-    return tuple((dict(line) | {"parts": [_part_cell(part) for part in line.parts]}).values())
-
-
 def alert_out(session: Session, alert: Alert, now: datetime) -> AlertOut:
     """An alert with its evidence and history."""
     silence = silence_of(alert, queries.silences(session, alert.building_id), now)
@@ -242,9 +240,9 @@ def silence_out(silence: Silence) -> SilenceOut:
     return SilenceOut(building=silence.building.code, **same)
 
 
-def _part_cell(part: PartOut) -> str:
-    drift, low, high = [None if one is None else f"{one:.4g}" for one in (part.drift, part.low, part.high)]
-    return f"{part.subject} {part.state} {drift} ({low} to {high})"
+def _part_cell(part: Mapping[str, Any]) -> str:
+    drift, low, high = [None if part[one] is None else f"{part[one]:.4g}" for one in ("drift", "low", "high")]
+    return f"{part['subject']} {part['state']} {drift} ({low} to {high})"
 
 
 def _messages(session: Session, alert: Alert) -> list[AlertMessageOut]:

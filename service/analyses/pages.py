@@ -11,7 +11,8 @@ from service.analyses import queries
 from service.analyses.tables import Analysis, DirectionResult, LayerResult
 from service.buildings import queries as building_queries
 from service.db.select import Span
-from service.http.parameters import Code, Cursor, Id, Reading, next_place, place
+from service.http.paging import Cursor, next_place, place
+from service.http.parameters import Code, Id, Reading
 from service.http.rendering import page
 from service.records import queries as record_queries
 from service.records.tables import Event

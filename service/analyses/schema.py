@@ -7,7 +7,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, Strict, WithJ
 
 from core.estimators import ESTIMATORS
 from core.quality import Severity
-from service.schema import Answer, Number
+from service.schema import Answer, Number, Page
 from service.verdict.schema import VerdictOut
 
 
@@ -143,11 +143,8 @@ class EventRow(Answer):
     analysis: int | None = Field(description="Number of the latest analysis; null before the first.")
 
 
-class Events(Answer):
+class Events(Page[EventRow]):
     """A page of events, the latest first."""
-
-    items: list[EventRow] = Field(description="The rows of this page.")
-    next: str | None = Field(description="Cursor of the next page; null after the last.")
 
 
 class WaveformOut(Answer):

@@ -4,7 +4,7 @@ from datetime import datetime
 
 from pydantic import Field
 
-from service.schema import Answer, Number, Series
+from service.schema import Answer, Number, Page, Series
 
 
 class Piece(Answer):
@@ -94,12 +94,10 @@ class CycleRow(Answer):
     c_eq_std: Number = Field(description="N s/m.")
 
 
-class Cycles(Answer):
+class Cycles(Page[CycleRow]):
     """A page of cycles, the earliest first."""
 
     building: str = Field(description="Code of the building.")
-    items: list[CycleRow] = Field(description="The rows of this page.")
-    next: str | None = Field(description="Cursor of the next page; null after the last.")
 
 
 class ModeRow(Answer):
@@ -115,12 +113,10 @@ class ModeRow(Answer):
     damping_ratio_std: Number | None = Field(description="Null where the estimator gives none.")
 
 
-class Modes(Answer):
+class Modes(Page[ModeRow]):
     """A page of modes, the earliest first."""
 
     building: str = Field(description="Code of the building.")
-    items: list[ModeRow] = Field(description="The rows of this page.")
-    next: str | None = Field(description="Cursor of the next page; null after the last.")
 
 
 class SightingOut(Answer):

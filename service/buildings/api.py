@@ -9,19 +9,9 @@ from service.analyses.series_schema import Cycles, Modes, SightingOut, TrackOut,
 from service.buildings import queries
 from service.buildings.schema import BuildingOut, Buildings, ChannelOut, LevelOut
 from service.buildings.store import described
-from service.http.parameters import (
-    AnyDirection,
-    Code,
-    Cursor,
-    EventSpan,
-    Limit,
-    MinimumPga,
-    Reading,
-    RowLimit,
-    next_place,
-    place,
-)
-from service.http.responses import TaggedRoute, responses, rows_of, table_responses
+from service.http.paging import Cursor, Limit, RowLimit, next_place, page_by_event, place, rows_of
+from service.http.parameters import AnyDirection, Code, EventSpan, MinimumPga, Reading
+from service.http.responses import TaggedRoute, responses, table_responses
 from service.records import queries as record_queries
 from service.verdict import reading
 from service.verdict.schema import verdict_out
@@ -96,8 +86,7 @@ def equivalent(
     with sessions() as session:
         found, _ = queries.building(session, code)
         rows = history.cycles(session, found.id, span, direction, place(cursor), limit)
-    last = next_place([(row.event_start, row.id) for row in rows], limit)
-    return rows_of(Cycles, [row[:-1] for row in rows], last, building=code)
+    return page_by_event(Cycles, rows, limit, building=code)
 
 
 @router.get("/{code}/modes", operation_id="list_modes", **table_responses(Modes, 404))
@@ -113,8 +102,7 @@ def modes(
     with sessions() as session:
         found, _ = queries.building(session, code)
         rows = history.modes(session, found.id, span, direction, place(cursor), limit)
-    last = next_place([(row.event_start, row.id) for row in rows], limit)
-    return rows_of(Modes, [row[:-1] for row in rows], last, building=code)
+    return page_by_event(Modes, rows, limit, building=code)
 
 
 @router.get("/{code}/mode-tracks", operation_id="list_mode_tracks", **responses(Tracks, 404))

@@ -5,7 +5,7 @@ from datetime import datetime
 from pydantic import Field
 
 from core.record import Direction, Quantity
-from service.schema import Answer, Number
+from service.schema import Answer, Number, Page
 from service.verdict.schema import VerdictOut
 
 
@@ -18,11 +18,8 @@ class BuildingRow(Answer):
     last_event: datetime | None = Field(description="Start of the latest event; null before the first.")
 
 
-class Buildings(Answer):
+class Buildings(Page[BuildingRow]):
     """All buildings under watch."""
-
-    items: list[BuildingRow] = Field(description="The rows of this page.")
-    next: str | None = Field(description="Cursor of the next page; null after the last.")
 
 
 class LevelOut(Answer):
@@ -84,8 +81,5 @@ class SourceOut(Answer):
     error: str | None = Field(description="What went wrong last; null where nothing did.")
 
 
-class Sources(Answer):
+class Sources(Page[SourceOut]):
     """All sources."""
-
-    items: list[SourceOut] = Field(description="The rows of this page.")
-    next: str | None = Field(description="Cursor of the next page; null after the last.")

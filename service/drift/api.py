@@ -3,7 +3,7 @@
 from datetime import UTC, datetime
 from typing import Annotated
 
-from fastapi import APIRouter, Body, Query, Request, Response
+from fastapi import APIRouter, Body, Query, Response
 
 from service.analyses import history as analysis_history
 from service.buildings import queries as building_queries, reference_periods
@@ -11,25 +11,21 @@ from service.drift import queries
 from service.drift.baseline import baseline_answer
 from service.drift.schema import (
     BaselineOut,
-    CurvePoint,
     Drift,
-    DriftAlarmRow,
     DriftAlarms,
-    DriftRow,
-    ObservationRow,
     Observations,
     QuantityName,
     ReferencePeriodOut,
     ReferencePeriodRequest,
     ReferencePeriods,
-    SeriesRow,
     SeriesRows,
 )
-from service.http.parameters import LARGEST, Code, Cursor, EventSpan, Reading, RowLimit, Writing, next_place, place
-from service.http.responses import Format, document, responses, table, wants_csv
+from service.http.paging import Cursor, RowLimit, page_by_event, place
+from service.http.parameters import LARGEST, Code, EventSpan, Reading, Writing
+from service.http.responses import TaggedRoute, table_responses
 from service.models.api.models import By, making
 
-router = APIRouter(prefix="/buildings/{code}", tags=["drift"])
+router = APIRouter(prefix="/buildings/{code}", tags=["drift"], route_class=TaggedRoute)
 
 TEXT = r"^[!-~]{1,80}$"
 Quantity = Annotated[QuantityName, Query(description="What is watched.")]
@@ -47,26 +43,24 @@ Grid = Annotated[int, Query(description="Amplitudes of the curve.", ge=2, le=100
 AnyEvent = Annotated[int | None, Query(description="Only of the event of this number.", ge=1, le=LARGEST)]
 
 
-@router.get("/watched", operation_id="list_watched_series", **responses(SeriesRows, 404, csv=True))
-def every_series(request: Request, code: Code, sessions: Reading, format: Format = None) -> Response:
+@router.get("/watched", operation_id="list_watched_series", **table_responses(SeriesRows, 404))
+def every_series(code: Code, sessions: Reading) -> SeriesRows:
     """Every series of the building watched for drift, with its latest value."""
     with sessions() as session:
         found, _ = building_queries.building(session, code)
         rows = queries.series_rows(session, found.id)
-    return table(request, format, tuple(SeriesRow.model_fields), queries.cells(rows), None, building=code)
+    return SeriesRows(building=code, items=rows, next=None)
 
 
-@router.get("/baseline", operation_id="get_baseline", **responses(BaselineOut, 404, csv=True))
+@router.get("/baseline", operation_id="get_baseline", **table_responses(BaselineOut, 404))
 def baseline(
-    request: Request,
     code: Code,
     sessions: Reading,
     quantity: Quantity = "stiffness",
     subject: Subject = "x",
     temperature: Temperature = None,
     points: Grid = 60,
-    format: Format = None,
-) -> Response:
+) -> BaselineOut:
     """The baseline of a series: expected values over amplitude with their band, at a temperature.
 
     In the band an event's value lies with 95 %. CSV has the curve alone.
@@ -74,32 +68,26 @@ def baseline(
     with sessions() as session:
         found, _ = building_queries.building(session, code)
         series = queries.one_series(session, found.id, quantity, subject)
-        answer = baseline_answer(code, series, temperature, points)
-    if wants_csv(request, format):
-        return table(request, "csv", tuple(CurvePoint.model_fields), queries.cells(answer.items), None)
-    return document(request, answer)
+        return baseline_answer(code, series, temperature, points)
 
 
-@router.get("/baseline/observations", operation_id="list_observations", **responses(Observations, 404, csv=True))
+@router.get("/baseline/observations", operation_id="list_observations", **table_responses(Observations, 404))
 def observations(
-    request: Request,
     code: Code,
     sessions: Reading,
     quantity: Quantity = "stiffness",
     subject: Subject = "x",
     event: AnyEvent = None,
-    format: Format = None,
-) -> Response:
+) -> Observations:
     """The measurements of a series in order of time: the points to the baseline's curve."""
     with sessions() as session:
         found, _ = building_queries.building(session, code)
         rows = queries.observations(session, found.id, quantity, subject, event)
-    return table(request, format, tuple(ObservationRow.model_fields), queries.cells(rows), None, building=code)
+    return Observations(building=code, items=rows, next=None)
 
 
-@router.get("/drift", operation_id="list_drift", **responses(Drift, 404, csv=True))
+@router.get("/drift", operation_id="list_drift", **table_responses(Drift, 404))
 def history(
-    request: Request,
     code: Code,
     sessions: Reading,
     span: EventSpan,
@@ -107,27 +95,25 @@ def history(
     subject: AnySubject = None,
     cursor: Cursor = None,
     limit: RowLimit = 5000,
-    format: Format = None,
-) -> Response:
+) -> Drift:
     """Deviation of each event from the baseline, a row for each series, the earliest event first."""
     with sessions() as session:
         found, _ = building_queries.building(session, code)
         rows = queries.values(session, found.id, span, quantity, subject, place(cursor), limit)
-    last = next_place([(row.event_start, row.id) for row in rows], limit)
-    return table(request, format, tuple(DriftRow.model_fields), [row[:-1] for row in rows], last, building=code)
+    return page_by_event(Drift, rows, limit, building=code)
 
 
-@router.get("/drift-alarms", operation_id="list_drift_alarms", **responses(DriftAlarms, 404, csv=True))
-def alarms(request: Request, code: Code, sessions: Reading, format: Format = None) -> Response:
+@router.get("/drift-alarms", operation_id="list_drift_alarms", **table_responses(DriftAlarms, 404))
+def alarms(code: Code, sessions: Reading) -> DriftAlarms:
     """Alarms in the building's series with their evidence; its alerts come from these."""
     with sessions() as session:
         found, _ = building_queries.building(session, code)
         rows = queries.alarm_rows(session, found.id)
-    return table(request, format, tuple(DriftAlarmRow.model_fields), queries.cells(rows), None, building=code)
+    return DriftAlarms(building=code, items=rows, next=None)
 
 
-@router.get("/reference-periods", operation_id="list_reference_periods", **responses(ReferencePeriods, 404, csv=True))
-def periods(request: Request, code: Code, sessions: Reading, format: Format = None) -> Response:
+@router.get("/reference-periods", operation_id="list_reference_periods", **table_responses(ReferencePeriods, 404))
+def periods(code: Code, sessions: Reading) -> ReferencePeriods:
     """Reference periods set by engineers, the latest first.
 
     Of those that name a series, its quantity, or all, the one set last holds. Without any it is the first events,
@@ -139,7 +125,7 @@ def periods(request: Request, code: Code, sessions: Reading, format: Format = No
             ReferencePeriodOut.model_validate(one)
             for one in analysis_history.reference_periods(session, found.id)[::-1]
         ]
-    return table(request, format, tuple(ReferencePeriodOut.model_fields), queries.cells(rows), None, building=code)
+    return ReferencePeriods(building=code, items=rows, next=None)
 
 
 @router.post(

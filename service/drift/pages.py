@@ -12,7 +12,6 @@ from core.drift.alarms import printed_change
 from core.drift.quantities import BOTH_DIRECTIONS, QUANTITIES
 from service.access.pages import reader
 from service.analyses import history as analysis_history
-from service.analyses.api.pictures import drawn
 from service.buildings import queries as building_queries
 from service.buildings.reference_periods import in_force
 from service.db.select import Span
@@ -24,15 +23,15 @@ from service.drift.schema import DriftAlarmRow, DriftRow, QuantityName, SeriesRo
 from service.drift.tables import ReferencePeriod
 from service.errors import NotFoundError
 from service.http.parameters import Code, Reading
-from service.http.rendering import page
-from service.http.responses import is_known, tag, unchanged
+from service.http.rendering import page, picture
+from service.http.responses import Tagged, TaggedRoute
 from service.jobs import queue as job_queue
-from service.version import VERSION
+from service.reports.charts import Picture
 
 VALUES = 5000
 """Most points in a picture: more cannot be distinguished."""
 
-router = APIRouter(include_in_schema=False, dependencies=[Depends(reader)])
+router = APIRouter(include_in_schema=False, dependencies=[Depends(reader)], route_class=TaggedRoute)
 BuildingCode = Annotated[str, Query(pattern=r"^[A-Za-z0-9_-]{1,32}$")]
 Quantity = Annotated[QuantityName, Query()]
 Subject = Annotated[str, Query(pattern=TEXT)]
@@ -89,29 +88,28 @@ def _by_quantity(series: Sequence[SeriesRow]) -> list[tuple[str, list[SeriesRow]
 
 
 @router.get("/charts/baseline.svg")
-def baseline(
-    request: Request, sessions: Reading, building: BuildingCode, quantity: Quantity, subject: Subject
-) -> Response:
+def baseline(sessions: Reading, building: BuildingCode, quantity: Quantity, subject: Subject) -> Tagged:
     """What is expected of a series over amplitude, and the latest event against it, at that event's temperature."""
     if quantity not in CURVES:
         raise NotFoundError("curve over amplitude of", quantity)
     with sessions() as session:
         found, _ = building_queries.building(session, building)
         series = queries.one_series(session, found.id, quantity, subject)
-        etag = tag(VERSION, "baseline", series.id, series.job_id)
-        if is_known(request, etag):
-            return unchanged(etag)
-        rows = queries.observations(session, found.id, quantity, subject, None)
+
+    def draw() -> Picture:
+        with sessions() as session:
+            rows = queries.observations(session, found.id, quantity, subject, None)
         latest = [one for one in rows if one.event == rows[-1].event]
         known = baseline_answer(building, series, latest[-1].temperature, 80)
-    if not known.items:
-        raise NotFoundError("baseline yet of", f"{quantity}/{subject}")
-    title = f"{QUANTITIES[quantity].title.capitalize()}, {charts.named(subject)}"
-    return drawn(request, charts.expectation(known, latest, title), etag)
+        if not known.items:
+            raise NotFoundError("baseline yet of", f"{quantity}/{subject}")
+        return charts.expectation(known, latest, f"{QUANTITIES[quantity].title.capitalize()}, {charts.named(subject)}")
+
+    return picture(draw, "baseline", series.id, series.job_id)
 
 
 @router.get("/charts/drift.svg")
-def history(request: Request, sessions: Reading, building: BuildingCode, quantity: Quantity) -> Response:
+def history(sessions: Reading, building: BuildingCode, quantity: Quantity) -> Tagged:
     """How far the events were from what was expected over the years, a panel for each subject of a quantity."""
     with sessions() as session:
         found, _ = building_queries.building(session, building)
@@ -119,11 +117,9 @@ def history(request: Request, sessions: Reading, building: BuildingCode, quantit
         alarms = [one for one in queries.alarm_rows(session, found.id) if one.quantity == quantity]
     if not values:
         raise NotFoundError("drift of", quantity)
-    etag = tag(VERSION, "drift", values, alarms)
-    if is_known(request, etag):
-        return unchanged(etag)
     title = QUANTITIES[quantity].title.capitalize()
-    return drawn(request, charts.history(quantity, values, _by_subject(alarms), title), etag)
+    by_subject = _by_subject(alarms)
+    return picture(lambda: charts.history(quantity, values, by_subject, title), "drift", values, alarms)
 
 
 def _values(session: Session, building_id: int, quantity: str) -> Mapping[str, Sequence[DriftRow]]:

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from operator import attrgetter
-from typing import Any
 
 from sqlalchemy import func, select, tuple_
 from sqlalchemy.orm import Session, joinedload
@@ -156,8 +155,3 @@ def _alarm_row(alarm: DriftAlarm) -> DriftAlarmRow:
         causes=alarm.causes,
         message=alarm.message,
     )
-
-
-def cells(rows: Sequence[Any]) -> list[tuple[Any, ...]]:
-    """The rows of a table."""
-    return [tuple(dict(row).values()) for row in rows]

@@ -6,7 +6,7 @@ from typing import Annotated
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
 
 from core.drift.quantities import QUANTITIES
-from service.schema import Answer, Number
+from service.schema import Answer, Number, Page
 from service.times import read_time
 
 QUANTITY = f"One of {', '.join(f'`{name}`' for name in QUANTITIES)}."
@@ -127,12 +127,10 @@ class DriftRow(Answer):
     causes: list[str] = Field(description="What else could explain a deviation.")
 
 
-class Drift(Answer):
+class Drift(Page[DriftRow]):
     """A page of values, the earliest event first."""
 
     building: str = Field(description="Code of the building.")
-    items: list[DriftRow] = Field(description="The rows of this page.")
-    next: str | None = Field(description="Cursor of the next page; null after the last.")
 
 
 class DriftAlarmRow(Answer):

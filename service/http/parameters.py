@@ -1,6 +1,5 @@
-"""Parameters of requests: one definition for all routes, and the cursors of pages."""
+"""Parameters of requests: one definition for all routes."""
 
-from collections.abc import Sequence
 from datetime import datetime
 from typing import Annotated, Literal
 
@@ -10,7 +9,7 @@ from sqlalchemy.orm import Session, sessionmaker
 
 from service.access import auth
 from service.access.auditing import AuditContext, audited
-from service.db.select import Place, Span
+from service.db.select import Span
 from service.http.request_capture import captured
 from service.times import read_time
 
@@ -32,15 +31,6 @@ ChannelId = Annotated[
     str,
     Path(description="Id of the channel.", pattern=r"^[!-.0-~]{1,64}$", examples=["XX.BNCS.01.HNX"]),
 ]
-Cursor = Annotated[
-    str | None,
-    Query(
-        description="`next` of the page before.", pattern=r"^-?[0-9]{1,16}_[0-9]{1,9}$", examples=["1267252451000000_1"]
-    ),
-]
-Before = Annotated[int | None, Query(description="`next` of the page before.", ge=1, le=LARGEST)]
-Limit = Annotated[int, Query(description="Rows of a page.", ge=1, le=500)]
-RowLimit = Annotated[int, Query(description="Rows of a page.", ge=1, le=20_000)]
 MinimumPga = Annotated[
     float | None,
     Query(description="m/s², least peak horizontal ground acceleration.", ge=0, allow_inf_nan=False, examples=[0.5]),
@@ -76,21 +66,6 @@ def of_span(
 ) -> Span:
     """The span of time that a request names."""
     return Span(after=after, before=before)
-
-
-def place(cursor: str | None) -> Place | None:
-    """Where the page before ended."""
-    return None if cursor is None else Place.read(cursor)
-
-
-def next_place(rows: Sequence[tuple[datetime, int]], limit: int) -> str | None:
-    """The cursor of the next page by the times and numbers of this one's rows; None where it was not full."""
-    return str(Place(*rows[-1])) if len(rows) == limit else None
-
-
-def next_number(numbers: Sequence[int], limit: int) -> str | None:
-    """The same of a list by falling number."""
-    return str(numbers[-1]) if len(numbers) == limit and numbers[-1] > 1 else None
 
 
 async def of_reading(request: Request) -> sessionmaker[Session]:

@@ -1,17 +1,22 @@
-"""How a page is written: its template, and what the browser may do with it."""
+"""How pages and pictures are written: the templates, and what the browser may do with a page."""
 
+from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
 
+import vl_convert
 from fastapi import Request, Response
 from fastapi.templating import Jinja2Templates
 
 from core.rounding import plain, significant, with_std
 from core.units import quantity, shown, unit
 from service.access.auth import login
+from service.http.responses import Tagged
 from service.jobs.schema import error_in_words
+from service.reports.charts import Picture
 from service.verdict import texts
 
+SVG = "image/svg+xml"
 FOLDER = Path(__file__).parent
 TEMPLATES = Jinja2Templates(FOLDER / "templates")
 POLICY = {
@@ -26,6 +31,11 @@ def page(request: Request, name: str, status: int = 200, **context: object) -> R
     """The page of a template; whoever came with a cookie gets a button to log out."""
     context["logged_in"] = login(request) is not None
     return TEMPLATES.TemplateResponse(request, f"{name}.html", context, status, headers=POLICY)
+
+
+def picture(draw: Callable[[], Picture], *identity: object) -> Tagged:
+    """A chart as SVG; values that determine it are its identity."""
+    return Tagged(lambda: vl_convert.vegalite_to_svg(draw().to_dict()).encode(), SVG, *identity)
 
 
 def time(moment: datetime) -> str:

@@ -15,9 +15,10 @@ from service.buildings import queries as building_queries
 from service.buildings.schema import Sources
 from service.buildings.store import described
 from service.errors import ForbiddenError
-from service.http.parameters import LARGEST, Before, JobId, Limit, Reading, Writing, next_number
+from service.http.paging import Before, Limit, page_by_number, rows_of
+from service.http.parameters import LARGEST, JobId, Reading, Writing
 from service.http.problems import openapi_responses
-from service.http.responses import TaggedRoute, responses, rows_of, table_responses
+from service.http.responses import TaggedRoute, responses, table_responses
 from service.http.server_sent_events import followed
 from service.jobs import queries, queue
 from service.jobs.queue import UNDER_WAY
@@ -63,7 +64,7 @@ def jobs(
     """Jobs, the latest first."""
     with sessions() as session:
         items = [JobOut.model_validate(job) for job in queries.jobs(session, state, event, model, cursor, limit)]
-    return Jobs(items=items, next=next_number([job.id for job in items], limit))
+    return page_by_number(Jobs, items, limit)
 
 
 @router.get("/jobs/{job_id}", operation_id="get_job", **responses(JobOut, 404))

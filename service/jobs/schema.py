@@ -6,7 +6,7 @@ from typing import Any
 
 from pydantic import Field, field_validator
 
-from service.schema import Answer
+from service.schema import Answer, Page
 
 PATH = re.compile(r"(?<![\w.:/])(?:[A-Za-z]:)?[\\/][\w.@~+-]+(?:[\\/][\w.@~+-]*)+")
 """A path of this machine, two names deep at least."""
@@ -48,11 +48,8 @@ class JobOut(Answer):
         return None if error is None else error_in_words(error)
 
 
-class Jobs(Answer):
+class Jobs(Page[JobOut]):
     """A page of jobs, the latest first."""
-
-    items: list[JobOut] = Field(description="The rows of this page.")
-    next: str | None = Field(description="Cursor of the next page; null after the last.")
 
 
 class Health(Answer):

@@ -5,7 +5,7 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from service.schema import Answer, Number
+from service.schema import Answer, Number, Page
 
 
 class Kept(BaseModel):
@@ -112,11 +112,8 @@ class DiagnosisRow(Answer):
     job: int = Field(description="Number of the job that made it.")
 
 
-class Diagnoses(Answer):
+class Diagnoses(Page[DiagnosisRow]):
     """A page of diagnoses, the latest first."""
-
-    items: list[DiagnosisRow] = Field(description="The rows of this page.")
-    next: str | None = Field(description="Cursor of the next page; null after the last.")
 
 
 class DiagnosisOut(DiagnosisRow):

@@ -8,7 +8,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 from core import paper
 from core.effects import EFFECTS
 from service.analyses.schema import FindingOut
-from service.schema import Answer, Number, Series
+from service.schema import Answer, Number, Page, Series
 
 
 def whole(written: object) -> object:
@@ -56,11 +56,8 @@ class ModelRow(Answer):
     errors: Errors = Field(description="Of its force, driven by the measured motion.")
 
 
-class Models(Answer):
+class Models(Page[ModelRow]):
     """A page of models, the latest first."""
-
-    items: list[ModelRow] = Field(description="The rows of this page.")
-    next: str | None = Field(description="Cursor of the next page; null after the last.")
 
 
 class Lineage(Answer):
@@ -133,11 +130,8 @@ class ComparisonRow(Answer):
     version: str = Field(description="Of the code.")
 
 
-class Comparisons(Answer):
+class Comparisons(Page[ComparisonRow]):
     """A page of comparisons, the earliest event first."""
-
-    items: list[ComparisonRow] = Field(description="The rows of this page.")
-    next: str | None = Field(description="Cursor of the next page; null after the last.")
 
 
 class ComparisonOut(ComparisonRow):

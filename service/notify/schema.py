@@ -12,7 +12,7 @@ from service.buildings.recipient_rules import ReceiverKind, Severity, WantedKind
 from service.notify import queries
 from service.notify.tables import Delivery, DeliveryAttempt, Message, Receiver
 from service.notify.texts import HIDDEN
-from service.schema import Answer, Number
+from service.schema import Answer, Number, Page
 
 Kinds = Annotated[list[WantedKind], Field(min_length=1, max_length=4)]
 Severities = Annotated[list[Severity], Field(min_length=1, max_length=4)]
@@ -131,11 +131,8 @@ class DeliveryOut(DeliveryRow):
     log: list[AttemptOut] = Field(description="The earliest first.")
 
 
-class Deliveries(Answer):
+class Deliveries(Page[DeliveryRow]):
     """A page of deliveries, the latest first."""
-
-    items: list[DeliveryRow] = Field(description="The rows of this page.")
-    next: str | None = Field(description="Cursor of the next page; null after the last.")
 
 
 class MessageRow(Answer):
@@ -159,11 +156,8 @@ class MessageRow(Answer):
     failed: int = Field(description="Number of recipients at which it failed for good.")
 
 
-class Messages(Answer):
+class Messages(Page[MessageRow]):
     """A page of messages, the latest first."""
-
-    items: list[MessageRow] = Field(description="The rows of this page.")
-    next: str | None = Field(description="Cursor of the next page; null after the last.")
 
 
 class MessageOut(MessageRow):

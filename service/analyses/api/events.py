@@ -29,7 +29,7 @@ from service.buildings.store import described
 from service.errors import ConflictError, NotFoundError
 from service.http.parameters import AnalysisId, Id, Reading, Writing
 from service.http.problems import openapi_responses
-from service.http.responses import document, responses
+from service.http.responses import TaggedRoute, responses
 from service.jobs import queue as job_queue
 from service.jobs.schema import JobOut
 from service.records import queries as record_queries
@@ -37,19 +37,19 @@ from service.settings import Settings
 from service.verdict import reading
 from service.verdict.schema import verdict_out
 
-router = APIRouter(prefix="/events", tags=["events"])
+router = APIRouter(prefix="/events", tags=["events"], route_class=TaggedRoute)
 
 LOCATION = {"description": "Address of the job.", "schema": {"type": "string"}}
 
 
 @router.get("/{event_id}", operation_id="get_event", **responses(EventOut, 404))
-def event(request: Request, event_id: Id, sessions: Reading, analysis: AnalysisId = None) -> Response:
+def event(event_id: Id, sessions: Reading, analysis: AnalysisId = None) -> EventOut:
     """An event: channels, quality, peaks, modes, and what the analysis was made from."""
     with sessions() as session:
         found = record_queries.event(session, event_id)
         made = record_queries.analyses(session, event_id)
         shown = chosen(made, analysis)
-        answer = EventOut(
+        return EventOut(
             id=found.id,
             building=found.building.code,
             start=found.start,
@@ -68,7 +68,6 @@ def event(request: Request, event_id: Id, sessions: Reading, analysis: AnalysisI
             directions=directions(session, shown.id) if shown else [],
             layer=layer(session, shown.id) if shown else None,
         )
-    return document(request, answer)
 
 
 def chosen(made: Sequence[Analysis], number: int | None) -> Analysis | None:

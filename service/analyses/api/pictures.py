@@ -7,8 +7,8 @@ from typing import Annotated
 
 import altair
 import numpy as np
-import vl_convert
-from fastapi import APIRouter, Depends, Query, Request, Response
+from fastapi import APIRouter, Depends, Query
+from sqlalchemy.orm import Session, sessionmaker
 
 from core.isolation_layer.equivalent import EquivalentSegment
 from service.access.auth import viewer
@@ -19,14 +19,14 @@ from service.db.blobs import decode
 from service.db.select import Span
 from service.errors import NotFoundError
 from service.http.parameters import LARGEST, Reading
-from service.http.responses import is_known, tag, unchanged, written
-from service.reports import charts as report_charts
-from service.version import VERSION
+from service.http.rendering import picture
+from service.http.responses import Tagged, TaggedRoute
+from service.reports import charts
 
 CYCLES = 5000
-"""Of a picture: more points are not told apart."""
+"""Most points in a picture: more cannot be distinguished."""
 
-router = APIRouter(prefix="/charts", include_in_schema=False, dependencies=[Depends(viewer)])
+router = APIRouter(prefix="/charts", include_in_schema=False, dependencies=[Depends(viewer)], route_class=TaggedRoute)
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,79 +38,80 @@ class OneDirection:
 
 
 Shown = Annotated[OneDirection, Depends()]
+Number = Annotated[int, Query(ge=1, le=LARGEST)]
 
 
 @router.get("/loop.svg")
-def loop(request: Request, sessions: Reading, result: Annotated[int, Query(ge=1, le=LARGEST)]) -> Response:
+def loop(sessions: Reading, result: Number) -> Tagged:
     """Restoring force over displacement."""
-    etag = tag(VERSION, "loop", result)
-    if is_known(request, etag):
-        return unchanged(etag)
-    with sessions() as session:
-        rate, displacement, force = queries.loop(session, result)
-    displacement, force = decode(displacement), decode(force)
-    time = np.arange(force.size) / rate
-    return drawn(
-        request, report_charts.loop(time=time, displacement=displacement, force=force, title="Restoring force"), etag
-    )
+
+    def draw() -> charts.Picture:
+        with sessions() as session:
+            rate, *stored = queries.loop(session, result)
+        displacement, force = (decode(one) for one in stored)
+        time = np.arange(force.size) / rate
+        return charts.loop(time=time, displacement=displacement, force=force, title="Restoring force")
+
+    return picture(draw, "loop", result)
 
 
 @router.get("/orbit.svg")
-def orbit(request: Request, sessions: Reading, layer: Annotated[int, Query(ge=1, le=LARGEST)]) -> Response:
+def orbit(sessions: Reading, layer: Number) -> Tagged:
     """Path of the isolation layer in plan."""
-    return of_layer(request, sessions, layer, "orbit", ("displacement_x", "displacement_y"), report_charts.orbit)
+    return _of_layer(sessions, layer, "orbit", ("displacement_x", "displacement_y"), charts.orbit)
 
 
 @router.get("/torsion.svg")
-def torsion(request: Request, sessions: Reading, layer: Annotated[int, Query(ge=1, le=LARGEST)]) -> Response:
+def torsion(sessions: Reading, layer: Number) -> Tagged:
     """Torsion of the isolation layer over time."""
-    return of_layer(request, sessions, layer, "torsion", ("torsion", "torsion_std"), report_charts.torsion_history)
+    return _of_layer(sessions, layer, "torsion", ("torsion", "torsion_std"), charts.torsion_history)
 
 
 @router.get("/axial-load.svg")
-def axial_load(request: Request, sessions: Reading, layer: Annotated[int, Query(ge=1, le=LARGEST)]) -> Response:
+def axial_load(sessions: Reading, layer: Number) -> Tagged:
     """Vertical load on the isolators over time."""
-    return of_layer(request, sessions, layer, "axial-load", ("axial_load",), report_charts.axial_load_history)
+    return _of_layer(sessions, layer, "axial-load", ("axial_load",), charts.axial_load_history)
 
 
-def of_layer(
-    request: Request,
-    sessions: Reading,
+def _of_layer(
+    sessions: sessionmaker[Session],
     layer: int,
     name: str,
     wanted: tuple[str, ...],
-    picture: Callable[..., altair.LayerChart],
-) -> Response:
-    """A picture of histories across directions, taken as (time, *histories)."""
-    etag = tag(VERSION, name, layer)
-    if is_known(request, etag):
-        return unchanged(etag)
-    with sessions() as session:
-        found = queries.layer_motion_of(session, layer)
-    histories = [decode(blob) for one in wanted if (blob := found._mapping[one]) is not None]
-    if len(histories) < len(wanted):
-        raise NotFoundError(f"{name} of layer result", layer)
-    return drawn(request, picture(np.arange(found.length) / found.rate, *histories), etag)
+    chart: Callable[..., altair.LayerChart],
+) -> Tagged:
+    """A picture of histories across directions, drawn by chart(time, *histories)."""
+
+    def draw() -> charts.Picture:
+        with sessions() as session:
+            found = queries.layer_motion_of(session, layer)
+        histories = [decode(blob) for one in wanted if (blob := found._mapping[one]) is not None]
+        if len(histories) < len(wanted):
+            raise NotFoundError(f"{name} of layer result", layer)
+        return chart(np.arange(found.length) / found.rate, *histories)
+
+    return picture(draw, name, layer)
 
 
 @router.get("/stiffness.svg")
-def stiffness(request: Request, sessions: Reading, shown: Shown) -> Response:
+def stiffness(sessions: Reading, shown: Shown) -> Tagged:
     """Equivalent stiffness over amplitude, the latest cycles of all events."""
     with sessions() as session:
         found, _ = building_queries.building(session, shown.building)
         rows = history.latest_cycles(session, found.id, shown.direction, CYCLES)
-    etag = tag(VERSION, "stiffness", shown.building, shown.direction, [row.id for row in rows])
-    if is_known(request, etag):
-        return unchanged(etag)
-    events = defaultdict(list)
-    for row in rows:
-        events[row.event_start].append(EquivalentSegment(**{name: row._mapping[name] for name in CYCLE}))
-    title = "Equivalent stiffness" if len(rows) < CYCLES else f"Equivalent stiffness, the latest {CYCLES} cycles"
-    return drawn(request, report_charts.equivalent_stiffness(events, title), etag)
+
+    def draw() -> charts.Picture:
+        events = defaultdict(list)
+        for row in rows:
+            events[row.event_start].append(EquivalentSegment(**{name: row._mapping[name] for name in CYCLE}))
+        title = "Equivalent stiffness" if len(rows) < CYCLES else f"Equivalent stiffness, the latest {CYCLES} cycles"
+        return charts.equivalent_stiffness(events, title)
+
+    return picture(draw, "stiffness", shown, [row.id for row in rows])
 
 
 @router.get("/modes.svg")
-def modes(request: Request, sessions: Reading, shown: Shown) -> Response:
+def modes(sessions: Reading, shown: Shown) -> Tagged:
     """Frequency and damping of each established mode, over time and over the strength of the shaking."""
     with sessions() as session:
         found, _ = building_queries.building(session, shown.building)
@@ -118,15 +119,6 @@ def modes(request: Request, sessions: Reading, shown: Shown) -> Response:
     established = [mode for mode in tracked if mode.is_established]
     if not established:
         raise NotFoundError("mode of building", f"{shown.building}, direction {shown.direction}")
-    etag = tag(
-        VERSION, "modes", shown.building, shown.direction, [(m.frequency, len(m.sightings)) for m in established]
-    )
-    if is_known(request, etag):
-        return unchanged(etag)
-    return drawn(request, mode_charts.modes_over_events(established, f"Direction {shown.direction}"), etag)
-
-
-def drawn(request: Request, chart: report_charts.Picture, etag: str) -> Response:
-    """The picture; what it shows changes only with its tag."""
-    svg = vl_convert.vegalite_to_svg(chart.to_dict())
-    return written(request, svg.encode(), "image/svg+xml", etag)
+    title = f"Direction {shown.direction}"
+    identity = [(mode.frequency, len(mode.sightings)) for mode in established]
+    return picture(lambda: mode_charts.modes_over_events(established, title), "modes", shown, identity)

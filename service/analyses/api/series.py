@@ -1,39 +1,21 @@
 """Series of an event: the restoring force, the layer's motion in plan, and the channels as recorded."""
 
-from collections.abc import Mapping, Sequence
-from typing import Annotated, Any, Literal, get_args
+from typing import Annotated, Literal, get_args
 
 import numpy as np
-import orjson
-from fastapi import APIRouter, Query, Request, Response
+from fastapi import APIRouter, Query, Request
 
-from core.arrays import Indices, Vector
 from service.analyses import queries
-from service.analyses.series_schema import ForceSeries, LayerMotionSeries, WaveformSeries
+from service.analyses.series_schema import ForceSeries, LayerMotionSeries, Piece, WaveformSeries
 from service.buildings.store import described
 from service.db.blobs import decode
-from service.db.select import Line
 from service.http.parameters import AnalysisId, ChannelId, HorizontalDirection, Id, Points, Reading
-from service.http.responses import (
-    OPTIONS,
-    Answers,
-    Format,
-    is_known,
-    responses,
-    rounded,
-    series_json,
-    series_lines,
-    tag,
-    unchanged,
-    wants_csv,
-    written,
-)
+from service.http.responses import CSV, JSON, Format, Tagged, TaggedRoute, responses, wants_csv
+from service.http.series import Histories, histories, joined_lines, written
 from service.records import queries as record_queries
 from service.records.tables import Waveform
-from service.reports.thinning import extremes
-from service.version import VERSION
 
-router = APIRouter(prefix="/events", tags=["series"])
+router = APIRouter(prefix="/events", tags=["series"], route_class=TaggedRoute)
 
 Name = Literal[
     "displacement",
@@ -56,13 +38,6 @@ LayerNames = Annotated[
 ]
 
 
-def kept(series: Mapping[str, Vector], count: int, points: int | None) -> Indices | None:
-    """Samples that stay: together they hold the extremes of every pixel of each series. None where all do."""
-    if points is None or count <= points or not series:
-        return None
-    return np.unique(np.concatenate([extremes(one, points // len(series)) for one in series.values()]))
-
-
 @router.get("/{event_id}/restoring-force", operation_id="get_restoring_force", **responses(ForceSeries, 404, csv=True))
 def restoring_force(
     request: Request,
@@ -73,57 +48,34 @@ def restoring_force(
     points: Points = None,
     analysis: AnalysisId = None,
     format: Format = None,
-) -> Response:
+) -> Tagged:
     """Motion and restoring force of the isolation layer; sample i is at start + i · step unless `time` is given."""
     names = [name for name in NAMES if series is None or name in series]
-    answers: Answers = request.app.state.answers
     csv = wants_csv(request, format)
-    media_type = "text/csv" if csv else "application/json"
     with sessions() as session:
         result = queries.restoring_force(session, event_id, direction, analysis)
-        etag = tag(VERSION, result.id, names, points, csv)
-        if is_known(request, etag):
-            return unchanged(etag)
-        body = answers.find(etag)
-        if body is not None:
-            return written(request, body, media_type, etag)
-        stored = queries.histories(session, result.id, [COLUMN.get(name, name) for name in names])
-    found = {name: decode(blob) for name, blob in zip(names, stored, strict=True) if blob is not None}
-    chosen = kept(found, result.length, points)
-    body = series_lines(sampled(result, found, chosen)) if csv else force_document(result, names, found, chosen)
-    answers.keep(etag, body)
-    return written(request, body, media_type, etag)
 
+    def make() -> bytes:
+        with sessions() as session:
+            stored = queries.histories(session, result.id, [COLUMN.get(name, name) for name in names])
+        found = {name: decode(blob) for name, blob in zip(names, stored, strict=True) if blob is not None}
+        shown = histories(found, result.rate, result.length, points)
+        if csv:
+            return shown.csv()
+        measured = result.peak_displacement is not None
+        return shown.json(
+            ForceSeries,
+            **dict.fromkeys(names),
+            event=result.event,
+            building=result.building,
+            direction=result.direction,
+            analysis=result.analysis,
+            estimator=result.estimator,
+            start=result.start,
+            missing=None if measured else "no channel measures the displacement of the isolation layer",
+        )
 
-def sampled(result: Line, found: Mapping[str, Vector], chosen: Indices | None) -> dict[str, Vector]:
-    """Time and histories as columns, of the samples that were chosen or of all."""
-    time = (np.arange(result.length) if chosen is None else chosen) / result.rate
-    return {"time": time} | {name: rounded(one if chosen is None else one[chosen]) for name, one in found.items()}
-
-
-def force_document(result: Line, names: Sequence[str], found: Mapping[str, Vector], chosen: Indices | None) -> bytes:
-    """The answer as JSON, of the samples that were chosen or of all; a series that is not stored is null."""
-    series = {name: series_json(one if chosen is None else one[chosen]) for name, one in found.items()}
-    time = None if chosen is None else chosen / result.rate
-    content = dict.fromkeys(names) | described_force(result) | {"time": time} | series
-    return orjson.dumps(content, option=OPTIONS)
-
-
-def described_force(result: Line) -> dict[str, Any]:
-    """All of the answer but the series."""
-    measured = result.peak_displacement is not None
-    return {
-        "event": result.event,
-        "building": result.building,
-        "direction": result.direction,
-        "analysis": result.analysis,
-        "estimator": result.estimator,
-        "start": result.start,
-        "rate": result.rate,
-        "step": 1 / result.rate,
-        "count": result.length,
-        "missing": None if measured else "no channel measures the displacement of the isolation layer",
-    }
+    return Tagged(make, CSV if csv else JSON, "restoring-force", result.id, names, points)
 
 
 @router.get("/{event_id}/layer-motion", operation_id="get_layer_motion", **responses(LayerMotionSeries, 404, csv=True))
@@ -135,7 +87,7 @@ def layer_motion(
     points: Points = None,
     analysis: AnalysisId = None,
     format: Format = None,
-) -> Response:
+) -> Tagged:
     """Displacement in x and y, torsion, and the vertical load; sample i is at start + i · step unless `time` is given.
 
     There is one where the displacement is known in x and y, or the torsion, or the vertical load.
@@ -144,77 +96,59 @@ def layer_motion(
     csv = wants_csv(request, format)
     with sessions() as session:
         result = queries.layer_motion(session, event_id, analysis)
-    etag = tag(VERSION, "layer-motion", result.id, names, points, csv)
-    if is_known(request, etag):
-        return unchanged(etag)
-    found = {name: decode(blob) for name in names if (blob := result._mapping[name]) is not None}
-    chosen = kept(found, result.length, points)
-    if csv:
-        return written(request, series_lines(sampled(result, found, chosen)), "text/csv", etag)
-    thinned = {name: series_json(one if chosen is None else one[chosen]) for name, one in found.items()}
-    content = dict.fromkeys(LAYER_NAMES) | {
-        "event": result.event,
-        "building": result.building,
-        "analysis": result.analysis,
-        "start": result.start,
-        "rate": result.rate,
-        "step": 1 / result.rate,
-        "count": result.length,
-        "time": None if chosen is None else chosen / result.rate,
-        "axial_load_level": result.axial_load_level,
-    }
-    return written(request, orjson.dumps(content | thinned, option=OPTIONS), "application/json", etag)
+
+    def make() -> bytes:
+        found = {name: decode(blob) for name in names if (blob := result._mapping[name]) is not None}
+        shown = histories(found, result.rate, result.length, points)
+        if csv:
+            return shown.csv()
+        return shown.json(
+            LayerMotionSeries,
+            **dict.fromkeys(LAYER_NAMES),
+            event=result.event,
+            building=result.building,
+            analysis=result.analysis,
+            start=result.start,
+            axial_load_level=result.axial_load_level,
+        )
+
+    return Tagged(make, CSV if csv else JSON, "layer-motion", result.id, names, points)
 
 
 @router.get("/{event_id}/waveforms/{channel}", operation_id="get_waveform", **responses(WaveformSeries, 404, csv=True))
 def waveform(
     request: Request, event_id: Id, channel: ChannelId, sessions: Reading, points: Points = None, format: Format = None
-) -> Response:
+) -> Tagged:
     """A channel as recorded, in SI units; CSV counts time from the event's start."""
+    csv = wants_csv(request, format)
     with sessions() as session:
         event, pieces = record_queries.channel(session, event_id, channel)
-        etag = tag(VERSION, [piece.id for piece in pieces], points, wants_csv(request, format))
-        if is_known(request, etag):
-            return unchanged(etag)
         channels = described(session, event.building).description.channels
     sensor = next((one for one in channels if one.id == channel), None)
-    series = [thinned(piece, points) for piece in pieces]
-    if wants_csv(request, format):
-        offsets = [(piece.start - event.start).total_seconds() for piece in pieces]
-        times = [offset + time for offset, (time, _) in zip(offsets, series, strict=True)]
-        lines = {
-            "time": np.concatenate(times),
-            "samples": np.concatenate([rounded(samples) for _, samples in series]),
-        }
-        return written(request, series_lines(lines), "text/csv", etag)
-    content = {
-        "event": event_id,
-        "channel": channel,
-        "level": sensor and sensor.level,
-        "quantity": sensor and sensor.quantity,
-        "direction": sensor and sensor.direction,
-        "pieces": [described_piece(*pair) for pair in zip(pieces, series, strict=True)],
-        "missing": "the sensor gave no finite number" if any(~np.isfinite(one).all() for _, one in series) else None,
-    }
-    return written(request, orjson.dumps(content, option=OPTIONS), "application/json", etag)
+
+    def make() -> bytes:
+        shown = [_samples(piece, points) for piece in pieces]
+        if csv:
+            offsets = [(piece.start - event.start).total_seconds() for piece in pieces]
+            return joined_lines(list(zip(offsets, shown, strict=True)))
+        is_finite = all(np.isfinite(one.shown["samples"]).all() for one in shown)
+        answer = WaveformSeries(
+            event=event_id,
+            channel=channel,
+            level=sensor.level if sensor else None,
+            quantity=sensor.quantity if sensor else None,
+            direction=sensor.direction if sensor else None,
+            pieces=[],
+            missing=None if is_finite else "the sensor gave no finite number",
+        )
+        content = [one.content(Piece, start=piece.start) for piece, one in zip(pieces, shown, strict=True)]
+        return written(answer.model_dump() | {"pieces": content})
+
+    identity = [(piece.id, sensor) for piece in pieces]
+    return Tagged(make, CSV if csv else JSON, "waveform", identity, points)
 
 
-def thinned(piece: Waveform, points: int | None) -> tuple[Vector, Vector]:
-    """(n,) s after the piece's start and (n,) SI units, of the samples that stay."""
+def _samples(piece: Waveform, points: int | None) -> Histories:
+    """The samples of a piece, SI units."""
     samples = decode(piece.samples).astype(float) * piece.gain
-    chosen = kept({"samples": samples}, samples.size, points)
-    indices = np.arange(samples.size) if chosen is None else chosen
-    return indices / piece.rate, samples[indices]
-
-
-def described_piece(piece: Waveform, series: tuple[Vector, Vector]) -> dict[str, Any]:
-    """A piece with its samples; time only where they are not regular."""
-    time, samples = series
-    return {
-        "start": piece.start,
-        "rate": piece.rate,
-        "step": 1 / piece.rate,
-        "count": piece.count,
-        "time": None if samples.size == piece.count else time,
-        "samples": series_json(samples),
-    }
+    return histories({"samples": samples}, piece.rate, samples.size, points)

@@ -2,37 +2,38 @@
 
 from typing import Annotated
 
-from fastapi import APIRouter, Path, Request, Response
+from fastapi import APIRouter, Path
 
 from core.effect import Effect
 from core.effects import EFFECTS
 from core.workbench.effect_sentences import explained
 from service.errors import NotFoundError
-from service.http.responses import Format, document, responses, table
-from service.models.schema import EffectOut, EffectRow, Effects, ParameterOut
+from service.http.paging import rows_of
+from service.http.responses import TaggedRoute, responses, table_responses
+from service.models.schema import EffectOut, Effects, ParameterOut
 from service.models.workbench.effect_sheets import families, law
 
-router = APIRouter(prefix="/effects", tags=["models"])
+router = APIRouter(prefix="/effects", tags=["models"], route_class=TaggedRoute)
 
 EffectName = Annotated[
     str, Path(description="Name of the effect.", pattern=r"^[A-Za-z0-9_-]{1,64}$", examples=[next(iter(EFFECTS))])
 ]
 
 
-@router.get("", operation_id="list_effects", **responses(Effects, csv=True))
-def effects(request: Request, format: Format = None) -> Response:
+@router.get("", operation_id="list_effects", **table_responses(Effects))
+def effects() -> Effects:
     """Every effect there is, by family."""
     named = [name for names in families(EFFECTS).values() for name in names]
     rows = [(name, effect.title, effect.family, effect.suspect_when) for name in named for effect in (EFFECTS[name],)]
-    return table(request, format, tuple(EffectRow.model_fields), rows, None)
+    return rows_of(Effects, rows)
 
 
 @router.get("/{name}", operation_id="get_effect", **responses(EffectOut, 404))
-def effect(request: Request, name: EffectName) -> Response:
+def effect(name: EffectName) -> EffectOut:
     """An effect: what it does, when to suspect it, its law, its parameters."""
     if name not in EFFECTS:
         raise NotFoundError("effect", name)
-    return document(request, answered(name, EFFECTS[name]))
+    return answered(name, EFFECTS[name])
 
 
 def answered(name: str, effect: Effect) -> EffectOut:

@@ -3,32 +3,18 @@
 from datetime import UTC, datetime
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Body, Depends, Request, Response
+from fastapi import APIRouter, Body, Depends, Response
 
 from service.access.auth import Caller, engineer
 from service.buildings import queries as building_queries
-from service.http.parameters import (
-    AnyModelDirection,
-    AnyModelState,
-    Before,
-    Code,
-    Cursor,
-    Limit,
-    ModelId,
-    Reading,
-    RowLimit,
-    Writing,
-    next_number,
-    next_place,
-    place,
-)
+from service.http.paging import Before, Cursor, Limit, RowLimit, next_place, page_by_number, place
+from service.http.parameters import AnyModelDirection, AnyModelState, Code, ModelId, Reading, Writing
 from service.http.problems import openapi_responses
-from service.http.responses import Format, document, responses, table
+from service.http.responses import TaggedRoute, responses, table_responses
 from service.jobs.schema import JobOut
 from service.jobs.tables import Job
 from service.models import answers, queries, requests, versions as model_versions
 from service.models.schema import (
-    ComparisonRow,
     Comparisons,
     EffectRequest,
     FitRequest,
@@ -40,7 +26,7 @@ from service.models.schema import (
     WorkRequest,
 )
 
-router = APIRouter(tags=["models"])
+router = APIRouter(tags=["models"], route_class=TaggedRoute)
 
 By = Annotated[Caller, Depends(engineer)]
 LOCATION = {"description": "Address of what was made.", "schema": {"type": "string"}}
@@ -55,20 +41,18 @@ def making(*statuses: int) -> dict[int | str, dict[str, Any]]:
 
 @router.get("/buildings/{code}/models", operation_id="list_models", **responses(Models, 404))
 def models_of_building(
-    request: Request,
     code: Code,
     sessions: Reading,
     direction: AnyModelDirection = None,
     state: AnyModelState = None,
     cursor: Before = None,
     limit: Limit = 50,
-) -> Response:
+) -> Models:
     """Versions of the building's models, the latest first."""
     with sessions() as session:
         found, _ = building_queries.building(session, code)
         rows = answers.rows(session, queries.versions(session, found.id, direction, state, cursor, limit))
-    last = next_number([row.id for row in rows], limit)
-    return document(request, Models(items=rows, next=last))
+    return page_by_number(Models, rows, limit)
 
 
 @router.post(
@@ -97,43 +81,32 @@ def make(
 
 
 @router.get("/models/{model_id}", operation_id="get_model", **responses(ModelOut, 404))
-def model(request: Request, model_id: ModelId, sessions: Reading) -> Response:
+def model(model_id: ModelId, sessions: Reading) -> ModelOut:
     """A model: its values with standard deviations, what it was made from, its errors."""
     with sessions() as session:
-        answer = answers.whole(session, queries.version(session, model_id))
-    return document(request, answer)
+        return answers.whole(session, queries.version(session, model_id))
 
 
 @router.get("/models/{model_id}/lineage", operation_id="get_lineage", **responses(Lineage, 404))
-def lineage(request: Request, model_id: ModelId, sessions: Reading) -> Response:
+def lineage(model_id: ModelId, sessions: Reading) -> Lineage:
     """A model and all that it came from, each with its errors: what every change gained."""
     with sessions() as session:
         queries.version(session, model_id)
-        rows = answers.rows(session, queries.lineage(session, model_id))
-    return document(request, Lineage(items=rows))
+        return Lineage(items=answers.rows(session, queries.lineage(session, model_id)))
 
 
-@router.get("/models/{model_id}/comparisons", operation_id="list_comparisons", **responses(Comparisons, 404, csv=True))
-def comparisons(
-    request: Request,
-    model_id: ModelId,
-    sessions: Reading,
-    cursor: Cursor = None,
-    limit: RowLimit = 5000,
-    format: Format = None,
-) -> Response:
+@router.get("/models/{model_id}/comparisons", operation_id="list_comparisons", **table_responses(Comparisons, 404))
+def comparisons(model_id: ModelId, sessions: Reading, cursor: Cursor = None, limit: RowLimit = 5000) -> Comparisons:
     """The events that the model was held against, a row for each and direction, the earliest event first."""
     with sessions() as session:
         queries.version(session, model_id)
         pairs = queries.comparisons(session, model_id, place(cursor), limit)
         rows = [answers.comparison_row(comparison, event) for comparison, event in pairs]
-    columns = tuple(ComparisonRow.model_fields)
-    last = next_place([(row.event_start, row.id) for row in rows], limit)
-    return table(request, format, columns, [tuple(row.model_dump().values()) for row in rows], last)
+    return Comparisons(items=rows, next=next_place([(row.event_start, row.id) for row in rows], limit))
 
 
 @router.get("/models/{model_id}/trend", operation_id="get_model_trend", **responses(Trend, 404))
-def trend(request: Request, model_id: ModelId, sessions: Reading) -> Response:
+def trend(model_id: ModelId, sessions: Reading) -> Trend:
     """How the model did in every event that it was held against, and whether it is still good.
 
     The model in force is held against every new event by itself. An event is missed where more of the force is neither
@@ -143,7 +116,7 @@ def trend(request: Request, model_id: ModelId, sessions: Reading) -> Response:
     with sessions() as session:
         queries.version(session, model_id)
         compared = queries.latest_comparisons(session, [model_id])[model_id]
-    return document(request, answers.trend(model_id, compared))
+    return answers.trend(model_id, compared)
 
 
 @router.post("/models/{model_id}/accept", operation_id="accept_model", response_model=ModelOut, responses=making())

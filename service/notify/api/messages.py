@@ -11,18 +11,17 @@ from sqlalchemy.orm import Session, sessionmaker
 
 from service.access.auth import Caller, caller, engineer
 from service.buildings import queries as building_queries
-from service.http.parameters import LARGEST, Before, Code, DeliveryId, Limit, MessageId, Reading, Writing, next_number
+from service.http.paging import Before, Limit, page_by_number
+from service.http.parameters import LARGEST, Code, DeliveryId, MessageId, Reading, Writing
 from service.http.problems import openapi_responses
-from service.http.responses import Format, document, responses, table
+from service.http.responses import TaggedRoute, responses, table_responses
 from service.http.server_sent_events import followed
 from service.models.api.models import making
 from service.notify import claims, drill, queries
 from service.notify.schema import (
     Deliveries,
     DeliveryOut,
-    DeliveryRow,
     MessageOut,
-    MessageRow,
     Messages,
     delivery_out,
     delivery_rows,
@@ -31,7 +30,7 @@ from service.notify.schema import (
     visible_to,
 )
 
-router = APIRouter(tags=["messages"])
+router = APIRouter(tags=["messages"], route_class=TaggedRoute)
 
 By = Annotated[Caller, Depends(engineer)]
 OfBuilding = Annotated[
@@ -44,24 +43,21 @@ State = Annotated[
 ]
 
 
-@router.get("/buildings/{code}/messages", operation_id="list_messages", **responses(Messages, 404, csv=True))
-def messages(
-    request: Request, code: Code, sessions: Reading, cursor: Before = None, limit: Limit = 50, format: Format = None
-) -> Response:
+@router.get("/buildings/{code}/messages", operation_id="list_messages", **table_responses(Messages, 404))
+def messages(code: Code, sessions: Reading, cursor: Before = None, limit: Limit = 50) -> Messages:
     """Messages about the building, the latest first."""
     with sessions() as session:
         found, _ = building_queries.building(session, code)
         rows = [message_row(row) for row in queries.messages(session, found.id, cursor, limit)]
-    lines = [tuple(row.model_dump().values()) for row in rows]
-    return table(request, format, tuple(MessageRow.model_fields), lines, next_number([row.id for row in rows], limit))
+    return page_by_number(Messages, rows, limit)
 
 
 @router.get("/messages/{message_id}", operation_id="get_message", **responses(MessageOut, 404))
-def message(request: Request, message_id: MessageId, sessions: Reading) -> Response:
+def message(request: Request, message_id: MessageId, sessions: Reading) -> MessageOut:
     """A message with its deliveries."""
     with sessions() as session:
         answer = message_out(session, queries.message(session, message_id))
-    return document(request, visible_to(caller(request).role, answer))
+    return visible_to(caller(request).role, answer)
 
 
 def existing(message_id: MessageId, sessions: Reading) -> int:
@@ -113,7 +109,7 @@ def hold(code: Code, sessions: Writing, response: Response, by: By) -> MessageOu
     return answer
 
 
-@router.get("/deliveries", operation_id="list_deliveries", **responses(Deliveries, csv=True))
+@router.get("/deliveries", operation_id="list_deliveries", **table_responses(Deliveries))
 def deliveries(
     request: Request,
     sessions: Reading,
@@ -122,23 +118,21 @@ def deliveries(
     state: State = None,
     cursor: Before = None,
     limit: Limit = 50,
-    format: Format = None,
-) -> Response:
+) -> Deliveries:
     """Deliveries of messages to recipients, the latest first."""
     with sessions() as session:
         found = queries.deliveries(session, building, receiver, state, cursor, limit)
         role = caller(request).role
         rows = [visible_to(role, row) for row in delivery_rows(session, found)]
-    lines = [tuple(row.model_dump().values()) for row in rows]
-    return table(request, format, tuple(DeliveryRow.model_fields), lines, next_number([row.id for row in rows], limit))
+    return page_by_number(Deliveries, rows, limit)
 
 
 @router.get("/deliveries/{delivery_id}", operation_id="get_delivery", **responses(DeliveryOut, 404))
-def delivery(request: Request, delivery_id: DeliveryId, sessions: Reading) -> Response:
+def delivery(request: Request, delivery_id: DeliveryId, sessions: Reading) -> DeliveryOut:
     """A delivery with every attempt: time, answer of the recipient, duration."""
     with sessions() as session:
         answer = delivery_out(queries.delivery(session, delivery_id))
-    return document(request, visible_to(caller(request).role, answer))
+    return visible_to(caller(request).role, answer)
 
 
 @router.post(

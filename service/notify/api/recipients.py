@@ -15,7 +15,7 @@ from service.buildings.recipient_rules import SECRET, SEVERITIES, ReceiverRule, 
 from service.errors import ConflictError, FieldsError
 from service.http.parameters import Code, Reading, ReceiverId, Writing
 from service.http.problems import openapi_responses
-from service.http.responses import document, responses
+from service.http.responses import TaggedRoute, responses
 from service.models.api.models import making
 from service.notify import drill
 from service.notify.queries import delivery
@@ -32,7 +32,7 @@ from service.notify.schema import (
 )
 from service.notify.tables import Receiver
 
-router = APIRouter(tags=["messages"])
+router = APIRouter(tags=["messages"], route_class=TaggedRoute)
 
 ByAdmin = Annotated[Caller, Depends(admin)]
 ByEngineer = Annotated[Caller, Depends(engineer)]
@@ -43,13 +43,13 @@ NO_MAIL = (
 
 
 @router.get("/buildings/{code}/receivers", operation_id="list_receivers", **responses(Receivers, 404))
-def of_building(request: Request, code: Code, sessions: Reading) -> Response:
+def of_building(request: Request, code: Code, sessions: Reading) -> Receivers:
     """Recipients of the building's messages."""
     with sessions() as session:
         found, _ = building_queries.building(session, code)
         role = caller(request).role
         rows = [visible_to(role, receiver_out(row)) for row in recipients.of_building(session, found.id)]
-    return document(request, Receivers(items=rows))
+    return Receivers(items=rows)
 
 
 @router.post(
@@ -82,11 +82,11 @@ def add(
 
 
 @router.get("/receivers/{receiver_id}", operation_id="get_receiver", **responses(ReceiverOut, 404))
-def one(request: Request, receiver_id: ReceiverId, sessions: Reading) -> Response:
+def one(request: Request, receiver_id: ReceiverId, sessions: Reading) -> ReceiverOut:
     """A recipient."""
     with sessions() as session:
         answer = receiver_out(recipients.receiver(session, receiver_id))
-    return document(request, visible_to(caller(request).role, answer))
+    return visible_to(caller(request).role, answer)
 
 
 @router.patch(

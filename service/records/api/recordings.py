@@ -11,14 +11,15 @@ from service.addresses import without_credentials
 from service.alerts.api import AnyBuilding
 from service.buildings import queries as building_queries
 from service.buildings.store import described
-from service.http.parameters import Before, Code, Limit, Reading, next_number
+from service.http.paging import Before, Limit, next_number, page_by_number
+from service.http.parameters import Code, Reading
 from service.http.rendering import page
-from service.http.responses import Format, responses, table
+from service.http.responses import TaggedRoute, table_responses
 from service.records import queries
 from service.records.tables import Recording, SourceState
-from service.schema import Answer
+from service.schema import Answer, Page
 
-router = APIRouter(tags=["operations"])
+router = APIRouter(tags=["operations"], route_class=TaggedRoute)
 pages = APIRouter(include_in_schema=False, dependencies=[Depends(reader)])
 
 LISTED = 100
@@ -44,29 +45,23 @@ class RecordingOut(Answer):
     end: datetime | None = Field(description="Last sample; null where none could be used.")
 
 
-class Recordings(Answer):
+class Recordings(Page[RecordingOut]):
     """A page of recordings, the latest first."""
 
-    items: list[RecordingOut] = Field(description="The rows of this page.")
-    next: str | None = Field(description="Cursor of the next page; null after the last.")
 
-
-@router.get("/recordings", operation_id="list_recordings", **responses(Recordings, 404, csv=True))
+@router.get("/recordings", operation_id="list_recordings", **table_responses(Recordings, 404))
 def every(
-    request: Request,
     sessions: Reading,
     building: AnyBuilding = None,
     state: AnyFileState = None,
     cursor: Before = None,
     limit: Limit = 50,
-    format: Format = None,
-) -> Response:
+) -> Recordings:
     """Files as they came, the latest first, with the reason why one could not be used."""
     with sessions() as session:
         of = None if building is None else building_queries.building(session, building)[0].id
         rows = [row(one) for one in queries.recordings(session, of, state, cursor, limit)]
-    last = next_number([row.id for row in rows], limit)
-    return table(request, format, tuple(RecordingOut.model_fields), [tuple(dict(one).values()) for one in rows], last)
+    return page_by_number(Recordings, rows, limit)
 
 
 @pages.get("/buildings/{code}/recordings")
@@ -89,7 +84,7 @@ def of_building(
             state=state,
             rejected=queries.rejected_counts(session).get(found.id, 0),
             is_later=cursor is not None,
-            following=rows[-1].id if len(rows) == LISTED and rows[-1].id > 1 else None,
+            following=next_number([one.id for one in rows], LISTED),
         )
 
 

@@ -7,7 +7,7 @@ import orjson
 from hypothesis import given, strategies as st
 from hypothesis.extra import numpy as hnp
 
-from service.http.responses import DIGITS, rounded, series_json
+from service.http.series import DIGITS, rounded, series_json
 
 series = hnp.arrays(np.float64, st.integers(1, 50), elements=st.floats(-1e9, 1e9))
 
