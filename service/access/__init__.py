@@ -1,1 +1,1 @@
-"""Who may do what, and who did."""
+"""Access: roles, keys, logins and the audit trail."""

@@ -1,7 +1,7 @@
 """The audit trail: each session through which a person writes adds an entry as it commits.
 
 The entry is part of the transaction of the change: neither exists without the other. A request that changes nothing,
-because it repeats an earlier one, leaves none.
+because it repeats an earlier one, adds no entry.
 """
 
 import re
@@ -20,15 +20,15 @@ from service.db.select import latest
 CONTEXT, CLOCK, CHANGED = "audit_context", "clock", "changed"
 """Keys of a session's `info`."""
 SECRET = re.compile(r"secret|password|token|key|authorization", re.IGNORECASE)
-"""Names whose values are kept from the trail."""
+"""Names whose values are hidden in the trail."""
 ADDRESS_KEY = re.compile(r"address|mail|location", re.IGNORECASE)
 """Names whose values may be mail addresses."""
 ADDRESS = re.compile(r"(?<![a-z0-9+.-])[a-z][a-z0-9+.-]{0,30}://\S+", re.IGNORECASE)
 """An address anywhere in a text."""
 LONGEST = 500
-"""Characters that are kept of a text."""
+"""Longest text in the trail, characters; longer ones are cut."""
 DEEPEST = 20
-"""Objects and lists within each other that are kept."""
+"""Deepest nesting of objects and lists in the trail; deeper ones are cut."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +51,7 @@ def audited(
     audit_context: Callable[[], AuditContext | None],
     clock: Callable[[], datetime] = lambda: datetime.now(UTC),
 ) -> sessionmaker[Session]:
-    """The same sessions; their changes go on the audit trail.
+    """The sessions, with their changes recorded in the audit trail.
 
     Args:
         sessions: sessions that may write.
@@ -63,12 +63,12 @@ def audited(
 
 
 def note(session: Session, context: AuditContext, now: datetime) -> None:
-    """Add an entry about something that changes nothing, such as an attempt to log in."""
+    """Add an entry about something that changes no data, such as an attempt to log in."""
     session.add(_entry(context, now))
 
 
 def without_secrets(value: Any, depth: int = 0) -> Any:  # noqa: ANN401  whatever JSON may hold
-    """The same, with secrets hidden, of addresses only the server, and long texts and deep nesting cut."""
+    """The value with secrets hidden, addresses reduced to their server, and long texts and deep nesting cut."""
     if depth > DEEPEST:
         return "(nested too deeply)"
     match value:
@@ -82,7 +82,7 @@ def without_secrets(value: Any, depth: int = 0) -> Any:  # noqa: ANN401  whateve
 
 
 def _member(key: str, value: Any, depth: int) -> Any:  # noqa: ANN401  whatever JSON may hold
-    """One value of an object; of a mail address the trail keeps the first letter and the domain."""
+    """A value of an object; of a mail address only the first letter and the domain."""
     if SECRET.search(key):
         return "(hidden)"
     if ADDRESS_KEY.search(key) and isinstance(value, str) and "://" not in value and "@" in value:
@@ -124,7 +124,7 @@ def _note_statement(state: ORMExecuteState) -> None:
 
 
 def _write(session: Session) -> None:
-    """Add the entry, if anything was or is about to be changed."""
+    """Add the entry if the session has changed, or is about to change, anything."""
     waiting = session.new or session.deleted or any(session.is_modified(one) for one in session.dirty)
     if (session.info.pop(CHANGED, False) or waiting) and (context := session.info[CONTEXT]()) is not None:
         session.add(_entry(context, session.info[CLOCK]()))
@@ -143,12 +143,12 @@ def entries(
     cursor: int | None,
     limit: int,
 ) -> Sequence[AuditEntry]:
-    """What people changed, the latest first; `cursor` is the number at which the page before ended."""
-    question = select(AuditEntry)
+    """Changes by people, the latest first; `cursor` is the number of the last entry of the previous page."""
+    query = select(AuditEntry)
     if by is not None:
-        question = question.where(AuditEntry.by == by)
+        query = query.where(AuditEntry.by == by)
     if after is not None:
-        question = question.where(AuditEntry.at >= after)
+        query = query.where(AuditEntry.at >= after)
     if before is not None:
-        question = question.where(AuditEntry.at < before)
-    return session.scalars(latest(question, AuditEntry.id, cursor, limit)).all()
+        query = query.where(AuditEntry.at < before)
+    return session.scalars(latest(query, AuditEntry.id, cursor, limit)).all()

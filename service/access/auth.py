@@ -1,7 +1,7 @@
-"""Who is asking, and what they may do.
+"""Authentication: the caller of a request and the caller's role.
 
-A request shows an API key in a header, or the cookie of a browser that has logged in. Where it comes from is no
-evidence: a proxy on this machine passes strangers on, and writes into headers whatever it likes.
+A request carries an API key in a header, or the cookie of a browser that has logged in. Its origin proves nothing: a
+proxy on this machine forwards requests of strangers and can set any header.
 """
 
 import ipaddress
@@ -11,13 +11,13 @@ from urllib.parse import urlsplit
 
 from fastapi import Request
 
-from service.access.callers import Callers, Known
+from service.access.callers import Callers, Snapshot
 from service.access.roles import Caller as Caller, Role as Role, digest
 from service.errors import ForbiddenError, UnauthorizedError
 
 COOKIE, SAFE_COOKIE = "menshin", "__Host-menshin"
-"""Name of the cookie where pages come by plain http, on loopback, and where they come by https: browsers then take it
-from this very host only, over https only."""
+"""Names of the cookie for plain http on loopback, and for https: browsers accept the latter from this host over
+https only."""
 FORWARDED = ("forwarded", "via", "x-forwarded-for", "x-forwarded-host", "x-real-ip")
 SAFE = frozenset({"GET", "HEAD", "OPTIONS"})
 NO_KEY = (
@@ -27,14 +27,14 @@ NO_KEY = (
 
 
 def presented(request: Request) -> set[str]:
-    """The keys in the headers of a request."""
+    """API keys in the headers of a request."""
     scheme, _, token = request.headers.get("authorization", "").partition(" ")
     bearer = token.strip() if scheme.lower() == "bearer" else request.headers.get("authorization")
     return {key for key in (bearer, request.headers.get("x-api-key")) if key is not None}
 
 
 def is_secure(request: Request) -> bool:
-    """Whether the browser speaks https, with us or with a proxy before us that says so or that the settings name.
+    """True if the browser uses https, directly or to a proxy that the settings trust or that says so.
 
     A form's Origin tells it as well; a request that reads has none.
     """
@@ -44,14 +44,14 @@ def is_secure(request: Request) -> bool:
 
 
 def login(request: Request) -> str | None:
-    """The digest of the session that the browser's cookie names, None without one; by https the safe cookie counts."""
+    """Digest of the session in the browser's cookie, None without a cookie; over https only the safe cookie counts."""
     names = (SAFE_COOKIE,) if is_secure(request) else (SAFE_COOKIE, COOKIE)
     cookie = next((request.cookies[name] for name in names if name in request.cookies), None)
     return None if cookie is None else digest(cookie)
 
 
 def is_loopback(host: str | None) -> bool:
-    """Whether a host, as in an address or a Host header without its port, is this machine itself."""
+    """True if a host, from an address or a Host header without its port, is this machine itself."""
     if host == "localhost":
         return True
     try:
@@ -61,7 +61,7 @@ def is_loopback(host: str | None) -> bool:
 
 
 def seems_local(request: Request) -> bool:
-    """Whether a program on this machine seems to ask directly: good enough for a demonstration, no evidence of more.
+    """True if the request seems to come directly from this machine: enough for a demonstration, but no proof.
 
     A stranger's page whose name was rebound to 127.0.0.1 asks with its own name in the Host header; a proxy may ask
     with whatever name and headers it likes.
@@ -72,19 +72,19 @@ def seems_local(request: Request) -> bool:
 
 
 def is_cross_site(request: Request) -> bool:
-    """Whether a page of another site makes the browser change something here."""
+    """True if the page of another site makes the browser change something here."""
     origin = request.headers.get("origin")
     return request.method not in SAFE and origin is not None and urlsplit(origin).netloc != request.headers.get("host")
 
 
 def caller(request: Request) -> Caller:
-    """Who asked, of a request that was let in."""
+    """The caller of an admitted request."""
     found: Caller = request.state.caller
     return found
 
 
 async def identify(request: Request) -> Caller:
-    """Who is asking; the request remembers it.
+    """The caller of a request, which remembers it.
 
     Raises
     ------
@@ -99,21 +99,21 @@ async def identify(request: Request) -> Caller:
     if is_cross_site(request):
         raise ForbiddenError("The request was made by a page of another site.")
     callers: Callers = request.app.state.callers
-    found = request.state.caller = _found(request, await callers.known())
+    found = request.state.caller = _caller(request, await callers.known())
     if (session := login(request)) is not None:
         callers.note_use(session)
     return found
 
 
 async def is_in_force(request: Request) -> bool:
-    """Whether who was let in may still ask: for answers that take long, such as streams."""
+    """True if an admitted caller may still read; for long responses, such as streams."""
     try:
-        return _found(request, await request.app.state.callers.known()) == caller(request)
+        return _caller(request, await request.app.state.callers.known()) == caller(request)
     except UnauthorizedError:
         return False
 
 
-def _found(request: Request, known: Known) -> Caller:
+def _caller(request: Request, known: Snapshot) -> Caller:
     given = {digest(key) for key in presented(request)}
     if given and not given <= known.keys.keys():
         raise UnauthorizedError(f"An unknown or revoked API key came with the request; {NO_KEY}")
@@ -128,7 +128,7 @@ def _found(request: Request, known: Known) -> Caller:
 
 
 def at_least(role: Role) -> Callable[[Request], Coroutine[Any, Any, Caller]]:
-    """A dependency that lets callers of this role, or a higher one, pass."""
+    """A dependency that admits callers with this role or a higher one."""
 
     async def require(request: Request) -> Caller:
         caller = await identify(request)

@@ -1,4 +1,4 @@
-"""Who may ask at this moment: the keys and the browsers that are logged in, as the database has them."""
+"""Callers that are admitted now: valid keys and browser sessions, cached from the database."""
 
 import asyncio
 import logging
@@ -18,25 +18,25 @@ from service.db.sessions import reading
 log = logging.getLogger(__name__)
 
 FRESH = 1.0
-"""s, for which a process remembers what it read: a revoked key works for that long at most."""
+"""s for which a process caches the callers, so that a revoked key works that much longer at most."""
 TOUCHED = timedelta(minutes=1)
-"""To which the time of a session's last use is kept."""
+"""Resolution of the time of a session's last use."""
 LINKED = Caller(logins.LINKED, Role.admin)
 
 
 @dataclass(frozen=True, slots=True)
-class Known:
-    """Everybody who may ask, by the digest of what they show."""
+class Snapshot:
+    """All callers by the digest of their key or cookie."""
 
     keys: Mapping[str, Caller] = field(default_factory=dict)
     logins: Mapping[str, Caller] = field(default_factory=dict)
     used: Mapping[str, datetime] = field(default_factory=dict)
-    """The last use of each login, as the database has it."""
+    """Last use of each login in the database."""
     has_had_keys: bool = True
 
 
 class Callers:
-    """Everybody who may ask, read from the database at most once per FRESH seconds, by one thread at a time."""
+    """All callers, read from the database at most once per FRESH seconds, by one thread at a time."""
 
     def __init__(
         self,
@@ -49,13 +49,13 @@ class Callers:
         self._sessions, self._reading = sessions, reading(sessions)
         self._idle, self._lifetime = idle, lifetime
         self._clock, self._now = clock, now
-        self._known, self._read_at = Known(), -float("inf")
-        self._pending: asyncio.Task[Known] | None = None
+        self._known, self._read_at = Snapshot(), -float("inf")
+        self._pending: asyncio.Task[Snapshot] | None = None
         self._touches: dict[str, asyncio.Task[None]] = {}
-        self._threads = CapacityLimiter(2)  # requests that wait for a thread of the others' pool do not hold us up
+        self._threads = CapacityLimiter(2)  # its own pool: requests that wait for a shared thread must not delay this
 
-    async def known(self) -> Known:
-        """Everybody who may ask."""
+    async def known(self) -> Snapshot:
+        """All callers."""
         while self._clock() - self._read_at > FRESH:
             if self._pending is None or self._pending.done():
                 self._pending = asyncio.create_task(self._read())
@@ -63,11 +63,11 @@ class Callers:
         return self._known
 
     def forget(self) -> None:
-        """Read anew for the next request: somebody has just come, or gone."""
+        """Read the callers again for the next request, after a login or logout."""
         self._read_at, self._pending = -float("inf"), None
 
     def note_use(self, login: str) -> None:
-        """Keep the time of a login's use, later and by another thread: the request does not wait for it."""
+        """Store the time of a login's last use in another thread, so that the request does not wait."""
         used, now = self._known.used.get(login), self._now()
         if used is None or now - used < min(TOUCHED, self._idle / 10) or login in self._touches:
             return
@@ -78,23 +78,23 @@ class Callers:
         """Uses that are being stored."""
         return tuple(self._touches.values())
 
-    async def _read(self) -> Known:
+    async def _read(self) -> Snapshot:
         mine = asyncio.current_task()
-        found = await to_thread.run_sync(self._found, limiter=self._threads)
-        if self._pending is mine:  # else it was read before somebody came or went
+        found = await to_thread.run_sync(self._snapshot, limiter=self._threads)
+        if self._pending is mine:  # otherwise it was read before the latest login or logout
             self._known, self._read_at = found, self._clock()
         return found
 
-    def _found(self) -> Known:
+    def _snapshot(self) -> Snapshot:
         now = self._now()
         with self._reading() as session:
-            begun = queries.logins_in_force(session, now - self._idle, now - self._lifetime)
-            return Known(
+            active = queries.logins_in_force(session, now - self._idle, now - self._lifetime)
+            return Snapshot(
                 keys={key.hash: Caller(key.name, Role[key.role]) for key in queries.keys_in_force(session)},
                 logins={
-                    one.hash: LINKED if one.key is None else Caller(one.key.name, Role[one.key.role]) for one in begun
+                    one.hash: LINKED if one.key is None else Caller(one.key.name, Role[one.key.role]) for one in active
                 },
-                used={one.hash: one.used_at for one in begun},
+                used={one.hash: one.used_at for one in active},
                 has_had_keys=queries.has_had_keys(session),
             )
 

@@ -1,4 +1,4 @@
-"""Which keys there are."""
+"""API keys: creation, listing and revocation."""
 
 from collections.abc import Sequence
 from datetime import datetime
@@ -12,14 +12,14 @@ from service.access.tables import ApiKey
 
 
 class KeyNameError(Exception):
-    """The name is taken, or nobody's."""
+    """The name of a key is in use, or unknown."""
 
 
 def create(session: Session, name: str, role: Role, now: datetime) -> str:
-    """A new key, which is not stored and cannot be shown again.
+    """A new key; it is not stored and cannot be shown again.
 
     Raises:
-        KeyNameError: the name is taken, by a revoked key even: a name means one key forever.
+        KeyNameError: the name is in use, or was that of a revoked key: names are never used again.
     """
     if _find(session, name) is not None:
         raise KeyNameError(f"There is a key {name!r} already; another name would do.")
@@ -34,10 +34,10 @@ def every(session: Session) -> Sequence[ApiKey]:
 
 
 def revoke(session: Session, name: str, now: datetime) -> None:
-    """Make a key worthless, and log out who came in with it; a revoked one stays as it is.
+    """Revoke a key and end its browser sessions; revoking it again changes nothing.
 
     Raises:
-        KeyNameError: there is none by that name.
+        KeyNameError: no key has that name.
     """
     key = _find(session, name)
     if key is None:
@@ -47,10 +47,10 @@ def revoke(session: Session, name: str, now: datetime) -> None:
 
 
 def log_out(session: Session, name: str | None, now: datetime) -> int:
-    """End every browser's session, or those of one key; the number of those that were in force.
+    """End all browser sessions, or those of one key; the number of valid ones that were ended.
 
     Raises:
-        KeyNameError: there is no key by that name.
+        KeyNameError: no key has that name.
     """
     if name is None:
         return logins.end_all(session, None, now)

@@ -1,4 +1,4 @@
-"""How people with a browser come in: an API key or a link, shown once, begins a session that lives on the server."""
+"""Login pages: an API key or a one-time link starts a browser session, which is stored on the server."""
 
 import re
 from dataclasses import replace
@@ -21,7 +21,7 @@ from service.http.rendering import page
 
 OURS = re.compile(r"/([a-z]+(/[\w-]+)*)?(\?[\w=&%.-]*)?", re.ASCII)
 MOST = 4096
-"""Bytes of a posted form."""
+"""Largest posted form, bytes."""
 UNKNOWN = (
     "No key in force is like that. A key begins with mk_ and is shown once, when 'menshin key create NAME "
     "--role viewer' makes it; a revoked one no longer works."
@@ -33,7 +33,7 @@ router = APIRouter(include_in_schema=False)
 
 
 class Flags(TypedDict):
-    """Who gets to see a cookie."""
+    """Attributes of a cookie."""
 
     httponly: bool
     samesite: Literal["strict"]
@@ -41,7 +41,7 @@ class Flags(TypedDict):
 
 
 async def reader(request: Request) -> Caller:
-    """A dependency of pages: who may read passes, who has not logged in is sent to the form.
+    """A dependency of pages that admits readers; a browser without a session is redirected to the login form.
 
     Raises
     ------
@@ -58,7 +58,7 @@ async def reader(request: Request) -> Caller:
 
 
 def onward(wanted: str) -> str:
-    """The page to go on to: one of ours, or the first one; never another site's."""
+    """The page after the login: the requested one if it is on this server, otherwise the first page."""
     return wanted if OURS.fullmatch(wanted) else "/"
 
 
@@ -68,24 +68,24 @@ async def form(
     next: Annotated[str, Query(max_length=MOST)] = "/",
     token: Annotated[str | None, Query(max_length=MOST)] = None,
 ) -> Response:
-    """The form that asks for a key; with the token of a link, in at once."""
+    """The login form; with the token of a link, a login at once."""
     if token is None:
-        return _asked(request, next)
-    return await begun(request, token, is_link=True, wanted=next)
+        return _login_form(request, next)
+    return await start_session(request, token, is_link=True, wanted=next)
 
 
 @router.post("/login")
 async def log_in(request: Request) -> Response:
-    """Begin a session for a good key and go on; ask again for another."""
+    """Start a session for a valid key and redirect; otherwise show the form again."""
     refuse_other_sites(request)
     posted = parse_qs(await read_body(request, MOST))
     key, wanted = ((posted.get(name) or [""])[-1].strip() for name in ("key", "next"))
-    return await begun(request, key, is_link=False, wanted=wanted)
+    return await start_session(request, key, is_link=False, wanted=wanted)
 
 
 @router.post("/logout")
 async def log_out(request: Request) -> Response:
-    """End the session, on the server as in the browser."""
+    """End the session on the server and in the browser."""
     refuse_other_sites(request)
     if (session := login(request)) is not None:
         await to_thread.run_sync(_end, request, session)
@@ -96,18 +96,18 @@ async def log_out(request: Request) -> Response:
     return answer
 
 
-async def begun(request: Request, secret: str, *, is_link: bool, wanted: str) -> Response:
-    """In, with a new session, or the form again; an address that was refused too often waits."""
+async def start_session(request: Request, secret: str, *, is_link: bool, wanted: str) -> Response:
+    """Redirect with a new session, or show the form again; an address with too many refused attempts must wait."""
     address, attempts = address_of(request), request.app.state.attempts
     if wait := ceil(attempts.wait(address)):
-        answer = _asked(request, wanted, Refused("login", words=TOO_OFTEN, status=429))
+        answer = _login_form(request, wanted, Refused("login", words=TOO_OFTEN, status=429))
         answer.headers["Retry-After"] = str(wait)
         return answer
     cookie = await to_thread.run_sync(_new_session, request, secret, is_link)
     if cookie is None:
         attempts.refuse(address)
         why = Refused("login", words=SPENT) if is_link else Refused("login", problems={"key": UNKNOWN})
-        return _asked(request, wanted, replace(why, status=401))
+        return _login_form(request, wanted, replace(why, status=401))
     request.app.state.callers.forget()
     answer = RedirectResponse(onward(wanted), 303)
     secure = is_secure(request)
@@ -116,13 +116,13 @@ async def begun(request: Request, secret: str, *, is_link: bool, wanted: str) ->
     return answer
 
 
-def _asked(request: Request, wanted: str, refused: Refused = NOT_REFUSED) -> Response:
-    """The form that asks for a key, and why the last one was refused."""
+def _login_form(request: Request, wanted: str, refused: Refused = NOT_REFUSED) -> Response:
+    """The login form, with the reason why the last attempt was refused."""
     return page(request, "login", refused.status, onward=onward(wanted), refused=refused)
 
 
 def _new_session(request: Request, secret: str, is_link: bool) -> str | None:
-    """What the cookie will hold; the audit trail has the attempt, refused or not."""
+    """Value of the new session's cookie; the audit trail records the attempt, accepted or refused."""
     now = datetime.now(UTC)
     with request.app.state.sessions.begin() as session:
         found = logins.follow(session, secret, now) if is_link else logins.begin(session, secret, now)
@@ -143,16 +143,16 @@ def _note(session: Session, request: Request, by: str, what: str) -> None:
 
 
 def address_of(request: Request) -> str:
-    """The client's address."""
+    """Address of the client."""
     return request.client.host if request.client else "unknown"
 
 
 def refuse_other_sites(request: Request) -> None:
-    """Another site's page must not log anybody in or out."""
+    """Refuse posts from other sites' pages, which could log people in or out."""
     if is_cross_site(request):
         raise ForbiddenError("The form was sent by a page of another site.")
 
 
 def flags(*, secure: bool) -> Flags:
-    """No script reads the cookie, no other site's page sends it, and what came by https goes by https only."""
+    """Cookie attributes: no script reads it, no other site sends it, and over https it is sent over https only."""
     return {"httponly": True, "samesite": "strict", "secure": secure}

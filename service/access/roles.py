@@ -10,29 +10,29 @@ VISIBLE = 11
 
 
 class Role(IntEnum):
-    """What a key may do; each includes those before it."""
+    """Permissions of a key; each role includes the lower ones."""
 
     viewer = 1
     """Read."""
     engineer = 2
-    """Ask for analyses as well."""
+    """Read, and request analyses and model work."""
     admin = 3
-    """Everything."""
+    """All permissions."""
 
 
 @dataclass(frozen=True, slots=True)
 class Caller:
-    """Who is asking."""
+    """The person or program that sends a request."""
 
     name: str
     role: Role
 
 
 def new_secret(prefix: str) -> str:
-    """A secret with 256 random bits; so many that a plain SHA-256 of it cannot be searched."""
+    """A secret with 256 random bits, enough that its plain SHA-256 cannot be searched."""
     return f"{prefix}_{secrets.token_urlsafe(32)}"
 
 
 def digest(secret: str) -> str:
-    """What is stored of a secret: its visible beginning and its SHA-256."""
+    """Stored form of a secret: its visible beginning and its SHA-256."""
     return f"{secret[:VISIBLE]}:{hashlib.sha256(secret.encode()).hexdigest()}"

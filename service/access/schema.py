@@ -1,4 +1,4 @@
-"""The audit trail as the API returns it."""
+"""The audit trail in the API."""
 
 from datetime import datetime
 from typing import Any

@@ -1,4 +1,4 @@
-"""The tables of who may use the API, and who is logged in."""
+"""Tables of keys, browser sessions, login links and the audit trail."""
 
 from datetime import datetime
 from typing import Any
@@ -10,7 +10,7 @@ from service.db.base import Base
 
 
 class ApiKey(Base):
-    """Who may use the API; the key itself is never stored."""
+    """An API key; only its digest is stored."""
 
     __tablename__ = "api_key"
     id: Mapped[int] = mapped_column(primary_key=True)
@@ -23,22 +23,22 @@ class ApiKey(Base):
 
 
 class LoginSession(Base):
-    """A browser that is logged in; its cookie is a random number, of which only the hash is stored."""
+    """A browser session; only the hash of its cookie, a random number, is stored."""
 
     __tablename__ = "login_session"
     id: Mapped[int] = mapped_column(primary_key=True)
     hash: Mapped[str] = mapped_column(unique=True)
     key_id: Mapped[int | None] = mapped_column(ForeignKey("api_key.id", ondelete="CASCADE"), index=True)
-    """None where a login link began it, which makes an admin."""
+    """None for a session from a login link, whose role is admin."""
     created_at: Mapped[datetime]
     used_at: Mapped[datetime]
-    """The last use, to a minute or so."""
+    """Time of the last use, to about a minute."""
     ended_at: Mapped[datetime | None]
     key: Mapped[ApiKey | None] = relationship()
 
 
 class LoginLink(Base):
-    """A link that logs an admin in, once; its token is never stored."""
+    """A link that logs an admin in once; its token is not stored."""
 
     __tablename__ = "login_link"
     id: Mapped[int] = mapped_column(primary_key=True)
@@ -48,18 +48,18 @@ class LoginLink(Base):
 
 
 class AuditEntry(Base):
-    """Something that a person changed, through the API, a page or a command; written with the change or not at all."""
+    """A change by a person through the API, a page or a command; stored in the transaction of the change."""
 
     __tablename__ = "audit_entry"
     id: Mapped[int] = mapped_column(primary_key=True)
     at: Mapped[datetime] = mapped_column(index=True)
     by: Mapped[str]
-    """Name of the key, or of the account that gave the command."""
+    """Name of the key, or of the account that ran the command."""
     address: Mapped[str]
-    """From where: an address, or the name of the machine for a command."""
+    """Origin: an address, or the name of the machine for a command."""
     action: Mapped[str]
-    """`POST`, `PUT`, ..., or the command, such as `menshin building add`."""
+    """HTTP method, or the command, such as `menshin building add`."""
     target: Mapped[str]
-    """What it was done to: a path of the API or a page; empty for a command."""
+    """Object of the change: a path of the API or a page; empty for a command."""
     details: Mapped[dict[str, Any]]
-    """What was asked for, or the command's arguments, without secrets."""
+    """Body of the request, or the command's arguments, without secrets."""

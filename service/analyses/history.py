@@ -18,71 +18,71 @@ MODE = ("number", "frequency", "frequency_std", "damping_ratio", "damping_ratio_
 
 def temperatures(session: Session, building_id: int) -> Sequence[tuple[int, float]]:
     """(event id, °C) of each event with a measured temperature."""
-    question = _events(building_id).add_columns(Analysis.temperature).where(Analysis.temperature.is_not(None))
-    return [(row.event, row.temperature) for row in session.execute(question)]
+    query = _events(building_id).add_columns(Analysis.temperature).where(Analysis.temperature.is_not(None))
+    return [(row.event, row.temperature) for row in session.execute(query)]
 
 
 def analysed_since(session: Session, building_id: int, since: datetime) -> int:
     """Number of analysed events that began at `since` or later."""
-    question = _events(building_id).where(Event.start >= since).subquery()
-    return session.scalar(select(func.count()).select_from(question)) or 0
+    query = _events(building_id).where(Event.start >= since).subquery()
+    return session.scalar(select(func.count()).select_from(query)) or 0
 
 
 def all_cycles(session: Session, building_id: int) -> Sequence[Line]:
     """Every cycle of every event, the earliest first."""
     names = ("start", "end", "amplitude", "k_eq", "k_eq_std", "c_eq", "c_eq_std")
     columns = [CycleResult.__table__.c[name] for name in names]
-    question = _directions(building_id).add_columns(DirectionResult.start.label("record_start"), *columns)
-    joined = question.join(CycleResult, CycleResult.result_id == DirectionResult.id)
+    query = _directions(building_id).add_columns(DirectionResult.start.label("record_start"), *columns)
+    joined = query.join(CycleResult, CycleResult.result_id == DirectionResult.id)
     return session.execute(joined.order_by(Event.start, Event.id, CycleResult.id)).all()
 
 
 def residuals(session: Session, building_id: int) -> Sequence[Line]:
     """Residual displacement of the layer in each direction, m."""
     value, std = DirectionResult.residual_displacement, DirectionResult.residual_displacement_std
-    question = _directions(building_id).add_columns(value.label("value"), std.label("std"))
-    return session.execute(question.where(value.is_not(None)).order_by(Event.start, Event.id)).all()
+    query = _directions(building_id).add_columns(value.label("value"), std.label("std"))
+    return session.execute(query.where(value.is_not(None)).order_by(Event.start, Event.id)).all()
 
 
 def peak_displacements(session: Session, building_id: int) -> Sequence[Line]:
     """Peak displacement of the layer in each direction, m; None where it was not measured."""
-    question = _directions(building_id).add_columns(DirectionResult.peak_displacement.label("peak"))
-    return session.execute(question.order_by(Event.start, Event.id)).all()
+    query = _directions(building_id).add_columns(DirectionResult.peak_displacement.label("peak"))
+    return session.execute(query.order_by(Event.start, Event.id)).all()
 
 
 def sensors(session: Session, building_id: int) -> Sequence[Line]:
     """Noise and gain of every channel."""
     columns = (SensorResult.channel, SensorResult.noise, SensorResult.gain, SensorResult.gain_std)
-    question = _events(building_id).join(SensorResult, SensorResult.analysis_id == Analysis.id).add_columns(*columns)
-    return session.execute(question.order_by(Event.start, Event.id, SensorResult.channel)).all()
+    query = _events(building_id).join(SensorResult, SensorResult.analysis_id == Analysis.id).add_columns(*columns)
+    return session.execute(query.order_by(Event.start, Event.id, SensorResult.channel)).all()
 
 
 def findings(session: Session, building_id: int) -> Sequence[Line]:
     """Data quality findings of each event, the earliest first."""
-    question = _events(building_id).add_columns(Analysis.quality)
-    return session.execute(question.order_by(Event.start, Event.id)).all()
+    query = _events(building_id).add_columns(Analysis.quality)
+    return session.execute(query.order_by(Event.start, Event.id)).all()
 
 
 def reference_periods(session: Session, building_id: int) -> Sequence[ReferencePeriod]:
     """Reference periods of a building, in the order in which they were set."""
-    question = select(ReferencePeriod).where(ReferencePeriod.building_id == building_id)
-    return session.scalars(question.order_by(ReferencePeriod.id)).all()
+    query = select(ReferencePeriod).where(ReferencePeriod.building_id == building_id)
+    return session.scalars(query.order_by(ReferencePeriod.id)).all()
 
 
 def cycles(
     session: Session, building_id: int, span: Span, direction: str | None, cursor: Place | None, limit: int
 ) -> Sequence[Line]:
     """Every cycle of every event's latest analysis, the earliest first; the last column is the cycle's id."""
-    question = _cycles(building_id, span, direction)
+    query = _cycles(building_id, span, direction)
     if cursor is not None:
-        question = question.where(tuple_(Event.start, CycleResult.id) > tuple_(cursor.time, cursor.id))
-    return session.execute(question.order_by(Event.start, CycleResult.id).limit(limit)).all()
+        query = query.where(tuple_(Event.start, CycleResult.id) > tuple_(cursor.time, cursor.id))
+    return session.execute(query.order_by(Event.start, CycleResult.id).limit(limit)).all()
 
 
 def latest_cycles(session: Session, building_id: int, direction: str, limit: int) -> Sequence[Line]:
     """The latest so many cycles, the earliest of them first; columns as those of `cycles`."""
-    question = _cycles(building_id, Span(), direction)
-    latest = session.execute(question.order_by(Event.start.desc(), CycleResult.id.desc()).limit(limit)).all()
+    query = _cycles(building_id, Span(), direction)
+    latest = session.execute(query.order_by(Event.start.desc(), CycleResult.id.desc()).limit(limit)).all()
     return latest[::-1]
 
 
@@ -91,27 +91,27 @@ def modes(
 ) -> Sequence[Line]:
     """Every mode of every event's latest analysis, the earliest first; the last column is the mode's id."""
     of_mode = [ModeResult.__table__.c[name] for name in MODE]
-    question = _span_directions(building_id, span, direction).add_columns(*of_mode)
-    question = question.join(ModeResult, ModeResult.result_id == DirectionResult.id).add_columns(ModeResult.id)
+    query = _span_directions(building_id, span, direction).add_columns(*of_mode)
+    query = query.join(ModeResult, ModeResult.result_id == DirectionResult.id).add_columns(ModeResult.id)
     if cursor is not None:
-        question = question.where(tuple_(Event.start, ModeResult.id) > tuple_(cursor.time, cursor.id))
-    return session.execute(question.order_by(Event.start, ModeResult.id).limit(limit)).all()
+        query = query.where(tuple_(Event.start, ModeResult.id) > tuple_(cursor.time, cursor.id))
+    return session.execute(query.order_by(Event.start, ModeResult.id).limit(limit)).all()
 
 
 def _cycles(building_id: int, span: Span, direction: str | None) -> Question:
     """Every cycle of every event's latest analysis; the last column is the cycle's id."""
     of_cycle = [CycleResult.__table__.c[name] for name in CYCLE]
-    question = _span_directions(building_id, span, direction).add_columns(
+    query = _span_directions(building_id, span, direction).add_columns(
         DirectionResult.start.label("record_start"), *of_cycle
     )
-    return question.join(CycleResult, CycleResult.result_id == DirectionResult.id).add_columns(CycleResult.id)
+    return query.join(CycleResult, CycleResult.result_id == DirectionResult.id).add_columns(CycleResult.id)
 
 
 def largest_before(session: Session, event: Event) -> float | None:
     """m, largest displacement in plan in the building's earthquakes before this one; None where none was measured."""
     moved = func.coalesce(LayerResult.peak_resultant, DirectionResult.peak_displacement)
-    question = _moved(event.building_id).with_only_columns(func.max(moved)).where(Event.start < event.start)
-    return session.scalar(question)
+    query = _moved(event.building_id).with_only_columns(func.max(moved)).where(Event.start < event.start)
+    return session.scalar(query)
 
 
 def moved_far(
@@ -129,11 +129,11 @@ def moved_far(
     far = or_(
         DirectionResult.peak_displacement >= displacement, func.abs(DirectionResult.residual_displacement) >= residual
     )
-    question = _moved(building_id).with_only_columns(Event.id).where(far)
+    query = _moved(building_id).with_only_columns(Event.id).where(far)
     if since is not None:
-        question = question.where(Event.end > since)
+        query = query.where(Event.end > since)
     both = select(Event, Analysis).join(Analysis, (Analysis.event_id == Event.id) & Analysis.current)
-    return session.execute(both.where(Event.id.in_(question)).order_by(Event.start, Event.id)).all()
+    return session.execute(both.where(Event.id.in_(query)).order_by(Event.start, Event.id)).all()
 
 
 def last_inspection(session: Session, building_id: int, cause: str) -> datetime | None:
@@ -146,8 +146,8 @@ def stiffness_values(session: Session, event: Event) -> Sequence[Line]:
     """(subject, wanted, DriftValue | None): the building's series of stiffness, with the event's value in each."""
     value = (DriftValue.series_id == WatchedSeries.id) & (DriftValue.event_id == event.id)
     of_stiffness = (WatchedSeries.building_id == event.building_id, WatchedSeries.quantity == "stiffness")
-    question = select(WatchedSeries.subject, WatchedSeries.wanted, DriftValue).outerjoin(DriftValue, value)
-    return session.execute(question.where(*of_stiffness).order_by(WatchedSeries.subject)).all()
+    query = select(WatchedSeries.subject, WatchedSeries.wanted, DriftValue).outerjoin(DriftValue, value)
+    return session.execute(query.where(*of_stiffness).order_by(WatchedSeries.subject)).all()
 
 
 def open_at(session: Session, building_id: int, at: datetime | None) -> Sequence[tuple[Alert, str]]:
@@ -173,8 +173,8 @@ def ended(session: Session, building_id: int) -> Sequence[Alert]:
 
 def _states(session: Session, numbers: Collection[int], at: datetime) -> dict[int, str]:
     """By alert, its state at that time."""
-    question = select(AlertChange.alert_id, AlertChange.state).where(AlertChange.alert_id.in_(numbers))
-    changes = session.execute(question.where(AlertChange.at <= at).order_by(AlertChange.id))
+    query = select(AlertChange.alert_id, AlertChange.state).where(AlertChange.alert_id.in_(numbers))
+    changes = session.execute(query.where(AlertChange.at <= at).order_by(AlertChange.id))
     return {change.alert_id: change.state for change in changes}
 
 
@@ -191,8 +191,8 @@ def _moved(building_id: int) -> Question:
 
 def _span_directions(building_id: int, span: Span, direction: str | None) -> Question:
     """The directions of events in a span of time, or one of them."""
-    question = _directions(building_id)
-    return span.limit(question if direction is None else question.where(DirectionResult.direction == direction))
+    query = _directions(building_id)
+    return span.limit(query if direction is None else query.where(DirectionResult.direction == direction))
 
 
 def _directions(building_id: int) -> Question:

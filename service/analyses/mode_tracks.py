@@ -90,8 +90,8 @@ def _rows(session: Session, building_id: int, span: Span, direction: str) -> Seq
         DirectionResult.peak_force,
         DirectionResult.peak_displacement,
     ).subquery()
-    question = select(of_event, ModeResult).join(ModeResult, ModeResult.result_id == of_event.c.result)
-    return session.execute(question.order_by(of_event.c.start, of_event.c.id, ModeResult.number)).all()
+    query = select(of_event, ModeResult).join(ModeResult, ModeResult.result_id == of_event.c.result)
+    return session.execute(query.order_by(of_event.c.start, of_event.c.id, ModeResult.number)).all()
 
 
 def _sighting(row: Line, levels: tuple[str, ...]) -> Sighting:

@@ -15,9 +15,9 @@ from service.records.tables import Event
 
 def direction_results(session: Session, analysis_id: int) -> Sequence[DirectionResult]:
     """Results of an analysis by direction, with modes, without histories."""
-    question = select(DirectionResult).options(selectinload(DirectionResult.modes))
+    query = select(DirectionResult).options(selectinload(DirectionResult.modes))
     return session.scalars(
-        question.where(DirectionResult.analysis_id == analysis_id).order_by(DirectionResult.direction)
+        query.where(DirectionResult.analysis_id == analysis_id).order_by(DirectionResult.direction)
     ).all()
 
 
@@ -35,9 +35,9 @@ def peaks(session: Session, analyses: Sequence[int]) -> Mapping[tuple[int, str],
 
 def cycle_counts(session: Session, analysis_id: int) -> Mapping[int, int]:
     """Number of cycles of an analysis by direction result; results without cycles are left out."""
-    question = select(CycleResult.result_id, func.count()).group_by(CycleResult.result_id)
-    question = question.join(DirectionResult).where(DirectionResult.analysis_id == analysis_id)
-    return dict(session.execute(question).all())
+    query = select(CycleResult.result_id, func.count()).group_by(CycleResult.result_id)
+    query = query.join(DirectionResult).where(DirectionResult.analysis_id == analysis_id)
+    return dict(session.execute(query).all())
 
 
 def _forces() -> Question:
@@ -101,8 +101,8 @@ def loop(session: Session, result_id: int) -> Line:
     Raises:
         NotFoundError: there is no such result, or nothing measured its displacement.
     """
-    question = select(DirectionResult.rate, DirectionResult.displacement, DirectionResult.force)
-    usable = question.where(DirectionResult.id == result_id, DirectionResult.displacement.is_not(None))
+    query = select(DirectionResult.rate, DirectionResult.displacement, DirectionResult.force)
+    usable = query.where(DirectionResult.id == result_id, DirectionResult.displacement.is_not(None))
     found = session.execute(usable).one_or_none()
     if found is None:
         raise NotFoundError("loop of result", result_id)

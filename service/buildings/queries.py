@@ -18,10 +18,8 @@ def buildings(session: Session) -> Sequence[Line]:
         .group_by(Event.building_id)
         .subquery()
     )
-    question = _latest_revision().add_columns(func.coalesce(events.c.events, 0), events.c.last)
-    return session.execute(
-        question.outerjoin(events, events.c.building_id == Building.id).order_by(Building.code)
-    ).all()
+    query = _latest_revision().add_columns(func.coalesce(events.c.events, 0), events.c.last)
+    return session.execute(query.outerjoin(events, events.c.building_id == Building.id).order_by(Building.code)).all()
 
 
 def building(session: Session, code: str) -> tuple[Building, Revision]:
@@ -38,9 +36,9 @@ def building(session: Session, code: str) -> tuple[Building, Revision]:
 
 def sources(session: Session) -> Sequence[Line]:
     """(Building, Revision, SourceState | None) by code."""
-    question = _latest_revision().add_columns(SourceState)
+    query = _latest_revision().add_columns(SourceState)
     return session.execute(
-        question.outerjoin(SourceState, SourceState.building_id == Building.id).order_by(Building.code)
+        query.outerjoin(SourceState, SourceState.building_id == Building.id).order_by(Building.code)
     ).all()
 
 

@@ -1,1 +1,1 @@
-"""The database: how it is reached, brought up to date and kept safe; what all tables and queries share."""
+"""The database: connections, migrations, leases, blobs, encryption, and parts that all tables and queries share."""

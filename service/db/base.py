@@ -1,4 +1,4 @@
-"""What every table shares: names of its constraints, aware times in UTC."""
+"""The declarative base: constraint names, and aware times in UTC."""
 
 from datetime import UTC, datetime
 from typing import Any
@@ -16,13 +16,13 @@ NAMING = {
 
 
 class UtcDateTime(TypeDecorator[datetime]):
-    """Aware times in, UTC out, on databases that forget the zone as well."""
+    """Aware times in UTC, also on databases that store no time zone."""
 
     impl = DateTime(timezone=True)
     cache_ok = True
 
     def process_bind_param(self, value: datetime | None, dialect: Dialect) -> datetime | None:
-        """To UTC; a time without a zone is a bug of ours."""
+        """Convert to UTC; a time without a zone is a bug."""
         if value is None:
             return None
         if value.tzinfo is None:
@@ -31,12 +31,12 @@ class UtcDateTime(TypeDecorator[datetime]):
         return value.replace(tzinfo=None) if dialect.name == "sqlite" else value
 
     def process_result_value(self, value: datetime | None, dialect: Dialect) -> datetime | None:
-        """From UTC."""
+        """Attach UTC."""
         return None if value is None else value.replace(tzinfo=UTC) if value.tzinfo is None else value.astimezone(UTC)
 
 
 class Base(DeclarativeBase):
-    """All tables. Kinds and states are text, so that a new one needs no migration."""
+    """Base of all tables. Kinds and states are text, so that a new one needs no migration."""
 
     metadata = MetaData(naming_convention=NAMING)
     type_annotation_map = {  # noqa: RUF012  SQLAlchemy reads it so

@@ -1,6 +1,6 @@
-"""How a series is kept in one column: losslessly, small and quick to read back.
+"""Series as compressed blobs: lossless, small and fast to read.
 
-Counts of a digitizer are smooth, so their second differences are small and bitshuffle packs their idle bits away.
+Counts of a digitizer are smooth, so their second differences are small and bitshuffle packs their unused bits.
 """
 
 from collections.abc import Mapping
@@ -17,10 +17,10 @@ BITSHUFFLE, SHUFFLE = "BITSHUFFLE", "SHUFFLE"
 
 
 def encode(series: Series) -> bytes:
-    """The series as bytes.
+    """A series as bytes.
 
     Args:
-        series: (n,) int32, float32 or float64; every bit of it comes back, NaN and overflow included.
+        series: (n,) int32, float32 or float64; reproduced bit by bit, NaN and overflow included.
 
     Raises:
         TypeError: another dtype, which is a bug of the caller.
@@ -37,7 +37,7 @@ def encode(series: Series) -> bytes:
 
 
 def decode(blob: bytes) -> Series:
-    """(n,) the series that `encode` was given."""
+    """(n,) series from the bytes of `encode`."""
     dtype = KINDS[blob[:1]]
     if len(blob) == 1:
         return np.zeros(0, dtype)
@@ -58,12 +58,12 @@ def _packed(series: Series, order: str) -> bytes:
 
 
 def second_difference(series: Series) -> Series:
-    """(n,) modulo 2³², so that no jump of the counts is lost."""
+    """(n,) second difference modulo 2³², so that no jump of the counts is lost."""
     first = np.diff(series, prepend=series.dtype.type(0))
     return np.diff(first, prepend=series.dtype.type(0))
 
 
 def twice_summed(series: Series) -> Series:
-    """(n,) the inverse of `second_difference`."""
+    """(n,) inverse of `second_difference`."""
     summed = np.cumsum(series, dtype=series.dtype)
     return np.cumsum(summed, dtype=series.dtype, out=summed)

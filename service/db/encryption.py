@@ -1,4 +1,4 @@
-"""Secrets at rest: columns that are encrypted with a key from the environment.
+"""Encrypted columns for secrets; the key comes from the environment.
 
 The key is a Fernet key (AES-128 in CBC mode with an HMAC of SHA-256). MENSHIN_SECRET_KEY may hold several, separated by
 commas: the first one encrypts, all of them decrypt, so that a key can be replaced. Without a key secrets are stored as
@@ -13,47 +13,47 @@ from sqlalchemy import Dialect, Text, TypeDecorator
 
 VARIABLE = "MENSHIN_SECRET_KEY"
 PREFIX = "fernet:"
-"""Before every encrypted value."""
+"""Prefix of every encrypted value."""
 
 
 class SecretKeyError(Exception):
-    """The secret key is malformed, missing or another one than that which encrypted a value."""
+    """The secret key is malformed, missing, or not the one that encrypted a value."""
 
 
 def new_key() -> str:
-    """A random key."""
+    """A new random key."""
     return Fernet.generate_key().decode()
 
 
 def is_key_set() -> bool:
-    """Whether secrets are encrypted before they are stored.
+    """True if secrets are encrypted before they are stored.
 
     Raises:
-        SecretKeyError: MENSHIN_SECRET_KEY holds something else than keys.
+        SecretKeyError: MENSHIN_SECRET_KEY does not contain valid keys.
     """
     return _keys(os.environ.get(VARIABLE, "")) is not None
 
 
 def is_encrypted(stored: str) -> bool:
-    """Whether a value, as it is stored, is encrypted."""
+    """True if a stored value is encrypted."""
     return stored.startswith(PREFIX)
 
 
 class Encrypted(TypeDecorator[str]):
-    """Text that is encrypted in the database. It cannot be compared there: equal texts are stored differently."""
+    """A text column that is encrypted in the database, where it cannot be compared: equal texts differ there."""
 
     impl = Text
     cache_ok = True
 
     def process_bind_param(self, value: str | None, dialect: Dialect) -> str | None:
-        """Encrypt with the first key, if there is one."""
+        """Encrypt with the first key, if a key is set."""
         keys = _keys(os.environ.get(VARIABLE, ""))
         if value is None or keys is None:
             return value
         return PREFIX + keys.encrypt(value.encode()).decode()
 
     def process_result_value(self, value: str | None, dialect: Dialect) -> str | None:
-        """Decrypt what is encrypted.
+        """Decrypt an encrypted value.
 
         Raises:
             SecretKeyError: none of the keys, or no key, decrypts it.
@@ -75,7 +75,7 @@ class Encrypted(TypeDecorator[str]):
 
 @lru_cache(maxsize=4)
 def _keys(given: str) -> MultiFernet | None:
-    """The keys of the variable's value; None if it is empty."""
+    """Keys in the variable's value; None if it is empty."""
     names = [name.strip() for name in given.split(",") if name.strip()]
     try:
         return MultiFernet([Fernet(name) for name in names]) if names else None

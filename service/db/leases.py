@@ -1,4 +1,4 @@
-"""Rights that one process holds at a time, such as polling."""
+"""Leases: rights that one process has at a time, such as polling."""
 
 from datetime import datetime, timedelta
 
@@ -9,14 +9,14 @@ from sqlalchemy.orm import InstrumentedAttribute, Session
 from service.jobs.tables import Lease
 
 POLLING = "polling"
-"""The poller's."""
+"""Lease of the poller."""
 POLLING_LEASE = timedelta(seconds=60)
 WORKING = "working"
-"""Held by one of the workers as long as any of them is alive."""
+"""Lease of one of the workers while any worker is alive."""
 
 
 def hold(session: Session, name: str, holder: str, now: datetime, duration: timedelta) -> bool:
-    """Take or extend a right; False while another process holds it."""
+    """Acquire or extend a lease; False while another process has it."""
     dialect = postgresql if session.get_bind().dialect.name == "postgresql" else sqlite
     session.execute(
         dialect.insert(Lease).values(name=name, holder=holder, until=now + duration).on_conflict_do_nothing()
@@ -29,21 +29,22 @@ def hold(session: Session, name: str, holder: str, now: datetime, duration: time
 
 
 def give_up(session: Session, name: str, holder: str) -> None:
-    """Let another process have it at once."""
+    """Release a lease, so that another process can acquire it at once."""
     session.execute(delete(Lease).where(Lease.name == name, Lease.holder == holder))
 
 
 AHEAD = 2
-"""Lengths from now after which no end can lie: one of its own, and one by which two machines' clocks may differ."""
+"""Lease lengths from now beyond which no end can lie: its own length, and one for the difference of two machines'
+clocks."""
 
 
 def has_passed(end: datetime, now: datetime, length: timedelta) -> bool:
-    """Whether a wait of this length is over."""
+    """True if a wait of this length is over."""
     return not now < end <= now + AHEAD * length
 
 
 def is_wrong(
     end: InstrumentedAttribute[datetime] | InstrumentedAttribute[datetime | None], now: datetime, length: timedelta
 ) -> ColumnElement[bool]:
-    """Whether the end in a column lies further ahead than it can, as a condition: then it has passed as well."""
+    """SQL condition: the stored end lies further ahead than possible, so that the lease counts as expired."""
     return end > now + AHEAD * length

@@ -1,4 +1,4 @@
-"""How a database gets the tables that this version of the code expects."""
+"""Migrations of the database to the tables of this version."""
 
 from collections.abc import Callable
 from functools import cache
@@ -15,28 +15,28 @@ from service.db.problems import DatabaseVersionError, shown
 from service.db.sessions import engine
 from service.version import VERSION
 
-LOCK = 6_334_607  # any number, the same in all our processes
+LOCK = 6_334_607  # any number, the same in all processes of the service
 FIRST = 20
-"""Number of the first revision. Lower ones belong to development versions from before the first release."""
+"""Number of the first revision; lower numbers belong to development versions before the first release."""
 
 
 def upgrade(url: str, revision: str = "head") -> None:
-    """Bring the database up to a revision; two processes that start together do it one after the other.
+    """Upgrade the database to a revision; processes that start together take turns.
 
     Raises:
-        DatabaseVersionError: it is of a newer version of menshin, of one from before the first release, or of another
-            program.
+        DatabaseVersionError: the database belongs to a newer version of Menshin, to one before the first release, or
+            to another program.
     """
     _run(url, lambda config: command.upgrade(config, revision))
 
 
 def downgrade(url: str, revision: str) -> None:
-    """Bring the database down to a revision; `base` is the empty database."""
+    """Downgrade the database to a revision; `base` is the empty database."""
     _run(url, lambda config: command.downgrade(config, revision))
 
 
 def is_newest(session: Session) -> bool:
-    """Whether a database has the tables that this version of the code expects."""
+    """True if the database has the tables of this version."""
     return MigrationContext.configure(session.connection()).get_current_revision() == _newest()
 
 
@@ -68,29 +68,29 @@ def _run(url: str, migrate: Callable[[Config], None]) -> None:
 
 
 def _check(connection: Connection) -> None:
-    """Refuse a database of another version or another program, and one that cannot be written."""
+    """Refuse a database of another version or program, or one that cannot be written."""
     name = shown(connection.engine.url)
     known = {script.revision for script in ScriptDirectory.from_config(_config()).walk_revisions()}
     current = MigrationContext.configure(connection).get_current_heads()
-    strange = set(current) - known
-    if early := sorted(revision for revision in strange if revision[:4].isdigit() and int(revision[:4]) < FIRST):
+    unknown = set(current) - known
+    if early := sorted(revision for revision in unknown if revision[:4].isdigit() and int(revision[:4]) < FIRST):
         raise DatabaseVersionError(
-            f"{name} is of a development version from before the first release (revision {early[0]}), which menshin "
+            f"{name} belongs to a development version before the first release (revision {early[0]}), which Menshin "
             f"{VERSION} cannot upgrade; move it away or name another database, and add the buildings again"
         )
-    if strange:
+    if unknown:
         raise DatabaseVersionError(
-            f"{name} is of another version of menshin than this one ({VERSION}), which does not know its revision "
-            f"{', '.join(sorted(strange))}; run that version, or name another database"
+            f"{name} belongs to another version of Menshin: {VERSION} does not know its revision "
+            f"{', '.join(sorted(unknown))}; run that version, or name another database"
         )
     if not current and (tables := set(inspect(connection).get_table_names()) - {"alembic_version"}):
         raise DatabaseVersionError(
-            f"{name} has tables that menshin did not make ({', '.join(sorted(tables)[:3])}); name another database"
+            f"{name} has tables of another program ({', '.join(sorted(tables)[:3])}); name another database"
         )
-    if current:  # nothing else may be written until much later, and then by a part that takes it for a passing fault
+    if current:  # nothing else is written until much later, by a part that would treat the error as temporary
         connection.execute(text("UPDATE alembic_version SET version_num = version_num"))
 
 
 def _let_tables_be_rebuilt(connection: Any, _: object) -> None:  # noqa: ANN401  the driver's own connection
-    """SQLite alters a table by making it anew, which foreign keys would take for the loss of every row."""
+    """Switch foreign keys off: SQLite alters a table by rebuilding it, which would delete referencing rows."""
     connection.execute("PRAGMA foreign_keys=OFF")

@@ -1,4 +1,4 @@
-"""Parts of queries: pages of lists, and spans of events."""
+"""Parts of queries: pages of lists, and periods."""
 
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
@@ -17,7 +17,7 @@ EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """Where a page of a list ends: the next one starts just after it."""
+    """The end of a page of a list; the next page starts after it."""
 
     time: datetime
     id: int
@@ -27,27 +27,27 @@ class Place:
 
     @classmethod
     def read(cls, cursor: str) -> "Place":
-        """The place that a cursor, as written by `str`, stands for."""
+        """The place that a cursor (from `str`) encodes."""
         microseconds, identity = cursor.split("_")
         return cls(EPOCH + timedelta(microseconds=int(microseconds)), int(identity))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Span:
-    """Which events: those that start at `after` or later and before `before`."""
+    """Events that start at `after` or later and before `before`."""
 
     after: datetime | None = None
     before: datetime | None = None
 
-    def limit(self, question: Question) -> Question:
-        """The question about these events only."""
+    def limit(self, query: Question) -> Question:
+        """The query limited to these events."""
         if self.after is not None:
-            question = question.where(Event.start >= self.after)
-        return question if self.before is None else question.where(Event.start < self.before)
+            query = query.where(Event.start >= self.after)
+        return query if self.before is None else query.where(Event.start < self.before)
 
 
 def latest(query: Select[R], number: InstrumentedAttribute[int], before: int | None, limit: int) -> Select[R]:
-    """A page of rows by falling number; `before` is the number at which the page before ended."""
+    """A page of rows in descending order of their number; `before` is the last number of the previous page."""
     if before is not None:
         query = query.where(number < before)
     return query.order_by(number.desc()).limit(limit)

@@ -1,4 +1,4 @@
-"""How the database is reached: the same way for SQLite and PostgreSQL."""
+"""Connections to the database, alike for SQLite and PostgreSQL."""
 
 import os
 import shutil
@@ -15,20 +15,20 @@ from sqlalchemy.orm import Session, sessionmaker
 import service.tables  # noqa: F401  every table is known before a session opens
 from service.db.problems import name
 
-BUSY_TIMEOUT = 30.0  # s that a writer waits for the other one
-LOCKED_TIMEOUT = 1.0  # s that a file which is being made may be locked
+BUSY_TIMEOUT = 30.0  # s that a writer waits for another one
+LOCKED_TIMEOUT = 1.0  # s that a new file may be locked while it is being created
 READING = "reading"
 
 
 class NulError(ValueError):
-    """A text that is to be stored or looked for holds a NUL character, which PostgreSQL cannot store."""
+    """A text to be stored or searched for contains a NUL character, which PostgreSQL cannot store."""
 
     def __init__(self) -> None:
         super().__init__("A text contains a NUL character (U+0000), which cannot be stored. Remove it.")
 
 
 def engine(url: str) -> Engine:
-    """The engine of a database; the folder of an SQLite file is made if it is missing. Its errors name the database."""
+    """The engine of a database; the folder of an SQLite file is created if necessary. Errors name the database."""
     address = _address(url)
     if address.get_backend_name() == "sqlite":
         made = _sqlite(address)
@@ -45,7 +45,7 @@ def sessions(url: str) -> sessionmaker[Session]:
 
 
 def reading(sessions: sessionmaker[Session]) -> sessionmaker[Session]:
-    """The same sessions for readers: on SQLite these never wait for a writer, and must not write."""
+    """Read-only sessions; on SQLite they never wait for a writer."""
     bound = sessions.kw["bind"]
     return sessionmaker(bound.execution_options(**{READING: True}), expire_on_commit=False)
 
@@ -71,9 +71,10 @@ def _sqlite(address: URL) -> Engine:
 
 
 def _keep_to_the_owner(file: Path) -> None:
-    """Make a new database file, and its folder, unreadable to other users; from an old file take the world's rights.
+    """Make a new database file and its folder private to the owner; remove others' access to an existing file.
 
-    SQLite gives its journals the rights of the file. A group's rights of an old file stay: somebody gave them.
+    SQLite gives its journals the rights of the file. The group's rights on an existing file stay, because they were
+    set on purpose.
     """
     file.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
     try:
@@ -83,18 +84,19 @@ def _keep_to_the_owner(file: Path) -> None:
         if rights & stat.S_IRWXO and os.access(file, os.W_OK) and file.stat().st_uid == os.geteuid():
             file.chmod(rights & ~stat.S_IRWXO)
     except OSError:
-        pass  # SQLite says why a file cannot be opened
+        pass  # SQLite explains why a file cannot be opened
 
 
-def _prepare(connection: Any, _: object) -> None:  # noqa: ANN401  the driver's own, without a type of SQLAlchemy's
-    connection.isolation_level = None  # the driver would begin too late and let two readers deadlock as writers
+def _prepare(connection: Any, _: object) -> None:  # noqa: ANN401  the driver's own type
+    connection.isolation_level = None  # the driver begins transactions too late: two readers could deadlock as writers
     _write_ahead(connection)
     for pragma in ("synchronous=NORMAL", "foreign_keys=ON"):
         connection.execute(f"PRAGMA {pragma}")
 
 
 def _write_ahead(connection: sqlite3.Connection) -> None:
-    """Of two processes that find the file new, one is told that it is locked: SQLite does not wait here by itself."""
+    """Set the write-ahead log. SQLite does not wait for a lock here: of two processes with a new file one must try
+    again."""
     end = monotonic() + LOCKED_TIMEOUT
     while True:
         try:
@@ -108,7 +110,7 @@ def _write_ahead(connection: sqlite3.Connection) -> None:
 
 
 def _refuse_nul(_: Connection, __: object, ___: str, parameters: Any, *____: object) -> None:  # noqa: ANN401
-    """Refuse NUL on both databases alike, before the driver does it with an error of its own."""
+    """Refuse NUL characters before the driver does, with the same error for both databases."""
     rows = parameters if isinstance(parameters, list) else [parameters]
     for row in rows:
         for value in row.values() if isinstance(row, dict) else row:
@@ -122,7 +124,7 @@ def _begin(connection: Connection) -> None:
 
 
 def free_bytes(session: Session) -> int | None:
-    """Of the disk that the database's file is on; None of a server, which is not ours to look after."""
+    """Free bytes on the disk of the database file; None for a server."""
     address = session.get_bind().engine.url
     if address.get_backend_name() != "sqlite" or not address.database or address.database == ":memory:":
         return None

@@ -17,8 +17,8 @@ from service.records.tables import Event
 
 def every_series(session: Session, building_id: int) -> Sequence[WatchedSeries]:
     """Every watched series of a building, by quantity and subject."""
-    question = select(WatchedSeries).where(WatchedSeries.building_id == building_id)
-    return session.scalars(question.order_by(WatchedSeries.quantity, WatchedSeries.subject)).all()
+    query = select(WatchedSeries).where(WatchedSeries.building_id == building_id)
+    return session.scalars(query.order_by(WatchedSeries.quantity, WatchedSeries.subject)).all()
 
 
 def one_series(session: Session, building_id: int, quantity: str, subject: str) -> WatchedSeries:
@@ -45,7 +45,7 @@ def values(
 ) -> Sequence[Line]:
     """Every event's value in these series, the earliest event first; the last column is the value's id."""
     of_value = ("value", "std", "count", "is_reference", "is_beyond", "is_excluded", "causes")
-    question: Question = (
+    query: Question = (
         select(
             Event.id.label("event"),
             Event.start.label("event_start"),
@@ -60,30 +60,30 @@ def values(
     )
     for column, wanted in ((WatchedSeries.quantity, quantity), (WatchedSeries.subject, subject)):
         if wanted is not None:
-            question = question.where(column == wanted)
+            query = query.where(column == wanted)
     if cursor is not None:
-        question = question.where(tuple_(Event.start, DriftValue.id) > tuple_(cursor.time, cursor.id))
-    return session.execute(span.limit(question).order_by(Event.start, DriftValue.id).limit(limit)).all()
+        query = query.where(tuple_(Event.start, DriftValue.id) > tuple_(cursor.time, cursor.id))
+    return session.execute(span.limit(query).order_by(Event.start, DriftValue.id).limit(limit)).all()
 
 
 def counts(session: Session, building_id: int) -> Mapping[int, int]:
     """Number of values by series; series without values are left out."""
-    question = select(DriftValue.series_id, func.count()).group_by(DriftValue.series_id)
-    question = question.join(WatchedSeries).where(WatchedSeries.building_id == building_id)
-    return dict(session.execute(question).all())
+    query = select(DriftValue.series_id, func.count()).group_by(DriftValue.series_id)
+    query = query.join(WatchedSeries).where(WatchedSeries.building_id == building_id)
+    return dict(session.execute(query).all())
 
 
 def latest_values(session: Session, building_id: int) -> Mapping[int, DriftValue]:
     """The value of the latest event of each series, by series."""
-    question = select(DriftValue).join(WatchedSeries).join(Event, Event.id == DriftValue.event_id)
-    found = session.scalars(question.where(WatchedSeries.building_id == building_id).order_by(Event.start, Event.id))
+    query = select(DriftValue).join(WatchedSeries).join(Event, Event.id == DriftValue.event_id)
+    found = session.scalars(query.where(WatchedSeries.building_id == building_id).order_by(Event.start, Event.id))
     return {value.series_id: value for value in found}
 
 
 def alarms(session: Session, building_id: int) -> Sequence[DriftAlarm]:
     """Alarms by quantity and subject, in the order in which they were raised, with their series and events."""
-    question = select(DriftAlarm).join(DriftAlarm.series).where(WatchedSeries.building_id == building_id)
-    loaded = question.options(
+    query = select(DriftAlarm).join(DriftAlarm.series).where(WatchedSeries.building_id == building_id)
+    loaded = query.options(
         *(
             joinedload(one)
             for one in (DriftAlarm.series, DriftAlarm.onset, DriftAlarm.after, DriftAlarm.by, DriftAlarm.raised)

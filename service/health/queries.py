@@ -27,36 +27,34 @@ def latest_events(session: Session, building_id: int, count: int) -> Sequence[Li
     Events that wait for files or their analysis are left out.
     """
     ended = (Event.building_id == building_id, Event.state.in_(("analysed", "refused")))
-    question = select(Event.id, Event.start, Analysis.quality).outerjoin(
+    query = select(Event.id, Event.start, Analysis.quality).outerjoin(
         Analysis, (Analysis.event_id == Event.id) & Analysis.current
     )
-    return session.execute(question.where(*ended).order_by(Event.start.desc()).limit(count)).all()[::-1]
+    return session.execute(query.where(*ended).order_by(Event.start.desc()).limit(count)).all()[::-1]
 
 
 def channels_of(session: Session, events: Sequence[int]) -> Mapping[int, set[str]]:
     """Recorded channels by event; events without any are left out."""
     found: dict[int, set[str]] = {}
-    question = select(Waveform.event_id, Waveform.channel).where(Waveform.event_id.in_(events)).distinct()
-    for event, channel in session.execute(question):
+    query = select(Waveform.event_id, Waveform.channel).where(Waveform.event_id.in_(events)).distinct()
+    for event, channel in session.execute(query):
         found.setdefault(event, set()).add(channel)
     return found
 
 
 def files_of(session: Session, events: Sequence[int]) -> Mapping[int, tuple[str, ...]]:
     """Names of the files and answers that gave each event, in the order in which they came."""
-    question = select(EventRecording.event_id, Recording.name).join(
-        Recording, Recording.id == EventRecording.recording_id
-    )
+    query = select(EventRecording.event_id, Recording.name).join(Recording, Recording.id == EventRecording.recording_id)
     found: dict[int, tuple[str, ...]] = {}
-    for event, name in session.execute(question.where(EventRecording.event_id.in_(events)).order_by(Recording.id)):
+    for event, name in session.execute(query.where(EventRecording.event_id.in_(events)).order_by(Recording.id)):
         found[event] = (*found.get(event, ()), name)
     return found
 
 
 def channels_ever(session: Session, building_id: int) -> set[str]:
     """Channels that the building ever recorded."""
-    question = select(Waveform.channel).join(Event, Event.id == Waveform.event_id)
-    return set(session.scalars(question.where(Event.building_id == building_id).distinct()))
+    query = select(Waveform.channel).join(Event, Event.id == Waveform.event_id)
+    return set(session.scalars(query.where(Event.building_id == building_id).distinct()))
 
 
 def neglected_since(session: Session, now: datetime, lease: timedelta) -> Mapping[int, datetime]:

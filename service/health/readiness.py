@@ -66,7 +66,7 @@ def _disk(session: Session, settings: Settings) -> Check:
             "disk",
             False,
             f"the disk of the database is full: {free / MIB:.0f} MiB are free, {least / MIB:.0f} MiB are needed",
-            "make room, or give the database a larger disk",
+            "free some space, or give the database a larger disk",
         )
     return Check("disk", True, "the database is on a server" if free is None else "the disk of the database has room")
 
@@ -113,12 +113,12 @@ def _late(session: Session, settings: Settings, now: datetime) -> Iterator[tuple
     patience = MISSED * settings.polling.interval + (settings.polling.retries + 1) * settings.polling.timeout
     described = select(Revision.building_id, func.max(Revision.created_at).label("at")).group_by(Revision.building_id)
     newest = described.subquery()
-    question = (
+    query = (
         select(Building, newest.c.at, SourceState)
         .join(newest, newest.c.building_id == Building.id)
         .outerjoin(SourceState, SourceState.building_id == Building.id)
     )
-    for building, since, state in session.execute(question):
+    for building, since, state in session.execute(query):
         looked = max(since, state.looked_at) if state is not None and state.looked_at else since
         rest = lanes.LONGEST_PAUSE if state is not None and state.failing_since else 0.0
         is_late = now - looked > timedelta(seconds=patience + rest)

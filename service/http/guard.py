@@ -27,7 +27,7 @@ OPEN = frozenset({"/healthz", "/readyz", "/login", "/logout", "/openapi.json"})
 """Paths that take no key, and `/static/`."""
 BODY = 64 * 2**10
 """Bytes of a body, but for a posted question to /fdsnws."""
-QUESTION = 2**20
+FDSN_BODY = 2**20
 """Bytes of a posted question to /fdsnws."""
 REQUESTS = 8
 """Of one caller under way at the same time; fewer than the database has connections."""
@@ -132,7 +132,7 @@ class Guard:
                 raise
             return stranger  # what the path takes is its own to say: a page sends people to the form
         declared = request.headers.get("content-length", "0")
-        if not _is_question(request) and declared.isdigit() and int(declared) > _most(request):
+        if not _is_fdsn_request(request) and declared.isdigit() and int(declared) > _most(request):
             raise TooLargeError(TOO_LONG.format(_most(request)))
         return who
 
@@ -228,12 +228,12 @@ def _is_open(path: str) -> bool:
     return path in OPEN or path.startswith("/static/")
 
 
-def _is_question(request: Request) -> bool:
+def _is_fdsn_request(request: Request) -> bool:
     return request.url.path.startswith("/fdsnws/")
 
 
 def _most(request: Request) -> int:
-    return QUESTION if _is_question(request) else BODY
+    return FDSN_BODY if _is_fdsn_request(request) else BODY
 
 
 def _is_stream(message: Message) -> bool:

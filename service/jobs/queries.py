@@ -14,11 +14,11 @@ def jobs(
     session: Session, state: str | None, event_id: int | None, model_id: int | None, before: int | None, limit: int
 ) -> Sequence[Job]:
     """Jobs, the latest first; `before` is the id at which the page before ended."""
-    question = select(Job)
+    query = select(Job)
     for column, wanted in ((Job.state, state), (Job.event_id, event_id), (Job.model_id, model_id)):
         if wanted is not None:
-            question = question.where(column == wanted)
-    return session.scalars(latest(question, Job.id, before, limit)).all()
+            query = query.where(column == wanted)
+    return session.scalars(latest(query, Job.id, before, limit)).all()
 
 
 def job(session: Session, identity: int) -> Job:

@@ -186,9 +186,9 @@ def cancel(session: Session, job: Job, now: datetime) -> None:
 
 def still_running(session: Session, claims: Collection[Claim]) -> set[int]:
     """Numbers of the claimed jobs that nobody cancelled and no other worker took over."""
-    question = select(Job.id, Job.claims).where(Job.id.in_([held.job_id for held in claims]), Job.state == "running")
+    query = select(Job.id, Job.claims).where(Job.id.in_([held.job_id for held in claims]), Job.state == "running")
     tokens = {held.job_id: held.token for held in claims}
-    return {number for number, token in session.execute(question) if tokens[number] == token}
+    return {number for number, token in session.execute(query) if tokens[number] == token}
 
 
 def _restore(session: Session, event: Event, now: datetime) -> None:
@@ -227,8 +227,8 @@ def _queued(session: Session, job: Job) -> Job:
         Job.model_id == job.model_id,
         Job.building_id == job.building_id,
     )
-    question = select(Job).where(*alike, Job.state == "waiting").order_by(Job.id.desc()).with_for_update(of=Job)
-    waiting = session.scalars(question.execution_options(populate_existing=True)).all()
+    query = select(Job).where(*alike, Job.state == "waiting").order_by(Job.id.desc()).with_for_update(of=Job)
+    waiting = session.scalars(query.execution_options(populate_existing=True)).all()
     begun = session.scalar(select(func.max(Job.id)).where(*alike, Job.state != "waiting")) or 0
     for one in waiting:
         if one.id > begun and one.arguments == job.arguments:

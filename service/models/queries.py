@@ -16,13 +16,13 @@ def versions(
     session: Session, building_id: int, direction: str | None, state: str | None, before: int | None, limit: int
 ) -> Sequence[ModelVersion]:
     """Versions of a building's models, the latest first; `before` is the id at which the page before ended."""
-    question = select(ModelVersion).where(ModelVersion.building_id == building_id)
+    query = select(ModelVersion).where(ModelVersion.building_id == building_id)
     for column, wanted in ((ModelVersion.direction, direction), (ModelVersion.state, state)):
         if wanted is not None:
-            question = question.where(column == wanted)
+            query = query.where(column == wanted)
     if before is not None:
-        question = question.where(ModelVersion.id < before)
-    return session.scalars(question.order_by(ModelVersion.id.desc()).limit(limit)).all()
+        query = query.where(ModelVersion.id < before)
+    return session.scalars(query.order_by(ModelVersion.id.desc()).limit(limit)).all()
 
 
 def version(session: Session, identity: int) -> ModelVersion:
@@ -31,8 +31,8 @@ def version(session: Session, identity: int) -> ModelVersion:
     Raises:
         NotFoundError: there is none by that number.
     """
-    question = select(ModelVersion).options(joinedload(ModelVersion.building))
-    found = session.scalars(question.where(ModelVersion.id == identity)).one_or_none()
+    query = select(ModelVersion).options(joinedload(ModelVersion.building))
+    found = session.scalars(query.where(ModelVersion.id == identity)).one_or_none()
     if found is None:
         raise NotFoundError("model", identity)
     return found
@@ -43,24 +43,24 @@ def lineage(session: Session, identity: int) -> Sequence[ModelVersion]:
     ancestors = select(ModelVersion.id, ModelVersion.parent_id).where(ModelVersion.id == identity).cte(recursive=True)
     parents = select(ModelVersion.id, ModelVersion.parent_id).join(ancestors, ModelVersion.id == ancestors.c.parent_id)
     line = ancestors.union_all(parents)
-    question = select(ModelVersion).join(line, line.c.id == ModelVersion.id)
-    return session.scalars(question.order_by(ModelVersion.id)).all()
+    query = select(ModelVersion).join(line, line.c.id == ModelVersion.id)
+    return session.scalars(query.order_by(ModelVersion.id)).all()
 
 
 def current_versions(session: Session, building_id: int) -> Sequence[ModelVersion]:
     """The versions in force, one of a direction at most."""
-    question = select(ModelVersion).where(ModelVersion.building_id == building_id, ModelVersion.state == "current")
-    return session.scalars(question.order_by(ModelVersion.direction)).all()
+    query = select(ModelVersion).where(ModelVersion.building_id == building_id, ModelVersion.state == "current")
+    return session.scalars(query.order_by(ModelVersion.direction)).all()
 
 
 def comparisons(
     session: Session, model_id: int, cursor: Place | None, limit: int
 ) -> Sequence[tuple[ModelComparison, Event]]:
     """A version's comparisons and their events, the earliest first."""
-    question = select(ModelComparison, Event).join(ModelComparison.event).where(ModelComparison.model_id == model_id)
+    query = select(ModelComparison, Event).join(ModelComparison.event).where(ModelComparison.model_id == model_id)
     if cursor is not None:
-        question = question.where(tuple_(Event.start, ModelComparison.id) > tuple_(cursor.time, cursor.id))
-    found = session.execute(question.order_by(Event.start, ModelComparison.id).limit(limit))
+        query = query.where(tuple_(Event.start, ModelComparison.id) > tuple_(cursor.time, cursor.id))
+    found = session.execute(query.order_by(Event.start, ModelComparison.id).limit(limit))
     return [(comparison, event) for comparison, event in found]
 
 
@@ -70,8 +70,8 @@ def comparison(session: Session, identity: int) -> ModelComparison:
     Raises:
         NotFoundError: there is none by that number.
     """
-    question = select(ModelComparison).options(joinedload(ModelComparison.event), undefer(ModelComparison.force))
-    found = session.scalars(question.where(ModelComparison.id == identity)).one_or_none()
+    query = select(ModelComparison).options(joinedload(ModelComparison.event), undefer(ModelComparison.force))
+    found = session.scalars(query.where(ModelComparison.id == identity)).one_or_none()
     if found is None:
         raise NotFoundError("comparison", identity)
     return found
@@ -81,8 +81,8 @@ def latest_comparisons(
     session: Session, model_ids: Collection[int]
 ) -> Mapping[int, Sequence[tuple[ModelComparison, Event]]]:
     """By version: its last comparison with each event in each direction, the earliest event first."""
-    question = select(ModelComparison, Event).join(ModelComparison.event)
-    found = session.execute(question.where(ModelComparison.model_id.in_(model_ids)).order_by(ModelComparison.id))
+    query = select(ModelComparison, Event).join(ModelComparison.event)
+    found = session.execute(query.where(ModelComparison.model_id.in_(model_ids)).order_by(ModelComparison.id))
     last = {(one.model_id, one.event_id, one.direction): (one, event) for one, event in found}
     ordered = sorted(last.values(), key=lambda pair: (pair[1].start, pair[0].id))
     return {model: [pair for pair in ordered if pair[0].model_id == model] for model in model_ids}
@@ -91,9 +91,9 @@ def latest_comparisons(
 def measured(session: Session, analysis_id: int, direction: str) -> Line:
     """Start, rate, displacement and force of an analysis in a direction, as stored."""
     columns = ("start", "rate", "displacement", "force")
-    question = select(*(DirectionResult.__table__.c[name] for name in columns))
+    query = select(*(DirectionResult.__table__.c[name] for name in columns))
     of_analysis = (DirectionResult.analysis_id == analysis_id, DirectionResult.direction == direction)
-    return session.execute(question.where(*of_analysis)).one()
+    return session.execute(query.where(*of_analysis)).one()
 
 
 def comparable(
@@ -103,16 +103,16 @@ def comparable(
 
     Of those of the numbers in `among`, or of all where that is None.
     """
-    question = _analysed(building_id).where(_has_motion(directions))
+    query = _analysed(building_id).where(_has_motion(directions))
     if among is not None:
-        question = question.where(Event.id.in_(among))
-    return session.scalars(question.order_by(Event.start, Event.id)).all()
+        query = query.where(Event.id.in_(among))
+    return session.scalars(query.order_by(Event.start, Event.id)).all()
 
 
 def not_comparable(session: Session, building_id: int, directions: Collection[str]) -> Sequence[Event]:
     """Events that were analysed, but for refused or without the layer's motion in these directions; earliest first."""
-    question = _analysed(building_id).where(~_has_motion(directions))
-    return session.scalars(question.order_by(Event.start, Event.id)).all()
+    query = _analysed(building_id).where(~_has_motion(directions))
+    return session.scalars(query.order_by(Event.start, Event.id)).all()
 
 
 def _analysed(building_id: int) -> Select[Event]:
@@ -127,10 +127,10 @@ def _has_motion(directions: Collection[str]) -> ColumnElement[bool]:
 
 def diagnoses(session: Session, model_id: int, before: int | None, limit: int) -> Sequence[ModelDiagnosis]:
     """Of a version, the latest first; `before` is the id at which the page before ended."""
-    question = select(ModelDiagnosis).where(ModelDiagnosis.model_id == model_id)
+    query = select(ModelDiagnosis).where(ModelDiagnosis.model_id == model_id)
     if before is not None:
-        question = question.where(ModelDiagnosis.id < before)
-    return session.scalars(question.order_by(ModelDiagnosis.id.desc()).limit(limit)).all()
+        query = query.where(ModelDiagnosis.id < before)
+    return session.scalars(query.order_by(ModelDiagnosis.id.desc()).limit(limit)).all()
 
 
 def diagnosis(session: Session, identity: int) -> ModelDiagnosis:
@@ -139,12 +139,12 @@ def diagnosis(session: Session, identity: int) -> ModelDiagnosis:
     Raises:
         NotFoundError: there is none by that number.
     """
-    question = select(ModelDiagnosis).options(
+    query = select(ModelDiagnosis).options(
         undefer(ModelDiagnosis.document),
         selectinload(ModelDiagnosis.pictures),
         joinedload(ModelDiagnosis.model).joinedload(ModelVersion.building),
     )
-    found = session.scalars(question.where(ModelDiagnosis.id == identity)).one_or_none()
+    found = session.scalars(query.where(ModelDiagnosis.id == identity)).one_or_none()
     if found is None:
         raise NotFoundError("diagnosis", identity)
     return found

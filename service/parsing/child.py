@@ -18,29 +18,29 @@ from service.formats.fdsn_xml import origins
 from service.formats.waveforms import covered
 from service.parsing import wire
 
-LARGEST_QUESTION = 2**32  # bytes; the settings bound what is fetched
+LARGEST_REQUEST = 2**32  # bytes; the settings bound what is fetched
 
 
 def main() -> None:
     """Answer one request after the other."""
-    questions, answers = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
+    requests, answers = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # whatever a library prints must not get among the answers
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.SIG_IGN)  # meant for the service, which then closes our standard input
     _bound(memory=int(sys.argv[1]))
     while True:
         try:
-            question, blocks = wire.receive(questions, LARGEST_QUESTION)
+            request, blocks = wire.receive(requests, LARGEST_REQUEST)
         except EOFError:
             return
-        _answer(questions, answers, question, bytes(blocks[0]))
+        _answer(requests, answers, request, bytes(blocks[0]))
 
 
-def _answer(questions: BinaryIO, answers: BinaryIO, question: wire.Json, data: bytes) -> None:
-    _deadline(question["seconds"])
-    _end_with_parent(questions, True)
+def _answer(requests: BinaryIO, answers: BinaryIO, request: wire.Json, data: bytes) -> None:
+    _deadline(request["seconds"])
+    _end_with_parent(requests, True)
     try:
-        message, blocks = _found(question, data)
+        message, blocks = _result(request, data)
     except FormatError as error:
         message, blocks = wire.written_refusal(error), []
     except MemoryError:
@@ -48,18 +48,18 @@ def _answer(questions: BinaryIO, answers: BinaryIO, question: wire.Json, data: b
     except Exception as error:  # a bug of a reader's, which the service reports as one
         told = "".join(traceback.format_exception(error))
         message, blocks = {"bug": f"{type(error).__name__}: {error}", "traceback": told[-4000:]}, []
-    _end_with_parent(questions, False)
+    _end_with_parent(requests, False)
     signal.setitimer(signal.ITIMER_REAL, 0)
     wire.send(answers, message, blocks)
 
 
-def _found(question: wire.Json, data: bytes) -> tuple[wire.Json, list[Any]]:
-    if question["call"] == "covered":
+def _result(request: wire.Json, data: bytes) -> tuple[wire.Json, list[Any]]:
+    if request["call"] == "covered":
         pieces = [[piece.channel, piece.start, piece.end, piece.interval.total_seconds()] for piece in covered(data)]
         return {"pieces": pieces}, []
-    if question["call"] == "origins":
+    if request["call"] == "origins":
         return {"origins": [{"id": one.id, "time": one.time} for one in origins(data)]}, []
-    contents = read(question["name"], data, wire.read_gains(question["gains"]))
+    contents = read(request["name"], data, wire.read_gains(request["gains"]))
     message, blocks = wire.written_contents(contents)
     return {"contents": message}, list(blocks)
 
@@ -88,13 +88,13 @@ def _deadline(seconds: float) -> None:
     signal.setitimer(signal.ITIMER_REAL, 2 * seconds)
 
 
-def _end_with_parent(questions: BinaryIO, wanted: bool) -> None:
+def _end_with_parent(requests: BinaryIO, wanted: bool) -> None:
     """Have the system kill this process if the service ends during its work (SIGIO on a closed pipe)."""
-    flags = fcntl.fcntl(questions, fcntl.F_GETFL)
-    fcntl.fcntl(questions, fcntl.F_SETOWN, os.getpid())
-    fcntl.fcntl(questions, fcntl.F_SETFL, flags | os.O_ASYNC if wanted else flags & ~os.O_ASYNC)
+    flags = fcntl.fcntl(requests, fcntl.F_GETFL)
+    fcntl.fcntl(requests, fcntl.F_SETOWN, os.getpid())
+    fcntl.fcntl(requests, fcntl.F_SETFL, flags | os.O_ASYNC if wanted else flags & ~os.O_ASYNC)
     poll = select.poll()
-    poll.register(questions, select.POLLHUP)
+    poll.register(requests, select.POLLHUP)
     if wanted and poll.poll(0):  # it went away before the system was asked
         raise SystemExit
 

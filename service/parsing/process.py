@@ -59,8 +59,8 @@ def read(name: str, data: bytes, gains: Mapping[str, Gain], limits: Limits) -> C
         ParserDiedError: the file is too much for its parser.
         ParserFailedError: a bug of a reader.
     """
-    question = {"call": "read", "name": name, "gains": wire.written_gains(gains)}
-    message, blocks = _asked(question, name, data, limits)
+    request = {"call": "read", "name": name, "gains": wire.written_gains(gains)}
+    message, blocks = _exchange(request, name, data, limits)
     return wire.read_contents(message["contents"], blocks)
 
 
@@ -70,7 +70,7 @@ def covered(name: str, data: bytes, limits: Limits) -> tuple[Piece, ...]:
     Raises:
         FormatError, ParserDiedError, ParserFailedError: as `read`.
     """
-    message, _ = _asked({"call": "covered"}, name, data, limits)
+    message, _ = _exchange({"call": "covered"}, name, data, limits)
     moment = datetime.fromisoformat
     return tuple(Piece(one[0], moment(one[1]), moment(one[2]), timedelta(seconds=one[3])) for one in message["pieces"])
 
@@ -81,13 +81,13 @@ def origins(name: str, data: bytes, limits: Limits) -> tuple[Origin, ...]:
     Raises:
         FormatError, ParserDiedError, ParserFailedError: as `read`.
     """
-    message, _ = _asked({"call": "origins"}, name, data, limits)
+    message, _ = _exchange({"call": "origins"}, name, data, limits)
     return tuple(Origin(one["id"], datetime.fromisoformat(one["time"])) for one in message["origins"])
 
 
-def _asked(question: wire.Json, name: str, data: bytes, limits: Limits) -> tuple[wire.Json, list[bytearray]]:
+def _exchange(request: wire.Json, name: str, data: bytes, limits: Limits) -> tuple[wire.Json, list[bytearray]]:
     with _parser(limits) as parser:
-        message, blocks = parser.answer({**question, "seconds": limits.seconds}, name, data)
+        message, blocks = parser.answer({**request, "seconds": limits.seconds}, name, data)
     if "refusal" in message:
         raise wire.read_refusal(message)
     if "bug" in message:
@@ -111,7 +111,7 @@ class Parser:
         )
         self.is_new = True
 
-    def answer(self, question: wire.Json, name: str, data: bytes) -> tuple[wire.Json, list[bytearray]]:
+    def answer(self, request: wire.Json, name: str, data: bytes) -> tuple[wire.Json, list[bytearray]]:
         """The child's answer.
 
         Raises:
@@ -124,7 +124,7 @@ class Parser:
         late.daemon = True
         late.start()
         try:
-            wire.send(self.process.stdin, question, [data])
+            wire.send(self.process.stdin, request, [data])
             message, blocks = wire.receive(self.process.stdout, self.limits.memory)
         except (EOFError, OSError) as error:
             self.end()

@@ -20,12 +20,12 @@ def events(
     session: Session, building_id: int, span: Span, min_pga: float | None, cursor: Place | None, limit: int
 ) -> Sequence[Line]:
     """(Event, Analysis | None) of a building, the latest first."""
-    question = span.limit(_events().where(Event.building_id == building_id))
+    query = span.limit(_events().where(Event.building_id == building_id))
     if min_pga is not None:
-        question = question.where(Analysis.pga >= min_pga)
+        query = query.where(Analysis.pga >= min_pga)
     if cursor is not None:
-        question = question.where(tuple_(Event.start, Event.id) < tuple_(cursor.time, cursor.id))
-    return session.execute(question.order_by(Event.start.desc(), Event.id.desc()).limit(limit)).all()
+        query = query.where(tuple_(Event.start, Event.id) < tuple_(cursor.time, cursor.id))
+    return session.execute(query.order_by(Event.start.desc(), Event.id.desc()).limit(limit)).all()
 
 
 def last_analysed(session: Session, building_id: int) -> Sequence[Line]:
@@ -40,8 +40,8 @@ def event(session: Session, identity: int) -> Event:
     Raises:
         NotFoundError: there is no event of that number.
     """
-    question = select(Event).options(joinedload(Event.building), selectinload(Event.waveforms))
-    found = session.scalars(question.where(Event.id == identity)).one_or_none()
+    query = select(Event).options(joinedload(Event.building), selectinload(Event.waveforms))
+    found = session.scalars(query.where(Event.id == identity)).one_or_none()
     if found is None:
         raise NotFoundError("event", identity)
     return found
@@ -87,8 +87,8 @@ def channel(session: Session, event_id: int, name: str) -> tuple[Event, Sequence
     found = session.scalars(select(Event).options(joinedload(Event.building)).where(Event.id == event_id)).one_or_none()
     if found is None:
         raise NotFoundError("event", event_id)
-    question = select(Waveform).options(undefer(Waveform.samples)).where(Waveform.event_id == event_id)
-    pieces = session.scalars(question.where(Waveform.channel == name).order_by(Waveform.start)).all()
+    query = select(Waveform).options(undefer(Waveform.samples)).where(Waveform.event_id == event_id)
+    pieces = session.scalars(query.where(Waveform.channel == name).order_by(Waveform.start)).all()
     if not pieces:
         raise NotFoundError(f"channel in event {event_id}", name)
     return found, pieces
@@ -96,10 +96,10 @@ def channel(session: Session, event_id: int, name: str) -> tuple[Event, Sequence
 
 def stored_channels(session: Session) -> Mapping[Building, Sequence[str]]:
     """By building, the channels with at least one waveform."""
-    question = select(Event.building_id, Waveform.channel).join(Waveform.event).distinct()
+    query = select(Event.building_id, Waveform.channel).join(Waveform.event).distinct()
     known = {building.id: building for building in session.scalars(select(Building))}
     channels: dict[Building, list[str]] = {}
-    for building_id, name in session.execute(question.order_by(Event.building_id, Waveform.channel)):
+    for building_id, name in session.execute(query.order_by(Event.building_id, Waveform.channel)):
         channels.setdefault(known[building_id], []).append(name)
     return channels
 
@@ -115,21 +115,21 @@ def epochs(session: Session, building_id: int, channels: Sequence[str]) -> Seque
     ).join(Waveform.event)
     piece = pieces.where(Event.building_id == building_id, Waveform.channel.in_(channels)).subquery().c
     same, start = (piece.channel, piece.gain, piece.rate), func.min(piece.start)
-    question = select(*same, start.label("start"), func.max(piece.end).label("end")).group_by(*same, piece.run)
-    return session.execute(question.order_by(piece.channel, start)).all()
+    query = select(*same, start.label("start"), func.max(piece.end).label("end")).group_by(*same, piece.run)
+    return session.execute(query.order_by(piece.channel, start)).all()
 
 
 def pieces(session: Session, start: datetime, end: datetime) -> Sequence[Line]:
     """(id, channel, start, rate, count) of the waveforms of events that overlap a span of time."""
     columns = (Waveform.id, Waveform.channel, Waveform.start, Waveform.rate, Waveform.count)
-    question = select(*columns).join(Event, Event.id == Waveform.event_id)
-    return session.execute(question.where(Event.start <= end, Event.end >= start)).all()
+    query = select(*columns).join(Event, Event.id == Waveform.event_id)
+    return session.execute(query.where(Event.start <= end, Event.end >= start)).all()
 
 
 def samples(session: Session, numbers: Sequence[int]) -> Sequence[Waveform]:
     """These waveforms with their samples."""
-    question = select(Waveform).options(undefer(Waveform.samples)).where(Waveform.id.in_(numbers))
-    return session.scalars(question.order_by(Waveform.channel, Waveform.start)).all()
+    query = select(Waveform).options(undefer(Waveform.samples)).where(Waveform.id.in_(numbers))
+    return session.scalars(query.order_by(Waveform.channel, Waveform.start)).all()
 
 
 def recordings(
@@ -144,14 +144,14 @@ def recordings(
         before: the number at which the page before ended.
         limit: rows.
     """
-    question = select(Recording).options(joinedload(Recording.content), joinedload(Recording.building))
+    query = select(Recording).options(joinedload(Recording.content), joinedload(Recording.building))
     if building_id is not None:
-        question = question.where(Recording.building_id == building_id)
+        query = query.where(Recording.building_id == building_id)
     if state is not None:
-        question = question.where(Recording.state == next(row for row, shown in STATES.items() if shown == state))
+        query = query.where(Recording.state == next(row for row, shown in STATES.items() if shown == state))
     if before is not None:
-        question = question.where(Recording.id < before)
-    return session.scalars(question.order_by(Recording.id.desc()).limit(limit)).all()
+        query = query.where(Recording.id < before)
+    return session.scalars(query.order_by(Recording.id.desc()).limit(limit)).all()
 
 
 def rejected(session: Session, building_id: int, since: datetime) -> Sequence[Recording]:
@@ -162,5 +162,5 @@ def rejected(session: Session, building_id: int, since: datetime) -> Sequence[Re
 
 def rejected_counts(session: Session) -> Mapping[int, int]:
     """Number of rejected files by building; buildings without any are left out."""
-    question = select(Recording.building_id, func.count()).where(REJECTED)
-    return {line[0]: line[1] for line in session.execute(question.group_by(Recording.building_id))}
+    query = select(Recording.building_id, func.count()).where(REJECTED)
+    return {line[0]: line[1] for line in session.execute(query.group_by(Recording.building_id))}

@@ -42,14 +42,14 @@ def oldest_waiting_job(session: Session) -> Counted:
 
 def last_good_records(session: Session) -> Counted:
     """Unix time at which the last record that could be read ends, by code of the building."""
-    question = select(Building.code, func.max(Recording.end)).join(Recording, Recording.building_id == Building.id)
-    return _times(session, question.where(Recording.state == "read").group_by(Building.code))
+    query = select(Building.code, func.max(Recording.end)).join(Recording, Recording.building_id == Building.id)
+    return _times(session, query.where(Recording.state == "read").group_by(Building.code))
 
 
 def failing_sources(session: Session) -> Counted:
     """Unix time since which the source has been failing, by code of the building; sources that answer are left out."""
-    question = select(Building.code, SourceState.failing_since)
-    return _times(session, question.join(SourceState, SourceState.building_id == Building.id))
+    query = select(Building.code, SourceState.failing_since)
+    return _times(session, query.join(SourceState, SourceState.building_id == Building.id))
 
 
 def verdicts(session: Session) -> Counted:
@@ -61,15 +61,15 @@ def verdicts(session: Session) -> Counted:
 def open_alerts(session: Session) -> Counted:
     """Number of alerts that have not ended, by code of the building."""
     is_open = (Alert.building_id == Building.id) & Alert.closed_at.is_(None)
-    question = select(Building.code, func.count(Alert.id)).outerjoin(Alert, is_open)
-    return _counted(session, question.group_by(Building.code))
+    query = select(Building.code, func.count(Alert.id)).outerjoin(Alert, is_open)
+    return _counted(session, query.group_by(Building.code))
 
 
 def refused_recordings(session: Session) -> Counted:
     """Number of rejected files, by code of the building."""
     refused = (Recording.building_id == Building.id) & (Recording.state == "refused")
-    question = select(Building.code, func.count(Recording.id)).outerjoin(Recording, refused)
-    return _counted(session, question.group_by(Building.code))
+    query = select(Building.code, func.count(Recording.id)).outerjoin(Recording, refused)
+    return _counted(session, query.group_by(Building.code))
 
 
 def analyses_by_outcome(session: Session) -> Counted:
@@ -93,16 +93,16 @@ def oldest_waiting_delivery(session: Session) -> Counted:
 def failed_deliveries(session: Session) -> Counted:
     """Number of messages that were given up, by code of the building."""
     failed = (Delivery.receiver_id == Receiver.id) & (Delivery.state == "failed")
-    question = select(Building.code, func.count(Delivery.id)).outerjoin(Receiver, Receiver.building_id == Building.id)
-    return _counted(session, question.outerjoin(Delivery, failed).group_by(Building.code))
+    query = select(Building.code, func.count(Delivery.id)).outerjoin(Receiver, Receiver.building_id == Building.id)
+    return _counted(session, query.outerjoin(Delivery, failed).group_by(Building.code))
 
 
-def _counted(session: Session, question: Select[*tuple[Any, ...]]) -> Counted:
-    return {label: float(number) for label, number in session.execute(question)}
+def _counted(session: Session, query: Select[*tuple[Any, ...]]) -> Counted:
+    return {label: float(number) for label, number in session.execute(query)}
 
 
-def _times(session: Session, question: Select[*tuple[Any, ...]]) -> Counted:
-    return {label: time.timestamp() for label, time in session.execute(question) if time is not None}
+def _times(session: Session, query: Select[*tuple[Any, ...]]) -> Counted:
+    return {label: time.timestamp() for label, time in session.execute(query) if time is not None}
 
 
 GAUGES: dict[str, tuple[str, str | None, Callable[[Session], Counted]]] = {
@@ -164,8 +164,8 @@ class Stored(Collector):
     def collect(self) -> Iterator[GaugeMetricFamily]:
         """Every gauge with its present value."""
         with self._sessions() as session:
-            for family, (_, _, question) in zip(self.describe(), GAUGES.values(), strict=True):
-                for label, value in question(session).items():
+            for family, (_, _, query) in zip(self.describe(), GAUGES.values(), strict=True):
+                for label, value in query(session).items():
                     family.add_metric([label] if label else [], value)
                 yield family
 

@@ -12,7 +12,7 @@ from starlette.exceptions import HTTPException
 
 from service.access.auth import caller
 from service.http.forms import read_body
-from service.http.guard import QUESTION
+from service.http.guard import FDSN_BODY
 from service.http.parameters import Reading
 from service.records import fdsn
 from service.records.fdsn_query import (
@@ -112,7 +112,7 @@ def answered(request: Request, answer: Callable[[], Response]) -> Response:
 async def answered_post(request: Request, answer: Callable[[str], Response]) -> Response:
     """The answer to a posted request, or an error."""
     try:
-        body = await read_body(request, QUESTION)
+        body = await read_body(request, FDSN_BODY)
     except HTTPException as error:  # the guard's, which counts the body as it comes
         return refusal(request, error.status_code, error.detail)
     return await to_thread.run_sync(answered, request, lambda: answer(body))

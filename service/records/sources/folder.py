@@ -86,7 +86,7 @@ class Folder:
             raise SourceError(f"{self.path} cannot be read: {error.strerror}; {RIGHTS}") from error
         if not is_there:
             found = "is not a folder" if self.path.exists() else "does not exist"
-            raise SourceError(f"the folder {self.path} {found}; make it, or correct location in the building file")
+            raise SourceError(f"the folder {self.path} {found}; create it, or correct location in the building file")
 
     def _new_files(self, unreadable: list[OSError]) -> Iterator[tuple[Path, Mark]]:
         """New and changed files with their marks; files that cannot be read are noted."""

@@ -84,7 +84,7 @@ def foreign(path: Path) -> None:
     [
         (Path.mkdir, "sqlite:///{}", ("cannot be opened", "check that its path names a file")),
         (newer, "sqlite:///{}", ("is of another version of menshin", "9999_future", "run that version")),
-        (foreign, "sqlite:///{}", ("has tables that menshin did not make (films)", "name another database")),
+        (foreign, "sqlite:///{}", ("has tables of another program (films)", "name another database")),
         (
             lambda path: path.write_text("not a database, but a letter"),
             "sqlite:///{}",
@@ -174,7 +174,7 @@ def small_disk(tmp_path: Path) -> Iterator[Path]:
 
 
 def test_a_full_disk(small_disk: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    check(ended("building list", monkeypatch, f"sqlite:///{small_disk / 'menshin.sqlite'}"), "disk", "make room")
+    check(ended("building list", monkeypatch, f"sqlite:///{small_disk / 'menshin.sqlite'}"), "disk", "free some space")
 
 
 @pytest.mark.parametrize(

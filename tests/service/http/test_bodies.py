@@ -16,7 +16,7 @@ from sqlalchemy.orm import Session, sessionmaker
 
 from service.access import keys
 from service.access.roles import Role
-from service.http.guard import BODY, QUESTION
+from service.http.guard import BODY, FDSN_BODY
 
 DRILL = "/api/v1/buildings/B/drill"
 SILENCES = "/api/v1/buildings/B/silences"
@@ -63,7 +63,7 @@ def test_a_strangers_body_takes_no_memory(url: str, key: str, tmp_path: Path) ->
             assert process.memory_info().rss - before < 32 * MIB, f"after body {number}"
 
 
-@pytest.mark.parametrize(("path", "most"), [(SILENCES, BODY), (QUERY, QUESTION), ("/buildings/B/silences", BODY)])
+@pytest.mark.parametrize(("path", "most"), [(SILENCES, BODY), (QUERY, FDSN_BODY), ("/buildings/B/silences", BODY)])
 @pytest.mark.parametrize("form", ["declared", "chunked"])
 def test_a_body_that_is_too_long_is_refused_while_it_comes(
     address: str, key: str, path: str, most: int, form: str
