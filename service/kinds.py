@@ -39,7 +39,7 @@ def _store_analysis(
     if analysis.current and analysis.refusal is None:
         model_results.follow(session, event, now)
     if analysis.current:
-        job_queue.enqueue_watch(session, event.building_id, None, now)
+        job_queue.enqueue_monitoring(session, event.building_id, None, now)
 
 
 def _store_comparison(
@@ -49,7 +49,7 @@ def _store_comparison(
     session.get_one(Job, claim.job_id).result = {"fails": list(found[-1].fails)}
     model = session.get_one(ModelVersion, inputs.model_id)
     if model.state == "current":
-        job_queue.enqueue_watch(session, model.building_id, None, now)
+        job_queue.enqueue_monitoring(session, model.building_id, None, now)
 
 
 KINDS: Mapping[str, Kind] = MappingProxyType(

@@ -57,7 +57,7 @@ def write_messages(session: Session, building_id: int, max_age: timedelta, now: 
         max_age: of an earthquake without alerts, settings.notify.max_event_age.
         now: aware time.
     """
-    if not job_queue.is_being_watched(session, building_id):
+    if not job_queue.is_monitoring_pending(session, building_id):
         for event_id in queries.events_to_report(session, building_id, now - max_age):
             write_event_message(session, event_id, max_age, now)
     for alert in queries.alerts_without_event(session, building_id):

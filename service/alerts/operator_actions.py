@@ -101,7 +101,7 @@ def inspect_and_notify(
     if inspect(session, alert, by, outcome, note, reference_from, now) is None:
         return
     if alert.kind != "data":
-        job_queue.enqueue_watch(session, alert.building_id, by, now)  # what it kept on hold may become active
+        job_queue.enqueue_monitoring(session, alert.building_id, by, now)  # what it kept on hold may become active
     session.flush()
     write_messages(session, alert.building_id, max_age, now)
 

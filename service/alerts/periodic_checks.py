@@ -81,7 +81,7 @@ def _checked(
     is_same = before is not None and before.events == events
     dead = before.dead_channels if before is not None and is_same else _dead_channels(session, building, settings)
     candidates = _candidates(session, building, settings, work, dead, now)
-    is_watched = job_queue.is_being_watched(session, building_id)
+    is_watched = job_queue.is_monitoring_pending(session, building_id)
     checked = Checked(events, dead, (*events, is_watched, *queries.news_version(session, building_id, now)))
     is_settled = (
         before is not None

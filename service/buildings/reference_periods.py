@@ -63,7 +63,7 @@ def begin(
     )
     session.add(made)
     session.flush()
-    job_queue.enqueue_watch(session, building.id, by, now)
+    job_queue.enqueue_monitoring(session, building.id, by, now)
     return made
 
 

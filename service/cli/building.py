@@ -89,7 +89,8 @@ def _warn(session: "Session", building: "Building") -> None:
     source = building_store.described(session, building).source
     if source is not None and source.kind == "folder" and not os.path.isdir(source.location):
         typer.echo(
-            f"warning: the folder {source.location} does not exist; create it, or correct location in the building file",
+            f"warning: the folder {source.location} does not exist; "
+            "create it, or correct location in the building file",
             err=True,
         )
     if current_settings().smtp.host is None and any(

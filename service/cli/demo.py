@@ -62,7 +62,7 @@ def demo(
 
     from service.demo.earthquakes import MotionsMissingError, recorded
     from service.demo.guide import guide
-    from service.demo.narration import bars, tell, tell_of_a_loss
+    from service.demo.narration import bars, narrate, narrate_loss
     from service.demo.performance import address, perform, settings_of
     from service.demo.scenario import BY_DESIGN, HIDDEN_EFFECT, STIFFNESS_LOSS
     from service.demo.server import free_port
@@ -104,8 +104,8 @@ def demo(
     tale = (
         partial(guide, address(settings))
         if hidden_effect
-        else partial(tell_of_a_loss, address(settings), soon)
+        else partial(narrate_loss, address(settings), soon)
         if stiffness_loss
-        else partial(tell, soon)
+        else partial(narrate, soon)
     )
     perform(stage, settings, tale, console)

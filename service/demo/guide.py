@@ -1,4 +1,4 @@
-"""The demonstration of a hidden effect: an engineer's first model, then steps for the spectator."""
+"""The guided demonstration of a hidden effect: an engineer's first model, then the spectator's next steps."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from sqlalchemy.orm import Session, sessionmaker
 from core.comparison.misfit import Misfit
 from service.buildings import queries as building_queries
 from service.db.sessions import reading
-from service.demo.narration import LOOK, tell_of_one_more, tell_of_the_past
+from service.demo.narration import LOOK, narrate_next, narrate_past
 from service.demo.site import CODE
 from service.demo.stage import Stage, until_next, write_records
 from service.jobs import queries as job_queries
@@ -24,28 +24,28 @@ DIRECTION = "x"
 
 
 @dataclass(frozen=True, slots=True)
-class InForce:
-    """A version of the building's model that is in force."""
+class CurrentVersion:
+    """A current version of the building's model."""
 
     id: int
     number: int
     accepted_by: str
 
 
-def in_force(session: Session) -> InForce | None:
-    """The version in force, None if there is none."""
+def current_version(session: Session) -> CurrentVersion | None:
+    """The current version, None if there is none."""
     building, _ = building_queries.building(session, CODE)
     found = model_queries.current_versions(session, building.id)
-    return InForce(found[0].id, found[0].number, found[0].accepted_by or "") if found else None
+    return CurrentVersion(found[0].id, found[0].number, found[0].accepted_by or "") if found else None
 
 
-def put_in_force(sessions: sessionmaker[Session], stop: Signal) -> None:
-    """Make a model, fit it to the earlier half of the events, and hold it against the others; but not twice.
+def accept_model(sessions: sessionmaker[Session], stop: Signal) -> None:
+    """Create a model, fit it to the earlier half of the events, and compare it with the others; once only.
 
     Ends early when it is asked to stop.
     """
     with reading(sessions)() as session:
-        if in_force(session) is not None:
+        if current_version(session) is not None:
             return
     with sessions.begin() as session:
         design = model_requests.make(session, CODE, DIRECTION, None, "", BY, datetime.now(UTC))
@@ -58,15 +58,15 @@ def put_in_force(sessions: sessionmaker[Session], stop: Signal) -> None:
         made = model_queries.version(session, found["made"])
         model_versions.accept(session, made, BY, datetime.now(UTC))
         compared = [model_requests.compare(session, made, [event], BY, datetime.now(UTC)).id for event in later]
-    for job in compared:  # one each, so that several are done at a time
+    for job in compared:  # one job each, so that several run at a time
         finished(sessions, job, stop)
 
 
 def finished(sessions: sessionmaker[Session], job: int, stop: Signal) -> Mapping[str, Any] | None:
-    """What came of a job once it is done, None when asked to stop before.
+    """Result of a job once it is done; None if stopped before.
 
     Raises:
-        RuntimeError: it was refused, or failed.
+        RuntimeError: the job was rejected, or failed.
     """
     while not stop.wait(LOOK):
         with reading(sessions)() as session:
@@ -79,14 +79,14 @@ def finished(sessions: sessionmaker[Session], job: int, stop: Signal) -> Mapping
 
 
 def _halves(session: Session, model: ModelVersion) -> tuple[Sequence[int], Sequence[int]]:
-    """Numbers of the earlier events and of the later ones."""
+    """Numbers of the earlier and of the later events."""
     there = model_queries.comparable(session, model.building_id, model_versions.DIRECTIONS[model.direction], None)
     numbers, half = [event.id for event in there], (len(there) + 1) // 2
     return numbers[:half], numbers[half:]
 
 
 SOON = timedelta(seconds=2)
-"""After which one more earthquake happens, once a model was put in force."""
+"""Delay of the next earthquake after a model was accepted."""
 STEPS = """\
 [bold]The model in force misses the strong earthquakes.[/] Something is missing in it; find out what:
  1. open {address}/models/{number}: its error over the events, its loop beside the measured one
@@ -97,20 +97,20 @@ STEPS = """\
 
 
 def guide(address: str, stage: Stage, sessions: sessionmaker[Session], stop: Signal, console: Console) -> None:
-    """From the records of the past to the first earthquake under a model that the spectator put in force.
+    """Guide the spectator from past records to the first earthquake under an accepted model.
 
     Args:
         address: of the service's pages.
         stage: the simulated world.
         sessions: at the service's database.
-        stop: set when all is to end.
-        console: where it is told.
+        stop: ends the demonstration when set.
+        console: for the text.
     """
-    tell_of_the_past(len(stage.earthquakes), reading(sessions), stop, console)
+    narrate_past(len(stage.earthquakes), reading(sessions), stop, console)
     with console.status("an engineer's model of the past years is being fitted to the weak earthquakes"):
-        put_in_force(sessions, stop)
+        accept_model(sessions, stop)
     with reading(sessions)() as session:
-        former = in_force(session)
+        former = current_version(session)
     if former is None or stop.is_set():
         return
     if former.accepted_by != BY:
@@ -123,26 +123,30 @@ def guide(address: str, stage: Stage, sessions: sessionmaker[Session], stop: Sig
     better = _successor(former, sessions, stop)
     if better is not None:
         console.print(f"model x {better.number} is in force", highlight=False)
-        _tell_how_both_predict(stage, (former, better), sessions, stop, console)
+        _show_predictions(stage, (former, better), sessions, stop, console)
 
 
-def _successor(former: InForce, sessions: sessionmaker[Session], stop: Signal) -> InForce | None:
-    """The version that the spectator puts in force."""
+def _successor(former: CurrentVersion, sessions: sessionmaker[Session], stop: Signal) -> CurrentVersion | None:
+    """The version that the spectator accepts."""
     while not stop.wait(LOOK):
         with reading(sessions)() as session:
-            found = in_force(session)
+            found = current_version(session)
         if found is not None and found != former:
             return found
     return None
 
 
-def _tell_how_both_predict(
-    stage: Stage, models: tuple[InForce, InForce], sessions: sessionmaker[Session], stop: Signal, console: Console
+def _show_predictions(
+    stage: Stage,
+    models: tuple[CurrentVersion, CurrentVersion],
+    sessions: sessionmaker[Session],
+    stop: Signal,
+    console: Console,
 ) -> None:
     wait = until_next(stage.earthquakes, datetime.now(UTC), SOON)
     if stop.wait(wait.total_seconds()):
         return
-    tell_of_one_more(stage, reading(sessions), stop, console)
+    narrate_next(stage, reading(sessions), stop, console)
     errors = [_latest_error(model, sessions, stop) for model in models]
     if stop.is_set():
         return
@@ -152,8 +156,8 @@ def _tell_how_both_predict(
     console.print(f"[bold]no model was fitted to it: {told}[/]; reload the page of the model", highlight=False)
 
 
-def _latest_error(model: InForce, sessions: sessionmaker[Session], stop: Signal) -> float | None:
-    """NRMSE of a version in the latest event, None when asked to stop."""
+def _latest_error(model: CurrentVersion, sessions: sessionmaker[Session], stop: Signal) -> float | None:
+    """NRMSE of a version for the latest event, None if stopped before."""
     with sessions.begin() as session:
         version = model_queries.version(session, model.id)
         latest = model_queries.comparable(session, version.building_id, (DIRECTION,), None)[-1].id

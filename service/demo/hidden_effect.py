@@ -23,21 +23,21 @@ class Hardening:
     """A force of stiffness · (length sinh(u / length) - u)."""
 
     stiffness: float
-    """N/m, what it adds to the rubber's at 1.3 lengths, where cosh(u / length) is 2."""
+    """N/m, stiffness added to the rubber's at 1.3 lengths, where cosh(u / length) is 2."""
     length: float
     """m."""
 
 
 RUBBER = Hardening(200e6, 0.15)
-"""It adds four tenths of the rubber's stiffness at 200 mm, a shear strain of 100 %."""
+"""Adds 40 % to the rubber's stiffness at 200 mm, a shear strain of 100 %."""
 SUBSTEPS = 10
-"""Per sample, 1 ms each: the damper yields within 1.5 ms where the layer moves at 1 m/s."""
+"""Steps per sample, 1 ms each: the damper yields within 1.5 ms when the layer moves at 1 m/s."""
 
 
 def response(ground_acceleration: Vector, hardening: Hardening = RUBBER) -> Response:
-    """What sensors without error would record, from rest, by the classical Runge-Kutta method.
+    """Error-free records from rest, by the classical Runge-Kutta method.
 
-    Beside its hardening the layer does as the paper's (eq 22): k_b u + c_b v + F_y z.
+    Apart from the hardening the layer is the paper's (eq 22): k_b u + c_b v + F_y z.
 
     Args:
         ground_acceleration: (n,) m/s² at RATE.

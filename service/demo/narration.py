@@ -1,4 +1,4 @@
-"""What a spectator of the demonstration reads while the service works."""
+"""Text for the spectator of the demonstration while the service works."""
 
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
@@ -24,22 +24,22 @@ class Counts:
 
     fetched: int
     settled: int
-    """Analysed or refused."""
+    """Number of analysed or rejected events."""
 
 
 def counts(session: Session) -> Counts:
-    """Of all events in the database."""
+    """Number of all events and of those that are settled."""
     by_state = dict(session.execute(select(Event.state, func.count()).group_by(Event.state)).tuples().all())
     return Counts(sum(by_state.values()), sum(by_state.get(state, 0) for state in SETTLED))
 
 
 def settled_state(session: Session, after: datetime) -> str | None:
-    """What became of the latest event that ends after a time: `analysed`, `refused`, or None while that is open."""
+    """Outcome of the latest event after a time: `analysed`, `refused`, or None while it is pending."""
     settled = select(Event.state).where(Event.end > after, Event.state.in_(SETTLED))
     return session.scalar(settled.order_by(Event.id.desc()).limit(1))
 
 
-LOOK = 0.5  # s between two looks at the database
+LOOK = 0.5  # s between two queries
 LOST = """\
 [bold]The isolators lost {loss:.0%} of their stiffness in the earthquake of {when:%Y-%m-%d %H:%M} UTC.[/] What the \
 service makes of it:
@@ -53,35 +53,37 @@ def bars(console: Console) -> Progress:
     return Progress(*columns, console=console)
 
 
-def tell(next_after: timedelta, stage: Stage, sessions: sessionmaker[Session], stop: Signal, console: Console) -> None:
-    """How the past is fetched and analysed; then one more earthquake, and how it arrives by itself."""
-    tell_of_the_past(len(stage.earthquakes), reading(sessions), stop, console)
-    _tell_of_the_next(next_after, stage, sessions, stop, console)
+def narrate(
+    next_after: timedelta, stage: Stage, sessions: sessionmaker[Session], stop: Signal, console: Console
+) -> None:
+    """Show how past earthquakes are fetched and analysed, then how a new one arrives."""
+    narrate_past(len(stage.earthquakes), reading(sessions), stop, console)
+    _show_next(next_after, stage, sessions, stop, console)
 
 
-def tell_of_a_loss(
+def narrate_loss(
     address: str, next_after: timedelta, stage: Stage, sessions: sessionmaker[Session], stop: Signal, console: Console
 ) -> None:
-    """The same, and what became of the building, and where that shows."""
-    tell_of_the_past(len(stage.earthquakes), reading(sessions), stop, console)
+    """Show the same, and then the building's verdict and where to see it."""
+    narrate_past(len(stage.earthquakes), reading(sessions), stop, console)
     if len(stage.earthquakes) > LAST_HEALTHY:
         when = stage.earthquakes[LAST_HEALTHY - 1].arrival
         console.print(LOST.format(loss=LOSS, when=when, address=address, code=CODE), highlight=False, soft_wrap=True)
-    _tell_of_the_next(next_after, stage, sessions, stop, console)
+    _show_next(next_after, stage, sessions, stop, console)
 
 
-def _tell_of_the_next(
+def _show_next(
     next_after: timedelta, stage: Stage, sessions: sessionmaker[Session], stop: Signal, console: Console
 ) -> None:
     wait = until_next(stage.earthquakes, datetime.now(UTC), next_after)
     console.print(f"one more earthquake will happen in {wait.total_seconds():.0f} s")
     if stop.wait(wait.total_seconds()):
         return
-    tell_of_one_more(stage, reading(sessions), stop, console)
+    narrate_next(stage, reading(sessions), stop, console)
 
 
-def tell_of_the_past(count: int, sessions: sessionmaker[Session], stop: Signal, console: Console) -> None:
-    """How so many earthquakes are fetched and analysed."""
+def narrate_past(count: int, sessions: sessionmaker[Session], stop: Signal, console: Console) -> None:
+    """Show how past earthquakes are fetched and analysed."""
     with bars(console) as bar:
         fetching, analysing = (bar.add_task(name, total=count) for name in ("fetching records", "analysing events"))
         while not stop.wait(LOOK):
@@ -93,8 +95,8 @@ def tell_of_the_past(count: int, sessions: sessionmaker[Session], stop: Signal, 
                 return
 
 
-def tell_of_one_more(stage: Stage, sessions: sessionmaker[Session], stop: Signal, console: Console) -> None:
-    """One more earthquake, and how it arrives by itself."""
+def narrate_next(stage: Stage, sessions: sessionmaker[Session], stop: Signal, console: Console) -> None:
+    """Show how a new earthquake arrives."""
     fresh = stage.strike(datetime.now(UTC))
     peak = 100 * fresh.peak
     console.print(

@@ -1,4 +1,4 @@
-"""The demonstration itself: the monitoring server answers, and the service watches it by its production path."""
+"""The demonstration itself: a monitoring server, and the service that polls it as in production."""
 
 import logging
 import tomllib
@@ -21,15 +21,15 @@ from service.settings import Settings
 from service.settings.groups import Polling
 
 VISITOR = Caller("visitor", Role.engineer)
-"""A spectator at this machine, who needs no key: the building is simulated. What takes an admin takes a key."""
-POLL_INTERVAL = 5.0  # s, so that a spectator need not wait
+"""A spectator at this machine, who needs no key because the building is simulated; admin functions need one."""
+POLL_INTERVAL = 5.0  # s, so that the spectator need not wait
 
 Tale = Callable[[Stage, sessionmaker[Session], Signal, Console], None]
-"""What the spectator is told, in a thread of its own, until it ends or is asked to."""
+"""The text for the spectator, in its own thread, until it ends or is stopped."""
 
 
 def perform(stage: Stage, settings: Settings, tale: Tale, console: Console) -> None:
-    """Serve, fetch and analyse until asked to end."""
+    """Serve, fetch and analyse until stopped."""
     logging.basicConfig(level=logging.WARNING, format="%(levelname)s %(name)s: %(message)s")
     with ExitStack() as stack:
         stop = stack.enter_context(roles.stop_signal())
@@ -53,7 +53,7 @@ def perform(stage: Stage, settings: Settings, tale: Tale, console: Console) -> N
 
 
 def settings_of(folder: Path, port: int) -> Settings:
-    """Settings as they are in force, but with a database and a port of the demonstration's own.
+    """The settings with the demonstration's own database and port.
 
     Messages link to its own pages where no other address is set.
     """
@@ -64,12 +64,12 @@ def settings_of(folder: Path, port: int) -> Settings:
 
 
 def address(settings: Settings) -> str:
-    """Where the pages and the API are."""
+    """Address of the pages and the API."""
     return f"http://{settings.host}:{settings.port}"
 
 
 def put_under_watch(session: Session, folder: Path, text: str) -> None:
-    """Add the building, or tell where its monitoring server is now; its file lies in the folder for all to read."""
+    """Add the building, or update the address of its monitoring server; its file lies in the folder."""
     now = datetime.now(UTC)
     (folder / BUILDING).write_text(text)
     try:
@@ -81,7 +81,7 @@ def put_under_watch(session: Session, folder: Path, text: str) -> None:
 
 
 def _port_before(folder: Path) -> int:
-    """The monitoring server's port of the last time, 0 if there was none."""
+    """The monitoring server's previous port, 0 if there was none."""
     file = folder / BUILDING
     if not file.exists():
         return 0

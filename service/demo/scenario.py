@@ -1,4 +1,4 @@
-"""The demonstrations' buildings, their earthquakes, and the records that their sensors make."""
+"""The demonstrations' buildings, their earthquakes, and their sensors' records."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -18,26 +18,26 @@ from service.demo.stiffness_loss import temperature
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """A building and what happens to it."""
+    """A building and its earthquakes."""
 
     response: Callable[[Vector, Earthquake], Response]
-    """Of the building in one direction to a ground acceleration, (n,) m/s² at RATE, in an earthquake."""
+    """Response in one direction to (n,) m/s² ground acceleration at RATE in an earthquake."""
     earthquakes: int
-    """Of the past, unless another number is wanted."""
+    """Number of past earthquakes, unless another number is given."""
     peaks: Peaks
-    """How strong they are."""
+    """Distribution of peak accelerations."""
     next_peak: tuple[float, float]
-    """m/s², between which an earthquake that is still to come lies."""
+    """m/s², range of the next earthquake's peak acceleration."""
     rest: tuple[float, float] = (15.0, 45.0)
-    """s that are recorded before the ground moves, and after."""
+    """s recorded before and after the motion."""
     noise: float = 1.0
-    """Times that of good sensors."""
+    """Factor on the noise of good sensors."""
     motions: tuple[str, ...] = ()
-    """Names of the ground motions that they are made of; all there are, where none is named."""
+    """Names of the ground motions to use; all available ones if empty."""
     sensors: tuple[Sensor, ...] = SENSORS
 
     def chosen(self, motions: Sequence[GroundMotion]) -> tuple[GroundMotion, ...]:
-        """Of these ground motions, the scenario's."""
+        """The scenario's selection of these ground motions."""
         return tuple(motion for motion in motions if motion.name in self.motions or not self.motions)
 
 
@@ -49,7 +49,7 @@ def _hidden_effect(ground_acceleration: Vector, _: Earthquake) -> Response:
     return hidden_effect.response(ground_acceleration)
 
 
-SHORT = (  # that move the layer far, and do not last long
+SHORT = (  # motions that move the layer far and are short
     "Northridge 1994, Beverly Hills - Mulhol",
     "Gazli, USSR 1976, Karakyr",
     "Northridge-01 1994, Northridge - Saticoy",
@@ -60,7 +60,7 @@ SHORT = (  # that move the layer far, and do not last long
 )
 
 BY_DESIGN = Scenario(_by_design, earthquakes=32, peaks=natural, next_peak=(0.3, 1.0))
-"""The layer does what the building file says; the next earthquake is of middling strength, so that it can be seen."""
+"""The layer follows the building file; the next earthquake is moderate, so that it is visible."""
 
 HIDDEN_EFFECT = Scenario(
     _hidden_effect,
@@ -68,10 +68,10 @@ HIDDEN_EFFECT = Scenario(
     peaks=weak_then_strong,
     next_peak=STRONG,
     rest=(10.0, 25.0),
-    noise=20.0,  # 0.2 gal, as accelerometers on a chip have it
+    noise=20.0,  # 0.2 gal, as MEMS accelerometers have
     motions=SHORT,
 )
-"""The layer does more than the building file says, which is felt only once it has moved far."""
+"""The layer differs from the building file, which shows only after large displacements."""
 
 STIFFNESS_LOSS = Scenario(
     stiffness_loss.response,
@@ -82,14 +82,14 @@ STIFFNESS_LOSS = Scenario(
     motions=SHORT,
     sensors=(*SENSORS, THERMOMETER),
 )
-"""The layer is softer in summer than in winter, and from an earthquake on for good."""
+"""The layer is softer in summer than in winter, and permanently softer after one earthquake."""
 
 
-OFFSET = 50.0  # of the noise: how far a sensor's zero may lie off
+OFFSET = 50.0  # in units of the noise: offset of a sensor's zero
 
 
 def record(earthquake: Earthquake, motion: GroundMotion, scenario: Scenario, seed: int) -> list[Trace]:
-    """The counts of every channel; the same earthquake, scenario and seed give the same counts."""
+    """Counts of every channel; equal arguments give equal counts."""
     shaking = prepared(motion, RATE, *scenario.rest)
     shaking *= earthquake.peak / np.abs(shaking).max()
     rng = np.random.default_rng([seed, earthquake.number])

@@ -1,4 +1,4 @@
-"""A monitoring server: FDSN web services (station, dataselect, event) over an archive that may grow while it is served.
+"""A monitoring server: FDSN web services (station, dataselect, event) over an archive that may grow meanwhile.
 
 International Federation of Digital Seismograph Networks, FDSN Web Service Specifications 1.2 (2019).
 """
@@ -37,7 +37,7 @@ from service.records.fdsn_query import (
 
 
 class Archive:
-    """Waveforms, stations and earthquakes. Reading and adding may happen in different threads."""
+    """Waveforms, stations and earthquakes; thread-safe."""
 
     def __init__(self, inventory: Inventory, traces: Sequence[Trace] = (), events: Sequence[Event] = ()) -> None:
         self.inventory = inventory
@@ -46,18 +46,18 @@ class Archive:
         self._growing = Lock()
 
     def add(self, traces: Sequence[Trace], event: Event) -> None:
-        """A new record and the earthquake that it is of."""
+        """Add a record and its earthquake."""
         with self._growing:
             self._traces += tuple(traces)
             self._events += (event,)
 
     def waveforms(self, selection: Selection) -> Stream:
-        """The samples of the selected channels between the selected times, both included; may be empty."""
+        """Samples of the selected channels between the selected times, inclusive; may be empty."""
         selected = [trace for trace in self._traces if _holds(trace, selection)]
         return Stream(selected).slice(selection.start, selection.end)
 
     def stations(self, selection: Selection) -> Inventory:
-        """The selected channels that were in operation between the selected times; may be empty."""
+        """The selected channels in operation between the selected times; may be empty."""
         networks = [_network(network, selection) for network in self.inventory]
         return Inventory(networks=[network for network in networks if network.stations], source=self.inventory.source)
 
@@ -110,11 +110,11 @@ MINISEED = "application/vnd.fdsn.mseed"
 LEVELS = ("network", "station", "channel", "response")
 
 Answer = Callable[[Archive, dict[str, str], list[Selection]], Response | None]
-"""Archive, parameters by name and selections to what was asked for, or to None where the archive has nothing of it."""
+"""A response, from the archive, parameters by name and selections; None for no data."""
 
 
 def application(archive: Archive) -> Starlette:
-    """The services; where the archive knows of no earthquake, there is no event service."""
+    """The services; an archive without earthquakes has no event service."""
     catalogued = bool(archive.earthquakes(EARLIEST, LATEST))
     routes = []
     for service in ("station", "dataselect", *(("event",) if catalogued else ())):
@@ -158,7 +158,7 @@ def _waveforms(archive: Archive, named: dict[str, str], selections: list[Selecti
     if not found:
         return None
     file = BytesIO()
-    found.write(file, format="MSEED", reclen=512)  # int32 as Steim2, floats as they are
+    found.write(file, format="MSEED", reclen=512)  # int32 as Steim2, floats unchanged
     return Response(file.getvalue(), media_type=MINISEED)
 
 
@@ -178,7 +178,7 @@ def _earthquakes(archive: Archive, named: dict[str, str], selections: list[Selec
 
 
 def _refuse_unheeded(named: dict[str, str], heeded: set[str]) -> None:
-    """Refuse what the service knows but this archive does not select by: a wrong answer would look like a right one."""
+    """Reject parameters of the specification that this archive does not support: a wrong response would look right."""
     if unheeded := sorted(set(named) - heeded):
         raise QueryError(f"this archive does not select by {', '.join(unheeded)}; {', '.join(sorted(heeded))} would do")
 
@@ -224,7 +224,7 @@ LOOPBACK = "127.0.0.1"
 
 @contextmanager
 def listening(application: Starlette, port: int = 0) -> Iterator[str]:
-    """The address under which the application answers on loopback, from a thread; port 0 takes a free one."""
+    """Serve the application on loopback from a thread; yields its address. Port 0 selects a free one."""
     with socket.create_server((LOOPBACK, port)) as door:
         server = uvicorn.Server(uvicorn.Config(application, log_level="warning", lifespan="off"))
         thread = Thread(target=server.run, args=([door],), name="monitoring server", daemon=True)
@@ -239,7 +239,7 @@ def listening(application: Starlette, port: int = 0) -> Iterator[str]:
 
 
 def free_port(wanted: int) -> int:
-    """The wanted port if nobody listens there, else a free one."""
+    """The given port if it is free, otherwise another one."""
     for port in (wanted, 0):
         try:
             with socket.create_server((LOOPBACK, port)) as door:

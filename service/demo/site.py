@@ -1,4 +1,4 @@
-"""The simulated building as its engineer and its monitoring server describe it: levels, sensors, digitizer."""
+"""The simulated building in the words of its engineer and its monitoring server: levels, sensors, digitizer."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -10,15 +10,15 @@ from core.paper import BUILDING, ISOLATOR
 from core.record import Direction, Quantity
 
 CODE, NAME = "DEMO", "Simulated building of the paper"
-NETWORK = "XX"  # of no registered network
-LATITUDE, LONGITUDE, ELEVATION = 35.556, 139.654, 30.0  # Hiyoshi, where the paper's record was made
+NETWORK = "XX"  # not a registered network
+LATITUDE, LONGITUDE, ELEVATION = 35.556, 139.654, 30.0  # Hiyoshi, the site of the paper's record
 TIMEZONE = "Asia/Tokyo"
 RATE = 100.0  # Hz
 RUBBER_HEIGHT = 0.2  # m, displacement of 100 % shear strain (paper, section 8)
-DESIGN_DISPLACEMENT, MOAT_CLEARANCE = 0.4, 0.5  # m, of no source: 200 % shear strain, and a quarter more
+DESIGN_DISPLACEMENT, MOAT_CLEARANCE = 0.4, 0.5  # m, assumed: 200 % shear strain plus a quarter
 GROUND, BASE, FLOORS = "ground", "1F", ("2F", "3F", "4F", "5F", "6F", "7F", "roof")
 DIRECTIONS: tuple[Direction, ...] = ("x", "y")
-BEFORE_ORIGIN, AFTER_ORIGIN = 30.0, 180.0  # s, in which every record of the demo lies
+BEFORE_ORIGIN, AFTER_ORIGIN = 30.0, 180.0  # s, length that covers every record of the demonstration
 OPENED = UTCDateTime(2000, 1, 1)
 UNITS = {"acceleration": "M/S**2", "displacement": "M", "temperature": "degC"}
 INSTRUMENTS = {"acceleration": "N", "displacement": "Y", "temperature": "K"}
@@ -31,7 +31,7 @@ class Sensor:
 
     level: str
     direction: Direction | None
-    """None of a thermometer."""
+    """None for a thermometer."""
     quantity: Quantity
     location: str
     """Location code."""
@@ -42,7 +42,7 @@ class Sensor:
 
     @property
     def channel(self) -> str:
-        """Channel code; that of a thermometer ends with O, for outside."""
+        """Channel code; a thermometer's ends with O (outside)."""
         return f"H{INSTRUMENTS[self.quantity]}{(self.direction or 'o').upper()}"
 
     @property
@@ -52,7 +52,8 @@ class Sensor:
 
 
 def sensors() -> Iterator[Sensor]:
-    """The paper's sensors: accelerometers at ground, first floor, fourth storey and roof, and the displacement."""
+    """The paper's sensors: accelerometers at ground, first floor, fourth storey and roof, and a displacement
+    transducer."""
     for direction in DIRECTIONS:
         for location, level in enumerate((GROUND, BASE, "4F", "roof")):
             # 0.01 gal is a good servo accelerometer; ±2 g over 24 bit
@@ -63,7 +64,7 @@ def sensors() -> Iterator[Sensor]:
 
 SENSORS = tuple(sensors())
 THERMOMETER = Sensor(GROUND, None, "temperature", "10", 0.2, 1e-3)
-"""Among the isolators: 0.2 °C is an ordinary one."""
+"""A thermometer among the isolators, with the 0.2 °C of an ordinary instrument."""
 
 
 def building_file(server: str, installed: Sequence[Sensor] = SENSORS) -> str:

@@ -18,15 +18,15 @@ from service.records.fdsn_query import Selection
 FILE = "earthquakes.json"
 SEED = 2006
 RECORDED = timedelta(seconds=AFTER_ORIGIN)
-"""After which the record of an earthquake is complete, however long its motion."""
+"""Delay after which an earthquake's record is complete, whatever its duration."""
 BETWEEN_RECORDS = timedelta(minutes=5)
-"""Least time between the end of a record and the next earthquake."""
+"""Minimum time between the end of a record and the next earthquake."""
 
 
 def remembered(
     folder: Path, now: datetime, count: int, scenario: Scenario, motions: Sequence[GroundMotion]
 ) -> tuple[Earthquake, ...]:
-    """The earthquakes stored in the folder; the first time, new ones until now."""
+    """Earthquakes stored in the folder; in a new folder, new ones until now."""
     path = folder / FILE
     if not path.exists():
         names = [motion.name for motion in motions]
@@ -36,7 +36,7 @@ def remembered(
 
 
 def remember(folder: Path, earthquakes: Sequence[Earthquake]) -> None:
-    """Store the earthquakes, all or none of them."""
+    """Store all earthquakes or none."""
     rows = [{**asdict(earthquake), "arrival": earthquake.arrival.isoformat()} for earthquake in earthquakes]
     fresh = folder / f"{FILE}.new"
     fresh.write_text(json.dumps(rows, indent=1))
@@ -54,7 +54,7 @@ def record_earthquake(
 def one_more(
     folder: Path, earlier: Sequence[Earthquake], now: datetime, scenario: Scenario, motions: Sequence[GroundMotion]
 ) -> Earthquake:
-    """An earthquake that the monitoring server has just finished recording; it is stored in the folder."""
+    """An earthquake whose recording has just ended; it is stored in the folder."""
     names = [motion.name for motion in motions]
     rng = np.random.default_rng([SEED, len(earlier)])
     fresh = next_earthquake(len(earlier), now - RECORDED, scenario.next_peak, names, rng)
@@ -63,7 +63,7 @@ def one_more(
 
 
 def until_next(earlier: Sequence[Earthquake], now: datetime, wanted: timedelta) -> timedelta:
-    """How long to wait before one more earthquake: as wanted, or longer, so that no two records overlap."""
+    """Time until the next earthquake: the given one, or longer so that records do not overlap."""
     latest = max(earthquake.arrival for earthquake in earlier)
     return max(wanted, latest + BETWEEN_RECORDS + RECORDED - now)
 
@@ -75,7 +75,7 @@ RECORDS, STATION = "records", "station.xml"
 
 @dataclass(slots=True, eq=False)
 class Stage:
-    """Ground motions, earthquakes so far and the monitoring server's archive; it goes on as time goes on."""
+    """Ground motions, past earthquakes and the monitoring server's archive, which grow with time."""
 
     folder: Path
     scenario: Scenario
@@ -84,7 +84,7 @@ class Stage:
     archive: Archive
 
     def strike(self, now: datetime) -> Earthquake:
-        """One more earthquake, of which the record is complete now."""
+        """Add an earthquake whose record is complete now."""
         fresh = one_more(self.folder, self.earthquakes, now, self.scenario, self.motions)
         record_earthquake(self.archive, fresh, self.scenario, self.motions)
         self.earthquakes = (*self.earthquakes, fresh)
@@ -99,7 +99,7 @@ def prepared(
     now: datetime,
     done: Callable[[int, int], None],
 ) -> Stage:
-    """All earthquakes of the past; those that the folder remembers happen the same again.
+    """All past earthquakes; those stored in the folder are reproduced.
 
     Args:
         folder: where everything is kept; made if it is missing.
@@ -119,7 +119,7 @@ def prepared(
 
 
 def forget(folder: Path) -> None:
-    """Remove what a demonstration leaves in its folder, and nothing else."""
+    """Remove the demonstration's files from its folder, and no others."""
     for name in (DATABASE, f"{DATABASE}-wal", f"{DATABASE}-shm", BUILDING, FILE):
         (folder / name).unlink(missing_ok=True)
     records = folder / RECORDS

@@ -16,23 +16,23 @@ from service.demo.earthquakes import Earthquake
 from service.demo.site import RATE
 
 LOSS = 0.08
-"""Of the rubber's stiffness and the dampers' yield force, from the earthquake after LAST_HEALTHY on."""
+"""Fraction of the rubber's stiffness and the dampers' yield force lost after earthquake LAST_HEALTHY."""
 SOFTENED = ("N/m", "N")
-"""Units of the stiffness and of the yield force, which rubber loses; what is viscous stays."""
+"""Units of the parameters that change, stiffness and yield force; viscous ones do not."""
 LAST_HEALTHY = 24
-"""Earthquakes, the last of which does the damage; as many as a baseline wants, and some more."""
+"""Number of healthy earthquakes, the last of which does the damage: a few more than a baseline needs."""
 WEAK, STRONG = 0.5, 1.6
-"""m/s², between which the earthquakes lie: the one that does the damage is as strong as any, and not stronger."""
+"""m/s², range of the earthquakes; the damaging one is no stronger than the others."""
 PER_KELVIN = -0.004
-"""By how much rubber softens with each kelvin: of the usual size for natural rubber."""
+"""1/K, relative change of the rubber's stiffness, usual for natural rubber."""
 MEAN, SWING, WARMEST = 16.0, 10.0, 217
-"""°C and day of the year, of Yokohama about."""
+"""°C and day of the year, approximately those of Yokohama."""
 REFERENCE = 15.0
-"""°C, at which the layer is as designed."""
+"""°C, at which the layer has its design stiffness."""
 
 
 def response(ground_acceleration: Vector, earthquake: Earthquake) -> Response:
-    """What sensors without error would record, from rest.
+    """Error-free records, from rest.
 
     Args:
         ground_acceleration: (n,) m/s² at RATE.
@@ -42,7 +42,7 @@ def response(ground_acceleration: Vector, earthquake: Earthquake) -> Response:
 
 
 def layer(earthquake: Earthquake) -> Isolator:
-    """The isolation layer as it is in an earthquake."""
+    """The isolation layer in an earthquake."""
     left = 1 - LOSS if earthquake.number >= LAST_HEALTHY else 1.0
     factor = left * float(np.exp(PER_KELVIN * (temperature(earthquake.arrival) - REFERENCE)))
     return Isolator(
@@ -56,13 +56,13 @@ def layer(earthquake: Earthquake) -> Isolator:
 
 
 def temperature(moment: datetime) -> float:
-    """°C of the rubber, at an aware time: it follows the season."""
+    """°C of the rubber, at an aware time, by season."""
     day = moment.astimezone(UTC).timetuple().tm_yday
     return float(MEAN + SWING * np.cos(2 * np.pi * (day - WARMEST) / 365.25))
 
 
 def peaks(count: int, rng: np.random.Generator) -> Vector:
-    """(count,) m/s²: as many of every strength, in any order, but one of the strongest does the damage."""
+    """(count,) m/s² in random order, except that one of the strongest does the damage."""
     found = rng.permutation(np.geomspace(WEAK, STRONG, count))
     if count >= LAST_HEALTHY:
         strongest = int(found.argmax())

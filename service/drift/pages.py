@@ -53,7 +53,7 @@ def drift_page(request: Request, code: Code, sessions: Reading) -> Response:
             alarms=alarms,
             periods=periods[::-1],
             unjudged=_unjudged(series, periods),
-            is_pending=job_queue.is_being_watched(session, building.id),
+            is_pending=job_queue.is_monitoring_pending(session, building.id),
             curves=CURVES,
             named=charts.named,
             change=lambda row: printed_change(QUANTITIES[row.quantity], row.drift, row.low, row.high),

@@ -1,4 +1,4 @@
-"""Reads for the check of data health: records, events and jobs that fail to come."""
+"""Queries for the checks of data health."""
 
 from collections.abc import Mapping, Sequence
 from datetime import datetime, timedelta
@@ -16,13 +16,13 @@ from service.records.tables import READ, Event, EventRecording, Recording, Wavef
 
 
 def last_good_recording(session: Session, building_id: int) -> Recording | None:
-    """The building's recording that could be used and ends last."""
+    """The latest recording of the building that could be used."""
     good = (Recording.building_id == building_id, READ, Recording.end.is_not(None))
     return session.scalars(select(Recording).where(*good).order_by(Recording.end.desc()).limit(1)).one_or_none()
 
 
 def latest_events(session: Session, building_id: int, count: int) -> Sequence[Line]:
-    """(number, start, findings of screening or None) of the building's latest events, the earliest of them first.
+    """(number, start, screening findings or None) of the building's latest events, the earliest first.
 
     Events that wait for files or their analysis are left out.
     """
@@ -43,7 +43,7 @@ def channels_of(session: Session, events: Sequence[int]) -> Mapping[int, set[str
 
 
 def files_of(session: Session, events: Sequence[int]) -> Mapping[int, tuple[str, ...]]:
-    """Names of the files and answers that gave each event, in the order in which they came."""
+    """Names of the files and downloads of each event, in order of arrival."""
     query = select(EventRecording.event_id, Recording.name).join(Recording, Recording.id == EventRecording.recording_id)
     found: dict[int, tuple[str, ...]] = {}
     for event, name in session.execute(query.where(EventRecording.event_id.in_(events)).order_by(Recording.id)):
@@ -52,7 +52,7 @@ def files_of(session: Session, events: Sequence[int]) -> Mapping[int, tuple[str,
 
 
 def channels_ever(session: Session, building_id: int) -> set[str]:
-    """Channels that the building ever recorded."""
+    """Channels that the building has ever recorded."""
     query = select(Waveform.channel).join(Event, Event.id == Waveform.event_id)
     return set(session.scalars(query.where(Event.building_id == building_id).distinct()))
 

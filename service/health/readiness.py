@@ -1,7 +1,6 @@
-"""Readiness of the service: sources are polled, analyses are done, and their results can be stored.
+"""Readiness of the service: sources are polled, analyses are done, and results can be stored.
 
-That its processes live proves nothing: a clock that was set, a full disk or threads that wait for ever stop the work
-while all of them live.
+Live processes prove nothing: a changed clock, a full disk or blocked threads stop the work while all processes live.
 """
 
 from collections.abc import Iterator
@@ -23,24 +22,25 @@ from service.records.tables import SourceState
 from service.settings import Settings
 
 MISSED = 3
-"""Intervals without a look after which a source counts as not looked at."""
+"""Intervals without a poll after which a source counts as not polled."""
 FULL = 20
-"""The disk counts as full once less than this part of `disk_reserve` is free: people are told long before."""
+"""The disk counts as full when less than this fraction (1 / FULL) of `disk_reserve` is free; alerts come long before.
+"""
 MIB = 2**20
 
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """One thing that the service needs to do its work."""
+    """One condition for the service to work."""
 
     name: str
     ok: bool
     found: str
-    """State in words."""
+    """State for display."""
     helps: str = ""
-    """Remedy; empty where none is needed."""
+    """Remedy; empty if none is needed."""
     since: datetime | None = None
-    """Beginning of the state, where stored."""
+    """Start of the state, if stored."""
 
 
 def checks(session: Session, settings: Settings, now: datetime) -> tuple[Check, ...]:
@@ -55,7 +55,7 @@ def checks(session: Session, settings: Settings, now: datetime) -> tuple[Check, 
 
 
 def lacks(session: Session, settings: Settings, now: datetime) -> Iterator[str]:
-    """The failed checks, in words."""
+    """Descriptions of the failed checks."""
     return (one.found for one in checks(session, settings, now) if not one.ok)
 
 
@@ -72,7 +72,7 @@ def _disk(session: Session, settings: Settings) -> Check:
 
 
 def _clock(session: Session, settings: Settings, now: datetime) -> Check:
-    """No stored time lies after now, unless a clock was set."""
+    """Check that no stored time lies after now, which would mean a wrong clock."""
     tolerance = timedelta(seconds=settings.data_health.clock_tolerance)
     written = [
         session.scalar(select(func.max(SourceState.looked_at))),
@@ -109,7 +109,7 @@ def _looks(session: Session, settings: Settings, now: datetime) -> Check:
 
 
 def _late(session: Session, settings: Settings, now: datetime) -> Iterator[tuple[str, datetime]]:
-    """Buildings whose source was not looked at in time, each with when it was last, or might have been first."""
+    """Buildings whose source was not polled in time, with the time of the last or the first possible poll."""
     patience = MISSED * settings.polling.interval + (settings.polling.retries + 1) * settings.polling.timeout
     described = select(Revision.building_id, func.max(Revision.created_at).label("at")).group_by(Revision.building_id)
     newest = described.subquery()
@@ -145,7 +145,7 @@ def _worker(session: Session, settings: Settings, now: datetime) -> Check:
 
 
 def _leases(session: Session, settings: Settings) -> dict[str, tuple[datetime, timedelta]]:
-    """End and length of the rights of those that look and work, by name."""
+    """End and length of the leases of pollers and workers, by name."""
     lengths = {POLLING: POLLING_LEASE, WORKING: timedelta(seconds=settings.jobs.lease)}
     rows = session.execute(select(Lease.name, Lease.until).where(Lease.name.in_(lengths)))
     return {name: (until, lengths[name]) for name, until in rows}

@@ -1,1 +1,1 @@
-"""Work that waits in the database, and the worker that does it; kinds of work belong to the rooms above."""
+"""Jobs: the queue in the database, and the worker; the kinds of jobs belong to the rooms above."""

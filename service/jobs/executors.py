@@ -1,4 +1,4 @@
-"""Where analyses are computed: processes of this machine, or a Dask cluster."""
+"""Executors of jobs: processes of this machine, or a Dask cluster."""
 
 import os
 import signal
@@ -16,22 +16,22 @@ from service.settings import Settings
 from service.user_effects import add_user_effects
 
 ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-"""Many processes with many BLAS threads each fight for the cores: 16 decompositions took ten times as long."""
+"""One BLAS thread per process: with several, 16 simultaneous decompositions took ten times as long."""
 
 Executors = Callable[[], Executor]
-"""Gives an executor that is alive: after a crash, a new one."""
+"""A function that returns a live executor; after a crash, a new one."""
 
 
 def executors(settings: Settings) -> Executors:
-    """The executors that the settings ask for."""
+    """The executors that the settings select."""
     if settings.jobs.executor == "dask":
         return dask_cluster(settings.jobs.dask_address, settings.effects_folder)
     return local_processes(settings.jobs.workers, settings.effects_folder)
 
 
 def local_processes(count: int, effects_folder: Path | None = None) -> Executors:
-    """Processes of this machine that know own effects, started when first needed and again after one was killed."""
-    from loky import get_reusable_executor  # starts machinery of its own: only where work is done
+    """Processes of this machine with the installation's own effects, started when needed and again after a crash."""
+    from loky import get_reusable_executor  # starts machinery of its own, so only where jobs are done
 
     return lambda: get_reusable_executor(
         max_workers=count, timeout=600, env=ONE_THREAD, initializer=_begin, initargs=(os.getpid(), effects_folder)
@@ -39,13 +39,14 @@ def local_processes(count: int, effects_folder: Path | None = None) -> Executors
 
 
 @contextmanager
-def out_of_reach_of_interrupts() -> Iterator[None]:
-    """Processes that are begun within never see Ctrl-C, which reaches all of a terminal: who began them ends them.
+def without_interrupts() -> Iterator[None]:
+    """Start processes within this context without SIGINT, so that Ctrl-C, which reaches the whole terminal, leaves
+    them alone.
 
     Else one that waits for work, or still starts, dies of it and breaks the pool, and a job is said to have failed.
     """
-    resource_tracker.ensure_running()  # else Python starts it within, and takes the signal off the mask
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # which children and threads inherit
+    resource_tracker.ensure_running()  # otherwise Python starts it within, and unmasks the signal
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # inherited by children and threads
     try:
         yield
     finally:
@@ -53,12 +54,12 @@ def out_of_reach_of_interrupts() -> Iterator[None]:
 
 
 def _begin(parent: int, effects_folder: Path | None) -> None:
-    end_with(parent)
+    end_with_parent(parent)
     add_user_effects(effects_folder)
 
 
-def end_with(parent: int) -> None:
-    """Let this process end when the one that started it was killed: nobody waits for its results any more."""
+def end_with_parent(parent: int) -> None:
+    """End this process when its parent is killed: no process would read its results."""
 
     def watch() -> None:
         while os.getppid() == parent:
@@ -69,12 +70,13 @@ def end_with(parent: int) -> None:
 
 
 def end(made: Executors, settings: Settings) -> None:
-    """Let them end; what processes of this machine still compute is left off, for nobody will write it."""
+    """End the executors; running computations of local processes are abandoned, because no process would store them."""
     made().shutdown(wait=True, **({"kill_workers": True} if settings.jobs.executor == "local" else {}))
 
 
 def dask_cluster(address: str | None, effects_folder: Path | None = None) -> Executors:
-    """Workers of a Dask cluster; every call is computed, however like an earlier one it looks.
+    """Workers of a Dask cluster; equal calls are computed each time. Own effects come from a folder of the same name
+    there.
 
     They look for own effects in a folder of the same name, on their machine.
     """

@@ -13,7 +13,7 @@ from service.jobs.tables import Job
 def jobs(
     session: Session, state: str | None, event_id: int | None, model_id: int | None, before: int | None, limit: int
 ) -> Sequence[Job]:
-    """Jobs, the latest first; `before` is the id at which the page before ended."""
+    """Jobs, the latest first; `before` is the last id of the previous page."""
     query = select(Job)
     for column, wanted in ((Job.state, state), (Job.event_id, event_id), (Job.model_id, model_id)):
         if wanted is not None:
@@ -25,7 +25,7 @@ def job(session: Session, identity: int) -> Job:
     """A job.
 
     Raises:
-        NotFoundError: there is none by that number.
+        NotFoundError: no job has that number.
     """
     found = session.get(Job, identity)
     if found is None:

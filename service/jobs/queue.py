@@ -1,4 +1,4 @@
-"""Work that waits in the database: claimed under a lease, finished under a fencing token."""
+"""The queue of jobs in the database: claimed under a lease, finished under a fencing token."""
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
@@ -17,18 +17,18 @@ from service.models.tables import ModelVersion
 from service.records.tables import Event
 
 ANALYSE, COMPARE, FIT, EXTEND, DIAGNOSE, WATCH = "analyse", "compare", "fit", "extend", "diagnose", "watch"
-"""Kinds of work: the first on an event, the last on a building, the others on a model."""
+"""Kinds of jobs: the first for an event, the last for a building, the others for a model."""
 UNDER_WAY = ("waiting", "running")
-"""States of a job whose outcome is still open."""
+"""States of a job that has not ended."""
 MOST_REQUESTED = 100
 """Jobs of one key that may wait or run at the same time."""
 WORN = 3
-"""Claims after which a job loses its precedence: workers seem to die of it."""
+"""Claims after which a job loses its precedence, because it may be crashing its workers."""
 
 
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """A worker's right to a job, until its lease lapses or another worker takes over."""
+    """A worker's right to a job, until its lease expires or another worker takes over."""
 
     job_id: int
     kind: str
@@ -37,15 +37,16 @@ class Claim:
     building_id: int | None
     arguments: Mapping[str, Any]
     token: int
-    """How often the job had been claimed when this claim was made."""
+    """Number of claims of the job up to this one."""
     failures: int
-    """Attempts that went wrong before."""
+    """Number of failed attempts."""
 
 
 def enqueue(
     session: Session, event: Event, arguments: Mapping[str, Any], now: datetime, asked_by: str | None = None
 ) -> Job:
-    """Queue the analysis of an event, in the transaction that stores it; a like job that still waits serves as well.
+    """Queue the analysis of an event, in the transaction that stores the event; an equal waiting job is used
+    instead.
 
     Args:
         session: of the transaction.
@@ -66,14 +67,14 @@ def enqueue(
 def enqueue_work(
     session: Session, model: ModelVersion, kind: str, arguments: Mapping[str, Any], asked_by: str | None, now: datetime
 ) -> Job:
-    """Queue work on a model; a like job that still waits will do.
+    """Queue a job for a model; an equal waiting job is used instead.
 
     Args:
         session: of the transaction.
         model: a stored version.
         kind: one of service.kinds.
         arguments: the kind's own, by name.
-        asked_by: name of the key that asked for it; None where nobody had to.
+        asked_by: name of the key that requested it; None for jobs of the service itself.
         now: aware time.
     """
     return _queued(
@@ -81,20 +82,20 @@ def enqueue_work(
     )
 
 
-def enqueue_watch(session: Session, building_id: int, asked_by: str | None, now: datetime) -> Job:
-    """Queue the monitoring of a building for drift, in the transaction that stores what it is to see.
+def enqueue_monitoring(session: Session, building_id: int, asked_by: str | None, now: datetime) -> Job:
+    """Queue the drift monitoring of a building, in the transaction that stores its data.
 
     Args:
         session: of the transaction.
         building_id: of a stored building.
-        asked_by: name of the key that asked for it; None where nobody had to.
+        asked_by: name of the key that requested it; None for jobs of the service itself.
         now: aware time.
     """
     return _queued(session, Job(kind=WATCH, building_id=building_id, arguments={}, asked_by=asked_by, created_at=now))
 
 
-def is_being_watched(session: Session, building_id: int) -> bool:
-    """Whether what is to be monitored for drift at a building waits or is under way: its outcome is not known yet."""
+def is_monitoring_pending(session: Session, building_id: int) -> bool:
+    """True if drift monitoring of the building waits or runs, so that its result is pending."""
     of_building = (Job.kind == WATCH, Job.building_id == building_id)
     latest = session.scalar(select(Job.state).where(*of_building).order_by(Job.id.desc()).limit(1))
     return latest in UNDER_WAY
@@ -123,22 +124,22 @@ def claim(session: Session, now: datetime, lease: timedelta) -> Claim | None:
 
 
 def extend(session: Session, held: Claim, now: datetime, lease: timedelta) -> bool:
-    """Hold the job for another lease; False if the claim is no longer valid."""
+    """Extend the lease of a job; False if the claim is no longer valid."""
     return _change(session, held, claimed_until=now + lease)
 
 
-def tell(session: Session, held: Claim, done: int, stages: int, doing: str) -> bool:
-    """Let those who wait know how far the job is; False if the claim is no longer valid."""
+def report_progress(session: Session, held: Claim, done: int, stages: int, doing: str) -> bool:
+    """Store the progress of a job; False if the claim is no longer valid."""
     return _change(session, held, progress={"done": done, "stages": stages, "doing": doing})
 
 
 def finish(session: Session, held: Claim, now: datetime) -> bool:
-    """The job is done; False if the claim is no longer valid: then nothing may be written for it."""
+    """Mark the job as done; False if the claim is no longer valid, and then nothing may be stored for it."""
     return _change(session, held, state="done", claimed_until=None, error=None, finished_at=now)
 
 
 def refuse(session: Session, held: Claim, refusal: str, now: datetime) -> bool:
-    """What was asked cannot be done, and trying again would not help; False if the claim is no longer valid."""
+    """Mark the job as rejected: another attempt would not help. False if the claim is no longer valid."""
     if not _change(session, held, state="done", claimed_until=None, error=None, refusal=refusal, finished_at=now):
         return False
     _end_event(session, held, "refused", refusal, now)
@@ -146,12 +147,13 @@ def refuse(session: Session, held: Claim, refusal: str, now: datetime) -> bool:
 
 
 def release(session: Session, held: Claim) -> bool:
-    """Put the job back at once for any worker; False if the claim is no longer valid."""
+    """Return the job to the queue at once; False if the claim is no longer valid."""
     return _change(session, held, state="waiting", claimed_until=None)
 
 
 def fail(session: Session, held: Claim, error: str, now: datetime, attempts: int) -> bool:
-    """An attempt went wrong: the job waits for the next one, or is given up after the last and its event says why.
+    """Count a failed attempt: the job waits for the next one, or fails after the last, and its event shows the
+    reason.
 
     Returns:
         False if the claim is no longer valid.
@@ -185,14 +187,14 @@ def cancel(session: Session, job: Job, now: datetime) -> None:
 
 
 def still_running(session: Session, claims: Collection[Claim]) -> set[int]:
-    """Numbers of the claimed jobs that nobody cancelled and no other worker took over."""
+    """Numbers of the claimed jobs that were neither cancelled nor taken over."""
     query = select(Job.id, Job.claims).where(Job.id.in_([held.job_id for held in claims]), Job.state == "running")
     tokens = {held.job_id: held.token for held in claims}
     return {number for number, token in session.execute(query) if tokens[number] == token}
 
 
 def _restore(session: Session, event: Event, now: datetime) -> None:
-    """Set an event back to its outcome before a job that was cancelled, unless another job is under way."""
+    """Restore the event's outcome before a cancelled job, unless another job is pending."""
     own = (Job.event_id == event.id, Job.kind == ANALYSE)
     if session.scalar(select(func.count()).where(*own, Job.state.in_(UNDER_WAY))):
         return
@@ -212,7 +214,7 @@ def _end_event(session: Session, held: Claim, state: str, reason: str, now: date
 
 
 def _queued(session: Session, job: Job) -> Job:
-    """The job, or one that asks for the same, still waits, and comes after all of its kind that do not.
+    """The job, or an equal one that still waits and comes after all running ones of its kind.
 
     Two transactions that queue work on the same thing come one after the other. A job that will do is locked: nobody
     takes it before what this transaction stores can be seen. One before a job that was begun later will not do, for
@@ -233,7 +235,7 @@ def _queued(session: Session, job: Job) -> Job:
     for one in waiting:
         if one.id > begun and one.arguments == job.arguments:
             if job.asked_by is None:
-                one.asked_by = None  # Menshin needs it too, and sooner
+                one.asked_by = None  # the service needs it too, and sooner
             return one
     if job.asked_by is not None:
         _check_quota(session, job.asked_by)
@@ -244,7 +246,7 @@ def _queued(session: Session, job: Job) -> Job:
 
 
 def _check_quota(session: Session, key: str) -> None:
-    """Refuse further jobs of a key that has enough of them under way."""
+    """Reject further jobs of a key that has too many pending."""
     requested = select(func.count()).where(Job.asked_by == key, Job.kind != WATCH, Job.state.in_(UNDER_WAY))
     if (session.scalar(requested) or 0) >= MOST_REQUESTED:
         raise TooManyRequestsError(

@@ -11,11 +11,11 @@ from service.schema import Answer, Page
 PATH = re.compile(r"(?<![\w.:/])(?:[A-Za-z]:)?[\\/][\w.@~+-]+(?:[\\/][\w.@~+-]*)+")
 """A path of this machine, two names deep at least."""
 LONGEST = 300
-"""Characters of an error that people may read."""
+"""Characters of an error that are shown."""
 
 
 class Progress(Answer):
-    """How far a job is."""
+    """Progress of a job."""
 
     done: int = Field(description="Stages that are done.")
     stages: int = Field(description="Stages there are.")
@@ -23,7 +23,7 @@ class Progress(Answer):
 
 
 class JobOut(Answer):
-    """Work that waits, runs, is done, has failed or was cancelled."""
+    """A job: waiting, running, done, failed or cancelled."""
 
     id: int = Field(description="Its number.")
     kind: str = Field(description="Of which kind it is.")
@@ -53,13 +53,13 @@ class Jobs(Page[JobOut]):
 
 
 class Health(Answer):
-    """Whether the process answers."""
+    """Liveness of the process."""
 
     status: str = Field(description="`alive`.", examples=["alive"])
 
 
 class CheckOut(Answer):
-    """One thing that the service needs to do its work."""
+    """One condition for the service to work."""
 
     name: str = Field(description="`database`, `disk`, `clock`, `poller`, `looks` or `worker`.")
     ok: bool = Field(description="Whether it is as it has to be.")
@@ -69,14 +69,14 @@ class CheckOut(Answer):
 
 
 class Readiness(Answer):
-    """Whether the service does its work."""
+    """Readiness of the service."""
 
     status: str = Field(description="`ready`.", examples=["ready"])
     checks: list[CheckOut] = Field(description="All that was checked.")
 
 
 def error_in_words(error: str) -> str:
-    """The last line of a traceback, without paths of this machine: what people may read; the log has the rest.
+    """The last line of a traceback for display, without paths of this machine; the log has the full text.
 
     Args:
         error: a traceback as Python writes it, or a message.

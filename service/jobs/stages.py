@@ -1,4 +1,4 @@
-"""Kinds of work: inputs are read, computed elsewhere stage by stage with progress, and the results are stored."""
+"""Kinds of jobs: inputs are read, computed in other processes stage by stage with progress, and results are stored."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -72,7 +72,7 @@ class Kind:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Running:
-    """A job with a stage under computation."""
+    """A job whose stage is being computed."""
 
     claim: Claim
     inputs: Any
@@ -81,10 +81,10 @@ class Running:
     """Results of the finished stages."""
     note: Note | None = None
     """Where the stage reports its current step."""
-    told: str | None = None
-    """The latest step that was stored for people to see."""
+    reported: str | None = None
+    """The latest step that was stored for display."""
     begun: float = field(default_factory=time.monotonic)
-    """Monotonic s at which its first stage began."""
+    """Monotonic s when its first stage started."""
 
     @property
     def stage(self) -> Stage:
@@ -95,4 +95,4 @@ class Running:
     def news(self) -> str | None:
         """The stage's current step, if it is not stored yet."""
         doing = self.note.read() if self.note else None
-        return None if doing == self.told else doing
+        return None if doing == self.reported else doing

@@ -1,4 +1,4 @@
-"""Tables of the work that waits, and of rights that one process holds at a time."""
+"""Tables of jobs and leases."""
 
 from datetime import datetime
 from typing import Any
@@ -12,7 +12,8 @@ from service.records.tables import Event
 
 
 class Job(Base):
-    """Work on an event, a model or a building; claimed under a lease, its claims count is the fencing token."""
+    """A job for an event, a model or a building; claimed under a lease, with the number of claims as its fencing
+    token."""
 
     __tablename__ = "job"
     __table_args__ = (Index(None, "state", "id"),)
@@ -23,21 +24,21 @@ class Job(Base):
     model_id: Mapped[int | None] = mapped_column(ForeignKey("model_version.id"), index=True)
     building_id: Mapped[int | None] = mapped_column(ForeignKey("building.id"), index=True)
     asked_by: Mapped[str | None]
-    """Name of the key that asked for it; None where nobody had to."""
+    """Name of the key that requested it; None for jobs of the service itself."""
     arguments: Mapped[dict[str, Any]]
     state: Mapped[str]
     """`waiting`, `running`, `done`, `failed` or `cancelled`."""
     claims: Mapped[int] = mapped_column(default=0)
     failures: Mapped[int] = mapped_column(default=0)
-    """Attempts that went wrong; a worker that was stopped is none."""
+    """Failed attempts; a stopped worker does not count."""
     claimed_until: Mapped[datetime | None]
     error: Mapped[str | None] = mapped_column(Text)
     refusal: Mapped[str | None] = mapped_column(Text)
-    """Why what was asked cannot be done, however often one tries."""
+    """Reason why the job cannot be done by any number of attempts."""
     progress: Mapped[dict[str, Any] | None]
-    """`done` of `stages`, and what it is `doing`; None before the first stage."""
+    """`done` of `stages`, and `doing`, the current step; None before the first stage."""
     result: Mapped[dict[str, Any] | None]
-    """What came of it, where no table of its own has that."""
+    """Result of jobs without tables of their own."""
     created_at: Mapped[datetime]
     finished_at: Mapped[datetime | None] = mapped_column(index=True)
     event: Mapped[Event | None] = relationship()
@@ -45,7 +46,7 @@ class Job(Base):
 
 
 class Lease(Base):
-    """A right that one process holds at a time, such as polling."""
+    """The right of one process at a time to do something, such as polling."""
 
     __tablename__ = "lease"
     name: Mapped[str] = mapped_column(primary_key=True)

@@ -1,4 +1,4 @@
-"""Does the work that waits: claims a job, has it computed elsewhere, writes the result under its claim."""
+"""The worker: claims jobs, has them computed in other processes, and stores their results under the claim."""
 
 import logging
 import os
@@ -22,7 +22,7 @@ from service.db.leases import WORKING
 from service.db.problems import Attempts
 from service.db.sessions import reading
 from service.jobs import queue
-from service.jobs.executors import Executors, end, out_of_reach_of_interrupts
+from service.jobs.executors import Executors, end, without_interrupts
 from service.jobs.queue import Claim
 from service.jobs.stages import Kind, Note, Running, silent
 from service.settings import Settings
@@ -30,9 +30,9 @@ from service.settings import Settings
 log = logging.getLogger(__name__)
 
 IDLE = 0.5
-"""s between two looks for work."""
+"""s between two queries for waiting jobs."""
 HEED = 2.0
-"""s between two looks for jobs that were cancelled."""
+"""s between two queries for cancelled jobs."""
 
 
 class JobTimeoutError(Exception):
@@ -47,7 +47,7 @@ class JobTimeoutError(Exception):
 
 @dataclass(slots=True)
 class Worker:
-    """Works until it is told to stop.
+    """Does jobs until it is stopped.
 
     A job is computed at least once and takes effect exactly once: the claim, the reading of the inputs and the
     writing of the result are three short transactions, and the last one writes only under a claim that still holds.
@@ -57,20 +57,20 @@ class Worker:
     executors: Executors
     settings: Settings
     kinds: Mapping[str, Kind]
-    """By the name that a job has."""
+    """Kinds of jobs by name."""
     clock: Callable[[], datetime] = lambda: datetime.now(UTC)
     notes: Path | None = None
-    """Folder in which computations tell what they are doing; None: who waits is told of whole stages."""
+    """Folder in which computations report their progress; None: only whole stages are reported."""
     running: dict[Future[Any], Running] = field(default_factory=dict)
     timer: Callable[[], float] = monotonic
-    """s; the clock may be set meanwhile."""
+    """s; independent of changes of the clock."""
     extended_at: float | None = None
-    heeded_at: float = -float("inf")
-    """s of the timer, of the latest look for cancelled jobs."""
+    cancelled_checked_at: float = -float("inf")
+    """s of the timer at the latest query for cancelled jobs."""
     holder: str = field(default_factory=lambda: f"{socket.gethostname()}:{os.getpid()}")
 
     def run(self, stop: Signal) -> None:
-        """Work until `stop` is set; jobs that are not finished then are put back."""
+        """Work until `stop` is set; unfinished jobs return to the queue."""
         attempts = Attempts(log)
         while not stop.is_set():
             busy = False
@@ -81,26 +81,26 @@ class Worker:
         self.put_back()
 
     def run_until_idle(self) -> int:
-        """Work until no job waits; the number of jobs that took effect or were given up."""
+        """Work until no job waits; the number of jobs that were finished or failed."""
         finished = 0
         while self.fill() or self.running:
             finished += self.collect(IDLE)
             self.pass_on()
-            self.heed()
+            self.stop_cancelled()
             self.hold()
         return finished
 
     def step(self) -> bool:
-        """Claim what there is room for, write what is done; False if there is nothing to do."""
+        """Claim jobs for free processes and store results; False if there is nothing to do."""
         self.fill()
         self.collect(IDLE)
         self.pass_on()
-        self.heed()
+        self.stop_cancelled()
         self.hold()
         return bool(self.running)
 
     def fill(self) -> int:
-        """Claim jobs and start them until every worker process has one; the number of jobs started."""
+        """Claim and start jobs until every process has one; the number of jobs started."""
         started = 0
         while len(self.running) < self.settings.jobs.workers:
             claim = self._claim()
@@ -110,26 +110,28 @@ class Worker:
         return started
 
     def collect(self, timeout: float) -> int:
-        """Write or go on with what was computed within `timeout` seconds; the number of jobs that are off our hands."""
+        """Store, or continue with, results that arrive within `timeout` s; the number of jobs finished or failed."""
         done = wait(self.running, timeout, FIRST_COMPLETED).done if self.running else ()
         finished = 0
         for future in done:
             job = self.running[future]
             finished += self._take(future, job)
-            del self.running[future]  # only now: while the database is away the result is kept and written later
+            del self.running[
+                future
+            ]  # only now: while the database does not answer, the result is kept and stored later
             if job.note:
                 job.note.erase()
         return finished
 
     def pass_on(self) -> None:
-        """Let those who wait know what the computations say they are doing."""
+        """Store the progress that computations report."""
         for future, job in list(self.running.items()):
             if news := job.news:
                 self._tell(job, news)
-                self.running[future] = replace(job, told=news)
+                self.running[future] = replace(job, reported=news)
 
     def hold(self) -> None:
-        """Extend the leases in time; a claim that was lost is left to who has it now."""
+        """Extend leases in time; drop claims that other workers have taken over."""
         elapsed, now = self.timer(), self.clock()
         if self.extended_at is not None and elapsed - self.extended_at < self.settings.jobs.lease / 3:
             return
@@ -144,23 +146,23 @@ class Worker:
                 future.cancel()
                 del self.running[future]
 
-    def heed(self) -> None:
-        """Stop what was cancelled, and what takes longer than a job may: that attempt counts as failed."""
+    def stop_cancelled(self) -> None:
+        """Stop cancelled jobs, and jobs that exceed the time limit: that attempt counts as failed."""
         now = self.timer()
-        if not self.running or now - self.heeded_at < HEED:
+        if not self.running or now - self.cancelled_checked_at < HEED:
             return
-        self.heeded_at = now
+        self.cancelled_checked_at = now
         limit = self.settings.jobs.time_limit
         overdue = {future for future, job in self.running.items() if now - job.begun > limit and not future.done()}
         with reading(self.sessions)() as session:
             running = queue.still_running(session, [job.claim for job in self.running.values()])
         cancelled = {future for future, job in self.running.items() if job.claim.job_id not in running}
         for future in overdue - cancelled:
-            self._went_wrong(self.running[future].claim, JobTimeoutError(limit))
+            self._record_failure(self.running[future].claim, JobTimeoutError(limit))
         self._stop(overdue | cancelled)
 
     def put_back(self) -> None:
-        """Give up every claim, so that another worker need not wait for the lease to lapse."""
+        """Release every claim, so that other workers need not wait for the leases to expire."""
         try:
             for job in self.running.values():
                 with self.sessions.begin() as session:
@@ -200,7 +202,7 @@ class Worker:
             return queue.claim(session, self.clock(), self._lease)
 
     def _start(self, claim: Claim) -> bool:
-        """Read what the job needs and start its first stage; False if it went wrong."""
+        """Read the inputs of the job and start its first stage; False if that failed."""
         try:
             kind = self.kinds[claim.kind]
             with reading(self.sessions)() as session:
@@ -208,13 +210,13 @@ class Worker:
             self._submit(Running(claim, inputs, kind.stages(inputs)))
         except OperationalError:
             raise
-        except Exception as error:  # like the one below, this outlives a bug
-            self._went_wrong(claim, error)
+        except Exception as error:  # as below, the worker survives a bug
+            self._record_failure(claim, error)
             return False
         return True
 
     def _take(self, future: Future[Any], job: Running) -> bool:
-        """Go on with the next stage, or write the result; whether the job is off our hands."""
+        """Continue with the next stage, or store the result; True if the job has left this worker."""
         try:
             after = replace(job, results=(*job.results, future.result()))
             if len(after.results) < len(after.stages):
@@ -224,29 +226,30 @@ class Worker:
         except OperationalError:
             raise
         except Exception as error:
-            self._went_wrong(job.claim, error)
+            self._record_failure(job.claim, error)
         return True
 
     def _submit(self, job: Running) -> None:
-        """Start the next stage, and say so first."""
+        """Start the next stage, after storing that it starts."""
         name = f"{job.claim.job_id}-{job.claim.token}-{len(job.results)}"
         note = Note(self.notes / name) if self.notes else None
         self._tell(job, job.stage.doing)
-        with out_of_reach_of_interrupts():
+        with without_interrupts():
             future = self.executors().submit(job.stage.function, *job.stage.arguments(job.results, note or silent))
-        self.running[future] = replace(job, note=note, told=None)
+        self.running[future] = replace(job, note=note, reported=None)
 
     def _tell(self, job: Running, doing: str) -> None:
         with self.sessions.begin() as session:
-            queue.tell(session, job.claim, len(job.results), len(job.stages), doing)
+            queue.report_progress(session, job.claim, len(job.results), len(job.stages), doing)
 
     def _write(self, job: Running) -> None:
         with self.sessions.begin() as session:
             if queue.finish(session, job.claim, self.clock()):
                 self.kinds[job.claim.kind].store(session, job.claim, job.inputs, job.results, self.clock())
 
-    def _went_wrong(self, claim: Claim, error: Exception) -> None:
-        """A refusal is shown at once; a bug or a killed process is tried again, and shown when given up."""
+    def _record_failure(self, claim: Claim, error: Exception) -> None:
+        """Mark a rejected job at once; try again after a bug or a killed process, and mark the job as failed after the
+        last attempt."""
         if isinstance(error, CoreError):
             with self.sessions.begin() as session:
                 queue.refuse(session, claim, str(error), self.clock())

@@ -73,7 +73,7 @@ def accept(session: Session, model: ModelVersion, by: str, now: datetime) -> Non
         former.state = "retired"
     session.flush()  # before the next one comes into force: there is never more than one
     model.state, model.accepted_by, model.accepted_at = "current", by, now
-    job_queue.enqueue_watch(session, model.building_id, by, now)
+    job_queue.enqueue_monitoring(session, model.building_id, by, now)
 
 
 def _by_effect(deviations: Mapping[tuple[str, str], float]) -> dict[str, Any]:

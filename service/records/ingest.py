@@ -127,7 +127,7 @@ def _usable(
     return contents, traces
 
 
-def went_wrong(recording: Recording, error: Exception, *, settings: Settings) -> None:
+def reading_failed(recording: Recording, error: Exception, *, settings: Settings) -> None:
     """Note a failed attempt at a recording: it is tried again at the next look, and rejected after the last attempt."""
     is_too_much = isinstance(error, ParserDiedError)
     found = str(error) if is_too_much else f"reading it went wrong ({type(error).__name__}: {error})"

@@ -22,8 +22,8 @@ from service.records.ingest import (
     next_stored,
     parse,
     read_again_with_this_version,
+    reading_failed,
     take_in,
-    went_wrong,
 )
 from service.records.recordings import Fetched, refuse_unseen, remember, store
 from service.records.sources.http import Manners, ServerClock
@@ -158,7 +158,7 @@ class SourcePoller:
                     log.exception("reading recording %d of %s went wrong", recording.id, building.code)
                 failed.append(recording.id)
                 with self.sessions.begin() as session:
-                    went_wrong(session.get_one(Recording, recording.id), error, settings=self.settings)
+                    reading_failed(session.get_one(Recording, recording.id), error, settings=self.settings)
 
     def _read_one(self, recording: Recording) -> None:
         """Parse the bytes while no writer waits, then take in their contents."""

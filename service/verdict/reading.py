@@ -138,7 +138,7 @@ def _unusable(event: Event) -> str:
 def _provisional(session: Session, event: Event) -> str:
     if event.state in STATES:
         return STATES[event.state]
-    if job_queue.is_being_watched(session, event.building_id):
+    if job_queue.is_monitoring_pending(session, event.building_id):
         return "the comparison with earlier earthquakes has not finished"
     return ""
 
@@ -165,7 +165,7 @@ def _residual(results: Sequence[DirectionResult]) -> Measured | Lacking:
 def _stiffness(session: Session, event: Event, description: BuildingDescription) -> dict[str, Measured | Lacking]:
     rows = {subject: (wanted, value) for subject, wanted, value in history.stiffness_values(session, event)}
     directions = description.horizontal_directions
-    if job_queue.is_being_watched(session, event.building_id):
+    if job_queue.is_monitoring_pending(session, event.building_id):
         rows = {one: (wanted, value) for one, (wanted, value) in rows.items() if value is not None}
         return {one: _change(*rows[one]) if one in rows else COMPARING for one in directions}
     return {one: _change(*rows[one]) if one in rows else NOT_COMPARED for one in directions}

@@ -46,7 +46,7 @@ def building(session: Session, limits: str = LIMITS) -> Building:
     made = building_store.add(session, building_file(f"J{next(NUMBERS)}", limits), Path("/"), START)
     session.flush()
     first = earthquake(session, made, START, 0.1)
-    watch = job_queue.enqueue_watch(session, made.id, None, START)
+    watch = job_queue.enqueue_monitoring(session, made.id, None, START)
     watch.state = "done"
     for axis in "xy":
         series = WatchedSeries(

@@ -28,7 +28,7 @@ METRICS = "The metrics in Prometheus' text format, each with its meaning."
 
 @router.get("/healthz", operation_id="is_alive", response_model=Health, openapi_extra=OPEN)
 async def alive() -> Health:
-    """200 while the process answers; open to all, and it tells nothing else."""
+    """200 while the process answers; open to everyone, without further information."""
     return Health(status="alive")
 
 
@@ -40,7 +40,7 @@ async def alive() -> Health:
     openapi_extra=OPEN,
 )
 def ready(request: Request, sessions: Reading) -> Readiness | Response:
-    """200 if looks and analyses are really done and can be stored; else 503: `checks` says what is wrong, since when.
+    """200 if polling and analyses really happen and can be stored; otherwise 503, and `checks` lists the problems.
 
     Checked are the database and its tables, its disk, the clock, a poller, every source's looks, and a worker.
     """
@@ -64,7 +64,7 @@ def _checks(sessions: sessionmaker[Session], settings: Settings, now: datetime) 
 
 
 def _check(found: readiness.Check, noticed: dict[str, datetime], now: datetime) -> CheckOut:
-    """A check with the time since which it fails: as stored, otherwise since this process first noticed."""
+    """A check with the start of its failure: as stored, otherwise when this process first noticed it."""
     if found.ok:
         noticed.pop(found.name, None)
         return CheckOut(name=found.name, ok=True, since=None, found=found.found, helps=found.helps)

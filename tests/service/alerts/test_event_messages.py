@@ -147,7 +147,7 @@ def test_a_later_event_names_what_still_stands_and_is_not_told_again_for_it(sess
 
 def test_nothing_is_said_of_earthquakes_while_a_look_for_drift_waits(session: Session, of: Building) -> None:
     raise_softening(session, of)
-    job = job_queue.enqueue_watch(session, of.id, None, START)
+    job = job_queue.enqueue_monitoring(session, of.id, None, START)
     write_messages(session, of.id, AGE, START + 1000 * DAY)
     assert messages(session) == []
     job.state = "failed"

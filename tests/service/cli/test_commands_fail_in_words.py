@@ -83,7 +83,7 @@ def foreign(path: Path) -> None:
     ("make", "address", "expected"),
     [
         (Path.mkdir, "sqlite:///{}", ("cannot be opened", "check that its path names a file")),
-        (newer, "sqlite:///{}", ("is of another version of menshin", "9999_future", "run that version")),
+        (newer, "sqlite:///{}", ("belongs to another version of Menshin", "9999_future", "run that version")),
         (foreign, "sqlite:///{}", ("has tables of another program (films)", "name another database")),
         (
             lambda path: path.write_text("not a database, but a letter"),
@@ -158,7 +158,7 @@ def test_a_database_of_a_server_that_may_only_be_read_or_is_newer(
         connection.execute(text("UPDATE alembic_version SET version_num = '9999_future'"))
     made.dispose()
     for command in WITH_DATABASE:
-        check(ended(command, monkeypatch, url), "is of another version of menshin")
+        check(ended(command, monkeypatch, url), "belongs to another version of Menshin")
 
 
 @pytest.fixture

@@ -90,7 +90,9 @@ def test_a_look_that_waits_does_for_all_that_comes_meanwhile(sessions: sessionma
     assert watching(sessions) == ["waiting"]
     with sessions.begin() as session:
         held = stored_histories.claim_next(session, NOW)
-        assert job_queue.enqueue_watch(session, building, None, NOW).id > held.job_id  # one that runs has seen less
+        assert (
+            job_queue.enqueue_monitoring(session, building, None, NOW).id > held.job_id
+        )  # one that runs has seen less
 
 
 def test_a_reference_period_asks_for_a_new_look(sessions: sessionmaker[Session], building: int) -> None:
@@ -210,7 +212,7 @@ def test_monitoring_again_writes_only_what_changed(sessions: sessionmaker[Sessio
     before = numbers_of_values(sessions)
     with drift_writes(sessions) as written:
         with sessions.begin() as session:
-            job_queue.enqueue_watch(session, building, None, NOW)
+            job_queue.enqueue_monitoring(session, building, None, NOW)
         stored_histories.do_waiting_work(sessions, NOW)
     assert written == []
     assert numbers_of_values(sessions) == before

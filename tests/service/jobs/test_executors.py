@@ -9,7 +9,7 @@ from threading import Event, Thread
 import psutil
 import pytest
 
-from service.jobs.executors import end, local_processes, out_of_reach_of_interrupts
+from service.jobs.executors import end, local_processes, without_interrupts
 from service.settings import Settings
 
 SETTINGS = Settings(workers=1)
@@ -47,7 +47,7 @@ def test_ctrl_c_reaches_no_process_that_computes() -> None:
     try:
         with interrupted_all_the_time() as reached:
             for _ in range(3):
-                with out_of_reach_of_interrupts():
+                with without_interrupts():
                     future = made().submit(os.getpid)
                 assert future.result(60) in reached
                 assert not Event().wait(0.3)  # idle

@@ -144,7 +144,7 @@ def test_what_an_earthquake_needs_by_itself_comes_before_requests(
     with sessions.begin() as session:
         event = session.get_one(Job, requested).event
         assert event is not None
-        watch = job_queue.enqueue_watch(session, event.building_id, None, NOW).id
+        watch = job_queue.enqueue_monitoring(session, event.building_id, None, NOW).id
     order = [claim(sessions) for _ in range(2)]
     assert [held and held.job_id for held in order] == [watch, requested]
 

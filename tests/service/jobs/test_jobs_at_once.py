@@ -54,7 +54,7 @@ def queue(request: pytest.FixtureRequest, sessions: sessionmaker[Session], build
         "comparison": lambda session: job_queue.enqueue_work(
             session, session.get_one(ModelVersion, model_id), COMPARE, {"events": [event_id]}, None, NOW
         ),
-        "watch": lambda session: job_queue.enqueue_watch(session, building, None, NOW),
+        "watch": lambda session: job_queue.enqueue_monitoring(session, building, None, NOW),
     }
     return ways[request.param]
 

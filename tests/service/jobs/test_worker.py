@@ -189,7 +189,7 @@ def test_a_job_that_takes_too_long_is_stopped_and_its_process_ends(
         before = computing()
         assert before
         busy.running[slow] = replace(busy.running[slow], begun=time.monotonic() - 1001.0)
-        busy.heed()
+        busy.stop_cancelled()
         assert [job.claim.kind for job in busy.running.values()] == [job_queue.ANALYSE]
         assert not other.done() or other.exception() is not None
         while busy.running:
@@ -226,7 +226,7 @@ def test_a_worker_stops_computing_what_was_cancelled(sessions: sessionmaker[Sess
         (future,) = busy.running
         with sessions.begin() as session:
             job_queue.cancel(session, session.get_one(Job, number), NOW)
-        busy.heed()
+        busy.stop_cancelled()
         assert not busy.running
         assert future.cancelled() or future.exception(10) is not None
         with sessions() as session:

@@ -102,7 +102,7 @@ def gathering() -> AlertCandidate:
 
 
 def _watching(session: Session, event: Event) -> None:
-    job_queue.enqueue_watch(session, event.building_id, None, event.end)
+    job_queue.enqueue_monitoring(session, event.building_id, None, event.end)
 
 
 WEAKER: dict[str, Callable[[Session, Event], None]] = {
@@ -261,7 +261,7 @@ def test_an_analysed_earthquake_waits_for_its_comparison_not_for_a_better_record
     session: Session, of: Building
 ) -> None:
     event = earthquake(session, of, day(1))
-    job_queue.enqueue_watch(session, of.id, None, day(1))
+    job_queue.enqueue_monitoring(session, of.id, None, day(1))
     changes = [one for one in reading.of_event(session, event).checks if one.name == "stiffness"]
     assert {one.remedy for one in changes} == {"The comparison, which is under way."}
 
