@@ -23,7 +23,7 @@ from core.fitting.observation import Observation, observations
 from core.model.first_model import first_model
 from core.model.force_response import force_response
 from core.model.isolator import Isolator, carried
-from core.model.modal_response import Axis, respond
+from core.model.simulation import Axis, respond
 from core.record import Segment
 
 REFUSED = "refused"
@@ -156,6 +156,6 @@ def _predicted(model: Isolator, seen: Sequence[Observation], analyses: Sequence[
     forces = [one.directions["x"].restoring_force for one in analyses[: len(made.fitted)] if "x" in one.directions]
     known = known_superstructure(forces, made.description)
     axis = Axis(known.modes, event.ground[0], new.conditions, states)
-    response = respond(axis, made.description.base_mass, model, new.rate)
+    (response,) = respond([axis], made.description.base_mass, model, new.rate)
     exact = event.displacement[0]
     return float(np.linalg.norm(response.isolator_displacement - exact) / np.linalg.norm(exact))

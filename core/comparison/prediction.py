@@ -14,8 +14,7 @@ from core.errors import RecordError
 from core.fitting.observation import Observation
 from core.frozen import FrozenDict
 from core.model.isolator import Isolator
-from core.model.modal_response import Axis, respond_together
-from core.model.simulation import Response
+from core.model.simulation import Axis, Response, respond
 from core.signals.conditioning import band_passed, without_baseline
 from core.signals.noise import noise_std
 
@@ -78,7 +77,7 @@ def predict(
         ModelError: the response grew beyond all bounds.
     """
     axes = [_axis(start) for start in starts]
-    responses = respond_together(axes, description.base_mass, isolator, starts[0].observation.rate)
+    responses = respond(axes, description.base_mass, isolator, starts[0].observation.rate)
     return tuple(
         _prediction(response, start.observation, description, band)
         for response, start in zip(responses, starts, strict=True)

@@ -10,8 +10,7 @@ from layer_observations import ACCELERATION_NOISE, BAND, DISPLACEMENT_NOISE, FOR
 from core.building import fixed_base_modes
 from core.fitting.observation import LayerHistory, Observation
 from core.model.isolator import Conditions, Isolator
-from core.model.modal_response import Axis, respond_together
-from core.model.simulation import Response
+from core.model.simulation import Axis, Response, respond
 from core.paper import BUILDING, ISOLATOR
 from core.record import Direction
 
@@ -32,7 +31,7 @@ def biaxial_observation(
     rng, modes = np.random.default_rng(seed), fixed_base_modes(BUILDING)
     usual = Conditions.usual(count, RATE)
     axes = [Axis(modes, scale * motion()[:count], usual) for motion in (akt013, kobe)]
-    x, y = respond_together(axes, BUILDING.base_mass, isolator, RATE)
+    x, y = respond(axes, BUILDING.base_mass, isolator, RATE)
     return (
         _observation("x", axes[0], x, y, start, rng),
         _observation("y", axes[1], y, x, start, rng),

@@ -2,18 +2,21 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from ground_motions import akt013, kobe
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 from scipy.signal import StateSpace, lsim
 
 from core import paper
 from core.arrays import Vector
-from core.building import damping_matrix, mass_matrix, stiffness_matrix
+from core.building import damping_matrix, fixed_base_modes, mass_matrix, stiffness_matrix
 from core.errors import ModelError, RecordError
 from core.model.isolator import Conditions, Isolator
-from core.model.simulation import Response, simulate
+from core.model.simulation import Axis, Response, respond, simulate
 
 RATE = 100.0
+MODES = fixed_base_modes(paper.BUILDING)
+COUPLED = Isolator({**paper.ISOLATOR.effects, "biaxial": {"joined": 1.0, "D_cross": 1.5e-3}})
 LINEAR = Isolator({"elastic": {"k_b": 475e6}, "viscous": {"c_b": 6e6}})
 
 
@@ -153,3 +156,33 @@ def test_a_ground_motion_with_gaps_is_refused() -> None:
     motion[100] = np.nan
     with pytest.raises(RecordError, match="without gaps"):
         simulate(paper.BUILDING, paper.ISOLATOR, motion, RATE)
+
+
+def coupled(isolator: Isolator) -> tuple[Response, Response]:
+    """Two recorded motions at once."""
+    count = 4000
+    axes = [Axis(MODES, motion()[:count], Conditions.usual(count, RATE)) for motion in (akt013, kobe)]
+    x, y = respond(axes, paper.BUILDING.base_mass, isolator, RATE)
+    return x, y
+
+
+def test_two_directions_that_know_nothing_of_each_other_respond_as_each_alone() -> None:
+    """To rounding: one direction and two are compiled apart."""
+    for motion, found in zip((akt013, kobe), coupled(paper.ISOLATOR), strict=True):
+        axis = Axis(MODES, motion()[:4000], Conditions.usual(4000, RATE))
+        (alone,) = respond([axis], paper.BUILDING.base_mass, paper.ISOLATOR, RATE)
+        for quantity in ("isolator_displacement", "floor_acceleration"):
+            one, both = getattr(alone, quantity), getattr(found, quantity)
+            assert both == pytest.approx(one, abs=1e-12 * np.abs(one).max())
+
+
+def test_each_direction_sees_the_other_as_it_is_computed() -> None:
+    """One direction alone, given what the other did at each sample: the same but for what that does between samples."""
+    x, y = coupled(COUPLED)
+    for recorded, own, other in ((akt013, x, y), (kobe, y, x)):
+        usual = Conditions.usual(4000, RATE)
+        measured = replace(usual, u_cross=other.isolator_displacement, v_cross=other.isolator_velocity)
+        for given, low, high in ((measured, 0.0, 2e-4), (usual, 0.05, 1.0)):
+            (alone,) = respond([Axis(MODES, recorded()[:4000], given)], paper.BUILDING.base_mass, COUPLED, RATE)
+            apart = np.linalg.norm(alone.isolator_displacement - own.isolator_displacement)
+            assert low <= apart / np.linalg.norm(own.isolator_displacement) < high
