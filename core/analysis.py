@@ -33,7 +33,7 @@ from core.tables import Table, report
 from core.units import quantity
 
 ABOVE_NOISE = 10.0
-"""Of the displacement's noise: the smallest amplitude of a cycle that is reported."""
+"""Smallest amplitude of a reported cycle, in standard deviations of the displacement's noise."""
 HORIZONTAL: tuple[Direction, Direction] = ("x", "y")
 """Horizontal directions of the building."""
 SMALLEST_CYCLE = 1e-5
@@ -42,7 +42,7 @@ SMALLEST_CYCLE = 1e-5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AnalysisSettings:
-    """What an engineer may choose about an analysis; a result keeps the settings it was made with."""
+    """Settings of an analysis; a result keeps its settings."""
 
     estimator: str = "smoother"
     """Name of the estimator, one of ESTIMATORS."""
@@ -59,11 +59,11 @@ USUAL = AnalysisSettings()
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DirectionAnalysis:
-    """What was found in one horizontal direction."""
+    """Results in one horizontal direction."""
 
     restoring_force: RestoringForce
     motion: MeasuredMotion | None
-    """Of the isolation layer; None where nothing measures it."""
+    """Motion of the isolation layer; None without a suitable sensor."""
     equivalent: tuple[EquivalentSegment, ...]
 
     @property
@@ -79,7 +79,7 @@ class DirectionAnalysis:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class EventAnalysis:
-    """What was found in one event."""
+    """Results of one event."""
 
     start: datetime
     """Time of the first sample of every history."""
@@ -95,11 +95,12 @@ class EventAnalysis:
     pga: float | None
     """m/s², the largest horizontal ground acceleration; None where it was not measured."""
     torsion: MeasuredMotion | None
-    """Of the isolation layer, rad and rad/s from x towards y; None where positions do not tell it."""
+    """Torsion of the isolation layer, rad and rad/s from x towards y; None if the sensors' positions do not determine
+    it."""
     axial_load: AxialLoad | None
     """On the isolators; None where nothing measures a vertical acceleration."""
     refusal: str | None
-    """Why the event cannot be used: the messages of its fatal findings."""
+    """Reasons why the event cannot be used: the messages of its fatal findings."""
     record: Record | None = None
     """Channels on one time base about their position at rest, one for each level, quantity and direction; None if the
     segments made none."""

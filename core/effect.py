@@ -1,4 +1,4 @@
-"""What an isolator effect is: a law, its parameters and what it means."""
+"""Definition of an isolator effect: its law, its parameters and its meaning."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -18,7 +18,7 @@ CONDITIONS = ("axial_load", "temperature", "time")
 
 @dataclass(frozen=True, slots=True)
 class Channel:
-    """What laws act on together: each adds its result to it, or multiplies it."""
+    """Channels that laws share: each law adds to its channel, or multiplies it."""
 
     neutral: float
     """Its value where no effect acts on it: 0 is added to, 1 is multiplied."""
@@ -83,7 +83,7 @@ class Parameter:
 
     @property
     def is_instant(self) -> bool:
-        """Whether it is a time after the model's reference instant, no duration."""
+        """True if it is a time after the model's reference instant, not a duration."""
         return self.unit == "s" and self.bounds[0] < 0
 
 
@@ -93,7 +93,7 @@ class Effect:
 
     title: str
     law: Callable[..., float | tuple[float, ...]]
-    """What it does to the channel it acts on, and after it the rate of each state per second."""
+    """Law: its result for the channel that it acts on, then the rate of each state per second."""
     parameters: tuple[Parameter, ...]
     absent: Mapping[str, float]
     """Values of parameters at which the effect does nothing at all."""
@@ -103,7 +103,7 @@ class Effect:
     """A sentence for the engineer, with the parameters' values in it: {F_y} for one with its unit as engineers read it,
     {share:.2f} for the SI number alone."""
     suspect_when: str
-    """What in the measurements makes one think of it."""
+    """Observation that suggests the effect."""
     source: str
     """Author, year, equation."""
     states: tuple[str, ...] = ()

@@ -78,7 +78,7 @@ class MotionHistory(MeasuredMotion):
     rate: float
     """Hz."""
     is_by_transducer: bool
-    """Whether a transducer measured the displacement; else it was integrated and knows no offset."""
+    """True if a transducer measured the displacement; otherwise it is integrated and has no offset."""
     remarks: tuple[str, ...] = ()
     """Assumptions, and faults of the sensors."""
 

@@ -81,7 +81,7 @@ class SensorError:
     value: Vector
     """Logarithm of the gain; or delay in mid-record in s; and, for a clock, its rate in s/s."""
     covariance: Matrix
-    """Of the value."""
+    """Covariance of the value."""
     others: tuple[str, ...]
     """Ids of channels whose error would explain the records as well."""
 

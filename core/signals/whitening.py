@@ -1,4 +1,4 @@
-"""How does a history of force read in independent units of its noise?
+"""Whitening of force histories to independent units of their noise.
 
 The cosine transform of a record of stationary noise has nearly independent coefficients, each with the variance of the
 noise's spectrum at its frequency (Brillinger 1981, theorem 4.4.1 for the Fourier transform). What lies below the band,
@@ -19,8 +19,8 @@ from core.signals.conditioning import passed_share
 BAND = (0.2, 12.5)
 """Hz: an analysis passes accelerations from 0.1 Hz, and isolators do nothing beyond."""
 NEGLIGIBLE = 1e-5
-"""Of the measured force's power: what lies beyond the frequency above which there is no more is left out too, as it is
-the superstructure's higher modes rather than the layer."""
+"""Fraction of the measured force's power that may be omitted at high frequencies: it belongs to the superstructure's
+higher modes rather than to the layer. Not tuned: an engineering choice."""
 AVERAGED = 41
 """Coefficients over which the force's power is averaged."""
 LEAST_TOP = 3.0
@@ -40,7 +40,7 @@ class Whitening:
     rate: float
     """Hz."""
     kept: slice
-    """Of the n coefficients."""
+    """Retained range of the n coefficients."""
     std: Vector
     """(m,) N, of the noise in each coefficient."""
     passed: Vector

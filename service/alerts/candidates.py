@@ -43,7 +43,7 @@ class AlertCandidate:
     began_at: datetime
     """Start of the first event that shows it, or the time that the check gives."""
     raised_at: datetime
-    """When the evidence sufficed: the start of the event that completed it, or the time that the check gives."""
+    """Start of the event that completed the evidence, or the time that the check gives."""
     onset_event_id: int | None = None
     """First event that shows it; None for a periodic check."""
     raised_event_id: int | None = None
@@ -64,7 +64,7 @@ class AlertCandidate:
     sentences: tuple[str, ...]
     """Details, first for everybody, then the numbers for the engineer."""
     dated: str = ""
-    """When it began, one sentence; each part of a layer has its own."""
+    """Date of its beginning, one sentence; each part of a layer has its own."""
 
 
 def alert_cause(cause: str) -> str:
@@ -127,7 +127,7 @@ def explanation(candidate: AlertCandidate, others: Sequence[AlertCandidate]) -> 
 
 
 def hold_reason(by: AlertCandidate) -> str:
-    """Why an alert that `by` may explain is on hold."""
+    """Reason why an alert that `by` may explain is on hold."""
     template = texts.ON_HOLD_FOR_SOURCE if by.cause == SOURCE else texts.ON_HOLD_FOR_SENSOR
     return template.format(summary=by.summary)
 
@@ -193,7 +193,7 @@ def _summary(lead: AlertCandidate, earlier: Sequence[AlertCandidate]) -> str:
 
 
 def _dates(lead: AlertCandidate, parts: Sequence[AlertCandidate]) -> Iterable[str]:
-    """When the lead began, then each other part with its own date; a sentence each."""
+    """Dates of the beginning of the leading part, then of the others; a sentence each."""
     if lead.dated:
         yield lead.dated
     for part in parts:

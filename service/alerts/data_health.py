@@ -45,7 +45,7 @@ class Source:
     failing_since: datetime | None
     error: str | None
     described_at: datetime
-    """When the building file that names the source took effect."""
+    """Time when the building file with the source took effect."""
     last_record: datetime | None
     """End of the last usable record."""
     ahead: timedelta
@@ -62,7 +62,7 @@ class Rejected:
 
     name: str
     at: datetime
-    """When it arrived."""
+    """Time of arrival."""
     reason: str
 
 
@@ -86,7 +86,7 @@ class Work:
     oldest: datetime | None
     """Since when the oldest one waits, or its worker has been silent."""
     last_progress: datetime | None
-    """When any job of the service was last finished."""
+    """Time when the latest job of the service ended."""
 
 
 def stopped_source(source: Source, thresholds: Thresholds, now: datetime) -> Iterator[AlertCandidate]:

@@ -59,7 +59,7 @@ class Unacknowledged:
     facts: AlertFacts
     activated_at: datetime
     reported_at: datetime
-    """When the last message about it was written."""
+    """Time of the last message about it."""
 
 
 def event_content(facts: EventFacts, earlier: Earlier) -> MessageContent:

@@ -48,7 +48,7 @@ class AlertFacts:
     changed_by: datetime | None = None
     """Start of the first event that certainly did."""
     end: str = ""
-    """Why it ended, and who ended it; empty while it is open."""
+    """Reason of the end, and the person who ended it; empty while it is open."""
     silenced_until: datetime | None = None
     """Local time; None where no silence applies."""
     silence_reason: str = ""
@@ -90,7 +90,7 @@ class EventFacts:
     start: datetime
     end: datetime
     refusal: str | None
-    """Why its records cannot be used; None if it was analysed."""
+    """Reason why its records cannot be used; None if it was analysed."""
     pga: float | None
     """m/s²."""
     displacements: Mapping[str, float]
@@ -254,7 +254,7 @@ def _reported_here(session: Session, event: Event, reports: Mapping[int, Report]
 
 
 def _report(session: Session, alert: Alert, reports: Mapping[int, Report]) -> Report:
-    """Where an alert raised by an event is reported; if it began after that earthquake, it is another change."""
+    """Place of an alert raised by an event: if it began after that earthquake, it is another change."""
     before = reports.get(alert.id)
     if before is not None and not _began_after(alert, before.start):
         return before
@@ -278,7 +278,7 @@ def _as_reported(facts: AlertFacts, report: Report) -> AlertFacts:
 
 
 def _end(alert: Alert) -> str:
-    """Why it ended, and who ended it."""
+    """Reason of the end, and the person who ended it."""
     last = alert.changes[-1]
     return last.note if last.by is None else f"{last.by}: {last.note}"
 

@@ -29,7 +29,7 @@ class Alert(Base):
     state: Mapped[str]
     """One of service.alerts.lifecycle."""
     began_at: Mapped[datetime]
-    """When the condition began."""
+    """Beginning of the condition."""
     changed_after: Mapped[datetime | None]
     """Start of the last event that did not show it; None for a periodic check."""
     changed_by: Mapped[datetime | None]
@@ -48,14 +48,14 @@ class Alert(Base):
     """Cause of the alert that may explain it, which keeps it on hold while open."""
     opened_at: Mapped[datetime]
     updated_at: Mapped[datetime]
-    """When its evidence was last confirmed."""
+    """Time when its evidence was last confirmed."""
     activated_at: Mapped[datetime | None]
     acknowledged_at: Mapped[datetime | None]
     acknowledged_by: Mapped[str | None]
     acknowledgement: Mapped[str | None] = mapped_column(Text)
     """Note of the acknowledgement."""
     closed_at: Mapped[datetime | None]
-    """When it was resolved or withdrawn."""
+    """Time when it was resolved or withdrawn."""
     building: Mapped[Building] = relationship()
     raised_event: Mapped[Event | None] = relationship(foreign_keys=raised_event_id)
     changes: Mapped[list["AlertChange"]] = relationship(back_populates="alert", order_by="AlertChange.id")
@@ -74,7 +74,7 @@ class AlertChange(Base):
     by: Mapped[str | None]
     """Name of the person; None for the service itself."""
     note: Mapped[str] = mapped_column(Text)
-    """Why."""
+    """Reason."""
     summary: Mapped[str] = mapped_column(Text)
     evidence: Mapped[dict[str, Any]]
     alert: Mapped[Alert] = relationship(back_populates="changes")
@@ -105,7 +105,7 @@ class Silence(Base):
     id: Mapped[int] = mapped_column(primary_key=True)
     building_id: Mapped[int] = mapped_column(ForeignKey("building.id"), index=True)
     pattern: Mapped[str]
-    """Pattern of causes, with * and ?."""
+    """Pattern of causes; the wildcards are an asterisk and a question mark."""
     starts_at: Mapped[datetime]
     ends_at: Mapped[datetime]
     reason: Mapped[str] = mapped_column(Text)

@@ -9,7 +9,7 @@ from service.reports.charts import BLUE, CONFIG, KN
 
 PERCENT = 1e2
 MARGIN = 0.05
-"""Of a panel's height, above and below what it shows."""
+"""Margin above and below the values, as a fraction of a panel's height."""
 WIDEST = 42
 """Pixels that the numbers of an axis may take, so that the panels stand in columns."""
 FREQUENCY, DAMPING = "frequency (Hz)", "damping ratio (%)"

@@ -34,7 +34,7 @@ class Sighting:
     """m, of the isolation layer."""
     mode: Mode
     levels: tuple[str, ...]
-    """Of the mode's shape."""
+    """Levels of the mode's shape."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

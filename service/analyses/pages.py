@@ -25,7 +25,7 @@ STATES = {
     "refused": "It could not be used",
     "failed": "Its analysis failed",
 }
-"""What the state of an event means; the reason follows."""
+"""Description of an event's state; the reason follows."""
 MODES = 3
 """Modes that a page lists."""
 LISTED = 100

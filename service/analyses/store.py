@@ -43,7 +43,7 @@ class Inputs:
     settings: AnalysisSettings
     revision_id: int
     sha256: tuple[str, ...]
-    """Of every recording of the event."""
+    """Digests of the event's recordings."""
 
 
 def inputs(session: Session, claim: Claim, settings: Settings) -> Inputs:

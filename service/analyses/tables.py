@@ -31,7 +31,7 @@ class Analysis(Base):
     """True for the event's latest."""
     created_at: Mapped[datetime]
     version: Mapped[str]
-    """Of the code."""
+    """Version of the code."""
     settings: Mapped[dict[str, Any]]
     inputs: Mapped[list[str]]
     """SHA-256 of every recording it was made from."""

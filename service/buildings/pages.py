@@ -60,7 +60,7 @@ def home(request: Request, sessions: Reading, building: BuildingCode = None) -> 
 
 @dataclass(frozen=True, slots=True)
 class Trouble:
-    """Why records of a building do not come, or could not be used."""
+    """Reasons why records of a building do not arrive, or could not be used."""
 
     code: str
     since: datetime | None
@@ -71,7 +71,7 @@ class Trouble:
 
 
 def troubles(session: Session) -> list[Trouble]:
-    """Of every building whose monitoring server fails, or that has rejected files."""
+    """The problems of every building whose monitoring server fails, or that has rejected files."""
     rejected = record_queries.rejected_counts(session)
     every = [
         Trouble(

@@ -61,7 +61,7 @@ def warn_of_names() -> None:
 
 
 def words(error: BaseException) -> str | None:
-    """What was found and what helps; None of a bug."""
+    """The problem and its remedy; None for a bug."""
     from sqlalchemy.exc import SQLAlchemyError
 
     from core.errors import CoreError

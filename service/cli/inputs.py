@@ -1,4 +1,4 @@
-"""What commands read and write: settings, building and model files, records, results.
+"""Input and output of commands: settings, building and model files, records, results.
 
 A wrong input ends the command with its reason: exit code 2 for settings and files that are malformed, 1 for records
 that cannot be used.

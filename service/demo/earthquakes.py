@@ -21,7 +21,7 @@ from service import akt013
 STANDARD_GRAVITY = 9.80665
 SETS = ("farfield", "nearfield_no_pulse", "nearfield_pulse")
 POLARISATION = np.array([[0.8], [0.6]])
-"""How AKT013 shakes x and y: along a line, since one component is at hand."""
+"""Direction of AKT013 in x and y: a straight line, since only one component exists."""
 BAND = (0.1, 30.0)  # Hz, where the oldest of the records can still be believed
 
 
@@ -110,7 +110,7 @@ class Earthquake:
     number: int
     """From 0, the oldest first."""
     arrival: datetime
-    """When the motion begins at the building, aware."""
+    """Time when the motion reaches the building, aware."""
     motion: str
     """Name of the recorded ground motion that it is made of."""
     peak: float

@@ -33,7 +33,7 @@ SERIES = re.compile(
 )
 END = re.compile(r"/&\s*+(?:-++\s*+)?End of data for channel")
 COLUMNS, WIDTH = 8, 10
-"""Where the line before the numbers does not say it."""
+"""Defaults if the line before the numbers does not state them."""
 CODES = {"acceleration": "ACC", "velocity": "VEL", "displacement": "DIS"}
 
 

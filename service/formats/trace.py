@@ -117,4 +117,4 @@ class Contents:
     without_unit: tuple[str, ...] = ()
     """Ids of channels left out of `traces` because nothing says what their numbers are, yet."""
     remarks: tuple[str, ...] = ()
-    """What else was left out and why."""
+    """Other omissions, with reasons."""

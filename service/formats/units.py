@@ -1,4 +1,4 @@
-"""What a unit's name means: its quantity and how many SI units it is.
+"""Units by name: their quantity and their factor to SI units.
 
 The only place that knows units: everything behind the formats is SI.
 """
@@ -15,7 +15,7 @@ STANDARD_GRAVITY = 9.80665  # m/s², CGPM 1901, exact
 
 @dataclass(frozen=True, slots=True)
 class Gain:
-    """How a stored number becomes a value in SI units."""
+    """Conversion of a stored number to SI units."""
 
     si_per_count: float
     """SI units (m/s², m/s, m, °C) per stored number; negative where the sensor is mounted reversed."""
@@ -72,7 +72,7 @@ def canonical(unit: str) -> str:
 
 
 def unit_gain(unit: str) -> Gain:
-    """What a unit means.
+    """The quantity and factor of a unit.
 
     Raises:
         FormatError: a unit that is missing, or that is none of acceleration, velocity, displacement or temperature.

@@ -1,4 +1,4 @@
-"""What the volume 2 files of all strong-motion networks share: records that end with a line, numbers in columns.
+"""Common parts of the volume 2 files of all strong-motion networks: records with an end line, numbers in columns.
 
 Fortran programs write them: numbers stand in columns of fixed width and may touch, and a format such as (8F10.5) says
 how. A header prints the peak of each series, which tells a damaged file from a sound one.
@@ -15,7 +15,7 @@ from service.formats.errors import FormatError
 LONGEST_LINE = 1024
 """Characters; the formats have 80."""
 MOST_LINES = 5_000_000
-"""Of a text file, whatever its format."""
+"""Longest text file of any format, lines."""
 HEADER_LINES = 1000
 """In which a header must have whatever it must have; the formats have fewer than 100."""
 AT_ONCE = 2**20
@@ -63,7 +63,7 @@ def text_lines(name: str, text: str) -> list[str]:
 
 
 def first_match(name: str, lines: Sequence[str], pattern: re.Pattern[str], label: str) -> tuple[int, re.Match[str]]:
-    """Where the first line stands that has what a header must have, and what was found in it."""
+    """Position of the first line with a required part of the header, and the match."""
     for at, line in enumerate(lines[:HEADER_LINES]):
         if found := pattern.search(line):
             return at, found
@@ -87,7 +87,7 @@ def numbers_in_columns(what: str, lines: Sequence[str], count: int, columns: int
 
 
 def _fields(rows: Sequence[str], columns: int, width: int) -> np.ndarray[tuple[int], np.dtype[np.bytes_]]:
-    """What stands in the columns of some rows, as text."""
+    """Texts in the columns of some rows."""
     text = "".join(row.ljust(columns * width)[: columns * width] for row in rows)
     return np.frombuffer(text.encode("ascii", errors="replace"), dtype=f"S{width}")
 

@@ -53,7 +53,7 @@ class Crowd:
     """Those of which no request is being answered, the one that has waited longest first."""
 
     def has_room(self) -> bool:
-        """Whether one more may come; for it the one that has waited longest goes, unless all are being answered."""
+        """True if there is room for another connection; if necessary the one that has waited longest is closed."""
         if self.count < self.most:
             return True
         log.warning("%d connections are open, as many as may be: those without a request are closed", self.count)

@@ -33,18 +33,18 @@ class Refused:
     form: str = ""
     """Its name on the page."""
     given: Mapping[str, str] = field(default_factory=dict)
-    """What was typed, by the names of the fields, without secrets."""
+    """Typed values by field, without secrets."""
     words: str = ""
-    """Why it was refused."""
+    """Reason of the refusal."""
     problems: Mapping[str, str] = field(default_factory=dict)
-    """What is wrong, by the names of the fields; empty where it is no field's fault."""
+    """Problems by field; empty if no field is at fault."""
     status: int = 200
 
     def __bool__(self) -> bool:
         return bool(self.form)
 
     def of(self, form: str) -> "Refused":
-        """What the page's form of that name shows."""
+        """The refusal to show in the page's form of that name."""
         return self if self.form == form else NOT_REFUSED
 
     def typed(self, name: str, otherwise: str = "") -> str:

@@ -1,4 +1,4 @@
-"""Who asks is settled before a body is read, and nobody takes more than their share.
+"""Admission of requests: callers are identified before a body is read, and each has a limited share of the server.
 
 - A request that changes something is refused by its head alone, unless it shows a key or a session in force.
 - Bodies are counted as they come, whatever their head says of them.
@@ -30,9 +30,9 @@ BODY = 64 * 2**10
 FDSN_BODY = 2**20
 """Bytes of a posted question to /fdsnws."""
 REQUESTS = 8
-"""Of one caller under way at the same time; fewer than the database has connections."""
+"""Requests of one caller in progress at the same time; fewer than the database has connections."""
 STREAMS = 16
-"""Of one caller at the same time."""
+"""Streams of one caller at the same time."""
 PATIENCE = 15.0
 """s that a request waits for its caller's others."""
 LOOK = 1.0
@@ -46,7 +46,7 @@ PROTECTION = {
     "Permissions-Policy": "camera=(), geolocation=(), microphone=()",
     "Content-Security-Policy": "default-src 'none'; style-src 'unsafe-inline'; frame-ancestors 'none'; sandbox",
 }
-"""Of every answer that says nothing else; a page has a policy of its own."""
+"""Default headers of responses; pages have their own policy."""
 TOO_LONG = "The body is longer than {} bytes, which is all that is taken here."
 TOO_MANY = "Too many requests of the same caller are under way; asking again when they have been answered would do."
 BUSY = {"Retry-After": "5"}
@@ -60,7 +60,7 @@ class TooManyError(ServiceError):
 
 
 class Share:
-    """What one caller has under way."""
+    """Requests of one caller in progress."""
 
     def __init__(self) -> None:
         self.requests = Semaphore(REQUESTS)
@@ -113,7 +113,7 @@ class Guard:
 
     @property
     def is_ending(self) -> bool:
-        """Whether the server ends."""
+        """True if the server is shutting down."""
         return self._ending.is_set()
 
     async def _let_in(self, request: Request) -> str:

@@ -21,7 +21,7 @@ from service.http.rendering import page
 
 OF_PROGRAMS = ("/api/", "/fdsnws/", "/metrics", "/healthz", "/readyz", "/openapi.json", "/static/")
 PATTERN = re.compile(r"String should match pattern '.*?'(?=[;.]|$)")
-"""What pydantic says of a text that an expression does not match; people are shown no expression."""
+"""pydantic's message for a text that does not match a pattern, which people need not see."""
 WORDS = {
     404: "There is nothing at this address.",
     405: "This address cannot be used in that way.",
@@ -32,7 +32,7 @@ ENDED = "No login is in force in this browser: it has ended, or its key was revo
 
 
 def wants_page(request: Request) -> bool:
-    """Whether a person asks: a browser says that it takes HTML, and the address is that of a page."""
+    """True if the request comes from a person: a browser that accepts HTML requests the address of a page."""
     return "text/html" in request.headers.get("accept", "") and not request.url.path.startswith(OF_PROGRAMS)
 
 

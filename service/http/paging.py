@@ -25,7 +25,7 @@ RowLimit = Annotated[int, Query(description="Rows of a page.", ge=1, le=20_000)]
 
 
 def place(cursor: str | None) -> Place | None:
-    """Where the page before ended."""
+    """The end of the previous page."""
     return None if cursor is None else Place.read(cursor)
 
 

@@ -1,4 +1,4 @@
-"""How pages and pictures are written: the templates, and what the browser may do with a page."""
+"""Rendering of pages and pictures: the templates, and the content security policy."""
 
 from collections.abc import Callable
 from datetime import datetime

@@ -134,7 +134,7 @@ def _link(request: Request, following: str | None) -> dict[str, str]:
 
 
 def wants_csv(request: Request, format: str | None) -> bool:
-    """Whether the client requests CSV."""
+    """True if the client requests CSV."""
     if format is not None:
         return format == "csv"
     accepted = [part.split(";")[0].strip() for part in request.headers.get("accept", "").split(",")]
@@ -147,7 +147,7 @@ def tag(*identity: object) -> str:
 
 
 def _is_known(request: Request, etag: str) -> bool:
-    """Whether the client has this answer already."""
+    """True if the client has this response already."""
     known = request.headers.get("if-none-match", "")
     return known == "*" or etag in (part.strip().removeprefix("W/") for part in known.split(","))
 

@@ -118,7 +118,7 @@ def series_json(values: Vector) -> orjson.Fragment:
 
 
 def _is_regular(values: Vector) -> bool:
-    """Whether one exponent suits all: finite, and neither empty nor all zero."""
+    """True if one exponent suits all: finite, and neither empty nor all zero."""
     peak = float(np.abs(values).max(initial=0.0))
     return 1e-14 < peak < 1e29  # false for NaN; within, every power of ten that is needed is exact
 

@@ -93,7 +93,7 @@ class Throttle(logging.Filter):
         self._windows: dict[tuple[object, ...], tuple[float, int]] = {}
 
     def filter(self, record: logging.LogRecord) -> bool:
-        """Whether the line is written."""
+        """True if the line is to be written."""
         error = record.exc_info[0] if record.exc_info else None
         kind = (record.name, record.lineno, record.msg if record.args else None, error)
         begun, count = self._windows.get(kind, (-float("inf"), 0))

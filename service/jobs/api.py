@@ -103,7 +103,7 @@ def cancelled(session: Session, job: Job, by: Caller) -> Job:
 
 
 def may_cancel(job: Job, by: Caller) -> bool:
-    """Whether the caller may cancel the job, as long as it is under way."""
+    """True if the caller may cancel the job while it is in progress."""
     return job.asked_by is not None and by.role >= Role.engineer and (job.asked_by == by.name or by.role >= Role.admin)
 
 

@@ -80,7 +80,7 @@ class Running:
     results: tuple[Any, ...] = ()
     """Results of the finished stages."""
     note: Note | None = None
-    """Where the stage reports its current step."""
+    """The note with the stage's current step."""
     reported: str | None = None
     """The latest step that was stored for display."""
     begun: float = field(default_factory=time.monotonic)

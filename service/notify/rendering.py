@@ -55,7 +55,7 @@ class RenderedMessage:
     """Address of the page with the details; empty where the address of the pages is not set."""
     data: Mapping[str, Any]
     began_at: datetime
-    """When the first message of its key was written."""
+    """Time of the first message of its key."""
     written_at: datetime
     is_repeat: bool
     """True if an earlier attempt may have arrived."""
@@ -105,7 +105,7 @@ class RenderedMessage:
 
     @property
     def written(self) -> str:
-        """When it was written, in the building's time."""
+        """Time of writing, in the building's time zone."""
         local = self.written_at.astimezone(ZoneInfo(self.timezone))
         return f"{local:%Y-%m-%d %H:%M:%S} ({self.timezone})"
 
@@ -173,7 +173,7 @@ def rendered(
 
 
 def destination(receiver: Receiver) -> Destination:
-    """Where a recipient is reached, with values of environment variables that the building file names.
+    """Address of a recipient, with the values of environment variables that the building file names.
 
     Raises:
         MissingVariableError: one of them is not set.

@@ -36,7 +36,7 @@ class Receiver(Base):
     created_at: Mapped[datetime]
     removed_at: Mapped[datetime | None]
     since: Mapped[datetime | None]
-    """When its address last changed, or it was added again; None: neither has happened."""
+    """Time when its address last changed, or it was added again; None: neither has happened."""
     building: Mapped[Building] = relationship()
 
 
@@ -71,7 +71,7 @@ class Message(Base):
     """SHA-256 of the content that decides whether a later message is news."""
     created_at: Mapped[datetime]
     unsent: Mapped[str | None] = mapped_column(Text)
-    """Why it was not sent when it was written; None if it was sent."""
+    """Reason why it was not sent at first; None if it was sent."""
     building: Mapped[Building] = relationship()
     deliveries: Mapped[list["Delivery"]] = relationship(back_populates="message", order_by="Delivery.id")
 
@@ -95,7 +95,7 @@ class Delivery(Base):
     created_at: Mapped[datetime]
     finished_at: Mapped[datetime | None]
     kept_at: Mapped[datetime | None]
-    """When it was last sent to an Alertmanager, which drops alerts that are not repeated."""
+    """Time of the last repetition to an Alertmanager, which drops alerts that are not repeated."""
     message: Mapped[Message] = relationship(back_populates="deliveries")
     receiver: Mapped[Receiver] = relationship()
     attempts: Mapped[list["DeliveryAttempt"]] = relationship(

@@ -20,7 +20,7 @@ def _index_of_state(state: str, column: str) -> Index:
 
 
 class SourceState(Base):
-    """How far a building's source was read, and how it is doing."""
+    """Position in a building's source, and the source's state."""
 
     __tablename__ = "source_state"
     building_id: Mapped[int] = mapped_column(ForeignKey("building.id"), primary_key=True)
@@ -28,28 +28,29 @@ class SourceState(Base):
     """The source's own: where to go on. What is kept of each file is in `fetched_file`."""
     attempted_at: Mapped[datetime | None]
     looked_at: Mapped[datetime | None]
-    """When a look last brought something, or ended, whether it succeeded or failed."""
+    """Time when a poll last returned data or ended, successful or not."""
     succeeded_at: Mapped[datetime | None]
     failing_since: Mapped[datetime | None]
     error: Mapped[str | None] = mapped_column(Text)
     clock_ahead: Mapped[float | None]
-    """s, of the server's clock against ours at the last good look; None where it does not say."""
+    """s, lead of the server's clock over this machine's at the last successful poll; None if the server does not state
+    it."""
 
 
 class FetchedFile(Base):
-    """A file of a building's source, as far as it was taken."""
+    """A file of a building's source, as far as it was fetched."""
 
     __tablename__ = "fetched_file"
     building_id: Mapped[int] = mapped_column(ForeignKey("building.id"), primary_key=True)
     address: Mapped[str] = mapped_column(primary_key=True)
     mark: Mapped[str | None]
-    """Tells the version that was taken; None until one was."""
+    """Version that was fetched; None until one was."""
     attempts: Mapped[int]
-    """Looks at which it came, but not whole as it seems."""
+    """Polls at which it was returned but seemed incomplete."""
     version: Mapped[str | None]
-    """What the server must still have for the beginning to be of use."""
+    """Version that the server must still have for the beginning to be usable."""
     beginning: Mapped[bytes | None] = mapped_column(LargeBinary, deferred=True)
-    """Of a body that broke off."""
+    """Beginning of a body that broke off."""
 
 
 class Content(Base):
@@ -62,7 +63,7 @@ class Content(Base):
 
 
 class Recording(Base):
-    """A file or an answer of a server, as it came to a building."""
+    """A file or a server's response, as received for a building."""
 
     __tablename__ = "recording"
     __table_args__ = (
@@ -73,10 +74,10 @@ class Recording(Base):
     id: Mapped[int] = mapped_column(primary_key=True)
     building_id: Mapped[int] = mapped_column(ForeignKey("building.id"))
     sha256: Mapped[str | None] = mapped_column(ForeignKey("content.sha256"))
-    """None where the bytes were refused before they came: too many."""
+    """None if the bytes were refused before they were fetched, because there were too many."""
     name: Mapped[str]
     origin: Mapped[str]
-    """Where it came from: a path or an address."""
+    """Origin: a path or an address."""
     received_at: Mapped[datetime]
     kind: Mapped[str]
     """`waveforms`, `station` or `unknown`."""
@@ -84,9 +85,9 @@ class Recording(Base):
     """`stored`, `read` or `refused`."""
     reason: Mapped[str | None] = mapped_column(Text)
     failures: Mapped[int] = mapped_column(default=0)
-    """Attempts at reading it over which the code failed."""
+    """Attempts at which the code failed."""
     version: Mapped[str | None]
-    """Of the code that read it, or failed at it."""
+    """Version of the code that read it, or failed."""
     start: Mapped[datetime | None]
     end: Mapped[datetime | None]
     content: Mapped[Content | None] = relationship()
@@ -109,7 +110,7 @@ class Event(Base):
     state: Mapped[str]
     """`gathering` (files may be missing), `queued`, `analysed`, `refused` or `failed`."""
     reason: Mapped[str | None] = mapped_column(Text)
-    """Why it was refused, or what failed."""
+    """Reason of the rejection, or the failure."""
     created_at: Mapped[datetime]
     updated_at: Mapped[datetime]
     building: Mapped[Building] = relationship()
@@ -117,7 +118,7 @@ class Event(Base):
 
 
 class EventRecording(Base):
-    """Which recordings an event was cut from."""
+    """Assignment of recordings to the events cut from them."""
 
     __tablename__ = "event_recording"
     event_id: Mapped[int] = mapped_column(ForeignKey("event.id"), primary_key=True)

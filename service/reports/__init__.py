@@ -1,1 +1,1 @@
-"""What every report is made of: charts, and values in the units that engineers read."""
+"""Parts of all reports: charts, and values in engineers' units."""

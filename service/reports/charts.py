@@ -15,10 +15,10 @@ from service.reports.thinning import along_path, extremes
 POINTS = 2000
 """Samples of a history in a picture: two for each pixel of a wide one."""
 STEP = 1 / 60
-"""Of a loop's width and height, between two points of its line: the chord of a round loop is then 1e-4 off."""
+"""Distance of two points on a line, as a fraction of a loop's size: chords of a round loop are 1e-4 off."""
 MM, MRAD, KN, KN_PER_MM = 1e3, 1e3, 1e-3, 1e-6
 TICKS = 8
-"""Of a displacement, about: with more, every second label would be left out, the round ones among them."""
+"""Approximate number of labels on a displacement axis: with more, every second one would be omitted."""
 LABELS_APART = 6
 """Pixels at least, between the labels of an axis that has many."""
 FEW = 10

@@ -9,10 +9,10 @@ from markupsafe import Markup
 from service.reports.charts import CONFIG
 
 FINER = re.compile(r"(?<=\d\.\d)\d+")
-"""What a coordinate has beyond a tenth of a pixel."""
+"""Decimals of a coordinate beyond a tenth of a pixel."""
 PATH = re.compile(r' d="[^"]*"')
 NAMESPACE = re.compile(r' xmlns(:xlink)?="[^"]*"')
-"""Which HTML gives to what is inside <svg> by itself."""
+"""Namespaces, which HTML implies inside <svg>."""
 
 
 def svg(picture: alt.TopLevelMixin, own: str, label: str) -> Markup:

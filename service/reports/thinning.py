@@ -1,4 +1,4 @@
-"""Which samples of a long series a picture needs, so that neither a peak nor the shape of a loop is lost."""
+"""Thinning of long series for pictures that keeps peaks and the shapes of loops."""
 
 import numpy as np
 

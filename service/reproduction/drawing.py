@@ -19,7 +19,7 @@ WIDTH, HEIGHT, SIDE = 880, 120, 380
 ALIGNED = 50
 """Pixels left of every history, so that those below one another share their time."""
 COLOURS = (BLUE, ORANGE, "#2e8b57", "#8e44ad")
-"""Of the estimators, in their order; the exact curve is grey."""
+"""Colours of the estimators, in their order; the exact curve is grey."""
 EXACT = "exact"
 TIME = "time after the start of the record (s)"
 DISPLACEMENT = "displacement of the isolation layer (mm)"
@@ -34,7 +34,7 @@ class Figure:
     """The paper's."""
     title: str
     caption: str
-    """What is shown, and how it compares with the paper."""
+    """Content of the figure, and its comparison with the paper."""
     panels: tuple[alt.LayerChart, ...]
 
 

@@ -23,13 +23,13 @@ class RealEvent:
     """One earthquake, in one direction."""
 
     start: datetime
-    """Of every history."""
+    """Start of every history."""
     rate: float
     """Hz, of every history."""
     pga: float | None
     """m/s²."""
     superstructure: InstrumentedSuperstructure
-    """What the estimators were given."""
+    """Input of the estimators."""
     by_estimator: Mapping[str, DirectionAnalysis]
     """By the paper's always."""
     modal: Matrix
@@ -54,7 +54,7 @@ class RealBuilding:
     events: tuple[RealEvent, ...]
     """Earliest first; at least one."""
     refused: tuple[str, ...]
-    """Which events could not be used, and why."""
+    """Unusable events, with reasons."""
 
     @property
     def strongest(self) -> RealEvent:
@@ -114,7 +114,7 @@ def real(
 def _event(
     event: EventFiles, description: BuildingDescription, direction: Direction, settings: AnalysisSettings
 ) -> RealEvent | str:
-    """What was found, or why nothing was."""
+    """Result, or the reason why there is none."""
     analyses = {name: analyse(event.segments, description, replace(settings, estimator=name)) for name in ESTIMATORS}
     first = analyses[cms.NAME]
     by_estimator = {name: a.directions[direction] for name, a in analyses.items() if direction in a.directions}

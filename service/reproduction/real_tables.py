@@ -79,7 +79,7 @@ BOUNDS = (0.0, 0.5e-3, 1e-3, 2e-3, 5e-3, 10e-3, 20e-3, 50e-3, 100e-3, 200e-3, np
 SMALL = BOUNDS[1]
 """m, below which an amplitude is small."""
 NEAR = 0.25
-"""Of a shear strain: cycles that are no farther from it stand for it."""
+"""Tolerance as a fraction of a shear strain: cycles within it represent the strain."""
 
 Cycles = Mapping[str, Sequence[EquivalentSegment]]
 """By estimator, of all events."""

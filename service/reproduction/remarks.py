@@ -20,12 +20,12 @@ LEFT_OUT = "Figures {} are left out: {}."
 
 
 def simulated_remarks(found: Simulated) -> tuple[str, ...]:
-    """Of section 7."""
+    """Remarks on section 7."""
     return (_ground(found), IDENTIFICATION, *_forces(found), *_modes(found), *_masses(found))
 
 
 def real_remarks(found: RealBuilding) -> tuple[str, ...]:
-    """Of section 8."""
+    """Remarks on section 8."""
     return (
         "The paper's building is Raiosya, whose records do not come with this program. Here the same steps are applied "
         f"to {found.description.name}, direction {found.direction}, from the sensors {', '.join(found.sensors)}: the "
@@ -72,7 +72,7 @@ def _forces(found: Simulated) -> tuple[str, ...]:
 
 
 def _added(low: float, high: float) -> float:
-    """What noise adds to an error, in percent, by the fitting rates with little and with more of it."""
+    """%, contribution of noise to an error, from the fitting rates with little and with more noise."""
     return float(np.sqrt(max(0.0, (100 - high) ** 2 - (100 - low) ** 2)))
 
 
@@ -113,5 +113,5 @@ def _masses(found: Simulated) -> tuple[str, ...]:
 
 
 def _slope(right: Vector, light: Vector) -> float:
-    """Of the regression of one force on the other."""
+    """Slope of the regression of one force on the other."""
     return float(np.vdot(right, light) / np.vdot(right, right))

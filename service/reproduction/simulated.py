@@ -51,7 +51,7 @@ def ground_of_file(path: Path, channel: str | None) -> Ground:
 
 
 def _accelerations(name: str, data: bytes) -> tuple[Trace, ...]:
-    """What a file holds; numbers of unknown unit are taken for accelerations."""
+    """Contents of a file; numbers without a known unit count as accelerations."""
     try:
         traces = read(name, data, {}).traces
     except UnknownUnitError as error:
@@ -87,7 +87,7 @@ def modal_accelerations(superstructure: InstrumentedSuperstructure, shapes: Matr
 ROOF = BUILDING.floor_mass.size - 1
 MEASURED = np.array([FOURTH_STOREY, ROOF])
 LEVELS = ("1F", "2F", "3F", "4F", "5F", "6F", "7F", "RF")
-"""Of the paper's building, the base slab first."""
+"""Levels of the paper's building, the base slab first."""
 LOW, HIGH = 0.01, 0.10
 """Standard deviation of the noise, of each channel's RMS."""
 KG_PER_T = 1e3
@@ -98,7 +98,7 @@ Forces = Mapping[str, RestoringForce]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NoisyCase:
-    """What comes out of sensors with noise."""
+    """A noisy record and its forces."""
 
     record: InstrumentedSuperstructure
     forces: Forces
@@ -114,7 +114,7 @@ class Simulated:
 
     ground: Ground
     seed: int
-    """Of the noise: one draw, scaled to each level."""
+    """Seed of the noise: one draw, scaled to each level."""
     response: Response
     shapes: Matrix
     """(floors, modes) kg^(-1/2), analytic."""
@@ -182,7 +182,7 @@ def scattered_total() -> float:
 
 
 def _measured(response: Response, relative_noise: Matrix) -> InstrumentedSuperstructure:
-    """What the sensors tell: (1 + measured, n) noise is in parts of each channel's RMS."""
+    """Records of the sensors; (1 + measured, n) noise is in fractions of each channel's RMS."""
     exact = np.vstack([response.base_acceleration, response.floor_acceleration[MEASURED]])
     noisy = exact + relative_noise * np.sqrt(np.mean(exact**2, axis=1, keepdims=True))
     return InstrumentedSuperstructure(RATE, noisy[0], noisy[1:], MEASURED, BUILDING.base_mass, BUILDING.floor_mass)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from core.estimators import ESTIMATORS
 
 NONE = "–"
-"""Where there is no such number."""
+"""Placeholder for a number that does not exist."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +32,7 @@ def by_estimator(found: Mapping[str, str]) -> tuple[str, ...]:
 
 
 def with_noise(level: float) -> str:
-    """How much noise, in words."""
+    """Noise level for display."""
     return f"{100 * level:.0f} % noise"
 
 

@@ -160,7 +160,7 @@ class Explained:
     value: str
     """Safe to show: passwords are masked."""
     origin: str
-    """Where the value comes from: an environment variable, a file, or the default."""
+    """Origin of the value: an environment variable, a file, or the default."""
     description: str
 
 

@@ -97,7 +97,7 @@ class Trigger(Group):
 
 
 class Jobs(Group):
-    """Where and how jobs are computed."""
+    """Execution of jobs."""
 
     workers: Count = Field(default_factory=lambda: os.cpu_count() or 1, description="simultaneous analyses")
     lease: Seconds = Field(default=120.0, description="s after which a silent worker's job is given to another one")
@@ -116,7 +116,7 @@ class Jobs(Group):
 
 
 class Analysis(Group):
-    """How events are analysed."""
+    """Analysis of events."""
 
     estimator: Literal["smoother", "cms"] = Field(
         default="smoother", description="estimator of the restoring force: smoother or cms"
@@ -135,7 +135,7 @@ class Analysis(Group):
 
 
 class DataHealth(Group):
-    """When missing data raises an alert."""
+    """Conditions under which missing data raises an alert."""
 
     interval: Seconds = Field(default=60.0, description="s between two checks of data health")
     source_timeout: Seconds = Field(

@@ -73,11 +73,11 @@ class Facts:
     """Everything that an assessment depends on; lengths in m."""
 
     unusable: str = ""
-    """Why there is no usable record of the earthquake, or no earthquake; empty where there is one."""
+    """Reason why the earthquake has no usable record, or that there is no earthquake; empty if it has one."""
     silence: str = ""
-    """Why later earthquakes may have been missed; empty where records arrive."""
+    """Reason why later earthquakes may have been missed; empty if records arrive."""
     provisional: str = ""
-    """Why the result is not final; empty where it is."""
+    """Reason why the result is not final; empty if it is."""
     layer: IsolationLayer
     displacement: Measured | Lacking
     """m, largest in plan."""

@@ -52,14 +52,14 @@ class Measured:
     uncertainty: float | None
     """95 %, the same unit; None where it is not known."""
     doubt: str = ""
-    """Why the true value may be larger than the measured one and its uncertainty; empty where it may not."""
+    """Reason why the true value may exceed the measured one and its uncertainty; empty if it may not."""
     remedy: str = ""
     """Action that removes the doubt."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Lacking:
-    """Why there is no value, or no limit, and what would settle the check."""
+    """A missing value or limit: the reason, and the remedy."""
 
     reason: str
     remedy: str
@@ -73,7 +73,7 @@ class Limits:
     inspect: float | None = None
     act: float | None = None
     source: str
-    """Where they come from, for people."""
+    """Source of the limits, for display."""
 
     def __iter__(self) -> Iterator[tuple[Level, float]]:
         """Each with the level that it leads to, the lowest first."""
@@ -102,7 +102,7 @@ class Check:
     limit: float | None = None
     """The highest limit that is exceeded; if none is, the lowest that is not passed; if all are passed, the lowest."""
     reason: str = ""
-    """Why it is undecided or exceeded, where the numbers alone do not say so."""
+    """Reason why it is undecided or exceeded, if the numbers alone do not show it."""
     remedy: str = ""
     """Action that settles it, where it is undecided."""
 

@@ -118,7 +118,7 @@ def opening(found: Assessment) -> Iterator[str]:
 
 
 def source(check: Check) -> str:
-    """Where the limits come from; empty where there are none."""
+    """Source of the limits; empty if there are none."""
     return "" if check.limits is None else check.limits.source
 
 

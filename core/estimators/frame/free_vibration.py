@@ -1,4 +1,5 @@
-"""What a record that does not begin and end at rest holds beside the response that its transform takes for granted.
+"""Free vibration in a record that does not begin and end at rest, in addition to the response that its transform
+assumes.
 
 The discrete Fourier transform takes a record for one period of a periodic motion. From that, what happened differs by a
 free vibration of the modes from the first sample on (Pintelon and Schoukens 2012, section 6.3.2).
@@ -11,7 +12,7 @@ from core.estimators.frame.lines import Lines
 from core.estimators.frame.model import Superstructure, modal_changes
 
 LARGEST_RATIO = 0.9
-"""Of damping: a calibration may try more, which is no vibration."""
+"""Largest damping ratio; a calibration may try larger ones, which mean no vibration."""
 
 
 def free_vibration(structure: Superstructure, angular: Vector, samples: int, rate: float) -> ComplexTensor:

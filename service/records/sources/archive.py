@@ -34,7 +34,7 @@ class Outcome:
     grows: bool = False
     """True if the file is left for the next look."""
     error: SourceError | None = None
-    """Why it is requested again."""
+    """Reason for the new request."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,7 +111,7 @@ class Archive:
         return Partial(bytearray(self.memory.beginning(known.address)), known.version)
 
     def _incomplete(self, name: str, answer: Answer) -> str | None:
-        """Why a body seems incomplete whose end the server did not state."""
+        """Reason why a body without a stated end seems incomplete."""
         return None if answer.is_delimited else incomplete(name, answer.body, parsing.limits(self.client.settings))
 
     def _is_young(self, answer: Answer, now: datetime) -> bool:

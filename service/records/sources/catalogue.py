@@ -17,7 +17,7 @@ class Catalogue:
     """An event service, and the earthquakes to request from it."""
 
     address: str
-    """Of the server; its service is at /fdsnws/event/1."""
+    """Address of the server; its service is at /fdsnws/event/1."""
     before: timedelta
     """Fetched before an origin time."""
     after: timedelta

@@ -39,7 +39,7 @@ class FdsnWebServices:
     """
 
     address: str
-    """Of the server; its services are at /fdsnws."""
+    """Address of the server; its services are at /fdsnws."""
     channels: tuple[str, ...]
     """Ids."""
     since: datetime

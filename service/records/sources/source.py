@@ -8,7 +8,7 @@ from typing import Any, Protocol, TypeVar
 from service.addresses import without_credentials
 
 Cursor = Mapping[str, Any]
-"""How far a source was read, as JSON of the source's own, small however much was read."""
+"""Position in a source, as the source's own JSON; its size does not grow with the data."""
 BATCH = 500
 """Files looked up together."""
 One = TypeVar("One")
@@ -41,7 +41,7 @@ class Arrival:
     data: bytes | None
     """None where it was not fetched."""
     refusal: str | None = None
-    """Why it was not fetched."""
+    """Reason why it was not fetched."""
 
 
 @dataclass(frozen=True, slots=True)
