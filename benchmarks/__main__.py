@@ -18,7 +18,7 @@ BENCHMARKS: Mapping[str, tuple[str, Callable[[], Iterator[Table]]]] = MappingPro
         "chain": ("The whole chain for one event", chain.tables),
     }
 )
-"""What each is called on the page, and its tables."""
+"""Title of each table on the page."""
 
 OPENING = """\
 # Benchmarks

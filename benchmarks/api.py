@@ -99,7 +99,7 @@ def stored(url: str, series: dict[str, np.ndarray]) -> str:
 
 
 class Lists(BaseModel):
-    """What a FastAPI application answers that takes no thought: every number a float of a list."""
+    """Response of a trivial FastAPI application: every number a float of a list."""
 
     time: list[float]
     force: list[float]

@@ -19,7 +19,7 @@ from core.record import Channel, Direction, Segment
 from service.akt013 import recorded
 
 NOISE = 0.01
-"""Of each channel's root mean square."""
+"""Noise over each channel's root mean square."""
 START = datetime(2026, 1, 1, tzinfo=UTC)
 FLOORS = tuple(f"{number}F" for number in range(2, 9))
 GOAL = 0.3
@@ -48,7 +48,7 @@ Event = tuple[list[Segment], BuildingDescription]
 
 
 def event(ground: Vector, response: Response, measured: tuple[int, ...], directions: tuple[Direction, ...]) -> Event:
-    """What the sensors recorded, the same motion in each direction with noise of its own; and the building."""
+    """Records of the sensors, the same motion in each direction with noise of its own; and the building."""
     rng = np.random.default_rng(1)
     sensed: dict[Channel, Vector] = {}
     for direction in directions:
@@ -86,7 +86,7 @@ def table(events: Mapping[str, Event], truth: Vector, limits: Limits, rounds: in
 
 
 def row(name: str, trial: Trial[EventAnalysis] | Refusal, truth: Vector) -> tuple[str, ...]:
-    """What one analysis took, and what it gave in the direction x."""
+    """Time and memory of one analysis, and its result in direction x."""
     if isinstance(trial, Refusal):
         return (name, trial.reason, "", "", "", "")
     found = trial.result.directions["x"]

@@ -1,4 +1,4 @@
-"""How near do k_eq and c_eq come to what the paper's isolation layer is?"""
+"""Errors of k_eq and c_eq against the paper's isolation layer."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ times the median absolute deviation. Covered: cycles within 1.96 of their own st
 
 @dataclass(frozen=True, slots=True)
 class CycleErrors:
-    """Of all cycles, with the force of one estimator, in %; each of k_eq and of c_eq."""
+    """Errors of all cycles with the force of one estimator, %, of k_eq and of c_eq."""
 
     estimator: str
     noise: float
@@ -33,7 +33,7 @@ class CycleErrors:
 
 
 def cycle_errors(estimator: str, noise: float) -> CycleErrors:
-    """What `errors_of_records` comes to."""
+    """Statistics of `record_errors`."""
     error, std = np.moveaxis(record_errors(noise, AnalysisSettings(estimator=estimator)), 1, 0)
     covered = np.mean(np.abs(error) < 1.96 * std, axis=0)
     figures = [error.mean(axis=0), error.std(axis=0), robust_spread(error), covered]

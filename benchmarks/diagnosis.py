@@ -1,4 +1,4 @@
-"""Does a diagnosis name what is hidden in a building, and nothing else?
+"""Trials of the diagnosis: effects hidden in a building, and false alarms.
 
     python -m benchmarks.diagnosis              all trials, into docs/models/diagnosis.md
     python -m benchmarks.diagnosis --quick      a few, onto the screen
@@ -66,7 +66,7 @@ def run(trials: Sequence[tuple[str, int]], kept: Path) -> None:
 
 
 def read(kept: Path) -> list[Row]:
-    """What was kept."""
+    """Stored rows."""
     if not kept.exists():
         return []
     rows = [json.loads(line) for line in kept.read_text("utf-8").splitlines()]

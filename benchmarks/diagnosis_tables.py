@@ -1,4 +1,4 @@
-"""What of the trials of the diagnosis is right: which are judged alike, by what, and the tables that docs show."""
+"""Tables of the diagnosis trials: groups of trials, criteria, and the shares that are right."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ class Group:
     name: str
     cases: tuple[str, ...]
     seeds: int
-    """How many of each case."""
+    """Number of trials of each case."""
 
 
 GROUPS = (
@@ -40,18 +40,18 @@ GROUPS = (
 
 
 @dataclass(frozen=True, slots=True)
-class Question:
-    """What is right of some trials."""
+class Criterion:
+    """Share of trials that are right."""
 
     what: str
     cases: tuple[str, ...]
     is_asked: Callable[[Row], bool]
-    """Of which of them."""
+    """Selects the trials that count."""
     is_right: Callable[[Row], bool]
 
 
 def tables(rows: Sequence[Row]) -> list[Table]:
-    """What the page shows."""
+    """Tables of the page."""
     of = {group.name: [one for one in rows if one.case in group.cases] for group in GROUPS}
     same, other, outside, two, nothing, refit, faults, mass, storey = of.values()
     strong, others, far = ([one for one in group if _is_strong(one)] for group in (same, other, outside))
@@ -123,7 +123,7 @@ def _wrong(rows: Sequence[Row]) -> Table:
     return Table("Every trial that went wrong", about, ("of", "case, seed", "noise", "misfit", "what was said"), lines)
 
 
-def _asked(rows: Sequence[Row]) -> list[tuple[Question, list[Row]]]:
+def _asked(rows: Sequence[Row]) -> list[tuple[Criterion, list[Row]]]:
     """Each question with the trials that it is asked of."""
     return [(one, [row for row in rows if row.case in one.cases and one.is_asked(row)]) for one in QUESTIONS]
 
@@ -137,7 +137,7 @@ def _misnamed(one: Row) -> bool:
 
 
 def _blamed(one: Row) -> bool:
-    """Whether the outcome is an effect, or several."""
+    """True if the outcome is one effect or several."""
     return one.outcome in {"effect", "family", "one_of_set"}
 
 
@@ -203,18 +203,18 @@ def _seconds(rows: Sequence[Row]) -> str:
 
 _CASES = {group.name: group.cases for group in GROUPS}
 QUESTIONS = (
-    Question("same law, misfit > 2 %: named first", _CASES["same law"], _is_strong, _named_first),
-    Question(
+    Criterion("same law, misfit > 2 %: named first", _CASES["same law"], _is_strong, _named_first),
+    Criterion(
         "other law, misfit > 2 %: family named first", _CASES["other law of the family"], _is_strong, _family_first
     ),
-    Question(
+    Criterion(
         "outside, misfit > 2 %: flagged as unknown", _CASES["outside the library"], _is_strong, lambda o: o.unknown
     ),
-    Question("two effects: both and no other", _CASES["two effects"], _always, _both),
-    Question("nothing hidden: neither effect nor suspect", _CASES["nothing hidden"], _always, _nothing_said),
-    Question("design values off: refit", _CASES["design values off"], _always, _is("refit")),
-    Question("a sensor errs: outcome sensor_fault", _CASES["a sensor errs"], _always, _is("sensor_fault")),
-    Question("mass 10 % off: outcome mass", _CASES["mass 10 % off"], _always, _is("mass")),
-    Question("a storey softened: outcome superstructure", _CASES["a storey softened"], _always, _is("superstructure")),
+    Criterion("two effects: both and no other", _CASES["two effects"], _always, _both),
+    Criterion("nothing hidden: neither effect nor suspect", _CASES["nothing hidden"], _always, _nothing_said),
+    Criterion("design values off: refit", _CASES["design values off"], _always, _is("refit")),
+    Criterion("a sensor errs: outcome sensor_fault", _CASES["a sensor errs"], _always, _is("sensor_fault")),
+    Criterion("mass 10 % off: outcome mass", _CASES["mass 10 % off"], _always, _is("mass")),
+    Criterion("a storey softened: outcome superstructure", _CASES["a storey softened"], _always, _is("superstructure")),
 )
 """By what the second and the third table go."""

@@ -1,4 +1,4 @@
-"""What does a diagnosis make of one building in which something is hidden?"""
+"""A diagnosis of one building with a hidden effect."""
 
 import sys
 from collections.abc import Sequence
@@ -37,9 +37,9 @@ class Row:
     case: str
     seed: int
     noise: float
-    """Of each channel, over its root mean square."""
+    """Noise of each channel, over its root mean square."""
     misfit: float
-    """How far what is hidden moves the force, over the force."""
+    """Change of the force by the hidden effect, over the force."""
     hidden: tuple[str, ...]
     """Effects; an empty name for a law that the library has not."""
     outcome: str
@@ -47,7 +47,7 @@ class Row:
     named: tuple[str, ...]
     """Effects that were added, in their order."""
     sets: tuple[tuple[str, ...], ...]
-    """What the records could not tell from each of them, itself among it."""
+    """Effects that the records could not distinguish from each of them, itself included."""
     suspects: tuple[str, ...]
     """Kinds of what was suspected before the layer, each with its channel."""
     before: float
@@ -58,7 +58,7 @@ class Row:
     predicted_before: float
     """The same of the model that was given, its values fitted."""
     seconds: float
-    """Of processor time, of the diagnosis."""
+    """Processor time of the diagnosis, s."""
 
 
 def row(case: str, seed: int) -> Row:
@@ -119,7 +119,7 @@ def _named(suspects: Sequence[Suspect]) -> tuple[str, ...]:
 
 
 def analysed(event: Event, made: Trial) -> EventAnalysis:
-    """What the product makes of an earthquake's records."""
+    """The product's analysis of an earthquake's records."""
     segments = [
         Segment(channel.id, event.start, event.record.rate, samples)
         for channel, samples in zip(event.record.channels, event.record.samples, strict=True)
@@ -128,7 +128,7 @@ def analysed(event: Event, made: Trial) -> EventAnalysis:
 
 
 def family(effects: Sequence[str]) -> set[str]:
-    """Of each effect."""
+    """Family of each effect."""
     return {EFFECTS[name].family for name in effects if name}
 
 
@@ -142,7 +142,7 @@ def _models(found: Diagnosis) -> tuple[Isolator, Isolator]:
 
 
 def _predicted(model: Isolator, seen: Sequence[Observation], analyses: Sequence[EventAnalysis], made: Trial) -> float:
-    """Of the earthquake after those that were fitted; NaN where it was not analysed."""
+    """Error in the earthquake after those that were fitted; NaN if it was not analysed."""
     event = made.events[len(made.fitted)]
     new = next((one for one in seen if one.start >= event.start), None)
     if new is None:

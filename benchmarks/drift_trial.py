@@ -51,7 +51,7 @@ class Trial:
     repair: int | None
     """Delay of the alarm on the repair of an 8 % loss."""
     is_covered: bool | None
-    """Whether the interval of the 5 % loss contains 5 %; None without an alarm on a sudden loss."""
+    """True if the interval of the 5 % loss contains 5 %; None without an alarm on a sudden loss."""
     highest: float
     """Largest statistic of a loss in a hundred healthy events."""
     strongest: Mapping[str, float]
@@ -163,7 +163,7 @@ class Dating:
     """Onset interval of a change."""
 
     contains: bool
-    """Whether it contains the beginning of the change."""
+    """True if it contains the beginning of the change."""
     length: int
     """Tested events from the last that did not show the change to the first that did."""
 

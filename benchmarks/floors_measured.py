@@ -1,4 +1,4 @@
-"""How near does every estimator come to the real building's force, from any of its floors?"""
+"""Errors of every estimator for the real building's force, by the measured floors."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""What do the scores of the restoring force's estimators come to? Tables, each goal beside its numbers."""
+"""Tables of the scores of the restoring force's estimators, with each goal."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from statistics import fmean, median

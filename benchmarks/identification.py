@@ -19,9 +19,9 @@ RATE = 100.0
 SHAKING = 0.3
 """m/s², standard deviation of the ground's white acceleration."""
 NOISE = 0.01
-"""Of each channel's standard deviation, on input and outputs."""
+"""Noise over each channel's standard deviation, on input and outputs."""
 NEAR = 0.1
-"""Of a mode's frequency: a pole further off is not the mode."""
+"""Tolerance as a fraction of a mode's frequency: a pole farther away is another mode."""
 
 TALL = ShearBuilding(
     base_mass=8.0e6,
@@ -34,7 +34,7 @@ TALL = ShearBuilding(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Size:
-    """How large the record and the model are."""
+    """Size of the record and the model."""
 
     building: ShearBuilding
     measured: tuple[int, ...]
@@ -87,7 +87,7 @@ def record(size: Size) -> tuple[Matrix, Matrix]:
 def row(
     name: str, trial: Trial[tuple[Matrix, Matrix]] | Refusal, quickest: float, building: ShearBuilding
 ) -> tuple[str, ...]:
-    """What one way took, and how wrong its first two modes are, in percent of the exact values."""
+    """Time of one method, and errors of its first two modes, in percent of the exact values."""
     if isinstance(trial, Refusal):
         return (name, trial.reason, *[""] * 6)
     errors = [f"{100 * error:+.2f}" for error in modal_errors(*trial.result, RATE, building, 2)]

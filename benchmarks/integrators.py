@@ -66,7 +66,7 @@ def lsoda(rtol: float) -> Integrate:
 
 
 def _linear_rates() -> Matrix:
-    """Of x and v from the base slab up, and of z alone zero: one product is the quickest in Python."""
+    """Rates of x and v from the base slab up, and of z, which is zero alone: one product is fastest in Python."""
     n = FLOORS + 1
     chain = [np.vstack([np.insert(s, 0, b), np.append(s, 0.0)]) for s, b in ((STIFFNESS, K_B), (DASHPOT, C_B))]
     K, C = (np.diag(below + above) - np.diag(above[:-1], 1) - np.diag(above[:-1], -1) for below, above in chain)

@@ -1,4 +1,4 @@
-"""On what was it measured?"""
+"""The machine of a measurement."""
 
 import os
 import platform

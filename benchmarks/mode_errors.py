@@ -1,4 +1,4 @@
-"""How near do frequencies, damping ratios and shapes come to the truth, and do their standard deviations cover it?
+"""Errors of frequencies, damping ratios and shapes, and the coverage of their standard deviations.
 
     OMP_NUM_THREADS=1 python -m benchmarks.mode_errors
 
@@ -28,7 +28,7 @@ from core.model.simulation import simulate
 from core.paper import BUILDING, FOURTH_STOREY, ISOLATOR, RATE
 
 NOISES = (0.01, 0.03, 0.05, 0.1)
-"""Of each channel's root mean square, on input and outputs."""
+"""Noise over each channel's root mean square, on input and outputs."""
 SEEDS = 10
 """Draws of the noise for each motion."""
 MOTIONS = (ground_motions.akt013, ground_motions.kobe, ground_motions.chi_chi)

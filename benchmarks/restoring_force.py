@@ -1,4 +1,4 @@
-"""How near do the estimators of the restoring force come, on simulated buildings and on a real one?
+"""Errors of the estimators of the restoring force, for simulated buildings and a real one.
 
     python -m benchmarks.restoring_force            all of it, into docs/reference/accuracy.md
     python -m benchmarks.restoring_force --quick    two motions, one seed, onto the screen
@@ -37,7 +37,7 @@ PROCESSES = 2
 
 @dataclass(frozen=True, slots=True)
 class Extent:
-    """How much is run."""
+    """Extent of a run."""
 
     motions: tuple[str, ...]
     noises: tuple[float, ...]
@@ -85,7 +85,7 @@ def report(extent: Extent, console: Console) -> str:
 
 
 def opening(extent: Extent) -> str:
-    """What was run."""
+    """Opening of the page: motions, noise and draws."""
     return (
         f"Recorded motions of 70 gal: {', '.join(extent.motions)}. White noise of "
         f"{', '.join(f'{100 * noise:g}' for noise in extent.noises)} % of each channel's root mean square, "

@@ -45,7 +45,7 @@ def table(ground: Vector, integrators: Mapping[str, Integrator], limits: Limits,
 
 
 def row(name: str, trial: Trial[Vector] | Refusal, quickest: float, truth: Vector) -> tuple[str, ...]:
-    """What one way took, and how wrong its force is."""
+    """Time of one method, and the error of its force."""
     if isinstance(trial, Refusal):
         return (name, trial.reason, "", "")
     error = np.linalg.norm(trial.result - truth) / np.linalg.norm(truth)

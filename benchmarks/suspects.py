@@ -30,17 +30,17 @@ ALIKE = {"clock": {"clock", "delay"}}
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """Of one trial."""
+    """Verdict on one trial."""
 
     case: str
     named: bool
-    """Whether what is wrong is named, the right sensor or storey and the right kind."""
+    """True if the fault is named: the right sensor or storey, and the right kind."""
     wrong: tuple[Suspect, ...]
     """Suspects that are none."""
 
 
 def verdict(case: str, seed: int) -> Verdict:
-    """What is suspected in the trial, against what is wrong there."""
+    """Suspected faults of the trial, against the true ones."""
     truth = trial(case, seed)
     analyses = tuple(_analysed(event, truth.description) for event in truth.fitted)
     found = suspicions(analyses, truth.description, _fit(analyses, truth.description) if _explains(truth) else None)
@@ -56,7 +56,7 @@ def _analysed(event: Event, described: BuildingDescription) -> EventAnalysis:
 
 
 def _explains(truth: Trial) -> bool:
-    """Whether the design's model leaves nothing to explain, so that the mass is judged."""
+    """True if the design's model explains everything, so that the mass is examined."""
     return not truth.hidden and not truth.faults
 
 

@@ -5,15 +5,15 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """What was measured, and what has to be said about it."""
+    """A measurement with remarks."""
 
     title: str
     about: str
-    """What was done, above the table."""
+    """Procedure, above the table."""
     columns: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
     remark: str = ""
-    """What to make of it, below the table."""
+    """Interpretation, below the table."""
 
     def __post_init__(self) -> None:
         for row in self.rows:

@@ -1,4 +1,4 @@
-"""What does a computation take? Each runs in a process of its own, within limits of time and memory."""
+"""Time and memory of computations, each in a process of its own within limits."""
 
 import multiprocessing
 import os
@@ -31,12 +31,12 @@ blocks up to that size when they are freed, and what a virtual machine takes to 
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """What one process may take before it is stopped."""
+    """Limits of one process."""
 
     seconds: int = 60
-    """Of processor time."""
+    """s of processor time."""
     gigabytes: float = 6.0
-    """Of address space."""
+    """GB of address space."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,13 +45,13 @@ class Way(Generic[Result]):
 
     name: str
     module: str
-    """Which it needs, loaded before the clock starts."""
+    """Modules that it needs, imported before the clock starts."""
     compute: Callable[[], Result]
 
 
 @dataclass(frozen=True, slots=True)
 class Trial(Generic[Result]):
-    """What one way took, and gave."""
+    """Time, memory and result of one method."""
 
     seconds: float
     """Processor time of a call, median of the rounds."""
@@ -62,7 +62,7 @@ class Trial(Generic[Result]):
 
 @dataclass(frozen=True, slots=True)
 class Refusal:
-    """Why there is no trial."""
+    """Reason why there is no trial."""
 
     reason: str
 

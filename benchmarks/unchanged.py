@@ -38,7 +38,7 @@ from benchmarks.diagnosis import read, run, wanted  # noqa: E402
 from benchmarks.diagnosis_tables import GROUPS  # noqa: E402
 
 Value: TypeAlias = "bool | int | float | str | list[Value] | dict[str, Value] | None"
-"""What JSON holds."""
+"""Values that JSON can hold."""
 
 TOLERANCE = 1e-9
 """Relative difference that counts as none."""
@@ -140,7 +140,7 @@ def _paths(service: httpx.Client) -> Iterator[str]:
 
 
 def _is_idle(service: httpx.Client) -> bool:
-    """Whether no job waits or runs."""
+    """True if no job waits or runs."""
     return all(
         not service.get("/api/v1/jobs", params={"state": state}).json()["items"] for state in ("waiting", "running")
     )

@@ -1,4 +1,4 @@
-"""How all tests run: one process for each core, the longest files first, each computation once."""
+"""Setup of all tests: one process for each core, the longest files first, each computation once."""
 
 import os
 from pathlib import Path

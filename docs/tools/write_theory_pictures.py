@@ -20,11 +20,11 @@ TARGET = Path(__file__).parents[1] / "reference" / "theory.svg"
 FREQUENCY = np.geomspace(0.3, 15.0, 240)
 """Hz."""
 NOISE = 0.1
-"""Of the root mean square, in the lower picture."""
+"""Noise over the root mean square, in the lower picture."""
 SMOOTHED = 41
 """Spectral lines that are averaged, 0.2 Hz."""
 GAL = 100.0
-"""Of a m/s²."""
+"""gal in a m/s²."""
 WIDTH, HEIGHT = 640, 230
 Row = dict[str, float | str]
 

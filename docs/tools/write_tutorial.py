@@ -55,7 +55,7 @@ SHOWN = {
 """Between which words the page shows what they print."""
 Answer = TypeVar("Answer")
 Seen = dict[str, Any]
-"""What a walk saw, as JSON: errors in percent, peaks in mm and gal, values in SI."""
+"""Results of a walk, as JSON: errors in percent, peaks in mm and gal, values in SI."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,12 +64,12 @@ class Demonstration:
 
     process: subprocess.Popen[bytes]
     folder: Path
-    """Where it keeps its files."""
+    """Folder of its files."""
     said: Path
-    """What it has printed."""
+    """Its printed text."""
 
     def until(self, found: Callable[[str], Answer | None]) -> Answer:
-        """What is found in what it has printed, once it is.
+        """Matches in its printed text, once there are any.
 
         Raises:
             RuntimeError: it ended, or the time is up.
@@ -119,7 +119,7 @@ def window() -> Iterator[Page]:
 
 
 def walk(page: Page, shown: Demonstration, pictures: Path) -> Seen:
-    """What an engineer sees who finds the hidden effect by the pages alone; the pictures are PNGs in a folder."""
+    """The pages of an engineer who finds the hidden effect by the pages alone; the pictures are PNGs in a folder."""
     opened = shown.until(lambda said: re.search(r"1\. open (\S+)/models/(\d+).*records lie in", said, re.DOTALL))
     address, number = opened[1], int(opened[2])
     page.goto(f"{address}/models/{number}")
@@ -137,7 +137,7 @@ def _failing(page: Page, number: int, pictures: Path) -> Seen:
 
 
 def _diagnosed(page: Page, pictures: Path) -> Seen:
-    """What is missing, by all events but the latest."""
+    """The diagnosis, by all events but the latest."""
     page.get_by_text("Events to leave out").click()
     page.get_by_role("checkbox").first.check()
     page.get_by_role("button", name="Diagnose").click()
@@ -181,12 +181,12 @@ def _better(page: Page, pictures: Path) -> Seen:
 
 
 def _number(page: Page) -> int:
-    """Of what the page shows."""
+    """Number that the page shows."""
     return int(urlsplit(page.url).path.rpartition("/")[2])
 
 
 def _asked(page: Page, address: str) -> Seen:
-    """What the API answers."""
+    """Response of the API."""
     answer: Seen = page.request.get(
         f"{page.url.partition('/models')[0].partition('/diagnoses')[0]}/api/v1{address}"
     ).json()
@@ -226,7 +226,7 @@ def _picture(page: Page, path: Path, first: str, last: str) -> None:
 
 
 def _steps(said: str, address: str) -> str:
-    """What the demonstration prints for its spectator, at the address that it has by default."""
+    """Text that the demonstration prints for its spectator, at its default address."""
     begin, end = said.index("The model in force misses"), said.index("the records lie in")
     return said[begin:end].strip().replace(address, "http://127.0.0.1:8000")
 

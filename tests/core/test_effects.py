@@ -120,7 +120,7 @@ def test_the_compiled_force_agrees_with_plain_python(name: str) -> None:
 
 
 def _in(unit: str, size: dict[str, float]) -> float:
-    """What one of the unit is in units of the sizes given: products by spaces, a quotient, and whole powers."""
+    """Size of a unit in units of the given sizes: products by spaces, a quotient, and whole powers."""
     above, _, below = unit.partition("/")
     product = 1.0
     for part, sign in ((above, 1), (below, -1)):

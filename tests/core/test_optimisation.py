@@ -67,7 +67,7 @@ def test_an_undetermined_parameter_does_not_spoil_the_others() -> None:
 
 SIDES = ((0.0, inf), (-inf, inf), (-1.0, 1.0), (0.0, 2.0), (0.5, 3.0), (-2.0, 0.0))
 SLACK = 1e-6
-"""Of a row's length times the target's: a derivative of the cost that is none."""
+"""Tolerance on a derivative of the cost, over the product of a row's length and the target's."""
 
 
 def problem(seed: int, alike: float) -> tuple[Matrix, Vector, list[tuple[float, float]]]:

@@ -26,7 +26,7 @@ PNG = b"\x89PNG\r\n\x1a\n"
 
 
 def commands(line: str) -> Iterator[list[str]]:
-    """Of a line at a prompt, the words of each command of ours."""
+    """Words of each command of Menshin in a line at a prompt."""
     for command in line.split("&&"):
         words = shlex.split(command)
         if words[:1] == ["menshin"]:

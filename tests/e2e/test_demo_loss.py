@@ -73,7 +73,7 @@ def test_the_loss_reaches_a_mail_server_and_a_program_and_is_told_as_new_once(tm
 
 
 def _is_idle(service: httpx.Client) -> bool:
-    """Whether no work waits and every message has arrived."""
+    """True if no job waits and every message has arrived."""
     jobs = service.get("/jobs").json()["items"]
     deliveries = service.get("/deliveries").json()["items"]
     return all(one["state"] == "done" for one in jobs) and {one["state"] for one in deliveries} == {"delivered"}

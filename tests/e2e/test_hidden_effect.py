@@ -46,7 +46,7 @@ class Engineer:
         return answer.json()
 
     def done(self, address: str, **wanted: object) -> dict[str, Any]:
-        """What came of a job."""
+        """Result of a job."""
         asked = self.asking.post(f"/api/v1{address}", json=wanted)
         assert asked.status_code == 202, asked.text
         self.worker.run_until_idle()

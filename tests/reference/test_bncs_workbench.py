@@ -43,7 +43,7 @@ def seen() -> list[Observation]:
 
 
 def error(model: Isolator, of: list[Observation]) -> float:
-    """Of the last one's force, root mean square over root mean square."""
+    """Error of the last force, root mean square over root mean square."""
     misfit = compare_forces(model, of, BAND)[-1].misfit
     return float((misfit.error / misfit.signal) ** 0.5)
 

@@ -37,7 +37,7 @@ ROUGH = {
 }
 """Laws with jumps, for which halving the step leaves more than SMOOTH of the force."""
 SMOOTH = 3e-4
-"""What second order leaves at 500 Hz of laws with kinks; the worst has 1.1e-4."""
+"""Error of the second-order method at 500 Hz for laws with kinks; the worst has 1.1e-4."""
 
 
 def drawn(name: str) -> Hidden:

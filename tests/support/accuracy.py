@@ -1,4 +1,4 @@
-"""How near does every estimator come to an exact force, and what is asked of it?"""
+"""Accuracy of every estimator against an exact force, and the goals."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -19,14 +19,14 @@ NOISES = (0.01, 0.05, 0.10)
 STANDARD_DEVIATIONS = 1.96
 """On either side of the estimate: 95 % of a normal distribution."""
 STRONG = (0.05, 0.95)
-"""Of the force's energy: between these lies the strong motion."""
+"""Fractions of the force's energy between which the motion is strong."""
 COVERED = (0.93, 0.97)
 """Goal: share of the samples within the 95 % band."""
 
 
 @dataclass(frozen=True, slots=True)
 class Goal:
-    """What is asked of an estimator on the paper's building, of the worst motion and the worst seed."""
+    """Goal of an estimator for the paper's building, for the worst motion and the worst seed."""
 
     in_class: tuple[float, float, float]
     """%, fit at NOISES."""
@@ -70,7 +70,7 @@ class Score:
 
 
 def scores(kind: str, motion: str, noises: Sequence[float], seeds: Sequence[int]) -> Iterator[Score]:
-    """Of every estimator, noise and seed."""
+    """Scores of every estimator, noise and seed."""
     for noise in noises:
         for seed in seeds:
             channels = recorded(KINDS[kind], motion, noise, seed)
@@ -84,7 +84,7 @@ def scores(kind: str, motion: str, noises: Sequence[float], seeds: Sequence[int]
 
 
 def agreement(force: Vector, found: RestoringForce) -> Agreement:
-    """Of an estimate with the exact force, (n,) N."""
+    """Agreement of an estimate with the exact force, (n,) N."""
     covered = np.abs(found.force - force) <= STANDARD_DEVIATIONS * found.std
     passed = np.cumsum(force**2)
     start, end = np.searchsorted(passed, np.array(STRONG) * passed[-1])
@@ -92,7 +92,7 @@ def agreement(force: Vector, found: RestoringForce) -> Agreement:
 
 
 def long_enough(samples: Vector) -> bool:
-    """Whether the product filters a record of this length: two periods of the lowest frequency."""
+    """True if the product filters a record of this length: two periods of the lowest frequency."""
     return samples.size > 2 * RATE / BAND[0]
 
 

@@ -1,4 +1,4 @@
-"""Findings as the rules make them, for tests of what becomes of them."""
+"""Alert candidates as the rules make them."""
 
 from datetime import UTC, datetime, timedelta
 

@@ -1,4 +1,4 @@
-"""A building with earthquakes that were analysed, as far as those who tell of them care, and what its alerts are."""
+"""A building with analysed earthquakes, as far as messages need them, and its alerts."""
 
 from dataclasses import replace
 from datetime import datetime, timedelta
@@ -23,7 +23,7 @@ from service.records.tables import Event
 
 NUMBERS = count(1)
 AGE = timedelta(days=2)
-"""Of an earthquake, at most, that is told though nothing is unusual."""
+"""Greatest age at which a normal earthquake is reported."""
 SOON = timedelta(minutes=10)
 
 
@@ -99,7 +99,7 @@ def three_earthquakes(session: Session, of: Building) -> tuple[int, int, int]:
 
 
 def open_alerts(session: Session, of: Building) -> set[tuple[object, ...]]:
-    """What people see of the building's open alerts."""
+    """The building's open alerts as people see them."""
     found = session.scalars(select(Alert).where(Alert.building_id == of.id, Alert.closed_at.is_(None)))
     return {
         (one.cause, one.state, one.held_by, one.acknowledged_by, one.summary, one.began_at, len(one.event_ids))

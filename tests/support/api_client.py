@@ -1,4 +1,4 @@
-"""A browser or a program that asks the application, without a server between."""
+"""A client of the application, without a server between them."""
 
 import warnings
 from collections.abc import Iterator
@@ -13,7 +13,7 @@ with warnings.catch_warnings():
     from fastapi.testclient import TestClient
 
 VISITOR = Caller("loopback", Role.admin)
-"""Who asks without a key, as long as none was made: most tests are about other things than who may ask."""
+"""Caller without a key, until one is made: most tests do not concern access."""
 
 
 @contextmanager

@@ -1,4 +1,4 @@
-"""A building with every sensor and every limit, and earthquakes of which every check can be decided."""
+"""A building with every sensor and every limit, and earthquakes for which every check can be decided."""
 
 from datetime import datetime, timedelta
 from itertools import count

@@ -1,4 +1,4 @@
-"""What would have been measured of a layer whose two directions see each other, in one earthquake."""
+"""Measurements of a layer with coupled directions in one earthquake."""
 
 from dataclasses import replace
 from datetime import datetime

@@ -1,4 +1,4 @@
-"""The paper's building and its sensors as core takes them, and the real one's where it is at hand."""
+"""The paper's building and its sensors in core's types, and those of the real building if its data is available."""
 
 import tomllib
 from collections.abc import Callable, Mapping

@@ -1,4 +1,4 @@
-"""An executor that computes the same thing once: tests that differ in the database share the numbers."""
+"""An executor that computes equal things once, so that tests with different databases share results."""
 
 import pickle
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""Every command of the command line, with what it takes where it is tried."""
+"""Every command of the command line, with example arguments."""
 
 WITH_DATABASE = {
     "up": ["--port", "0"],

@@ -1,4 +1,4 @@
-"""Records of the described building whose sensors agree but for the errors they are given."""
+"""Records of the described building whose sensors agree except for given errors."""
 
 from collections.abc import Mapping, Sequence
 

@@ -1,4 +1,4 @@
-"""A base slab, the ground, a layer between them and floors above, exact at any instant; and what sensors make of it."""
+"""Exact motion of ground, base slab, layer and floors at any instant, and sensors' records of it."""
 
 from dataclasses import dataclass
 

@@ -39,7 +39,7 @@ class Demo:
             )
 
     def address(self) -> str:
-        """Where its pages and its API are, once it has said so."""
+        """Address of its pages and its API, once it has printed it."""
         found = self.until(lambda: ADDRESS.search(self.said.read_text()))
         return found[0].rstrip("/")
 

@@ -1,4 +1,4 @@
-"""What k_eq and c_eq of the paper's isolation layer are at an amplitude, and how far those of cycles lie from it."""
+"""k_eq and c_eq of the paper's isolation layer at an amplitude, and the deviations of cycles from them."""
 
 from collections.abc import Sequence
 from functools import cache
@@ -15,9 +15,9 @@ from core.paper import ISOLATOR
 LAW = {name: value for values in ISOLATOR.effects.values() for name, value in values.items()}
 MOTIONS = (akt013, kobe, chi_chi)
 SCALES = (0.05, 1.0, 4.0)
-"""Of 70 gal."""
+"""Factors on 70 gal."""
 COUNTED = 0.1
-"""Of the event's largest displacement: the smallest amplitude of a cycle that counts."""
+"""Smallest amplitude of a cycle that counts, as a fraction of the event's largest displacement."""
 
 
 def describing_function(amplitude: float, frequency: float = 0.5, samples: int = 4000) -> tuple[float, float]:

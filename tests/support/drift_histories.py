@@ -27,7 +27,7 @@ class Plan:
     per_year: tuple[float, float] = (10.0, 60.0)
     has_thermometer: bool = True
     giant: bool = True
-    """Whether one earthquake, after the first twenty events, is several times the largest."""
+    """True if one earthquake, after the first twenty events, is several times the largest."""
     scragging: float = 0.0
     """Share of the stiffness lost in the giant; half of it recovers within a month."""
 

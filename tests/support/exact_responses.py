@@ -32,12 +32,12 @@ SENSORS = (FOURTH_STOREY, BUILDING.floor_mass.size - 1)
 """Floors with a sensor, besides the base slab."""
 
 ENERGY = (0.05, 0.9)
-"""Of the base slab's motion: when that much of it has passed, a cut record begins and ends."""
+"""Fractions of the energy of the base slab's motion at which a cut record begins and ends."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ExactResponse:
-    """What happened to a building, without error."""
+    """Error-free response of a building."""
 
     acceleration: Matrix
     """(1 + floors, n) m/s², absolute, the base slab first."""
@@ -56,9 +56,9 @@ class StructureKind:
     building: Callable[[int], LinearSuperstructure]
     """The building by the number of a draw; those that are not random ignore it."""
     draws: int = 1
-    """How many draws there are."""
+    """Number of draws."""
     gain: tuple[float, float, float] = (1.0, 1.0, 1.0)
-    """Of the sensors on base slab, fourth storey and roof."""
+    """Gains of the sensors on base slab, fourth storey and roof."""
     late: tuple[int, int, int] = (0, 0, 0)
     """Samples by which the same sensors are late."""
     cut: float | None = None
@@ -136,7 +136,7 @@ KINDS: Mapping[str, StructureKind] = MappingProxyType(
 
 @cache
 def exact_response(kind: StructureKind, motion: str, draw: int = 0) -> ExactResponse:
-    """What happened, of the whole record or of the part that is kept."""
+    """The response for the whole record, or for the part that is kept."""
     found = independent_response(kind.building(draw % kind.draws), MOTIONS[motion](), RATE)
     kept = slice(None) if kind.cut is None else _strong(found.acceleration[0], kind.cut)
     return ExactResponse(found.acceleration[:, kept], found.force[kept], found.displacement[kept], found.velocity[kept])
@@ -160,14 +160,14 @@ def recorded(kind: StructureKind, motion: str, noise: float, seed: int) -> Matri
 
 
 def estimator_input(channels: Matrix) -> InstrumentedSuperstructure:
-    """What an estimator is given, from (3, n) accelerations as of `recorded`."""
+    """Input of an estimator, from (3, n) accelerations as of `recorded`."""
     return InstrumentedSuperstructure(
         RATE, channels[0], channels[1:], np.array(SENSORS), BUILDING.base_mass, BUILDING.floor_mass
     )
 
 
 def as_prepared(samples: Samples) -> Samples:
-    """What the product makes of records before it estimates (core.sensors.preparation, instrumentation.py)."""
+    """Records after the product's preparation (core.sensors.preparation, instrumentation.py)."""
     rows = np.array([without_baseline(row, RATE) for row in np.atleast_2d(samples)])
     return band_passed(rows.reshape(samples.shape), RATE, BAND)
 

@@ -16,7 +16,7 @@ SAMPLES = 6000
 BANDS = np.geomspace(0.3, 25.0, 8)
 """Hz, between the bands of the variances."""
 DESIGN = Design.of(BUILDING.floor_mass, None, np.array([2, 6]))
-"""What is told of the paper's building: masses and two floors with a sensor."""
+"""Prior knowledge of the paper's building: masses and two floors with a sensor."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -30,7 +30,7 @@ class KnownSuperstructure:
     damping: tuple[float, float, float]
     """α in s, η, β in 1/s of α K, i η K and β M."""
     modal_damping: tuple[float, ...] | None = None
-    """Of each mode, by rising frequency, over what these make of it; None where that is all."""
+    """Damping of each mode, by rising frequency, relative to that of the coefficients; None if equal to it."""
 
 
 PAPER = KnownSuperstructure(
@@ -114,7 +114,7 @@ def with_sensor_fault(lines: Lines, channel: int, gain: float, late: float) -> L
 
 
 def unrelated_lines(rng: np.random.Generator, *, at_rest: bool) -> Lines:
-    """Of no superstructure: every residual is large, so that no part of a derivative can hide."""
+    """Lines of no superstructure: every residual is large, so that no part of a derivative is hidden."""
     lines = exact_lines(PAPER, rng).every(5)
     spectra = np.array([white_noise(lines.angular.size, rng) for _ in range(DESIGN.layout.channels)])
     return replace(lines, spectra=spectra, noise=np.array([0.1, 0.2, 0.3]), at_rest=at_rest)

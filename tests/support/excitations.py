@@ -16,7 +16,7 @@ LAYER: Mapping[str, Mapping[str, float]] = {
     "viscous": {"c_b": 6e6},
     "bouc_wen": {"F_y": 4e6, "D_y": 5e-3, "A": 1.0, "beta": 0.6, "gamma": 0.4, "n": 1.0},
 }
-"""Of a building of 24,000 t."""
+"""The isolation layer of a building of 24,000 t."""
 TURN = 2 * np.pi * 0.7
 """rad/s."""
 
@@ -67,7 +67,7 @@ def usual_values(name: str, **instead: float) -> dict[str, float]:
 
 
 def required_effects(name: str) -> Mapping[str, Mapping[str, float]]:
-    """What an effect needs beside it: a layer if it acts on that, or nothing."""
+    """Effects that an effect needs: a layer if it acts on one, or none."""
     return LAYER if EFFECTS[name].acts_on not in RESULTS else {}
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 @dataclass(frozen=True, slots=True)
 class FakedClock:
-    """What a file says that a process' clock is ahead of the machine's; its monotonic clock and files stay true."""
+    """A file that sets a process's clock ahead of the machine's; monotonic clock and file times stay true."""
 
     file: Path
 

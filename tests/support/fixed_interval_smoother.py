@@ -30,7 +30,7 @@ class StateSpace:
 
 
 def state_space(structure: Superstructure, measured: Indices, base_mass: float, rate: float) -> StateSpace:
-    """Of the modes, damped as at their own frequencies: a hysteretic part becomes viscous."""
+    """State space of the modes, damped as at their own frequencies: a hysteretic part becomes viscous."""
     ω, modes = 2 * np.pi * structure.frequencies, structure.squared.size
     participation = structure.inputs[:, 0]
     own = np.hstack(

@@ -1,4 +1,4 @@
-"""Comparisons of forces whose error is known, since it was planted."""
+"""Comparisons of forces with a known, added error."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -17,7 +17,7 @@ BAND = (0.1, 24.0)
 SECONDS = 80.0
 STIFFNESS, DAMPING = 475e6, 6e6
 NOISE = 0.01
-"""Of the force's root mean square."""
+"""Noise over the force's root mean square."""
 PEAKS = (0.01, 0.05, 0.2)
 """m, of the three earthquakes."""
 START = datetime(2024, 3, 5, tzinfo=UTC)

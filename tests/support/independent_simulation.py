@@ -35,7 +35,7 @@ class LinearSuperstructure:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Motion:
-    """What happened, without error."""
+    """Error-free response."""
 
     acceleration: Matrix
     """(1 + floors, n) m/s², absolute, the base slab first."""

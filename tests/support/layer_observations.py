@@ -1,4 +1,4 @@
-"""What would have been measured of the paper's isolation layer, or of another, without estimating anything."""
+"""Observations of the paper's isolation layer, or of another, without an estimator."""
 
 from datetime import UTC, datetime, timedelta
 
@@ -16,7 +16,7 @@ BAND = (0.1, 30.0)
 START = datetime(2024, 3, 5, 6, 7, 8, tzinfo=UTC)
 LEVELS = ("1F", "2F", "3F", "4F", "5F", "6F", "7F", "RF")
 FORCE_NOISE, DISPLACEMENT_NOISE, ACCELERATION_NOISE = 0.01, 1e-5, 0.005
-"""Of the force's root mean square; m; m/s²."""
+"""Noise: over the force's root mean square; m; m/s²."""
 LATER = timedelta(days=1)
 
 

@@ -1,4 +1,4 @@
-"""The paper's building after some earthquakes: everything in the database came the way that records come.
+"""The paper's building after some earthquakes, with all data from records.
 
 A folder source was looked at, files were ingested, and the worker analysed what they held.
 """
@@ -25,7 +25,7 @@ NOW = paper_records.START + timedelta(days=200)
 APART = timedelta(days=30)
 SETTINGS = Settings(workers=1, settle_time=0, event_grace=0)
 SCALES = (0.2, 0.5, 1.0)
-"""Of the ground motion in the earthquakes that are analysed, the earliest first."""
+"""Scales of the ground motion in the analysed earthquakes, the earliest first."""
 BASE = "XX.PAPER.01.HNX"
 
 
@@ -42,7 +42,7 @@ def earthquakes() -> tuple[bytes, ...]:
 
 
 def start(number: int) -> datetime:
-    """Of an earthquake, counted from 0."""
+    """Start of an earthquake, counted from 0."""
     return paper_records.START + number * APART
 
 

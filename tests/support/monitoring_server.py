@@ -93,7 +93,7 @@ def miniseed(traces: Stream) -> bytes:
 
 @dataclass
 class Page:
-    """What stands at an address."""
+    """A response of the server."""
 
     body: bytes = b""
     status: int = 200
@@ -105,11 +105,11 @@ class Page:
     breaks: int = 1
     """Answers that break off."""
     stalls: bool = False
-    """Whether it stops after the first byte."""
+    """True if it stops after the first byte."""
     promised: int | None = None
     """Content-Length, where it is not the body's."""
     says_length: bool = True
-    """Whether it tells where its body ends."""
+    """True if it states where its body ends."""
 
 
 @dataclass
@@ -124,7 +124,7 @@ class Server:
     waveforms: Stream | None = None
     """Answers dataselect, where it is given."""
     is_fdsn: bool = True
-    """Whether it answers for the version of its dataselect, as every FDSN server does."""
+    """True if it states the version of its dataselect, as every FDSN server does."""
     most: int = 10**12
     """Samples beyond which dataselect answers 413."""
 

@@ -1,4 +1,4 @@
-"""The paper's building as a monitoring system would hand it over: a building file and miniSEED in counts."""
+"""The paper's building as a monitoring system delivers it: a building file, and miniSEED in counts."""
 
 from datetime import UTC, datetime, timedelta
 from io import BytesIO

@@ -1,4 +1,4 @@
-"""HTTP by hand: what no proper client would send."""
+"""Raw HTTP that no proper client would send."""
 
 import re
 import socket

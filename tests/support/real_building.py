@@ -25,7 +25,7 @@ GOALS = {("4", "roof"): (99.3, 99.1, 98.5), ("roof",): (97.0, 97.0, 97.0)}
 
 @cache
 def superstructure(test: str, floors: tuple[str, ...]) -> InstrumentedSuperstructure:
-    """What the product's chain gives an estimator: screened, at 100 Hz, without baseline, within BAND."""
+    """Input of an estimator from the product's chain: screened, at 100 Hz, without baseline, within BAND."""
     return instrumented_superstructure(_record(test), bncs(), "x", (BASE, *floors), BAND)
 
 

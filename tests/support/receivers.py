@@ -1,4 +1,4 @@
-"""Receivers as they are outside: an HTTP server and a mail server that keep what they are sent."""
+"""External recipients: an HTTP server and a mail server that keep what they receive."""
 
 import ssl
 from collections.abc import Callable, Iterator, Mapping
@@ -38,7 +38,7 @@ class WebhookServer:
     answer: bytes = b""
     """Its body."""
     meanwhile: Callable[[], None] = lambda: None
-    """What happens between what is posted and the answer."""
+    """Action between a post and its response."""
     drips: float = 0.0
     """s between two bytes of the answer's body."""
 
@@ -105,12 +105,12 @@ class MailServer:
     """Reply to a recipient, by its address."""
     after_data: str = "250 taken"
     meanwhile: Callable[[], None] = lambda: None
-    """What happens between a mail and the reply to it."""
+    """Action between a mail and its reply."""
     logins: list[str] = field(default_factory=list)
 
     @property
     def mails(self) -> list[EmailMessage]:
-        """What it took, the earliest first."""
+        """Received mails, the earliest first."""
         return [message_from_bytes(one, policy=default) for one in self.raw]
 
     async def handle_RCPT(  # noqa: N802  aiosmtpd calls it so

@@ -1,4 +1,4 @@
-"""Letters and receivers for tests."""
+"""Rendered messages and recipients."""
 
 import base64
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Where the real records lie: beside the checkout, never in it."""
+"""Folders of the real records, beside the checkout and never in it."""
 
 from pathlib import Path
 

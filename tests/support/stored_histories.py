@@ -1,4 +1,4 @@
-"""Years of earthquakes at a building, analysed without waves: what an analysis finds is made up and truly stored."""
+"""Years of earthquakes at a building without waveforms: results are invented, and stored as the worker stores them."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -42,14 +42,14 @@ EXACT = fixed_base_modes(BUILDING)
 
 
 def start(number: int) -> datetime:
-    """Of an earthquake, counted from 0."""
+    """Start of an earthquake, counted from 0."""
     return START + number * APART
 
 
 def earthquake(
     number: int, loss: float = 0.0, gain: float = 1.0, cycles: int = CYCLES, seed: int = 0, swapped: str = BASE
 ) -> EventAnalysis:
-    """What an analysis finds: the layer softens with amplitude and warmth, and events differ by 1 %.
+    """Result of an analysis: the layer softens with amplitude and temperature, and events differ by 1 %.
 
     Args:
         number: of the earthquake, which says when it is and how strong.

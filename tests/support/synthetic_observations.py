@@ -1,4 +1,4 @@
-"""Observations made without an earthquake: a layer moved as told, its force known, with noise of known strength."""
+"""Observations of a layer with a prescribed motion, known force, and known noise."""
 
 from collections.abc import Sequence
 from datetime import UTC, datetime, timedelta

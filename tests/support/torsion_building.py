@@ -1,4 +1,4 @@
-"""A building whose base slab turns: two-axis sensors, transducers at two corners and a vertical accelerometer."""
+"""A building whose base slab rotates: two-axis sensors, transducers at two corners and a vertical accelerometer."""
 
 from functools import cache
 

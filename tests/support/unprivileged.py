@@ -18,7 +18,7 @@ WITHOUT_RIGHTS: tuple[str, ...] = (
 
 
 def can_be_given_away() -> bool:
-    """Whether this account heeds permissions, or can be made to."""
+    """True if this account obeys permissions, or can be made to."""
     try:
         return subprocess.run([*WITHOUT_RIGHTS, "true"], capture_output=True).returncode == 0
     except FileNotFoundError:

@@ -38,7 +38,7 @@ def test_of_pure_noise_nothing_stands_out(seed: int) -> None:
 @few
 @given(seed=seeds, onset=st.floats(0.06, 0.14))
 def test_hardening_is_said_to_lie_above_its_onset(seed: int, onset: float) -> None:
-    """Of the cycles above the threshold none stays below the onset, but for the threshold's two digits (5 %).
+    """No cycle above the threshold is below the onset, except for the threshold's two digits (5 %).
 
     The threshold itself lies anywhere between two cycles: records tell no more than which cycles pass the onset.
     """

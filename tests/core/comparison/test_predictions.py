@@ -1,4 +1,4 @@
-"""Of several earthquakes, in two directions that see each other."""
+"""Predictions of several earthquakes, in two coupled directions."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Where is an effect's search begun?"""
+"""Start values of an effect's search."""
 
 from itertools import pairwise
 

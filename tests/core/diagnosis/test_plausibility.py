@@ -1,4 +1,4 @@
-"""What speaks against an effect is said, and nothing of an effect that is there."""
+"""Objections to implausible effects, and none to effects that are present."""
 
 from dataclasses import replace
 

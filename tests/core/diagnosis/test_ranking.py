@@ -1,4 +1,4 @@
-"""When a candidate is asked for, and which others the records cannot tell from it: by rules over what fits leave."""
+"""Rules by which a candidate is proposed, and its rivals that the records cannot distinguish."""
 
 from dataclasses import replace
 
@@ -74,7 +74,7 @@ def test_the_best_that_is_worth_it_leads_even_behind_one_that_is_not() -> None:
 
 
 def test_what_is_left_is_told_in_floors() -> None:
-    """What noise alone leaves is one of them, but for the three amplitudes that were fitted and the draw: 5 %."""
+    """Noise alone leaves a noise ratio of one, except for the three fitted amplitudes and the draw: 5 %."""
     judged = ranking()
     assert judged.over_floor(BASE) == pytest.approx(1.0, abs=0.05)
     assert judged.over_floor(leaving(4.0)) == pytest.approx(2 * judged.over_floor(BASE), rel=1e-12)

@@ -1,4 +1,4 @@
-"""What acts on the yield: its bound, its sharpness, and the circle that two directions share."""
+"""Effects on the yield force: its bound, its sharpness, and the circle that two directions share."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What masses that are not known exactly do to the force's standard deviation, and what they leave alone."""
+"""Effect of uncertain masses on the force's standard deviation."""
 
 from dataclasses import replace
 

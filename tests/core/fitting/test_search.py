@@ -12,7 +12,7 @@ from core.fitting.search import start_search
 from core.model.isolator import Isolator, Key
 
 STEP = 1e-4
-"""Of a parameter's logarithm, to each side."""
+"""Step of a parameter's logarithm, to each side."""
 DAMPING: Key = ("viscous", "c_b")
 
 

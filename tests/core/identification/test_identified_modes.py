@@ -27,7 +27,7 @@ def clean() -> Matrix:
 
 
 def record(rng: np.random.Generator, rows: list[int]) -> Matrix:
-    """Of these levels, 0 the base slab, with 1 % of noise on each."""
+    """Record of these levels, 0 being the base slab, with 1 % of noise on each."""
     chosen = clean()[rows]
     return chosen + 0.01 * np.sqrt(np.mean(chosen**2, axis=1, keepdims=True)) * rng.standard_normal(chosen.shape)
 
@@ -66,7 +66,7 @@ def test_the_true_modes_are_reported_and_hardly_any_other(levels: list[int]) -> 
 
 
 def test_white_noise_has_no_modes() -> None:
-    """Of ten records of pure noise at most one is taken for a structure: measured, 1 in 60 at twelve seconds."""
+    """At most one of ten records of pure noise has modes: measured, 1 in 60 at twelve seconds."""
     taken = 0
     for seed in range(10):
         noise = np.random.default_rng(seed).standard_normal((3, 1200))

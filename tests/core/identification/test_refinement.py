@@ -38,7 +38,7 @@ def both(samples: Matrix) -> tuple[tuple[IdentifiedMode, ...], Refinement]:
 
 @dataclass(frozen=True)
 class Errors:
-    """Of the first three modes of one record, or of those it holds."""
+    """Errors of the first three modes of one record, or of as many as it has."""
 
     normalised: Matrix
     """(modes, 3) of frequency, damping ratio and shape at the fourth storey, in standard deviations."""
@@ -67,7 +67,7 @@ def errors(motion: str, noise: float, seed: int) -> Errors:
 @pytest.mark.accuracy
 @pytest.mark.parametrize("noise", [0.01, 0.05, 0.1])
 def test_standard_deviations_cover_the_truth(noise: float) -> None:
-    """Of some 260 intervals of ± 1.96 standard deviations at each noise 92-99 % hold the truth.
+    """92 to 99 % of about 260 intervals of ± 1.96 standard deviations at each noise contain the truth.
 
     Two and a half deviations of 95 % below; above more, for the noise's level is an upper bound and the best mode left
     out is allowed for.

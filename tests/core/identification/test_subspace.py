@@ -71,7 +71,7 @@ def test_more_block_rows_change_nothing_without_noise() -> None:
 
 @every_weighting
 def test_the_span_is_the_projection_recombined(name: str) -> None:
-    """What the modes' uncertainty rests on: Γ = L32 X, and a left inverse of Γ."""
+    """The basis of the modes' uncertainty: Γ = L32 X, and a left inverse of Γ."""
     rng = np.random.default_rng(11)
     u = rng.standard_normal((1, 900))
     y = simulated(real_modal_form(rng, 2, 2), u, np.zeros(4)) + 0.01 * rng.standard_normal((2, 900))

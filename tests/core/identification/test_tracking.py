@@ -28,7 +28,7 @@ def spurious(rng: np.random.Generator) -> Mode:
 
 
 def numbers(track: Track) -> set[int]:
-    """Which of the building's modes a track of exact frequencies holds."""
+    """The building's modes that belong to a track of exact frequencies."""
     return {int(np.argmin(np.abs(EXACT.frequency - one.frequency))) for one in track.modes}
 
 

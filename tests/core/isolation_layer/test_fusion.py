@@ -137,7 +137,7 @@ def test_noise_alone_is_no_motion() -> None:
 
 
 def test_the_noise_of_the_displacement_is_known() -> None:
-    """What the chain makes of pure noise, away from the ends that the line between them holds."""
+    """Pure noise after the chain, away from the ends that the line between them fixes."""
     rng = np.random.default_rng(8)
     transducer, accelerometer = 1e-4 * rng.standard_normal(20000), 2e-3 * rng.standard_normal(20000)
     fused = fuse(transducer, accelerometer, 100.0, displacement_noise=1e-4, acceleration_noise=2e-3)
@@ -248,7 +248,7 @@ def test_integration_of_a_smooth_pulse_is_exact() -> None:
 
 
 def test_the_noise_of_the_integral_is_known() -> None:
-    """Of noise around one pulse at 1 Hz, whose integral is exact."""
+    """Noise around one pulse at 1 Hz, whose integral is exact."""
     rng, time = np.random.default_rng(8), np.arange(20000) / 100
     pulse = np.exp(-(((time - 100) / 4) ** 2)) * np.sin(2 * np.pi * (time - 100))
     clean = integrate(pulse, 100.0, acceleration_noise=2e-3)

@@ -46,7 +46,8 @@ def test_agrees_with_an_adaptive_solver() -> None:
 
 @pytest.mark.parametrize(("peak", "yield_at"), [(0.15, 1.5e-3), (0.7, 1.5e-3), (1.8, 4e-3), (1.8, 8e-3)])
 def test_one_step_per_sample_at_100_hz_is_right_to_1e_4(peak: float, yield_at: float) -> None:
-    """Of the force's rms, on the response of a building to ground motions that move the layer by 4 to 80 mm; seed 5."""
+    """Error over the force's rms, for a building's response to ground motions that move the layer by 4 to 80 mm; seed
+    5."""
     rng, t = np.random.default_rng(5), np.arange(0.0, 60.0, 1 / RATE)
     waves = sum(
         rng.standard_normal() * np.sin(2 * np.pi * f * t + rng.uniform(0, 6)) / f**0.5

@@ -27,7 +27,7 @@ def test_errors_are_found_without_noise(errors: Vector) -> None:
 @pytest.mark.parametrize("noise", [0.01, 0.1])
 @pytest.mark.parametrize("errors", [NOTHING, SMALL])
 def test_std_is_that_of_the_errors(noise: float, errors: Vector) -> None:
-    """Of 72 errors over their std the root mean square is 1 ± 0.08 if it holds; three times that."""
+    """The root mean square of 72 errors over their std is 1 ± 0.08 if the std is right; three times that is allowed."""
     scores = []
     for seed in range(TRIALS):
         found = floor_agreement(*consistent_sensors.floor_sensors(np.random.default_rng(seed), noise, errors), RATE)

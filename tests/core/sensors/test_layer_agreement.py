@@ -34,7 +34,7 @@ def test_errors_are_found_without_noise(errors: Vector) -> None:
 @pytest.mark.parametrize("noise", [0.01, 0.1])
 @pytest.mark.parametrize("errors", [NOTHING, SMALL])
 def test_std_is_that_of_the_errors(noise: float, errors: Vector) -> None:
-    """Of 72 errors over their std the root mean square is 1 ± 0.08 if it holds; three times that."""
+    """The root mean square of 72 errors over their std is 1 ± 0.08 if the std is right; three times that is allowed."""
     scores = []
     for seed in range(TRIALS):
         found = layer_agreement(*consistent_sensors.layer_sensors(np.random.default_rng(seed), noise, errors), RATE)
@@ -117,7 +117,7 @@ def test_a_transducer_is_one_without_noise() -> None:
 
 
 def test_a_transducer_is_one_through_an_anti_alias_filter() -> None:
-    """Which takes away the noise that would give it away."""
+    """This removes the noise that would reveal the fault."""
     displacement, relative = measured(3, 2e-5, 1e-3)
     filtered = sosfiltfilt(butter(8, 10.0, fs=RATE, output="sos"), displacement)
     assert not is_integral(np.asarray(filtered), relative, RATE)

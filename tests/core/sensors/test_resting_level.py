@@ -34,7 +34,7 @@ def test_a_residual_offset_is_no_drift(peak: float, offset: float, seed: int) ->
 
 @given(st.floats(0.01, 0.2), st.floats(0.1, 0.5), st.integers(0, 10**6))
 def test_a_steady_drift_is_found(peak: float, share: float, seed: int) -> None:
-    """Of the change between the first and the last block at rest; their own motion is within the std."""
+    """Change between the first and the last block at rest; their own motion is within the std."""
     drift = share * peak * TIME / TIME[-1]
     found = baseline_drift(motion(peak, 0.002, seed) + drift, RATE)
     assert found is not None
@@ -52,7 +52,7 @@ def analysed(samples: dict[str, np.ndarray]) -> EventAnalysis:
 
 
 def found(result: EventAnalysis) -> list[tuple[str, str, str | None]]:
-    """Of screening: a jump that is taken out leaves traces, on which the estimator may remark."""
+    """Findings of screening: a removed jump leaves traces, on which the estimator may remark."""
     of_screening = [finding for finding in result.quality if finding.kind != "estimator"]
     return [(finding.kind, finding.severity, finding.channel) for finding in of_screening]
 

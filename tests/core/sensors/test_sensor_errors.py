@@ -1,4 +1,4 @@
-"""Of sensors that disagree, the one that errs is named, with its error and nobody else's."""
+"""The faulty one of several sensors that disagree is named, with its error and no other sensor's."""
 
 from dataclasses import replace
 
@@ -16,7 +16,7 @@ from core.sensors.sensor_errors import SensorHealth, sensor_errors, sensor_healt
 def earthquakes(
     errors: dict[str, Vector], noise: float = 0.03, seed: int = 0, without: tuple[str, ...] = ()
 ) -> list[Record]:
-    """Of two earthquakes."""
+    """Records of two earthquakes."""
     return [consistent_record(errors, noise, [seed, number], without) for number in range(2)]
 
 

@@ -1,4 +1,4 @@
-"""Who may use the API."""
+"""Authentication at the API."""
 
 from datetime import UTC, datetime
 

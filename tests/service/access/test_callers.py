@@ -1,4 +1,4 @@
-"""How long a browser stays logged in."""
+"""Lifetime of a browser's login."""
 
 import asyncio
 from datetime import UTC, datetime, timedelta
@@ -35,7 +35,7 @@ def login(sessions: sessionmaker[Session]) -> str:
 
 
 async def asked(callers: Callers, login: str) -> Caller | None:
-    """Who it is, once the use has been stored."""
+    """The caller, once the use has been stored."""
     found = (await callers.known()).logins.get(login)
     callers.note_use(login)
     await asyncio.gather(*callers.touches())

@@ -1,4 +1,4 @@
-"""How a browser comes in, and who does not."""
+"""Logins of browsers, and refused ones."""
 
 from datetime import UTC, datetime
 from time import sleep

@@ -1,4 +1,4 @@
-"""Which role each route takes: all of them, for everybody who may ask.
+"""The role that each route needs: all routes, for every caller.
 
 A route that is not in this table fails the test: whoever adds one decides who may use it.
 """
@@ -153,7 +153,7 @@ LEAST: dict[str, Role | None] = {
 }
 """The least role of each route; None where nobody needs a key."""
 VALUES = {"code": "B", "name": "friction", "channel": "XX.B.01.HNX", "service": "station"}
-"""Of the parameters in paths; all others are numbers."""
+"""Values of the parameters in paths; all others are numbers."""
 NOT_LET_IN = {401, 403}
 
 

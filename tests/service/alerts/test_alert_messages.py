@@ -1,4 +1,4 @@
-"""What people are told of the alerts that an earthquake raised."""
+"""Messages about the alerts that an earthquake raised."""
 
 import pytest
 from alert_candidates import DAY, START, gain_error, softer_isolators

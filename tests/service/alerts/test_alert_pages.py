@@ -1,4 +1,4 @@
-"""What people see of alerts in a browser, and what they can do there."""
+"""Pages of alerts, and their forms."""
 
 import re
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""What people are told of an alert when later analyses find it otherwise: with another earthquake, larger, sooner."""
+"""Messages about an alert that later analyses change: another earthquake, a larger change, an earlier beginning."""
 
 from dataclasses import replace
 
@@ -15,7 +15,7 @@ from service.notify.tables import Message
 
 
 def found_again(session: Session, of: Building, *found: AlertCandidate) -> list[Message]:
-    """What people are told once the rules find this; they were told of a loss with the third earthquake before."""
+    """Messages once the rules report this, after a loss was reported with the third earthquake."""
     now = START + 1000 * DAY
     write_messages(session, of.id, AGE, now)
     reconcile(session, of.id, found, "events", now)

@@ -1,4 +1,4 @@
-"""Which state an alert should be in."""
+"""States of alerts."""
 
 from alert_candidates import DAY, START, gain_error, softer_isolators, stopped_data
 
@@ -69,7 +69,7 @@ def test_a_sensor_holds_back_nothing_else() -> None:
 
 
 def whole(*found: AlertCandidate, acts: tuple[OperatorAction, ...] = ()) -> AlertCandidate:
-    """What the one alert says of these."""
+    """Text of the one alert for these candidates."""
     (decision,) = decide(found, (), acts)
     assert decision.candidate is not None
     return decision.candidate
@@ -101,7 +101,7 @@ def test_a_later_change_in_another_direction_comes_first_and_the_earlier_one_is_
 
 
 def test_an_inspection_answers_every_part_that_began_before_it_and_is_no_worse() -> None:
-    """Who looks at a layer looks at all of it; what gets worse in one direction is an alert about that one."""
+    """An inspection covers all of a layer; a change that grows in one direction is an alert for that direction."""
     x, y = softer_isolators(8.0), softer_isolators(8.0, cause="stiffness/y")
     known = whole(x)
     acts = (OperatorAction("stiffness", NOW, "Jo", "a note", ends=True, evidence=known.evidence),)

@@ -1,4 +1,4 @@
-"""What people are told of an earthquake: first, again, and not again."""
+"""Messages about an earthquake: first, updated, and not repeated."""
 
 from datetime import timedelta
 

@@ -54,7 +54,7 @@ class Stage:
         return int(made.json()["id"])
 
     def text(self, number: int) -> str:
-        """Of a mail, in one line."""
+        """Text of a mail, in one line."""
         part = self.box.mails[number].get_body(("plain",))
         assert part is not None
         return " ".join(part.get_content().split())

@@ -29,7 +29,7 @@ OFFERED = {
     "another sensor's": gain_error("XX.DEMO.05.HNX"),
 }
 Lists = tuple[tuple[str, ...], str | None]
-"""What is found at one time, and what somebody then does about the isolators."""
+"""Candidates at one time, and a later action by an operator."""
 
 
 def found(names: tuple[str, ...], events: tuple[int, int, int]) -> list[AlertCandidate]:

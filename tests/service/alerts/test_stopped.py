@@ -1,4 +1,4 @@
-"""When data count as stopped, to the second, and when they do not."""
+"""Times at which data count as stopped, to the second."""
 
 from dataclasses import replace
 from datetime import timedelta

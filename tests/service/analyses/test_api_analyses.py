@@ -1,4 +1,4 @@
-"""Who may have an event analysed again, and with what."""
+"""Requests for another analysis of an event: roles and arguments."""
 
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What the API answers of a building in use, on both databases; everything in them came as records come."""
+"""API responses for a building in use, on both databases, with data that arrived as records do."""
 
 import csv
 import io

@@ -10,7 +10,7 @@ from service.cli import app
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, empty_database_url: str) -> Path:
-    """Where the building file lies; the commands work on a database without a table."""
+    """Folder of the building file; the commands run on a database without tables."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("MENSHIN_SETTINGS", raising=False)
     monkeypatch.setenv("MENSHIN_DATABASE_URL", empty_database_url)

@@ -39,7 +39,7 @@ def test_the_reference_is_what_the_commands_say() -> None:
 
 
 def test_help_needs_nothing_heavy() -> None:
-    """What takes a second to import is imported by the command that needs it."""
+    """Slow imports happen only in commands that need them."""
     script = f"import sys, service.cli; print([name for name in {HEAVY} if name in sys.modules])"
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"

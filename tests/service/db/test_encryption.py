@@ -40,7 +40,7 @@ def add(sessions: sessionmaker[Session]) -> None:
 
 
 def stored(sessions: sessionmaker[Session]) -> list[str]:
-    """What the database holds, as it is."""
+    """Raw values in the database."""
     with sessions() as session:
         rows = (*session.execute(text("SELECT address, secret FROM receiver")).one(), *_revision(session))
         return [str(value) for value in rows]

@@ -1,4 +1,4 @@
-"""What is read again and again takes an index, on both kinds of database: nothing grows with the whole history."""
+"""Frequent queries use an index on both kinds of database, so that nothing grows with the whole history."""
 
 from collections.abc import Callable, Sequence
 from datetime import UTC, datetime, timedelta
@@ -39,7 +39,7 @@ READS: dict[str, tuple[Callable[[Session], object], Sequence[str]]] = {
         ["ix_event_building_id_updated_at", "revision"],
     ),
 }
-"""What is read, and an index that each of its statements takes."""
+"""A query, and an index that each of its statements uses."""
 
 
 @pytest.mark.parametrize("name", READS)

@@ -1,4 +1,4 @@
-"""What the API answers of a building that lost 8 % of its stiffness: what was expected, what came, and since when."""
+"""API responses for a building that lost 8 % of its stiffness: expected value, measured value, and date."""
 
 import csv
 import io

@@ -1,4 +1,4 @@
-"""What is told of all series of a building."""
+"""Alert candidates from all series of a building."""
 
 from zoneinfo import ZoneInfo
 

@@ -1,4 +1,4 @@
-"""What is watched at a building, when it is monitored, and what people are told of it."""
+"""Monitoring of a building: its series, its times, and its messages."""
 
 import re
 from collections.abc import Iterator

@@ -48,15 +48,15 @@ class Step:
     """Something that happens to an event."""
 
     number: int
-    """Of the event."""
+    """Number of the event."""
     found: tuple[EventAnalysis, ...]
     """By the analyses that are asked for, the last of them with all data."""
     is_overtaken: bool = False
-    """Whether the first of them ends after the last."""
+    """True if the first of them ends after the last."""
 
 
 def first_without_all(number: int) -> EventAnalysis:
-    """What is found while half of the record is there: other cycles, and values far off."""
+    """Results from half of the record: other cycles, and values far off."""
     return stored_histories.earthquake(number, loss=0.2, gain=1.1, cycles=stored_histories.CYCLES // 2, seed=1)
 
 
@@ -158,7 +158,7 @@ def database(url: str) -> Iterator[sessionmaker[Session]]:
 
 
 def lived(sessions: sessionmaker[Session], taken: Sequence[Step], looks: Sequence[int]) -> dict[str, Any]:
-    """What a building's years come to; during some of the steps somebody looks for drift."""
+    """Result of a building's years; drift is monitored during some of the steps."""
     with sessions.begin() as session:
         building = stored_histories.building(session).id
     for place, step in enumerate(taken):

@@ -13,7 +13,7 @@ from service.records.sources.fdsnws import WRITTEN
 COSMOS = "Corrected acceleration (Format v01.20 with 13 text lines)\n"
 CSMIP = "Corrected accelerogram\n"
 SECONDS = 2.0
-"""Of the processor; the fastest of the patterns that backtracked took longer on the same text."""
+"""s of processor time; the fastest pattern with backtracking took longer on the same text."""
 TRAPS = {
     "series": COSMOS + ("1 " + "a pts," * 70 + "units=" * 70 + " " * 150 + "\n") * 900,
     "series of spaces": COSMOS + ("1 a pts,units=" + " " * 900 + "\n") * 900,

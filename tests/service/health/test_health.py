@@ -1,4 +1,4 @@
-"""Whether the service tells that it is ready, and what it tells Prometheus."""
+"""Readiness and Prometheus metrics of the service."""
 
 from datetime import UTC, datetime, timedelta
 from pathlib import Path

@@ -159,7 +159,7 @@ def test_the_heart_beats_only_while_all_that_holds(url: str, sessions: sessionma
 
 
 def beats(there: WebhookServer, sessions: sessionmaker[Session], **other: float) -> int:
-    """How often a notifier that does what is due now asks outside."""
+    """Number of outside requests of a notifier that does what is due now."""
     before = len(there.posted)
     given = GIVEN | {"heartbeat_url": f"{there.address}/ping"} | other
     Housekeeping(sessions, Settings(**given)).step()

@@ -1,4 +1,4 @@
-"""What readers do not get to see, and what a spreadsheet does not get to run."""
+"""Data hidden from viewers, and cells that a spreadsheet must not run."""
 
 import csv
 import io

@@ -1,4 +1,4 @@
-"""What the first page shows, and what a browser may do with it."""
+"""The first page, and its content security policy."""
 
 import re
 from collections.abc import Iterator

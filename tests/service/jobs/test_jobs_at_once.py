@@ -109,7 +109,7 @@ def test_a_job_before_one_that_was_begun_later_will_not_do(sessions: sessionmake
 def test_an_analysis_is_stored_while_records_come_in(
     sessions: sessionmaker[Session], building: int, pool: ThreadPoolExecutor
 ) -> None:
-    """Who reads a record holds the building and wants its event; so must who stores what came of the event."""
+    """A reader of a record locks the building, then its event; so must the code that stores the event's result."""
     found = stored_histories.earthquake(0)
     with sessions.begin() as session:
         job = stored_histories.queue_analysis(session, building, found.start, NOW)

@@ -1,4 +1,4 @@
-"""What the API says of the physical effects."""
+"""Physical effects in the API."""
 
 from collections.abc import Iterator
 from pathlib import Path

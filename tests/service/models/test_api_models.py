@@ -1,4 +1,4 @@
-"""How models are made, told and put in force."""
+"""Creation, display and acceptance of models in the API."""
 
 from collections.abc import Iterator
 from itertools import pairwise

@@ -1,4 +1,4 @@
-"""What the pages of models and effects show, and what their forms do without JavaScript."""
+"""Pages of models and effects, and their forms without JavaScript."""
 
 import re
 from collections.abc import Iterator

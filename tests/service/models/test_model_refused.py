@@ -39,7 +39,7 @@ def building(sessions: sessionmaker[Session], tmp_path: Path) -> sessionmaker[Se
 
 
 def asked(sessions: sessionmaker[Session], events: Sequence[int] | None) -> tuple[WorkInputs, Earthquakes]:
-    """What a diagnosis is made from, up to the question of what the layer lacks."""
+    """Input of a diagnosis, up to the search for a missing effect."""
     with sessions.begin() as session:
         model = model_requests.make(session, "PAPER", "x", EFFECTS, "", "engineer", monitored_building.NOW)
         model_requests.diagnose(session, model, events, None, "engineer", monitored_building.NOW)

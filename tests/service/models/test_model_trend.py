@@ -1,4 +1,4 @@
-"""When a model stops being good."""
+"""Trend of a model's error, and when the model no longer fits."""
 
 from datetime import UTC, datetime, timedelta
 

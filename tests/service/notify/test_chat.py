@@ -31,7 +31,7 @@ def sent(address: str, one: RenderedMessage | None = None, settings: Settings = 
 
 
 def chat(there: WebhookServer) -> str:
-    """Of Apprise's own JSON service, which posts as a chat service does."""
+    """A recipient at Apprise's own JSON service, which posts as a chat service does."""
     return there.address.replace("http://", "json://").replace("localhost", "127.0.0.1")
 
 

@@ -1,4 +1,4 @@
-"""Where messages may go: every trick to reach inside, against a real server that must not be reached."""
+"""Addresses that messages may go to: every trick to reach inside, against a real server that must not be reached."""
 
 import socket
 import ssl

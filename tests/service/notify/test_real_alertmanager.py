@@ -74,7 +74,7 @@ def test_a_drill_stands_beside_what_is_real(there: str) -> None:
 
 
 def told(there: str, now: datetime, **of: object) -> list[dict[str, Any]]:
-    """What stands once it was told a letter."""
+    """Alerts in an Alertmanager after it received a message."""
     answer = send(rendered_message(**of), Destination("manager", "alertmanager", there, None), SETTINGS, now)
     assert answer.outcome == "delivered", answer.text
     found: list[dict[str, Any]] = httpx.get(f"{there}/api/v2/alerts").json()

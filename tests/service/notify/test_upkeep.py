@@ -1,4 +1,4 @@
-"""What a notifier does by the clock: what stands is repeated until it is over; the heart beats while all live."""
+"""Periodic work of a notifier: repetitions of active alerts, and the heartbeat while all parts work."""
 
 import json
 from collections.abc import Iterator
@@ -66,7 +66,7 @@ def settings(there: WebhookServer) -> Settings:
 
 
 def ends(there: WebhookServer) -> list[datetime]:
-    """When what was pushed ends unless it is pushed again."""
+    """End of a pushed alert unless it is pushed again."""
     pushed = [one for one in there.posted if one.path.endswith("/alerts")]
     return [datetime.fromisoformat(json.loads(one.body)[0]["endsAt"]) for one in pushed]
 

@@ -24,7 +24,7 @@ pytestmark = pytest.mark.slow
 
 
 def refusal(reading: Callable[[], object]) -> str:
-    """What is said of a file that is not taken; nothing of one that is. Any other exception goes on."""
+    """Message about a rejected file; None for an accepted one. Any other exception propagates."""
     try:
         reading()
     except (FormatError, BuildingFileError) as error:

@@ -84,7 +84,7 @@ def test_a_file_that_takes_too_much_memory_is_given_up() -> None:
 
 
 def test_a_small_archive_costs_little() -> None:
-    """Of 0.1 MiB, which unpacks to as much as any archive may."""
+    """0.1 MiB that unpacks to as much as any archive may."""
     buffer = BytesIO()
     with ZipFile(buffer, "w", ZIP_DEFLATED) as made:
         made.writestr("a.csv", HEADING + b"0\n" * (15 * 2**20))

@@ -1,4 +1,4 @@
-"""What is known of a source's files outlasts the process that fetched them, and is no part of the cursor."""
+"""The memory of a source's files outlives the process that fetched them, and is not part of the cursor."""
 
 from datetime import timedelta
 from pathlib import Path

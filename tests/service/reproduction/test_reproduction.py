@@ -51,7 +51,7 @@ def _own_settings(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """What one run wrote, the paper's building under its own sensors being the real one."""
+    """Files of one run, with the paper's building under its own sensors as the real one."""
     made = tmp_path_factory.mktemp("reproduced")
     (made / "building.toml").write_text(building_file(), "utf-8")
     (made / "event.mseed").write_bytes(miniseed(records(np.random.default_rng(7))))
@@ -75,7 +75,7 @@ def rows(document: str) -> Iterator[list[str]]:
 
 
 def column(document: str, estimator: str) -> dict[tuple[str, str], str]:
-    """What an estimator has in the table of fitting rates, by figure and words."""
+    """An estimator's cells in the table of fitting rates, by figure and column."""
     found: dict[tuple[str, str], str] = {}
     at = None
     for cells in rows(document):
@@ -169,7 +169,7 @@ def test_the_document_names_its_command(folder: Path, printed: str) -> None:
 
 
 class Page(HTMLParser):
-    """What the page loads, and the texts of every figure."""
+    """Files that the page loads, and the texts of every figure."""
 
     def __init__(self, text: str) -> None:
         super().__init__()

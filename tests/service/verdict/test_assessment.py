@@ -1,4 +1,4 @@
-"""What an assessment may say: by random facts, and by one weakness at a time."""
+"""Statements of an assessment: for random facts, and for one weakness at a time."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -118,7 +118,7 @@ facts = st.builds(
 
 
 def is_weak(of: Facts) -> bool:
-    """Whether anything is open, undecided, provisional or beyond history: written without the code under test."""
+    """True if anything is open, undecided, provisional or beyond history: written without the code under test."""
     if of.unusable or of.silence or of.provisional or of.data_problems or of.alerts or not of.stiffness:
         return True
     layer, moved, left = of.layer, of.displacement, of.residual

@@ -1,4 +1,4 @@
-"""What the database makes of a verdict: from stored earthquakes to messages, with everything that weakens it."""
+"""Verdicts from the database: from stored earthquakes to messages, with everything that weakens them."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -40,7 +40,7 @@ def said(message: Message) -> str:
 
 
 def levels(session: Session, event: Event) -> set[Level]:
-    """Of the earthquake and of its building."""
+    """Levels of the earthquake and of its building."""
     session.flush()
     of = session.get_one(Building, event.building_id)
     return {reading.of_event(session, event).level, reading.of_building(session, of).level}
@@ -182,7 +182,7 @@ def test_a_strong_earthquake_exceeds_limits_and_says_which(session: Session, of:
 
 
 def found_limits(session: Session, of: Building, now: object) -> None:
-    """What watching the building makes of exceeded limits."""
+    """Result of the periodic check for exceeded limits."""
     reconcile(session, of.id, limit_candidates(session, of.id), "events", now)  # type: ignore[arg-type]
     session.flush()
 

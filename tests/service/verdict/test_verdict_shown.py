@@ -30,7 +30,7 @@ def of(stored: Session) -> Building:
 
 
 def answers(url: str, stored: Session, event: Event, of: Building) -> dict[str, str]:
-    """What a browser and a program see of the earthquake and its building, pages as they read."""
+    """The earthquake and its building for a browser and a program, with the texts of the pages."""
     stored.commit()
     addresses = {
         "event": f"/events/{event.id}",

@@ -18,7 +18,7 @@ GRAVITY = 9.80665
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Building:
-    """What stands there in truth."""
+    """The true building."""
 
     superstructure: Superstructure
     layer: Layer

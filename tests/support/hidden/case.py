@@ -16,13 +16,13 @@ from hidden.law import Law
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """What a trial is to have."""
+    """Specification of a trial."""
 
     laws: tuple[Law, ...] = ()
     faults: tuple[tuple[str, str], ...] = ()
     """Kinds of hidden.faults, each with the level whose accelerometer errs, or `displacement`."""
     design_error: float = 0.03
-    """Of the described design values of the isolation layer: its standard deviation."""
+    """Standard deviation of the described design values of the isolation layer."""
     design_off: float = 0.0
     """The same, by which every one of them is off to either side."""
     total_off: float = 0.0
@@ -34,9 +34,9 @@ class Case:
     pink: float = 0.0
     """Share of the noise's power."""
     gain_error: float = 0.0
-    """Of every accelerometer: its standard deviation."""
+    """Standard deviation of every accelerometer's gain."""
     moving: bool = False
-    """Do the records begin while the building moves?"""
+    """True if the records begin while the building moves."""
 
 
 WORDS: Mapping[str, Mapping[str, object]] = MappingProxyType(

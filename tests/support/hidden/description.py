@@ -1,4 +1,4 @@
-"""What the engineer is told of the building: its levels, design values and channels, with their errors."""
+"""The building as the engineer knows it: levels, design values and channels, with their errors."""
 
 import numpy as np
 

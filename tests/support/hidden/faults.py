@@ -1,4 +1,4 @@
-"""How a sensor errs: what each fault makes of a channel."""
+"""Sensor faults, and their effect on a channel."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -19,17 +19,17 @@ class Fault:
     channel: str
     """Id."""
     value: float
-    """Of the kind: see KINDS."""
+    """Value of the kind: see KINDS."""
     other: str = ""
     """Id of the channel that it is exchanged or mixed with, if its kind does that."""
 
 
 @dataclass(frozen=True, slots=True)
 class Kind:
-    """What a kind of fault does."""
+    """Effect of a kind of fault."""
 
     unit: str
-    """Of its value."""
+    """Unit of its value."""
     drawn: Callable[[np.random.Generator], float]
     applied: Callable[[Matrix, float, np.random.Generator], Matrix]
     """((1 or 2, n) samples, value, rng) → what is recorded in their place."""

@@ -29,7 +29,7 @@ def write(trial: Trial, folder: Path) -> tuple[Path, ...]:
 
 
 def answer(trial: Trial) -> dict[str, object]:
-    """What is hidden, for whoever checks: nothing that a diagnosis may look at."""
+    """The solution of the trial, for checking only."""
     return {
         "case": trial.case,
         "seed": trial.seed,

@@ -14,7 +14,7 @@ from scipy.signal.windows import tukey
 from core.arrays import Vector
 
 SETS = {"farfield": 22, "nearfield_pulse": 14}
-"""How many records each has, of two horizontal components."""
+"""Number of records of each, with two horizontal components."""
 MOTIONS = tuple((name, record, part) for name, count in SETS.items() for record in range(1, count + 1) for part in "ab")
 DURATION = 60.0
 """s."""

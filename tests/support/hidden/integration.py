@@ -1,4 +1,4 @@
-"""How the building answers the ground: the isolation layer step by step, implicitly, the superstructure exactly.
+"""Response of the building: the isolation layer step by step, implicitly, the superstructure exactly.
 
 The slab's acceleration is taken to run straight over a step. The superstructure's oscillators then follow exactly
 (Nigam and Jennings, 1969), the layer's laws are asked for their increments, and the slab's equation of motion at the
@@ -33,7 +33,7 @@ Cube = np.ndarray[tuple[int, int, int], np.dtype[np.float64]]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Shaking:
-    """What drives the building, at the steps of the integration."""
+    """Ground motion and conditions at the steps of the integration."""
 
     h: float
     """s, between samples."""
@@ -49,7 +49,7 @@ class Shaking:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Response:
-    """What the building does, without error; at the shaking's samples."""
+    """Error-free response of the building at the samples of the ground motion."""
 
     displacement: Matrix
     """(axes, n) m, of the slab relative to the ground."""

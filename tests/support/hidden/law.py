@@ -1,4 +1,4 @@
-"""What a hidden law is: how the isolation layer answers over one step of its motion."""
+"""Hidden laws: force of the isolation layer over one step of its motion."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ Need = Literal["cross", "vertical", "temperature"]
 
 
 class Step(NamedTuple):
-    """What a law may know of one step in one direction; a trailing 0 marks its beginning. SI units."""
+    """Variables of a law in one step and direction; a trailing 0 marks the beginning of the step. SI units."""
 
     u0: float
     v0: float
@@ -34,7 +34,7 @@ class Step(NamedTuple):
     time: float
     """s since the first earthquake began."""
     index: int
-    """Of the sample at the end of the step, within the earthquake."""
+    """Index of the sample at the end of the step, within the earthquake."""
     h: float
 
 
@@ -71,7 +71,7 @@ class Law:
     effect: str
     """Name, in the workbench's library, of the effect that it is or resembles; empty if it resembles none."""
     form: Literal["same", "another", "outside"]
-    """Is it the library's own law, another of the same family, or of no family that the library has?"""
+    """Relation to the library: its own law, another of the same family, or of no family in it."""
     advance: Callable[..., float]
     """(p, s, s1, step, past) → force in N, or factor of the yield force: fills s1, the states at the end of the step.
 
@@ -85,10 +85,10 @@ class Law:
     carried: tuple[int, ...] = ()
     """Places of the states that the layer keeps from one earthquake to the next."""
     fading: Mapping[int, str] | None = None
-    """Of carried states that decay at rest: the value that is their time constant in s."""
+    """Index of the value with the time constant in s of carried states that decay at rest."""
     limits: Mapping[str, float] | None = None
     """Largest values of strengths that have any."""
     kind: Literal["force", "strength", "yielding"] = "force"
-    """Is force added, the yield force multiplied, or does it take the place of the layer's yielding?"""
+    """Type: adds force, multiplies the yield force, or replaces the layer's yielding."""
     needs: tuple[Need, ...] = ()
-    """What must happen, and be recorded, for the law to show."""
+    """Conditions that must occur, and be recorded, for the law to show."""

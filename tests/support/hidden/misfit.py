@@ -1,4 +1,4 @@
-"""How far do hidden effects move the layer's force beyond what other values of rubber, dashpot and damper can do?"""
+"""Misfit: the part of hidden effects in the layer's force that rubber, dashpot and damper cannot imitate."""
 
 from collections.abc import Sequence
 
@@ -14,7 +14,7 @@ YIELDS = np.geomspace(3e-4, 5e-2, 12)
 ROUND = 0.99
 """Largest β: with 1 a damper that has yielded would never come back, and rounding make its z anything."""
 FAR = 1e-7
-"""Of the sum of squares of one event: the search ends when it changes by less, 0.03 % of misfit."""
+"""Fraction of one event's sum of squares at which the search ends: 0.03 % of misfit."""
 
 
 @njit
@@ -40,7 +40,7 @@ def misfit(displacement: Sequence[Vector], velocity: Sequence[Vector], force: Se
     )
 
     def left(at: Vector) -> float:
-        """Of the logarithm of the yield displacement, and β."""
+        """Sum of squares by the logarithm of the yield displacement, and β."""
         z = [w * _z(u, np.exp(at[0]), min(max(at[1], 0.0), ROUND)) for w, u in zip(weight, displacement, strict=True)]
         return _left(np.column_stack([fixed, np.concatenate(z)]), F)
 

@@ -1,4 +1,4 @@
-"""Which earthquakes come, when, how strong and in what weather."""
+"""Plan of a trial's earthquakes: dates, strengths and temperatures."""
 
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
@@ -11,11 +11,11 @@ from hidden.integration import Shaking
 from hidden.law import Need
 
 START = datetime(2019, 3, 5, 6, 7, 8, tzinfo=UTC)
-"""Of the first earthquake."""
+"""Time of the first earthquake."""
 PEAKS = (0.004, 0.020, 0.080, 0.030, 0.050)
 """m, that the isolation layer about reaches along x in the earthquakes, by date."""
 FITTED = 4
-"""How many of them are for fitting; the last is kept out, for predicting."""
+"""Number of earthquakes to fit; the last one is held out for prediction."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +26,7 @@ class Plan:
     peak: float
     """m, for the isolation layer along x."""
     motion: int
-    """Of hidden.ground.MOTIONS, along x; the record's other component comes along y."""
+    """Index in hidden.ground.MOTIONS, along x; the record's other component is along y."""
     vertical: int
     """The motion that stands in for the vertical one: the package has none."""
     temperature: float
@@ -51,7 +51,7 @@ def plans(rng: np.random.Generator) -> tuple[Plan, ...]:
 
 
 def shaking(plan: Plan, scale: float, rate: float, happens: frozenset[Need]) -> Shaking:
-    """What drives the building: `scale` is the peak ground acceleration along x in m/s²."""
+    """Ground motion and conditions; `scale` is the peak ground acceleration along x in m/s²."""
     axes = [scale * motion(plan.motion, rate)]
     if "cross" in happens:
         axes.append(0.8 * scale * motion(plan.motion ^ 1, rate))

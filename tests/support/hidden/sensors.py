@@ -1,4 +1,4 @@
-"""What the sensors make of what happened: sampled, noisy, in the building's channels."""
+"""Sensors: sampling and noise in the building's channels."""
 
 from dataclasses import dataclass
 from fractions import Fraction
@@ -16,7 +16,7 @@ RESOLUTION = 1e-5
 
 @dataclass(frozen=True, slots=True)
 class Noise:
-    """Of the accelerometers."""
+    """Noise of the accelerometers."""
 
     level: float
     """Standard deviation over the channel's root mean square in the event."""

@@ -1,4 +1,4 @@
-"""How strong must ground motions and hidden laws be for peaks and misfits to be as wanted?"""
+"""Strengths of ground motions and hidden laws that give the planned peaks and misfits."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ STRONGEST = 8.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Course:
-    """What comes to pass in earthquakes one after the other, the layer keeping some of its states."""
+    """Responses in successive earthquakes; the layer keeps some of its states."""
 
     scales: tuple[float, ...]
     """m/s², peak ground accelerations along x."""
@@ -46,7 +46,7 @@ def simulate_events(
     rate: float,
     happens: frozenset[Need],
 ) -> Course:
-    """What comes to pass at given scales, integrated at the given rate in Hz."""
+    """Responses at given scales, integrated at the given rate in Hz."""
     answers: list[Response] = []
     for number, (plan, scale) in enumerate(zip(plans, scales, strict=True)):
         states = _kept(laws, answers, plans, number)
@@ -97,7 +97,7 @@ def scaled_to_misfit(
 
 
 def misfit_of(found: Course, every: int = 1) -> float:
-    """What hidden.misfit makes of the earthquakes for fitting, along x, of one step in so many."""
+    """Misfit (hidden.misfit) of the earthquakes to fit, along x, with a thinned series of steps."""
     answers = found.answers[:FITTED]
     displacement, velocity, force = (
         [getattr(answer, name)[0, ::every] for answer in answers] for name in ("displacement", "velocity", "force")

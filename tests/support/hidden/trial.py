@@ -50,7 +50,7 @@ class Event:
 
     @property
     def start(self) -> datetime:
-        """Of the record."""
+        """Start of the record."""
         return self.record.start
 
 
@@ -71,7 +71,7 @@ class Trial:
     events: tuple[Event, ...]
     """By date; the first FITTED are for fitting, the last for predicting."""
     misfit: float
-    """How far the hidden laws move the force, over the force: see hidden.misfit."""
+    """Misfit: change of the force by the hidden laws, over the force; see hidden.misfit."""
 
     @property
     def effects(self) -> tuple[str, ...]:
@@ -158,7 +158,7 @@ def _faults(wanted: Case, told: BuildingDescription, rng: np.random.Generator) -
 
 
 def _exact(plan: Plan, scale: float, answer: Response, happens: frozenset[Need]) -> Event:
-    """What happened, at the record's samples; nothing is recorded yet."""
+    """Error-free response at the record's samples, without a record yet."""
     driven = shaking(plan, scale, FINE, happens)
     return Event(
         Record(plan.start, RATE, (), np.zeros((0, 0))),

@@ -18,7 +18,7 @@ LAYOUT = DESIGN.layout
 AMPLITUDE = 3.0
 """m/s² kg^½, of free vibrations."""
 STEP = 1e-5
-"""Of differences."""
+"""Step of the differences."""
 
 HYPOTHESES = (as_given, corrected, with_unmodelled_motion)
 Making = Callable[[Design, float], Hypothesis]

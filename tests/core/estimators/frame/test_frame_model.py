@@ -12,7 +12,7 @@ from core.paper import BUILDING
 DESIGN = Design.of(BUILDING.floor_mass, None, np.array([2, 6]))
 LAYOUT = DESIGN.layout
 NONE = np.log(1e-12)
-"""Of a flexibility that is as good as none."""
+"""Logarithm of a negligible flexibility."""
 
 seeds = st.integers(0, 2**32 - 1)
 
@@ -138,7 +138,7 @@ def test_changes_of_the_modes(seed: int) -> None:
 
 
 STEP = 1e-5
-"""Of a logarithm: central differences are then right to 1e-9 by their truncation and by rounding alike."""
+"""Step of a logarithm: central differences are then right to 1e-9, by truncation and by rounding alike."""
 
 storeys = st.lists(st.floats(0.2, 5.0), min_size=1, max_size=8).map(np.array)
 joints = st.floats(0.01, 20.0)

@@ -16,7 +16,7 @@ from core.estimators.frame.model import superstructure
 LAYOUT = DESIGN.layout
 FLOORS = np.array([2, 6])
 STEP = 1e-5
-"""Of central differences."""
+"""Step of central differences."""
 
 
 def parameters(seed: int) -> Vector:

@@ -45,7 +45,7 @@ WITHIN = 4.0
 
 
 def difference(calibration: Calibration, parameters: slice, channel: int) -> tuple[float, float]:
-    """Of a channel's parameter from the mean of the others', with its standard deviation; a common one is no fault."""
+    """A channel's parameter less the others' mean, and its standard deviation; a common one is no fault."""
     weights = np.full(LAYOUT.channels, -1 / (LAYOUT.channels - 1))
     weights[channel] = 1.0
     covariance = calibration.covariance[parameters, parameters]
@@ -178,7 +178,7 @@ def test_the_lowest_storey_has_the_scale_alone() -> None:
 @pytest.mark.accuracy
 @pytest.mark.parametrize("share", [0.0, 0.01, 0.1])
 def test_some_lines_tell_the_evidence_nearly_as_well_as_all(share: float) -> None:
-    """Of a record of 240 s, every fifth: so that the wider hypothesis is not given up where it would win."""
+    """Every fifth line of a record of 240 s, so that the wider hypothesis is not dropped where it would win."""
     rng = np.random.default_rng([8, round(100 * share)])
     lines = with_noise(with_rocking(exact_lines(PAPER, rng, samples=24_000), PAPER, share, rng), NOISE, rng)
     wider = Problem(lines, DESIGN, with_unmodelled_motion(DESIGN, 0.0))

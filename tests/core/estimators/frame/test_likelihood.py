@@ -16,7 +16,7 @@ LAYOUT = DESIGN.layout
 AMPLITUDE = 3.0
 """m/s² kg^½, of free vibrations."""
 STEP = 1e-5
-"""Of central differences."""
+"""Step of central differences."""
 
 Making = Callable[[Design, float], Hypothesis]
 

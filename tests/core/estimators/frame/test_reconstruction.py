@@ -1,4 +1,4 @@
-"""What all sensors' gains and delays have in common is no sensor's error: it stays in the motion and in the force."""
+"""The common part of all sensors' gains and delays is no sensor's error: it stays in the motion and in the force."""
 
 from dataclasses import replace
 

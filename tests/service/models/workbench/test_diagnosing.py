@@ -1,4 +1,4 @@
-"""What comes of a diagnosis for an engineer: text, JSON, page and better model; core does the reasoning."""
+"""Output of a diagnosis for an engineer: text, JSON, page and better model; core does the reasoning."""
 
 import json
 import re

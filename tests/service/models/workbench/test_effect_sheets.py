@@ -1,4 +1,4 @@
-"""What an effect's explanation says of its values."""
+"""Values in an effect's explanation."""
 
 import re
 

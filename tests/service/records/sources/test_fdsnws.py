@@ -77,7 +77,7 @@ def test_late_data_are_asked_for_again(server: Server, asking: Client) -> None:
 
 
 def questions(server: Server) -> list[dict[str, str]]:
-    """What dataselect was asked since this was called last."""
+    """Requests to dataselect since the last call."""
     asked = [path for path, _ in server.asked if path.startswith("/fdsnws/dataselect")]
     server.asked.clear()
     return [dict(parse_qsl(urlsplit(path).query)) for path in asked]

@@ -54,7 +54,7 @@ def database(tmp_path: Path) -> Iterator[sessionmaker[Session]]:
 
 
 def error(sessions: sessionmaker[Session], kind: str, location: str, now: datetime = NOW, more: str = "") -> str:
-    """What is stored of a look at such a source."""
+    """Stored state after a poll of such a source."""
     with sessions.begin() as session:
         building = building_store.add(session, building_file(kind, location, more), Path("/"), now)
         number = building.id

@@ -72,7 +72,7 @@ def exponential_softening(p, s, s1, step, past):
 
 
 def temperature_stiffness(p, s, s1, step, past):
-    """Of a stiffness p[1] at 20 °C."""
+    """Force of a stiffness p[1] at 20 °C."""
     return p[1] * (math.exp(p[0] * (20.0 - step.temperature)) - 1.0) * step.u
 
 
@@ -81,18 +81,18 @@ def temperature_stiffness_straight(p, s, s1, step, past):
 
 
 def stiffness_step(p, s, s1, step, past):
-    """Of a stiffness p[2], lost within about two seconds of a date."""
+    """Force of a stiffness p[2], lost within about two seconds of a date."""
     return -p[0] * p[2] * 0.5 * (1.0 + math.tanh((step.time - p[1]) / 2.0)) * step.u
 
 
 def stiffness_break(p, s, s1, step, past):
-    """Of a stiffness p[2], lost within about a second once the layer has gone beyond p[1]. State: s since then."""
+    """Force of a stiffness p[2], lost within about a second after the layer exceeds p[1]. State: s since then."""
     s1[0] = s[0] + step.h if s[0] > 0 or abs(step.u) > p[1] else 0.0
     return -p[0] * p[2] * math.tanh(s1[0] / 0.5) * step.u
 
 
 def stiffness_decay(p, s, s1, step, past):
-    """Of a stiffness p[2], lost over about a week from a date."""
+    """Force of a stiffness p[2], lost over about a week from a date."""
     return -p[0] * p[2] * (1.0 - math.exp(-max(step.time - p[1], 0.0) / 6e5)) * step.u
 
 

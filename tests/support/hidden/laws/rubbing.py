@@ -7,7 +7,7 @@ from numba import njit
 from hidden.law import Law
 
 SHARE = 0.04
-"""Of the layer's peak force: what such a law has to begin with."""
+"""Initial strength of such a law over the layer's peak force."""
 
 
 @njit

@@ -11,7 +11,7 @@ def power(p, s, s1, step, past):
 
 
 def two_slopes(p, s, s1, step, past):
-    """Of a damper of two slopes, what it has beyond its second one: steep to `corner`, then level."""
+    """Difference of a two-slope damper from its second slope: steep to `corner`, then level."""
     return p[0] * max(-1.0, min(1.0, step.v / p[1]))
 
 

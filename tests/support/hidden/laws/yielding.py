@@ -10,7 +10,7 @@ from numba import njit
 from hidden.law import Law, Layer
 
 LONGEST = 0.05
-"""Of a yield displacement: longest piece of a travel that is integrated at once."""
+"""Longest piece of a travel that is integrated at once, in yield displacements."""
 
 
 @njit
@@ -119,7 +119,7 @@ def left_aside(p, s, s1, step, past):
 
 Drawn = Callable[[np.random.Generator], dict[str, float]]
 REST = {"excess": 0.0, "wear": 0.0, "z1": 0.0, "z2": 1.0, "q": 0.0, "joined": 0.0}
-"""Of the general form: values at which it is the usual one."""
+"""Values at which the general form is the usual one."""
 
 
 def _general(drawn: Drawn) -> Callable[[Layer, np.random.Generator], Mapping[str, float]]:
