@@ -85,8 +85,8 @@ def row(case: str, seed: int) -> Row:
         tuple(step.chosen.effect for step in found.steps),
         tuple(tuple(one.effect for one in step.alike) for step in found.steps),
         _named(suspects),
-        found.before.over_floor,
-        found.unexplained.over_floor,
+        found.before.noise_ratio,
+        found.unexplained.noise_ratio,
         *(_predicted(model, seen, analyses, made) for model in _models(found)),
         seconds,
     )

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.arrays import Vector
-from core.comparison.misfit import Misfit, misfit, pooled
+from core.comparison.misfit import Misfit, misfit_at_ratio, pooled
 from core.errors import ModelError
-from core.fitting.observation import LayerHistory, Observation
+from core.fitting.noise import ForceNoise, force_noise
+from core.fitting.observation import Observation
 from core.model.force_response import force_response
 from core.model.isolator import Isolator, carried, state_names
 from core.record import Direction
@@ -16,7 +17,6 @@ from core.signals.conditioning import band_passed
 
 Band = tuple[float, float]
 """Hz, pass band of the estimated force: the model's is held against it within the same."""
-TINY = float(np.finfo(float).tiny)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -28,10 +28,27 @@ class ForceComparison:
     """(m,) of the model before the earthquake, in the order of core.model.isolator.state_names."""
     model: Vector
     """(n,) N, within the pass band."""
-    std: Vector
-    """(n,) N, standard deviation of the residual of a right model: of the estimate, and of the motion that drives."""
+    noise: ForceNoise
+    """Noise in the residual of a right model."""
+    resolved: Vector
+    """(n,) N, the part of the residual whose noise is known."""
     misfit: Misfit
     """N."""
+
+    @classmethod
+    def of(cls, observation: Observation, states: Vector, force: Vector, band: Band) -> "ForceComparison":
+        """A comparison with a model's force.
+
+        Args:
+            observation: the earthquake.
+            states: (m,) of the model before it.
+            force: (n,) N, the model's, unfiltered.
+            band: Hz, pass band of the estimated force.
+        """
+        measured, noise = observation.layer.force, force_noise(observation)
+        model, resolved = band_passed(force, observation.rate, band), noise.residual(measured, force)
+        ratio = float(np.sqrt(np.mean(resolved**2))) / noise.rms
+        return cls(observation, states, model, noise, resolved, misfit_at_ratio(measured, model, ratio, noise.rms))
 
     @property
     def residual(self) -> Vector:
@@ -61,25 +78,10 @@ def compare_forces(isolator: Isolator, observations: Sequence[Observation], band
             isolator, layer.displacement, layer.velocity, one.rate, conditions=one.conditions, states=start
         )
         kept[one.direction] = carried(isolator, answer.states)
-        compared.append(_compared(one, start, answer.force, band))
+        if not np.isfinite(answer.force).all():
+            raise ModelError(f"{one.name}: the model's force grew beyond all bounds; a softer law would do")
+        compared.append(ForceComparison.of(one, start, answer.force, band))
     return tuple(compared)
-
-
-def _compared(observation: Observation, states: Vector, force: Vector, band: Band) -> ForceComparison:
-    layer = observation.layer
-    if not np.isfinite(force).all():
-        raise ModelError(f"{observation.name}: the model's force grew beyond all bounds; a softer law would do")
-    model = band_passed(force, observation.rate, band)
-    std = np.hypot(layer.force_std, _std_from_motion(layer, model))
-    return ForceComparison(observation, states, model, std, misfit(layer.force, model, std))
-
-
-def _std_from_motion(layer: LayerHistory, model: Vector) -> Vector:
-    """(n,) N, what the displacement's uncertainty makes of the model's force, by the stiffness that it moves with."""
-    if layer.displacement_std is None:
-        return np.zeros(model.size)
-    stiffness = np.linalg.norm(np.diff(model)) / max(float(np.linalg.norm(np.diff(layer.displacement))), TINY)
-    return np.asarray(stiffness * layer.displacement_std)
 
 
 def force_misfit(compared: Sequence[ForceComparison]) -> Misfit:

@@ -14,8 +14,6 @@ from core.comparison.compared import ForceComparison
 
 BLOCK = 5.0
 """s, of a block."""
-LEAST = 1e-3
-"""Of the noise of a record: that of a sample for which none is known."""
 DRAWS = 400
 """Of the blocks."""
 INTERVAL = (2.5, 97.5)
@@ -72,27 +70,15 @@ def blocks(compared: Sequence[ForceComparison], rng: np.random.Generator) -> Blo
     numbers = [
         at + np.arange(one.model.size) // length for one, length, at in zip(compared, lengths, first, strict=False)
     ]
-    weight = np.concatenate([np.full(one.model.size, 1 / noise_of(one)) for one in compared])
+    weight = np.concatenate([np.full(one.model.size, 1 / one.noise.rms) for one in compared])
     return Blocks(
         number=np.concatenate(numbers).astype(np.intp),
         weight=weight,
-        residual=np.concatenate([one.residual for one in compared]) * weight,
-        noise=(np.concatenate([std_of(one) for one in compared]) * weight) ** 2,
+        residual=np.concatenate([one.resolved for one in compared]) * weight,
+        noise=(np.concatenate([one.noise.std for one in compared]) * weight) ** 2,
         energy=(np.concatenate([one.observation.layer.force for one in compared]) * weight) ** 2,
         draws=drawn(int(first[-1]), rng),
     )
-
-
-def noise_of(one: ForceComparison) -> float:
-    """N, root mean square of an earthquake's noise; a millionth of its force where no noise is known, 1 N without."""
-    force = one.observation.layer.force
-    return float(max(np.sqrt(np.mean(one.std**2)), 1e-6 * np.sqrt(np.mean(force**2)))) or 1.0
-
-
-def std_of(one: ForceComparison) -> Vector:
-    """(n,) N, noise of every sample, positive: at least LEAST of the record's, all of it where none is known."""
-    noise = noise_of(one)
-    return np.maximum(one.std, LEAST * noise) if one.std.any() else np.full(one.std.size, noise)
 
 
 def drawn(count: int, rng: np.random.Generator) -> Matrix:

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.comparison.compared import Band, ForceComparison, force_misfit
+from core.comparison.compared import ForceComparison, force_misfit
 from core.comparison.covariates import covariates
-from core.comparison.excess import BLOCK, Blocks, Share, blocks, by_bin, noise_of, shares
+from core.comparison.excess import BLOCK, Blocks, Share, blocks, by_bin, shares
 from core.comparison.misfit import Misfit
 from core.comparison.profile import Profile, constant, over_frequency, over_motion, profile
 from core.comparison.region import Region, outstanding, within
@@ -66,12 +66,11 @@ class Failure:
         return not self.is_noise and self.constant.low >= VALUES_OFF
 
 
-def failure(compared: Sequence[ForceComparison], band: Band, rng: np.random.Generator) -> Failure:
+def failure(compared: Sequence[ForceComparison], rng: np.random.Generator) -> Failure:
     """Residual over every covariate, worst windows, and what stands out.
 
     Args:
         compared: forces, in order of time.
-        band: Hz, pass band.
         rng: weights blocks anew for the intervals.
 
     Raises:
@@ -93,7 +92,7 @@ def failure(compared: Sequence[ForceComparison], band: Band, rng: np.random.Gene
         noise_ratio=ratio,
         is_noise=is_noise,
         windows=_windows(compared, found),
-        profiles=(*(profile(one, found, motion) for one in each), over_frequency(compared, band, rng)),
+        profiles=(*(profile(one, found, motion) for one in each), over_frequency(compared, rng)),
         constant=constant(found, motion),
         over_motion=over_motion(found, motion),
         regions=regions,
@@ -116,8 +115,6 @@ def _worst(found: Blocks) -> float:
 
 def _windows(compared: Sequence[ForceComparison], found: Blocks) -> tuple[Window, ...]:
     excess = np.bincount(found.number, weights=found.excess)
-    error = np.bincount(found.number, weights=found.residual**2)
-    samples = np.bincount(found.number)
     places = [
         (one, first, min(first + length, one.model.size))
         for one in compared
@@ -132,7 +129,7 @@ def _windows(compared: Sequence[ForceComparison], found: Blocks) -> tuple[Window
             direction=one.observation.direction,
             start=first / one.observation.rate,
             end=last / one.observation.rate,
-            rms=noise_of(one) * float(np.sqrt(error[at] / samples[at])),
+            rms=float(np.sqrt(np.mean(one.residual[first:last] ** 2))),
             share=float(excess[at] / total) if total > 0 else 0.0,
         )
         for at in worst.tolist()

@@ -1,7 +1,7 @@
 """How far is a model's answer from what was measured?"""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf, sqrt
 
 import numpy as np
@@ -24,7 +24,7 @@ class Misfit:
     spread: float
     """Σ (measured − its mean over the record)²."""
     noise: float
-    """Σ of the variance of what was measured."""
+    """Σ of the squared error that noise alone makes: the error over the square of the noise ratio."""
 
     @property
     def rms(self) -> float:
@@ -74,12 +74,30 @@ def misfit(measured: Vector, model: Vector, std: Vector) -> Misfit:
     )
 
 
+def misfit_at_ratio(measured: Vector, model: Vector, noise_ratio: float, noise: float) -> Misfit:
+    """Misfit over one record whose noise ratio is known from another measure, such as part of its band.
+
+    Args:
+        measured: (n,) any unit.
+        model: (n,) of the same unit.
+        noise_ratio: error over the error that noise alone makes.
+        noise: root mean square of the noise, of the same unit; it counts only if the noise ratio is 0.
+    """
+    known = misfit(measured, model, np.full(measured.size, noise))
+    return replace(known, noise=known.error / noise_ratio**2) if noise_ratio > 0 else known
+
+
 def pooled(misfits: Sequence[Misfit]) -> Misfit:
-    """Misfit over several records as one: a large earthquake weighs as its motion is large."""
+    """Misfit over several records as one.
+
+    A large earthquake weighs as its motion is large. In the noise ratio each record counts by its own noise instead.
+    """
+    samples, error = (sum(getattr(one, name) for one in misfits) for name in ("samples", "error"))
+    squared = sum(one.samples * one.noise_ratio**2 for one in misfits) / samples
     return Misfit(
-        samples=sum(one.samples for one in misfits),
-        error=sum(one.error for one in misfits),
+        samples=samples,
+        error=error,
         signal=sum(one.signal for one in misfits),
         spread=sum(one.spread for one in misfits),
-        noise=sum(one.noise for one in misfits),
+        noise=error / squared if squared > 0 else sum(one.noise for one in misfits),
     )

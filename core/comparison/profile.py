@@ -10,7 +10,7 @@ from scipy import signal
 from core.arrays import Indices, Matrix, Tensor, Vector
 from core.comparison.compared import ForceComparison
 from core.comparison.covariates import Covariate
-from core.comparison.excess import Blocks, Share, by_bin, drawn, noise_of, shares, std_of
+from core.comparison.excess import Blocks, Share, by_bin, drawn, shares
 from core.comparison.varying import taken_away
 
 BINS = 8
@@ -106,17 +106,18 @@ def _bins(edges: Vector, bins: Indices, found: Blocks) -> tuple[Bin, ...]:
     return tuple(Bin(float(a), float(b), s, float(e), float(t), float(f)) for a, b, s, e, t, f in rows)
 
 
-def over_frequency(compared: Sequence[ForceComparison], band: tuple[float, float], rng: np.random.Generator) -> Profile:
-    """Of the residual's frequency, by octaves; the noise is taken for white within the band.
+def over_frequency(compared: Sequence[ForceComparison], rng: np.random.Generator) -> Profile:
+    """Profile over the residual's frequency, by octaves of the band in which the noise is known.
 
     Args:
         compared: forces.
-        band: Hz, pass band.
         rng: draws the windows' weights.
     """
-    ends = [*(f for f in OCTAVES if f < band[1]), band[1]]
-    edges = np.array([*(first for first, end in pairwise(ends) if end > band[0]), band[1]])
-    sums = np.concatenate([_by_octave(one, edges, band) for one in compared], axis=0)
+    known = [one.noise.whitening.frequency for one in compared]
+    low, high = min(float(one[0]) for one in known), max(float(one[-1]) for one in known)
+    ends = [*(f for f in OCTAVES if f < high), high]
+    edges = np.array([*(first for first, end in pairwise(ends) if end > low), high])
+    sums = np.concatenate([_by_octave(one, edges) for one in compared], axis=0)
     error, noise, force = np.moveaxis(sums, 2, 0)
     excess = error - noise
     each = shares(excess, excess.sum(axis=1, keepdims=True), drawn(len(excess), rng))
@@ -127,21 +128,20 @@ def over_frequency(compared: Sequence[ForceComparison], band: tuple[float, float
     return Profile("frequency", bins, None)
 
 
-def _by_octave(one: ForceComparison, edges: Vector, band: tuple[float, float]) -> Tensor:
+def _by_octave(one: ForceComparison, edges: Vector) -> Tensor:
     """(windows, octaves, 3) of residual, noise and force, squared and weighted."""
-    rate = one.observation.rate
+    rate, noise = one.observation.rate, one.noise
     length = min(round(WINDOW * rate), one.model.size)
     settings = {"fs": rate, "nperseg": length, "noverlap": length // 2, "detrend": False}
-    frequency, _, error = signal.spectrogram(one.residual / noise_of(one), **settings)
-    force = signal.spectrogram(one.observation.layer.force / noise_of(one), **settings)[2]
+    frequency, _, error = signal.spectrogram(one.resolved / noise.rms, **settings)
+    force = signal.spectrogram(one.observation.layer.force / noise.rms, **settings)[2]
     octave = np.searchsorted(edges, frequency, side="right") - 1
-    within = [(octave == number) & (frequency >= band[0]) for number in range(edges.size - 1)]
-    width = np.diff(np.clip(edges, *band)) / (band[1] - band[0])
-    noise = np.full(error.shape[1], np.mean(std_of(one) ** 2) / noise_of(one) ** 2)
+    within = [octave == number for number in range(edges.size - 1)]
+    parts = np.histogram(noise.whitening.frequency, edges, weights=noise.whitening.std**2)[0]
     return np.stack(
         [
             np.array([error[rows].sum(axis=0) * frequency[1] for rows in within]).T,
-            np.outer(noise, width),
+            np.tile(parts / parts.sum(), (error.shape[1], 1)),
             np.array([force[rows].sum(axis=0) * frequency[1] for rows in within]).T,
         ],
         axis=-1,

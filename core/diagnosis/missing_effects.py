@@ -77,7 +77,7 @@ class Unexplained:
 
     share: float
     """Of the residual's power that a regression foretells; see core.diagnosis.unexplained."""
-    over_floor: float
+    noise_ratio: float
     """Residual over noise floor, root mean square over the records."""
     allowed: float
     """The largest of it that noise may make."""
@@ -85,12 +85,12 @@ class Unexplained:
     @property
     def is_there(self) -> bool:
         """Beyond doubt."""
-        return self.over_floor > self.allowed or (self.share > STRUCTURED and self.over_floor > 1.0)
+        return self.noise_ratio > self.allowed or (self.share > STRUCTURED and self.noise_ratio > 1.0)
 
     @property
     def excess(self) -> float:
         """Power beyond the noise, over the noise's."""
-        return max(self.over_floor**2 - 1, 0.0)
+        return max(self.noise_ratio**2 - 1, 0.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -201,7 +201,7 @@ def _is_another(step: Step) -> bool:
     """Whether the chosen candidate is an effect of its own beside those that were found."""
     ranking, best = step.ranking, step.chosen.fit
     taken = 1 - best.chi_square / ranking.base.chi_square
-    before, after = (ranking.over_floor(fit) for fit in (ranking.base, best))
+    before, after = (ranking.noise_ratio(fit) for fit in (ranking.base, best))
     beyond = max(before**2 - 1, 0.0)
     is_most = before > STANDS_OUT and before**2 - after**2 > MOST_OF_IT * beyond
     return taken > ANOTHER or (taken > ANOTHER_OF_LITTLE and is_most)
@@ -276,7 +276,7 @@ def _absent(effects: Collection[str], model: Isolator) -> tuple[str, ...]:
 
 def _unexplained(ranking: Ranking, allowed: float) -> Unexplained:
     share = explained_share(ranking.data, ranking.base)
-    return Unexplained(share, ranking.over_floor(ranking.base), allowed)
+    return Unexplained(share, ranking.noise_ratio(ranking.base), allowed)
 
 
 def _outcome(steps: Sequence[Step], before: Unexplained, left: Unexplained, *, is_asked: bool) -> Outcome:

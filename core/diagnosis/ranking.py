@@ -15,6 +15,7 @@ from core.diagnosis.candidates import score_tests
 from core.diagnosis.race import search_in_parallel
 from core.fitting.data import FitData
 from core.fitting.fit import Fit, at_values, finite_fit, fitted, inflation, reweighted_data, rms_by_record
+from core.fitting.noise import noise_rms, pooled_rms
 from core.fitting.projection import free_parameters
 from core.fitting.search import Outcome
 from core.model.isolator import Isolator
@@ -79,9 +80,9 @@ class Ranking:
         """(records,) N, root mean square of what a fit leaves over within the band."""
         return rms_by_record(self.data, fit)
 
-    def over_floor(self, fit: Fit) -> float:
-        """What a fit leaves over in multiples of the noise floor, each record in its own."""
-        return float(np.sqrt(np.mean((self.left(fit) / self.floor) ** 2)))
+    def noise_ratio(self, fit: Fit) -> float:
+        """Error that a fit leaves over the error that noise alone makes, each record by its own noise."""
+        return pooled_rms(self.left(fit) / self.floor, np.array([w.count for w in self.data.whitenings]))
 
     @property
     def asked_for(self) -> tuple[Judged, ...]:
@@ -140,7 +141,7 @@ def ranked(by_noise: FitData, model: Isolator, effects: Sequence[str]) -> Rankin
         tuple(sorted(judged, key=lambda one: one.delta_bic)),
         data,
         τ,
-        np.array([np.linalg.norm(w.std) / np.sqrt(w.count) for w in by_noise.whitenings]),
+        np.array([noise_rms(w) for w in by_noise.whitenings]),
         tuple(Dropped(name, fit.outcome.value) for name, fit in sorted(every.items()) if name not in final),
     )
 

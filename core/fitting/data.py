@@ -16,12 +16,12 @@ import numpy as np
 from core.arrays import Matrix, Vector
 from core.effect import RESULTS, YIELDED
 from core.effects import EFFECTS
-from core.estimators.result import fused_displacement_error, white
-from core.fitting.observation import LayerHistory, Observation
+from core.fitting.noise import force_noise
+from core.fitting.observation import Observation
 from core.model.force_response import Excitation, ForceResponse, excitation, response_to
 from core.model.isolator import Isolator, Key, carried
 from core.record import Direction
-from core.signals.whitening import BAND, Whitening, shrunk, whitening
+from core.signals.whitening import Whitening
 
 KEPT = 2e8
 """Bytes of columns that are remembered: those used last."""
@@ -105,7 +105,7 @@ class FitData:
         """Weighed by what is uncertain of the measured force, and of the motion that drives a model."""
         seen = tuple(observations)
         excitations = tuple(excitation(o.layer.displacement, o.layer.velocity, o.rate, o.conditions) for o in seen)
-        return cls(seen, excitations, (), np.zeros(0)).weighed([_whitening(one) for one in seen])
+        return cls(seen, excitations, (), np.zeros(0)).weighed([force_noise(one).whitening for one in seen])
 
     def weighed(self, whitenings: Sequence[Whitening]) -> "FitData":
         """The same records by other noise."""
@@ -117,31 +117,6 @@ class FitData:
         """Of each record's coefficients."""
         ends = np.cumsum([0, *(w.std.size for w in self.whitenings)])
         return tuple(slice(int(a), int(b)) for a, b in pairwise(ends))
-
-
-def _whitening(observation: Observation) -> Whitening:
-    """By the error of the measured force, and of the motion that drives a model."""
-    layer = observation.layer
-    error, motion = layer.force_error or white(layer.force_std, BAND), _by_motion(layer)
-    weights = whitening(
-        layer.force,
-        observation.rate,
-        lambda f: error.at(f) + motion(f),
-        patterns=error.patterns if error.patterns.size else None,
-        passed=layer.band,
-        window=edge_taper(layer.force, observation.rate),
-    )
-    return shrunk(weights, layer.force, error.at) if error.is_shrunk else weights
-
-
-def _by_motion(layer: LayerHistory) -> Callable[[Vector], Vector]:
-    """N²/Hz at frequencies in Hz, error of a model's force by that of the motion that drives it."""
-    travel = float(np.linalg.norm(np.diff(layer.displacement)))
-    if layer.displacement_std is None or layer.velocity_std is None or travel == 0:
-        return np.zeros_like
-    stiffness = float(np.linalg.norm(np.diff(layer.force))) / travel
-    motion = fused_displacement_error(float(np.median(layer.displacement_std)), float(np.median(layer.velocity_std)))
-    return lambda frequency: np.asarray(stiffness**2 * motion.at(frequency))
 
 
 def columns(data: FitData, model: Isolator, wanted: Sequence[Key]) -> Matrix:
@@ -175,32 +150,3 @@ def _columns(data: FitData, model: Isolator, wanted: Sequence[Key]) -> Matrix:
         )
         found.append(weights.filtered(now.by_parameter))
     return np.concatenate(found, axis=1)
-
-
-EDGE = 0.5
-"""s, of the record at either end."""
-AT_REST = 0.01
-"""Of the strongest EDGE: an end that is weaker is taken to be at rest."""
-IGNORED, FADED = 5.0, 15.0
-"""s from an end in motion: up to the one nothing is relied on, from the other on everything; in simulated records the
-force there errs by up to 13 %, 2 % and 0.5 % of its root mean square in the first, second and third five seconds."""
-LONGEST = 0.25
-"""Of the record, that is lost so at either end."""
-
-
-def edge_taper(force: Vector, rate: float) -> Vector:
-    """(n,) from 0 to 1; 1 everywhere for a record that begins and ends at rest.
-
-    Args:
-        force: (n,) N.
-        rate: Hz.
-    """
-    window, count = np.ones(force.size), max(1, round(EDGE * rate))
-    power = np.convolve(force**2, np.full(count, 1 / count), mode="valid")
-    ignored, faded = (min(1.0, LONGEST * force.size / rate / FADED) * one for one in (IGNORED, FADED))
-    along = np.clip((np.arange(force.size) / rate - ignored) / (faded - ignored), 0, 1)
-    rising = np.sin(np.pi / 2 * along) ** 2
-    for end, shape in ((power[0], rising), (power[-1], rising[::-1])):
-        if end > AT_REST**2 * power.max():
-            window *= shape
-    return window

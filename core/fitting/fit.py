@@ -9,6 +9,7 @@ from scipy import linalg
 from core.arrays import Matrix, Vector
 from core.errors import ModelError, RecordError
 from core.fitting.data import FitData
+from core.fitting.noise import pooled_rms
 from core.fitting.observation import Observation
 from core.fitting.projection import Point, derivatives, diverges, free_parameters, model_of, projected, values_of
 from core.fitting.search import Outcome, Search, start_search, step_search
@@ -205,8 +206,7 @@ def rms_by_record(data: FitData, fit: Fit) -> Vector:
 
 def error(data: FitData, fit: Fit) -> float:
     """N, the same over all records."""
-    count = np.array([w.count for w in data.whitenings])
-    return float(np.sqrt(np.sum(count * rms_by_record(data, fit) ** 2) / np.sum(count)))
+    return pooled_rms(rms_by_record(data, fit), np.array([w.count for w in data.whitenings]))
 
 
 def reweighted_data(by_noise: FitData, fit: Fit) -> FitData:

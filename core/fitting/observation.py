@@ -44,7 +44,7 @@ class LayerHistory:
     velocity_std: Vector | None = None
     """(n,) m/s, of the velocity; None as above."""
     force_error: ErrorSpectrum | None = None
-    """N²/Hz, of the force; None where nobody told: then its error is taken for white within the band."""
+    """N²/Hz, of the force; None if not known: then its error counts as white within the band."""
     band: tuple[float, float] | None = None
     """Hz, that the accelerations had passed from which the force was estimated; None where nobody told."""
 

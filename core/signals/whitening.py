@@ -79,9 +79,13 @@ class Whitening:
     def back(self, white: Vector) -> Vector:
         """(n,) N, the history within the band of (m,) independent units; still multiplied by the window."""
         grown = np.sqrt(1 + self.strengths**2) - 1
-        coefficients = np.zeros(self.count)
-        coefficients[self.kept] = (white + (self.patterns @ white * grown) @ self.patterns) * self.std
-        series: Vector = idct(coefficients, norm="ortho")
+        return self.history((white + (self.patterns @ white * grown) @ self.patterns) * self.std)
+
+    def history(self, coefficients: Vector) -> Vector:
+        """(n,) the history of (m,) coefficients, in their unit; still multiplied by the window."""
+        every = np.zeros(self.count)
+        every[self.kept] = coefficients
+        series: Vector = idct(every, norm="ortho")
         return series
 
 

@@ -69,7 +69,7 @@ def _candidate(judged: Judged, ranking: Ranking, earthquakes: Earthquakes, in_se
         delta_bic=judged.delta_bic,
         in_set=in_set and against is None,
         after=errors[FITTED],
-        noise_ratio=ranking.over_floor(judged.fit),
+        noise_ratio=ranking.noise_ratio(judged.fit),
         after_held_out=errors.get(LEFT_OUT),
         implausible=against,
         std=deviations(judged.fit, ranking.inflation).get(judged.effect, FrozenDict({})),

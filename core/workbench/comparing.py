@@ -61,19 +61,19 @@ def compare(
     progress("driving the model by the measured motion and by the ground alone", 0, 2)
     errors = model_errors(model, seen)
     progress("looking at where it fails", 1, 2)
-    found = failure_of(errors, seen)
+    found = failure_of(errors)
     corrections = block_corrections(model, errors.forces)
     progress("compared", 2, 2)
     return ComparisonResult(model, seen, errors, found, words(found), corrections)
 
 
-def failure_of(errors: ModelErrors, earthquakes: Earthquakes) -> Failure:
+def failure_of(errors: ModelErrors) -> Failure:
     """Where a model fails, its intervals drawn with the same seed each time.
 
     Raises:
         RecordError: there is nothing to compare.
     """
-    return failure(errors.forces, earthquakes.band, np.random.default_rng(SEED))
+    return failure(errors.forces, np.random.default_rng(SEED))
 
 
 def counted(earthquakes: Earthquakes) -> str:

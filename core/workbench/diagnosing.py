@@ -206,7 +206,7 @@ def candidate_table(found: DiagnosisResult, tried: Sequence[Candidate]) -> Table
     """
     without, groups = found.versions[1], found.earthquakes.groups
     errors = [percent(without.error(names).nrmse) for names in groups.values()]
-    ratio = found.diagnosis.first.over_floor(found.diagnosis.refitted)
+    ratio = found.diagnosis.first.noise_ratio(found.diagnosis.refitted)
     return Table(
         "Effects tried, each added by itself and everything fitted anew",
         ("effect", "family", "error", *(["left out"] if LEFT_OUT in groups else []), "noise floors", "ΔBIC", "remark"),
@@ -261,7 +261,7 @@ def _after(found: DiagnosisResult) -> Iterator[str]:
         share = percent(max(found.diagnosis.unexplained.share, 0.0))
         yield (
             "With that, the model is still incomplete: it leaves "
-            f"{plain(found.diagnosis.unexplained.over_floor, 3)} times the noise floor, {share} of it with structure."
+            f"{plain(found.diagnosis.unexplained.noise_ratio, 3)} times the noise floor, {share} of it with structure."
         )
 
 

@@ -3,7 +3,6 @@
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime, timedelta
-from math import sqrt
 
 from core.analysis import EventAnalysis
 from core.comparison.compared import Band, ForceComparison, compare_forces, force_misfit
@@ -261,8 +260,7 @@ class ModelErrors:
     @property
     def noise_ratio(self) -> float:
         """Error of the forces over the error that noise alone makes, each earthquake by its own noise."""
-        samples = sum(one.misfit.samples for one in self.forces)
-        return sqrt(sum(one.misfit.samples * one.misfit.noise_ratio**2 for one in self.forces) / samples)
+        return force_misfit(self.forces).noise_ratio
 
 
 def model_errors(model: Isolator, earthquakes: Earthquakes, names: Collection[str] | None = None) -> ModelErrors:

@@ -77,7 +77,7 @@ def compared(
         _compared(of[force.observation.name], force, by_observation.get(id(force.observation)))
         for force in errors.forces
     )
-    return Comparison(each, words(failure_of(errors, earthquakes)))
+    return Comparison(each, words(failure_of(errors)))
 
 
 def stages(inputs: WorkInputs) -> Sequence[Stage]:

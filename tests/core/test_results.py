@@ -43,7 +43,7 @@ def results() -> dict[str, object]:
         "data": data,
         "weighed fit": weighted_fit(seen, BOUC_WEN),
         "comparison": compared[0],
-        "failure": failure(compared, BAND, np.random.default_rng(1)),
+        "failure": failure(compared, np.random.default_rng(1)),
         "predictions": predict_all(forces, {"x": superstructure.modes}, BOUC_WEN, paper(), BAND),
         "diagnosis": diagnosed(seen, BOUC_WEN, ("hardening", "friction")),
     }

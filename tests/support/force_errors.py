@@ -8,7 +8,6 @@ import numpy as np
 
 from core.arrays import Vector
 from core.comparison.compared import ForceComparison
-from core.comparison.misfit import misfit
 from core.fitting.observation import LayerHistory, Observation
 from core.model.isolator import Conditions
 
@@ -40,7 +39,7 @@ def layer(seed: int, number: int) -> Observation:
         direction="x",
         start=start,
         rate=RATE,
-        layer=LayerHistory(x, v, force, np.full(t.size, NOISE * np.sqrt(np.mean(force**2)))),
+        layer=LayerHistory(x, v, force, np.full(t.size, NOISE * np.sqrt(np.mean(force**2))), band=BAND),
         conditions=Conditions.usual(t.size, RATE),
         ground_acceleration=None,
         accelerations=np.zeros((1, t.size)),
@@ -65,8 +64,7 @@ def comparisons_with_error(
         noise = moved.layer.force_std * np.random.default_rng([seed, number, 9]).standard_normal(moved.layer.force.size)
         model = np.asarray(moved.layer.force)
         estimated = replace(moved, layer=replace(moved.layer, force=model + error(moved) + noise))
-        off = misfit(estimated.layer.force, model, moved.layer.force_std)
-        compared.append(ForceComparison(estimated, np.zeros(0), model, moved.layer.force_std, off))
+        compared.append(ForceComparison.of(estimated, np.zeros(0), model, BAND))
     return compared
 
 

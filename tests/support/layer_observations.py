@@ -49,6 +49,7 @@ def layer_observation(
             force=band_passed(noisy(moved.force, noise), RATE, BAND),
             force_std=np.full(count, noise * np.sqrt((BAND[1] - BAND[0]) / (RATE / 2))),
             displacement_std=np.full(count, DISPLACEMENT_NOISE),
+            band=BAND,
         ),
         conditions=Conditions.usual(count, RATE),
         ground_acceleration=ground,

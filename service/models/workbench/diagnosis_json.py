@@ -28,7 +28,7 @@ def as_json(found: Work[DiagnosisResult]) -> dict[str, Any]:
             "dropped": [{"effect": one.effect, "reason": one.reason} for one in result.dropped],
             "set": [one.effect for one in diagnosis.steps[0].alike] if diagnosis.steps else [],
             "unknown_flag": diagnosis.outcome is Outcome.UNKNOWN or diagnosis.is_unknown,
-            "unexplained": {"share": diagnosis.unexplained.share, "in_noise_floors": diagnosis.unexplained.over_floor},
+            "unexplained": {"share": diagnosis.unexplained.share, "in_noise_floors": diagnosis.unexplained.noise_ratio},
             "steps": [
                 {
                     "effect": step.chosen.effect,

@@ -36,8 +36,8 @@ def figures(found: DiagnosisResult) -> list[Figure]:
         loop(strongest),
         over_motion(before),
         yield_over_travel(found.refitted.corrections),
-        candidates(found.candidates, found.diagnosis.first.over_floor(found.diagnosis.refitted)),
-        spectrum(before, found.earthquakes.band, after.forces if after else ()),
+        candidates(found.candidates, found.diagnosis.first.noise_ratio(found.diagnosis.refitted)),
+        spectrum(before, after.forces if after else ()),
         histories(last.forces, last.predictions),
     )
     return [figure for figure in drawn if figure is not None]

@@ -42,7 +42,7 @@ def comparison_figures(found: ComparisonResult) -> list[Figure]:
         over_motion(found.errors.forces),
         yield_over_travel(found.corrections),
         None if found.failure.is_noise else shares(found.failure.profiles),
-        spectrum(found.errors.forces, found.earthquakes.band),
+        spectrum(found.errors.forces),
         histories(shown.forces, shown.predictions),
     )
     return [figure for figure in drawn if figure is not None]

@@ -1,9 +1,12 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from layer_observations import BAND, LATER, START, layer_observation
 
 from core.comparison.compared import compare_forces, force_misfit
 from core.comparison.misfit import pooled
+from core.fitting.noise import force_noise
 from core.model.isolator import Isolator
 from core.paper import ISOLATOR
 
@@ -20,11 +23,12 @@ def test_the_true_model_is_off_by_the_noise_alone() -> None:
     assert compared.misfit.fitting_rate > 98.5
 
 
-def test_the_floor_counts_the_motions_uncertainty_too() -> None:
-    (compared,) = compare_forces(ISOLATOR, [layer_observation(1)], BAND)
-    force_alone = compared.observation.layer.force_std
-    assert (compared.std > force_alone).all()
-    assert compared.std[0] ** 2 - force_alone[0] ** 2 == pytest.approx((500e6 * 1e-5) ** 2, rel=0.2)  # about k_b dx
+def test_the_noise_counts_the_motions_uncertainty_too() -> None:
+    seen = layer_observation(1)
+    exact = replace(seen, layer=replace(seen.layer, displacement_std=None))
+    both, force_alone = (force_noise(one) for one in (seen, exact))
+    share = both.whitening.std.size / both.whitening.count
+    assert both.rms**2 - force_alone.rms**2 == pytest.approx(share * (500e6 * 1e-5) ** 2, rel=0.2)  # about k_b dx
 
 
 def test_a_softer_model_leaves_the_missing_stiffness_times_the_displacement() -> None:

@@ -7,7 +7,7 @@ import pytest
 from force_errors import BAND, PEAKS, STIFFNESS, comparisons_with_error, error_on_one_branch, hardening_error, no_error
 from hypothesis import given, settings, strategies as st
 
-from core.comparison.compared import ForceComparison
+from core.comparison.compared import ForceComparison, force_misfit
 from core.comparison.covariates import PHASES, covariates, half_cycle_amplitude
 from core.comparison.failure import Failure, failure
 from core.comparison.failure_words import words
@@ -19,7 +19,7 @@ few = settings(max_examples=12, deadline=None)
 
 
 def failed(compared: list[ForceComparison], seed: int = 3) -> Failure:
-    return failure(compared, BAND, np.random.default_rng(seed))
+    return failure(compared, np.random.default_rng(seed))
 
 
 def said(found: Failure) -> str:
@@ -144,19 +144,13 @@ def test_an_error_that_goes_with_a_condition_is_taken_away_by_it(name: str) -> N
 @few
 @given(seed=seeds, scale=st.floats(1e-3, 1e3))
 def test_units_of_force_change_nothing_that_is_found(seed: int, scale: float) -> None:
-    def scaled(one: ForceComparison) -> ForceComparison:
+    def scaled(one: ForceComparison, scale: float) -> ForceComparison:
         layer = one.observation.layer
         forces = replace(layer, force=scale * layer.force, force_std=scale * layer.force_std)
-        misfit = replace(
-            one.misfit,
-            **{name: scale**2 * getattr(one.misfit, name) for name in ("error", "signal", "spread", "noise")},
-        )
-        return ForceComparison(
-            replace(one.observation, layer=forces), one.states, scale * one.model, scale * one.std, misfit
-        )
+        return ForceComparison.of(replace(one.observation, layer=forces), one.states, scale * one.model, BAND)
 
     compared = comparisons_with_error(hardening_error(0.1), seed)
-    one, other = failed(compared), failed([scaled(each) for each in compared])
+    one, other = (failed([scaled(each, factor) for each in compared]) for factor in (1.0, scale))
     assert words(one)[1:-1] == words(other)[1:-1]
 
 
@@ -174,9 +168,9 @@ def test_every_profile_shares_out_all_of_the_excess(seed: int) -> None:
 
 def test_the_worst_window_is_where_the_error_is() -> None:
     def error(observation: Observation) -> np.ndarray:
-        burst = np.zeros(observation.layer.force.size)
-        burst[round(31 * observation.rate) : round(34 * observation.rate)] = 1e6
-        return burst * observation.name.startswith("2024-06")
+        t = np.arange(observation.layer.force.size) / observation.rate
+        burst = 1e6 * np.sqrt(2) * np.sin(2 * np.pi * t) * ((t >= 31) & (t < 34))
+        return np.asarray(burst * observation.name.startswith("2024-06"))
 
     worst = failed(comparisons_with_error(error)).windows[0]
     assert (worst.earthquake, worst.start, worst.end) == ("2024-06-13", 30.0, 35.0)
@@ -215,18 +209,26 @@ def test_nothing_to_compare_is_refused() -> None:
 @pytest.mark.parametrize("silent", [slice(None), slice(0, 2000)])
 def test_an_estimate_without_any_noise_has_its_failure_in_numbers(silent: slice) -> None:
     """All of every record, or its first blocks only."""
-    compared = comparisons_with_error(hardening_error(0.1), seed=5)
-    for one in compared:
-        one.std[silent] = 0.0
-    found = failed(compared)
+
+    def silenced(observation: Observation) -> Observation:
+        std = observation.layer.force_std.copy()
+        std[silent] = 0.0
+        return replace(observation, layer=replace(observation.layer, force_std=std))
+
+    found = failed(comparisons_with_error(hardening_error(0.1), seed=5, prepare=silenced))
     assert not found.is_noise
     assert np.isfinite([found.noise_ratio.value, found.noise_ratio.low, found.noise_ratio.high]).all()
     assert all(np.isfinite([window.rms, window.share]).all() for window in found.windows)
     assert said(found)
 
 
-def test_octaves_below_the_pass_band_are_left_out() -> None:
-    found = failure(comparisons_with_error(hardening_error(0.1), seed=5), (1.0, 20.0), np.random.default_rng(3))
-    (profile,) = [one for one in found.profiles if one.name == "frequency"]
-    assert profile.bins[0].low < 1.0 < profile.bins[0].high
-    assert np.isfinite([one.noise_ratio for one in profile.bins]).all()
+def test_octaves_in_which_the_noise_is_not_known_are_left_out() -> None:
+    (profile,) = [one for one in failed(comparisons_with_error(no_error)).profiles if one.name == "frequency"]
+    assert profile.bins[0].low == 0.2
+    assert [one.noise_ratio for one in profile.bins] == pytest.approx([1.0] * len(profile.bins), abs=0.35)
+
+
+def test_the_noise_ratio_is_one_number() -> None:
+    """The mean over the blocks and that over the records are sums over the same samples."""
+    compared = comparisons_with_error(hardening_error(0.1), seed=5)
+    assert failed(compared).noise_ratio.value == pytest.approx(force_misfit(compared).noise_ratio, rel=1e-9)

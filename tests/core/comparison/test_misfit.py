@@ -23,8 +23,20 @@ def test_records_together_are_one_long_record(seed: int) -> None:
     measured -= measured.mean(axis=1, keepdims=True)
     parts = pooled([misfit(*part) for part in zip(measured, model, abs(std), strict=True)])
     whole = misfit(measured.ravel(), model.ravel(), abs(std).ravel())
-    for measure in ("rms", "floor", "nrmse", "noise_ratio", "fitting_rate", "excess"):
+    for measure in ("rms", "nrmse", "fitting_rate"):
         assert getattr(parts, measure) == pytest.approx(getattr(whole, measure))
+
+
+@given(seed=seeds)
+def test_each_record_counts_by_its_own_noise(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    measured, model = rng.standard_normal((2, 2, 40))
+    noise = np.array([0.1, 10.0])
+    parts = [misfit(m, n, np.full(40, std)) for m, n, std in zip(measured, model, noise, strict=True)]
+    whole = misfit((measured / noise[:, None]).ravel(), (model / noise[:, None]).ravel(), np.ones(80))
+    found = pooled(parts)
+    assert found.noise_ratio == pytest.approx(whole.noise_ratio)
+    assert found.rms == pytest.approx(found.noise_ratio * found.floor)
 
 
 def test_a_right_model_has_an_error_of_one_floor() -> None:

@@ -37,8 +37,8 @@ def test_a_hidden_effect_is_named_and_its_error_taken_away(effect: str) -> None:
     assert found.outcome is Outcome.EFFECT
     assert [step.chosen.effect for step in found.steps] == [effect]
     assert not found.unexplained.is_there
-    assert found.unexplained.over_floor == pytest.approx(1.0, abs=0.05)
-    assert found.before.over_floor > 1.1
+    assert found.unexplained.noise_ratio == pytest.approx(1.0, abs=0.05)
+    assert found.before.noise_ratio > 1.1
 
 
 @pytest.mark.parametrize("seed", range(2))
@@ -85,7 +85,7 @@ def test_noise_that_is_louder_than_was_seen_is_no_effect(louder: float, outcome:
     ]
     found = diagnosed(seen, BOUC_WEN, ("friction",))
     assert not found.steps
-    assert found.unexplained.over_floor == pytest.approx(louder, rel=0.05)
+    assert found.unexplained.noise_ratio == pytest.approx(louder, rel=0.05)
     assert found.outcome is outcome
 
 

@@ -76,5 +76,5 @@ def test_the_best_that_is_worth_it_leads_even_behind_one_that_is_not() -> None:
 def test_what_is_left_is_told_in_floors() -> None:
     """Noise alone leaves a noise ratio of one, except for the three fitted amplitudes and the draw: 5 %."""
     judged = ranking()
-    assert judged.over_floor(BASE) == pytest.approx(1.0, abs=0.05)
-    assert judged.over_floor(leaving(4.0)) == pytest.approx(2 * judged.over_floor(BASE), rel=1e-12)
+    assert judged.noise_ratio(BASE) == pytest.approx(1.0, abs=0.05)
+    assert judged.noise_ratio(leaving(4.0)) == pytest.approx(2 * judged.noise_ratio(BASE), rel=1e-12)

@@ -5,7 +5,8 @@ import pytest
 from synthetic_observations import BOUC_WEN, observations
 
 from core.arrays import Vector
-from core.fitting.data import FADED, IGNORED, FitData, columns, edge_taper, groups
+from core.fitting.data import FitData, columns, groups
+from core.fitting.noise import FADED, IGNORED, edge_taper
 from core.model.force_response import force_history
 from core.model.isolator import Isolator
 

@@ -7,7 +7,7 @@ import numpy as np
 from scipy import signal
 
 from core.arrays import Vector
-from core.comparison.compared import Band, ForceComparison
+from core.comparison.compared import ForceComparison
 from core.workbench.earthquakes import label
 from service.models.workbench.figure import WIDTH, Figure, Rows, curves, table, values
 from service.reports.charts import BLUE, GREY, KN, MM, ORANGE
@@ -20,7 +20,9 @@ DECADES = [10.0**power for power in range(-6, 7)]
 """Where a logarithmic axis is labelled."""
 SEGMENT = 20.0
 """s, of a spectrum."""
-NOISE, BEFORE, AFTER = "noise, if white", "model", "with what is proposed"
+CURVE = 60
+"""Points of the noise's curve."""
+NOISE, BEFORE, AFTER = "noise", "model", "with what is proposed"
 
 
 def over_motion(compared: Sequence[ForceComparison]) -> Figure:
@@ -38,22 +40,20 @@ def over_motion(compared: Sequence[ForceComparison]) -> Figure:
     return Figure("motion", "Residual over displacement and velocity", caption, picture, table(rows))
 
 
-def spectrum(compared: Sequence[ForceComparison], band: Band, after: Sequence[ForceComparison] = ()) -> Figure:
+def spectrum(compared: Sequence[ForceComparison], after: Sequence[ForceComparison] = ()) -> Figure:
     """Residual over frequency against the noise, of all earthquakes, each in its own noise.
 
     Args:
         compared: the model.
-        band: Hz, pass band of the forces.
         after: another model, if there is one to show beside it.
     """
     shown = {BEFORE: compared, AFTER: after} if after else {BEFORE: compared}
+    curves_shown = {name: _density(some) for name, some in shown.items()} | {NOISE: _noise_density(compared)}
     rows: Rows = [
         {"curve": name, "frequency (Hz)": float(f), "residual (noise floors/√Hz)": float(value)}
-        for name, some in shown.items()
-        for f, value in zip(*_density(some, band), strict=True)
+        for name, (frequency, density) in curves_shown.items()
+        for f, value in zip(frequency, density, strict=True)
     ]
-    ends, white = sorted(row["frequency (Hz)"] for row in rows), (band[1] - band[0]) ** -0.5
-    rows += [{"curve": NOISE, "frequency (Hz)": f, "residual (noise floors/√Hz)": white} for f in (ends[0], ends[-1])]
     colours = {name: {BEFORE: BLUE, AFTER: ORANGE, NOISE: GREY}[name] for name in (*shown, NOISE)}
     lines = (
         alt.Chart(values(rows), width=WIDTH, height=240)
@@ -112,13 +112,30 @@ def _map(rows: Rows) -> alt.LayerChart:
     return alt.LayerChart(layer=[picture], title=alt.Title(str(rows[0]["earthquake"]), fontSize=13))
 
 
-def _density(compared: Sequence[ForceComparison], band: Band) -> tuple[Vector, Vector]:
-    """Hz and (frequencies,) noise floors per √Hz, within the pass band."""
+def _density(compared: Sequence[ForceComparison]) -> tuple[Vector, Vector]:
+    """Hz and (frequencies,) noise floors per √Hz, of the residual in the band in which the noise is known."""
     length = min(min(one.model.size, round(SEGMENT * one.observation.rate)) for one in compared)
     densities = []
     for one in compared:
-        noise = float(np.sqrt(np.mean(one.std**2))) or 1.0
-        frequency, density = signal.welch(one.residual / noise, one.observation.rate, nperseg=length)
+        frequency, density = signal.welch(one.resolved / one.noise.rms, one.observation.rate, nperseg=length)
         densities.append(density)
-    mean, within = np.sqrt(np.mean(densities, axis=0)), (frequency >= band[0]) & (frequency <= band[1])
+    low, high = _known_band(compared)
+    mean, within = np.sqrt(np.mean(densities, axis=0)), (frequency >= low) & (frequency <= high)
     return frequency[within], mean[within]
+
+
+def _noise_density(compared: Sequence[ForceComparison]) -> tuple[Vector, Vector]:
+    """Hz and (frequencies,) noise floors per √Hz that a right model would leave."""
+    frequency = np.geomspace(*_known_band(compared), CURVE)
+    densities = []
+    for one in compared:
+        weights = one.noise.whitening
+        power = 2 * weights.std**2 / (one.observation.rate * one.noise.rms**2)
+        densities.append(np.interp(frequency, weights.frequency, power))
+    return frequency, np.asarray(np.sqrt(np.mean(densities, axis=0)))
+
+
+def _known_band(compared: Sequence[ForceComparison]) -> tuple[float, float]:
+    """Hz, frequencies at which the noise of every earthquake is known."""
+    known = [one.noise.whitening.frequency for one in compared]
+    return max(float(one[0]) for one in known), min(float(one[-1]) for one in known)

@@ -1,0 +1,142 @@
+"""Noise of a residual: the error of an estimated force, and of the motion that drives a model, in a right model's
+residual.
+
+Fits, comparisons and diagnoses all measure a residual against this noise, so that a model has one noise ratio in each
+record: about 1 if the model is right (0.95 to 1 where only white noise was added; 0.33 to 1.17 in 32 records of
+simulated buildings, as the patterns of their error may do less than is allowed for). The ratio covers the frequencies
+at which the noise is known, leaves out the ends of a record that begins or ends in motion, and removes the known
+patterns of the force's error.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.arrays import Vector
+from core.estimators.result import ErrorSpectrum, fused_displacement_error, white
+from core.fitting.observation import LayerHistory, Observation
+from core.signals.whitening import BAND, Whitening, shrunk, whitening
+
+EDGE = 0.5
+"""s, length of either end of a record, by which its strength is judged."""
+AT_REST = 0.01
+"""Strength of an end over that of the strongest stretch, below which the record is at rest there."""
+IGNORED, FADED = 5.0, 15.0
+"""s from an end in motion: nothing is used up to the first, everything beyond the second. In simulated records the
+force there errs by up to 13 %, 2 % and 0.5 % of its root mean square in the first, second and third five seconds."""
+LONGEST = 0.25
+"""Largest share of the record that is lost so at either end."""
+LEAST_NOISE = 1e-6
+"""Smallest noise over the root mean square of the force: a smaller one, or none, is not credible."""
+LEAST_SAMPLE = 1e-3
+"""Smallest noise of a sample over that of its record."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ForceNoise:
+    """Noise in the residual of a right model of one record."""
+
+    whitening: Whitening
+    std: Vector
+    """(n,) N, standard deviation of each sample, tapered; its mean square is that of the coefficients."""
+
+    @property
+    def rms(self) -> float:
+        """N, root mean square of the noise."""
+        return noise_rms(self.whitening)
+
+    def residual(self, force: Vector, model: Vector) -> Vector:
+        """(n,) N, the part of a residual whose noise is known.
+
+        Args:
+            force: (n,) N, as estimated.
+            model: (n,) N, the model's force, unfiltered.
+        """
+        coefficients = self.whitening.coefficients(force[None])[0] - self.whitening.filtered(model[None])[0]
+        return self.whitening.history(self.whitening.whitened(coefficients[None])[0] * self.whitening.std)
+
+
+def noise_rms(weights: Whitening) -> float:
+    """N, root mean square of the noise over the samples of a record."""
+    return float(np.linalg.norm(weights.std) / np.sqrt(weights.count))
+
+
+def pooled_rms(each: Vector, samples: Vector) -> float:
+    """Root mean square over several records, of those of each; of noise ratios, the ratio over all records."""
+    return float(np.sqrt(np.sum(samples * each**2) / np.sum(samples)))
+
+
+def force_noise(observation: Observation) -> ForceNoise:
+    """Noise in the residual of a right model of an observation."""
+    layer = observation.layer
+    error, motion = layer.force_error or _white_error(layer, observation.rate), _by_motion(layer, observation.rate)
+    taper = edge_taper(layer.force, observation.rate)
+    least = _least_density(layer, observation.rate)
+    weights = whitening(
+        layer.force,
+        observation.rate,
+        lambda f: np.maximum(error.at(f) + motion(f), least),
+        patterns=error.patterns if error.patterns.size else None,
+        passed=layer.band,
+        window=taper,
+    )
+    if error.is_shrunk:
+        weights = shrunk(weights, layer.force, error.at)
+    return ForceNoise(weights, _std(layer, taper, noise_rms(weights)))
+
+
+def _white_error(layer: LayerHistory, rate: float) -> ErrorSpectrum:
+    """Error of a force without a spectrum: white within the force's band, or within BAND where that is not known."""
+    low, high = layer.band or BAND
+    return white(layer.force_std, (low, min(high, rate / 2)))
+
+
+def _least_density(layer: LayerHistory, rate: float) -> float:
+    """N²/Hz; of 1 N where the layer does nothing."""
+    least = LEAST_NOISE * float(np.sqrt(np.mean(layer.force**2))) or 1.0
+    return least**2 / (rate / 2)
+
+
+def _by_motion(layer: LayerHistory, rate: float) -> Callable[[Vector], Vector]:
+    """N²/Hz at frequencies in Hz, error of a model's force by that of the motion that drives it."""
+    if layer.displacement_std is None or not np.ptp(layer.displacement):
+        return np.zeros_like
+    scale, std = _stiffness(layer) ** 2, float(np.median(layer.displacement_std))
+    if layer.velocity_std is None:
+        return lambda frequency: np.full(frequency.size, scale * std**2 / (rate / 2))
+    motion = fused_displacement_error(std, float(np.median(layer.velocity_std)))
+    return lambda frequency: np.asarray(scale * motion.at(frequency))
+
+
+def _stiffness(layer: LayerHistory) -> float:
+    """N/m, change of the force over that of the displacement, root mean square."""
+    return float(np.linalg.norm(np.diff(layer.force))) / float(np.linalg.norm(np.diff(layer.displacement)))
+
+
+def _std(layer: LayerHistory, taper: Vector, rms: float) -> Vector:
+    """(n,) N, noise of each sample: in the course of the given standard deviations, with the mean square of rms."""
+    course = np.asarray(layer.force_std, dtype=float)
+    if layer.displacement_std is not None and np.ptp(layer.displacement):
+        course = np.hypot(course, _stiffness(layer) * layer.displacement_std)
+    course = course * taper
+    course = np.maximum(course / (float(course.max()) or 1.0), LEAST_SAMPLE)
+    return np.asarray(course * rms / np.sqrt(np.mean(course**2)))
+
+
+def edge_taper(force: Vector, rate: float) -> Vector:
+    """(n,) from 0 to 1; 1 everywhere for a record that begins and ends at rest.
+
+    Args:
+        force: (n,) N.
+        rate: Hz.
+    """
+    window, count = np.ones(force.size), max(1, round(EDGE * rate))
+    power = np.convolve(force**2, np.full(count, 1 / count), mode="valid")
+    ignored, faded = (min(1.0, LONGEST * force.size / rate / FADED) * one for one in (IGNORED, FADED))
+    along = np.clip((np.arange(force.size) / rate - ignored) / (faded - ignored), 0, 1)
+    rising = np.sin(np.pi / 2 * along) ** 2
+    for end, shape in ((power[0], rising), (power[-1], rising[::-1])):
+        if end > AT_REST**2 * power.max():
+            window *= shape
+    return window
