@@ -18,6 +18,8 @@ def upgrade() -> None:
     for name, column, state in PARTIAL:
         where = sa.text(f"state = '{state}'")
         op.create_index(name, "recording", ["building_id", column], sqlite_where=where, postgresql_where=where)
+    where = sa.text("refusal IS NOT NULL")
+    op.create_index("ix_analysis_refused", "analysis", ["event_id"], sqlite_where=where, postgresql_where=where)
     op.create_index(op.f("ix_event_building_id_updated_at"), "event", ["building_id", "updated_at"])
     op.create_index(op.f("ix_event_state_updated_at"), "event", ["state", "updated_at"])
     op.drop_index("ix_event_gathering", "event")
@@ -29,6 +31,7 @@ def downgrade() -> None:
     op.create_index("ix_event_gathering", "event", ["updated_at"], sqlite_where=where, postgresql_where=where)
     op.drop_index(op.f("ix_event_state_updated_at"), "event")
     op.drop_index(op.f("ix_event_building_id_updated_at"), "event")
+    op.drop_index("ix_analysis_refused", "analysis")
     for name, _, _ in PARTIAL:
         op.drop_index(name, "recording")
     op.drop_column("revision", "parsed")

@@ -81,9 +81,10 @@ def every(
     return session.scalars(query.order_by(Alert.id.desc()).limit(limit)).all()
 
 
-def open_counts(session: Session) -> Mapping[int, int]:
+def open_counts(session: Session, buildings: Collection[int]) -> Mapping[int, int]:
     """Number of alerts that have not ended, by the building's number; buildings without any are left out."""
-    query = select(Alert.building_id, func.count()).where(Alert.closed_at.is_(None)).group_by(Alert.building_id)
+    are_open = (Alert.building_id.in_(buildings), Alert.closed_at.is_(None))
+    query = select(Alert.building_id, func.count()).where(*are_open).group_by(Alert.building_id)
     return {row[0]: row[1] for row in session.execute(query)}
 
 

@@ -22,6 +22,12 @@ class Analysis(Base):
             sqlite_where=text("current = 1"),
             postgresql_where=text("current"),
         ),
+        Index(
+            "ix_analysis_refused",
+            "event_id",
+            sqlite_where=text("refusal IS NOT NULL"),
+            postgresql_where=text("refusal IS NOT NULL"),
+        ),
     )
     id: Mapped[int] = mapped_column(primary_key=True)
     event_id: Mapped[int] = mapped_column(ForeignKey("event.id"), index=True)

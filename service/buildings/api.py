@@ -9,7 +9,7 @@ from service.analyses.series_schema import Cycles, Modes, SightingOut, TrackOut,
 from service.buildings import queries
 from service.buildings.schema import BuildingOut, Buildings, ChannelOut, LevelOut
 from service.buildings.store import described
-from service.http.paging import Cursor, Limit, RowLimit, next_place, page_by_event, place, rows_of
+from service.http.paging import AfterCode, Cursor, Limit, RowLimit, next_code, next_place, page_by_event, place, rows_of
 from service.http.parameters import AnyDirection, Code, EventSpan, MinimumPga, Reading
 from service.http.responses import TaggedRoute, responses, table_responses
 from service.records import queries as record_queries
@@ -20,11 +20,11 @@ router = APIRouter(prefix="/buildings", tags=["buildings"], route_class=TaggedRo
 
 
 @router.get("", operation_id="list_buildings", **table_responses(Buildings))
-def buildings(sessions: Reading) -> Buildings:
-    """Every building, by code."""
+def buildings(sessions: Reading, cursor: AfterCode = None, limit: Limit = 50) -> Buildings:
+    """The buildings, by code."""
     with sessions() as session:
-        rows = [(b.code, b.name, events, last) for b, _, events, last in queries.buildings(session)]
-    return rows_of(Buildings, rows)
+        rows = [(b.code, b.name, events, last) for b, _, events, last in queries.buildings(session, cursor, limit)]
+    return rows_of(Buildings, rows, next_code([row[0] for row in rows], limit))
 
 
 @router.get("/{code}", operation_id="get_building", **responses(BuildingOut, 404))

@@ -5,6 +5,7 @@ from datetime import datetime
 from typing import Annotated
 
 from fastapi import APIRouter, Depends, Query, Request, Response
+from sqlalchemy import select
 from sqlalchemy.orm import Session
 from starlette.responses import RedirectResponse
 
@@ -16,6 +17,7 @@ from service.analyses.pages import MODES, View, viewed
 from service.buildings import queries
 from service.buildings.tables import Building
 from service.db.select import Span
+from service.http.paging import AfterCode, next_code
 from service.http.parameters import Reading
 from service.http.rendering import page
 from service.models import answers as model_answers, queries as model_queries
@@ -24,31 +26,31 @@ from service.models.tables import ModelVersion
 from service.records import queries as record_queries
 from service.verdict import reading
 
-JUDGED = 50
-"""Buildings whose verdict the list shows; of those behind them their own page has it."""
+LISTED = 50
+"""Buildings, and troubles, of one page."""
 
 router = APIRouter(include_in_schema=False, dependencies=[Depends(reader)])
 BuildingCode = Annotated[str | None, Query(pattern=r"^[A-Za-z0-9_-]{1,32}$")]
 
 
 @router.get("/")
-def home(request: Request, sessions: Reading, building: BuildingCode = None) -> Response:
-    """Every building, and the last event of the named building, or of the one shaken last."""
+def home(request: Request, sessions: Reading, building: BuildingCode = None, cursor: AfterCode = None) -> Response:
+    """The buildings, and the last event of the named building, or of the one shaken last."""
     with sessions() as session:
-        found = queries.buildings(session)
-        shaken = [row for row in found if row.last is not None]
-        shown = queries.building(session, building)[0] if building else None
-        if shown is None and shaken:
-            shown = max(shaken, key=lambda row: row.last)[0]
+        found = queries.buildings(session, cursor, LISTED)
+        numbers = [row.Building.id for row in found]
+        shown = queries.building(session, building)[0] if building else queries.shaken_last(session)
         views = last_events(session, shown) if shown else []
         models = failing_models(session, shown) if shown else []
-        open_now = alert_queries.open_counts(session)
+        open_now = alert_queries.open_counts(session, numbers)
         return page(
             request,
             "home",
             buildings=found,
             open_alerts=open_now,
-            verdicts={row.Building.id: reading.of_building(session, row.Building) for row in found[:JUDGED]},
+            cursor=cursor,
+            following=next_code([row.Building.code for row in found], LISTED),
+            verdicts=reading.of_buildings(session, select(Building.id).where(Building.id.in_(numbers))),
             verdict_on=reading.of_building(session, shown) if shown else None,
             shown=shown and shown.code,
             views=views,
@@ -71,18 +73,19 @@ class Trouble:
 
 
 def troubles(session: Session) -> list[Trouble]:
-    """The problems of every building whose monitoring server fails, or that has rejected files."""
+    """Buildings whose monitoring server fails, or that have rejected files, by code: the first so many."""
     rejected = record_queries.rejected_counts(session)
-    every = [
+    failing = {building.id: state for building, state in queries.failing_sources(session)}
+    found = queries.of_numbers(session, {*rejected, *failing}, LISTED)
+    return [
         Trouble(
-            code=building.code,
-            since=state.failing_since if state else None,
-            error=state.error if state and state.failing_since else None,
-            rejected=rejected.get(building.id, 0),
+            code=one.code,
+            since=failing[one.id].failing_since if one.id in failing else None,
+            error=failing[one.id].error if one.id in failing else None,
+            rejected=rejected.get(one.id, 0),
         )
-        for building, _, state in queries.sources(session)
+        for one in found
     ]
-    return [one for one in every if one.error or one.rejected]
 
 
 def failing_models(session: Session, building: Building) -> list[tuple[ModelVersion, Trend]]:

@@ -1,9 +1,10 @@
 """Reads of the buildings and their sources."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
+from typing import Any
 
-from sqlalchemy import func, select
-from sqlalchemy.orm import Session
+from sqlalchemy import ScalarSelect, func, select
+from sqlalchemy.orm import Session, aliased
 
 from service.buildings.tables import Building, Revision
 from service.db.select import Line, Question
@@ -11,15 +12,23 @@ from service.errors import NotFoundError
 from service.records.tables import Event, SourceState
 
 
-def buildings(session: Session) -> Sequence[Line]:
-    """(Building, Revision, number of events, start of the last one) by code."""
-    events = (
-        select(Event.building_id, func.count().label("events"), func.max(Event.start).label("last"))
-        .group_by(Event.building_id)
-        .subquery()
-    )
-    query = _latest_revision().add_columns(func.coalesce(events.c.events, 0), events.c.last)
-    return session.execute(query.outerjoin(events, events.c.building_id == Building.id).order_by(Building.code)).all()
+def buildings(session: Session, after: str | None, limit: int) -> Sequence[Line]:
+    """(Building, Revision, number of events, start of the last one) by code; the events of this page alone are counted.
+
+    Args:
+        session: to read with.
+        after: code at which the page before ended.
+        limit: rows.
+    """
+    events = select(func.count()).where(Event.building_id == Building.id).scalar_subquery()
+    question = _page(_latest_revision().add_columns(events.label("events"), _last_start().label("last")), after, limit)
+    return session.execute(question).all()
+
+
+def shaken_last(session: Session) -> Building | None:
+    """The building with the latest event; None before the first."""
+    last = _last_start()
+    return session.scalars(select(Building).where(last.is_not(None)).order_by(last.desc(), Building.code)).first()
 
 
 def building(session: Session, code: str) -> tuple[Building, Revision]:
@@ -34,23 +43,44 @@ def building(session: Session, code: str) -> tuple[Building, Revision]:
     return row.Building, row.Revision
 
 
-def sources(session: Session) -> Sequence[Line]:
-    """(Building, Revision, SourceState | None) by code."""
-    query = _latest_revision().add_columns(SourceState)
-    return session.execute(
-        query.outerjoin(SourceState, SourceState.building_id == Building.id).order_by(Building.code)
-    ).all()
+def sources(session: Session, after: str | None, limit: int) -> Sequence[Line]:
+    """(Building, Revision, SourceState | None) by code.
+
+    Args:
+        session: to read with.
+        after: code at which the page before ended.
+        limit: rows.
+    """
+    question = _latest_revision().add_columns(SourceState)
+    joined = question.outerjoin(SourceState, SourceState.building_id == Building.id)
+    return session.execute(_page(joined, after, limit)).all()
+
+
+def failing_sources(session: Session) -> Sequence[Line]:
+    """(Building, SourceState) of the sources that fail, by code."""
+    failing = select(Building, SourceState).join(SourceState, SourceState.building_id == Building.id)
+    return session.execute(failing.where(SourceState.failing_since.is_not(None)).order_by(Building.code)).all()
+
+
+def of_numbers(session: Session, numbers: Collection[int], limit: int) -> Sequence[Building]:
+    """The first so many of the buildings of these numbers, by code."""
+    named = select(Building).where(Building.id.in_(numbers))
+    return session.scalars(named.order_by(Building.code).limit(limit)).all()
+
+
+def _page(question: Question, after: str | None, limit: int) -> Question:
+    following = question if after is None else question.where(Building.code > after)
+    return following.order_by(Building.code).limit(limit)
+
+
+def _last_start() -> ScalarSelect[Any]:
+    """Start of the last event of a building of the question around it."""
+    return select(func.max(Event.start)).where(Event.building_id == Building.id).scalar_subquery()
 
 
 def _latest_revision() -> Question:
     """Buildings, each with its latest description."""
-    newest = (
-        select(Revision.building_id, func.max(Revision.number).label("number"))
-        .group_by(Revision.building_id)
-        .subquery()
-    )
-    return (
-        select(Building, Revision)
-        .join(newest, newest.c.building_id == Building.id)
-        .join(Revision, (Revision.building_id == Building.id) & (Revision.number == newest.c.number))
-    )
+    other = aliased(Revision)
+    newest = select(func.max(other.number)).where(other.building_id == Building.id).scalar_subquery()
+    question = select(Building, Revision).select_from(Building)
+    return question.join(Revision, (Revision.building_id == Building.id) & (Revision.number == newest))

@@ -19,6 +19,10 @@ Cursor = Annotated[
         description="`next` of the page before.", pattern=r"^-?[0-9]{1,16}_[0-9]{1,9}$", examples=["1267252451000000_1"]
     ),
 ]
+AfterCode = Annotated[
+    str | None,
+    Query(description="`next` of the page before.", pattern=r"^[A-Za-z0-9_-]{1,32}$", examples=["BNCS"]),
+]
 Before = Annotated[int | None, Query(description="`next` of the page before.", ge=1, le=LARGEST)]
 Limit = Annotated[int, Query(description="Rows of a page.", ge=1, le=500)]
 RowLimit = Annotated[int, Query(description="Rows of a page.", ge=1, le=20_000)]
@@ -32,6 +36,11 @@ def place(cursor: str | None) -> Place | None:
 def next_place(rows: Sequence[tuple[datetime, int]], limit: int) -> str | None:
     """The cursor of the next page by the times and numbers of this one's rows; None where it was not full."""
     return str(Place(*rows[-1])) if len(rows) == limit else None
+
+
+def next_code(codes: Sequence[str], limit: int) -> str | None:
+    """The same of a list by code."""
+    return codes[-1] if len(codes) == limit else None
 
 
 def next_number(numbers: Sequence[int], limit: int) -> str | None:

@@ -13,9 +13,9 @@ from service.access.auth import Caller, Role, engineer
 from service.addresses import without_credentials
 from service.buildings import queries as building_queries
 from service.buildings.schema import Sources
-from service.buildings.store import described
+from service.buildings.store import parsed
 from service.errors import ForbiddenError
-from service.http.paging import Before, Limit, page_by_number, rows_of
+from service.http.paging import AfterCode, Before, Limit, next_code, page_by_number, rows_of
 from service.http.parameters import LARGEST, JobId, Reading, Writing
 from service.http.problems import openapi_responses
 from service.http.responses import TaggedRoute, responses, table_responses
@@ -36,9 +36,10 @@ OfEvent = Annotated[int | None, Query(description="Only jobs of this event.", ge
 
 
 @router.get("/sources", operation_id="list_sources", **table_responses(Sources))
-def sources(sessions: Reading) -> Sources:
-    """Every building's monitoring server and its state."""
+def sources(sessions: Reading, cursor: AfterCode = None, limit: Limit = 50) -> Sources:
+    """The buildings' monitoring servers and their state, by code; a page is of so many buildings."""
     with sessions() as session:
+        every = building_queries.sources(session, cursor, limit)
         rows = [
             (
                 building.code,
@@ -46,10 +47,10 @@ def sources(sessions: Reading) -> Sources:
                 without_credentials(source.location),
                 *(getattr(state, name, None) for name in ("attempted_at", "succeeded_at", "failing_since", "error")),
             )
-            for building, _, state in building_queries.sources(session)
-            if (source := described(session, building).source) is not None
+            for building, revision, state in every
+            if (source := parsed(revision).source) is not None
         ]
-    return rows_of(Sources, rows)
+    return rows_of(Sources, rows, next_code([building.code for building, _, _ in every], limit))
 
 
 @router.get("/jobs", operation_id="list_jobs", **responses(Jobs))

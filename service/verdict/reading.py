@@ -3,19 +3,20 @@
 from collections.abc import Mapping, Sequence
 from datetime import datetime
 
+from sqlalchemy import literal, select
 from sqlalchemy.orm import Session
 
-from core.description import BuildingDescription
 from service.alerts.tables import Alert
 from service.analyses import history, queries as analysis_queries
 from service.analyses.tables import Analysis, DirectionResult, LayerResult
 from service.buildings import store as building_store
 from service.buildings.tables import Building
-from service.db.select import Span
+from service.db.select import Line, Question
 from service.drift.tables import DriftValue
 from service.jobs import queue as job_queue
 from service.records import queries as record_queries
 from service.records.tables import Event
+from service.verdict import overview
 from service.verdict.assessment import ACTIVE, Assessment, Facts, OpenAlert, assess
 from service.verdict.checks import LEVELS, Lacking, Level, Measured
 from service.verdict.measured import (
@@ -26,6 +27,7 @@ from service.verdict.measured import (
     measured_displacement,
     measured_residual,
 )
+from service.verdict.overview import StoredFacts
 from service.verdict.texts import NONE_YET
 
 SILENT = ("source", "record")
@@ -61,27 +63,52 @@ def of_event(session: Session, event: Event, at: datetime | None = None) -> Asse
         event: which one.
         at: the open alerts are those of this time; None: of now.
     """
-    return assess(_event_facts(session, event, at))
+    building = session.get_one(Building, event.building_id)
+    analysis = record_queries.event_with_analysis(session, event.id).Analysis
+    facts = StoredFacts(
+        description=building_store.described(session, building).description,
+        results=analysis_queries.direction_results(session, analysis.id) if analysis else (),
+        layer=analysis_queries.layer_result(session, analysis.id) if analysis else None,
+        largest_earlier=history.largest_before(session, event),
+        stiffness=[tuple(row) for row in history.stiffness_values(session, event)],
+        is_being_compared=job_queue.is_monitoring_pending(session, building.id),
+        alerts=history.open_at(session, building.id, at),
+    )
+    return assess(_event_facts(event, analysis, facts))
 
 
 def of_building(session: Session, building: Building) -> Assessment:
     """The assessment of a building now: of its last earthquake, what is open, and whether records arrive."""
-    last = record_queries.events(session, building.id, Span(), None, None, limit=1)
-    found = history.open_at(session, building.id, None)
-    silence = next((one.summary for one, state in found if one.cause in SILENT and state in ACTIVE), "")
-    if last:
-        return assess(_event_facts(session, last[0].Event, None, silence))
+    return of_buildings(session, select(literal(building.id)))[building.id]
+
+
+def of_buildings(session: Session, buildings: Question) -> Mapping[int, Assessment]:
+    """The assessments of several buildings now, by number; the statements are as many as for one building.
+
+    Args:
+        session: to read with.
+        buildings: selects the numbers of the buildings.
+    """
+    rows = overview.last_events(session, buildings)
+    stored = overview.stored_facts(session, buildings)
+    return {row.Building.id: _of_building(row, stored[row.Building.id]) for row in rows}
+
+
+def _of_building(row: Line, facts: StoredFacts) -> Assessment:
+    silence = next((one.summary for one, state in facts.alerts if one.cause in SILENT and state in ACTIVE), "")
+    if row.Event is not None:
+        return assess(_event_facts(row.Event, row.Analysis, facts, silence))
     return assess(
         Facts(
             unusable=NONE_YET,
             silence=silence,
-            layer=building_store.described(session, building).description.isolation,
+            layer=facts.description.isolation,
             displacement=NO_DISPLACEMENT,
             residual=NO_RESIDUAL,
             largest_earlier=None,
             stiffness={},
             data_problems=(),
-            alerts=tuple(_alert(one, state, None) for one, state in found),
+            alerts=tuple(_alert(one, state, None) for one, state in facts.alerts),
         )
     )
 
@@ -104,27 +131,21 @@ def motion(session: Session, analysis: Analysis | None) -> tuple[Measured | Lack
     return _displacement(results, layer), _residual(results)
 
 
-def _event_facts(session: Session, event: Event, at: datetime | None, silence: str = "") -> Facts:
-    building = session.get_one(Building, event.building_id)
-    file = building_store.described(session, building)
-    analysis = record_queries.event_with_analysis(session, event.id).Analysis
-    if analysis is not None and analysis.refusal is not None:
-        analysis = None
-    is_pending = analysis is None and event.state in STATES
-    displacement, residual = (PENDING, PENDING) if is_pending else motion(session, analysis)
+def _event_facts(event: Event, analysis: Analysis | None, facts: StoredFacts, silence: str = "") -> Facts:
+    usable = analysis if analysis is not None and analysis.refusal is None else None
+    is_pending = usable is None and event.state in STATES
+    results, layer = (facts.results, facts.layer) if usable is not None else ((), None)
     return Facts(
         unusable=_unusable(event),
         silence=silence,
-        provisional=_provisional(session, event),
-        layer=file.description.isolation,
-        displacement=displacement,
-        residual=residual,
-        largest_earlier=history.largest_before(session, event),
-        stiffness=dict.fromkeys(file.description.horizontal_directions, PENDING)
-        if is_pending
-        else _stiffness(session, event, file.description),
-        data_problems=_problems(analysis) if analysis else PENDING,
-        alerts=tuple(_alert(one, state, event) for one, state in history.open_at(session, building.id, at)),
+        provisional=_provisional(event, facts),
+        layer=facts.description.isolation,
+        displacement=PENDING if is_pending else _displacement(results, layer),
+        residual=PENDING if is_pending else _residual(results),
+        largest_earlier=facts.largest_earlier,
+        stiffness=dict.fromkeys(facts.description.horizontal_directions, PENDING) if is_pending else _stiffness(facts),
+        data_problems=_problems(usable) if usable is not None else PENDING,
+        alerts=tuple(_alert(one, state, event) for one, state in facts.alerts),
     )
 
 
@@ -135,12 +156,10 @@ def _unusable(event: Event) -> str:
     return f"Its records cannot be used: {why}" if event.state == "refused" else f"Its analysis failed: {why}"
 
 
-def _provisional(session: Session, event: Event) -> str:
+def _provisional(event: Event, facts: StoredFacts) -> str:
     if event.state in STATES:
         return STATES[event.state]
-    if job_queue.is_monitoring_pending(session, event.building_id):
-        return "the comparison with earlier earthquakes has not finished"
-    return ""
+    return "the comparison with earlier earthquakes has not finished" if facts.is_being_compared else ""
 
 
 def _displacement(results: Sequence[DirectionResult], layer: LayerResult | None) -> Measured | Lacking:
@@ -162,10 +181,10 @@ def _residual(results: Sequence[DirectionResult]) -> Measured | Lacking:
     )
 
 
-def _stiffness(session: Session, event: Event, description: BuildingDescription) -> dict[str, Measured | Lacking]:
-    rows = {subject: (wanted, value) for subject, wanted, value in history.stiffness_values(session, event)}
-    directions = description.horizontal_directions
-    if job_queue.is_monitoring_pending(session, event.building_id):
+def _stiffness(facts: StoredFacts) -> dict[str, Measured | Lacking]:
+    rows = {subject: (wanted, value) for subject, wanted, value in facts.stiffness}
+    directions = facts.description.horizontal_directions
+    if facts.is_being_compared:
         rows = {one: (wanted, value) for one, (wanted, value) in rows.items() if value is not None}
         return {one: _change(*rows[one]) if one in rows else COMPARING for one in directions}
     return {one: _change(*rows[one]) if one in rows else NOT_COMPARED for one in directions}

@@ -114,7 +114,7 @@ def drift_value(event: Event, change: float = 0.0, std: float = 0.01, is_referen
     """An earthquake's change of stiffness."""
     return DriftValue(
         event_id=event.id,
-        drift_value=change,
+        value=change,
         std=std,
         count=5,
         is_reference=is_reference,

@@ -1,5 +1,6 @@
 """Frequent queries use an index on both kinds of database, so that nothing grows with the whole history."""
 
+import re
 from collections.abc import Callable, Sequence
 from datetime import UTC, datetime, timedelta
 
@@ -10,6 +11,7 @@ from sqlalchemy.orm import Session, sessionmaker
 from service.alerts import queries as alert_queries
 from service.buildings.tables import Building
 from service.health import queries as health_queries
+from service.health.api.metrics import GAUGES
 from service.records import events, queries as record_queries
 from service.records.ingest import failed_before
 from service.settings import Settings
@@ -75,3 +77,14 @@ def _plan(connection: Connection, statement: str, parameters: object) -> str:
     prefix = "EXPLAIN QUERY PLAN " if connection.dialect.name == "sqlite" else "EXPLAIN "
     rows = connection.exec_driver_sql(prefix + statement, parameters)  # type: ignore[arg-type]
     return "\n".join(str(row[-1]) for row in rows)
+
+
+def test_metrics_count_the_history_in_indexes_alone(sessions: sessionmaker[Session]) -> None:
+    """Tables that grow with every earthquake."""
+    for name, (_, _, read) in GAUGES.items():
+        for plan in plans(sessions, read):
+            assert not re.search(r"Seq Scan on (event|recording|waveform|job|analysis|delivery)\b", plan), (
+                f"{name}: {plan}"
+            )
+            scanned = re.findall(r"SCAN (?:event|recording|waveform|job|analysis|delivery)\b.*", plan)
+            assert all("INDEX" in one for one in scanned), f"{name}: {plan}"

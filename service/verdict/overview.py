@@ -1,0 +1,138 @@
+"""The stored facts behind the assessments of many buildings, by a fixed number of statements."""
+
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from sqlalchemy import ScalarSelect, exists, func, select
+from sqlalchemy.orm import Session, aliased
+
+from core.description import BuildingDescription
+from service.alerts.tables import Alert
+from service.analyses.tables import Analysis, DirectionResult, LayerResult
+from service.buildings import store as building_store
+from service.buildings.tables import Building, Revision
+from service.db.select import Line, Question
+from service.drift.tables import DriftValue, WatchedSeries
+from service.jobs.queue import UNDER_WAY, WATCH
+from service.jobs.tables import Job
+from service.records.tables import Event
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class StoredFacts:
+    """What is stored of an earthquake and its building, beside the event and its analysis."""
+
+    description: BuildingDescription
+    results: Sequence[DirectionResult]
+    """Of the analysis; empty without one."""
+    layer: LayerResult | None
+    largest_earlier: float | None
+    """m, largest displacement in plan in the earthquakes before; None where none was measured."""
+    stiffness: Sequence[tuple[Any, ...]]
+    """(subject, events that the reference lacks, DriftValue | None) of each series of stiffness."""
+    is_being_compared: bool
+    """True while the comparison with earlier earthquakes has not finished."""
+    alerts: Sequence[tuple[Alert, str]]
+    """Open alerts with their states, by number."""
+
+
+def last_events(session: Session, buildings: Question) -> Sequence[Line]:
+    """(Building, its last Event | None, the event's latest Analysis | None) of these buildings."""
+    return session.execute(_last(buildings.correlate(None))).all()
+
+
+def stored_facts(session: Session, buildings: Question) -> Mapping[int, StoredFacts]:
+    """The facts of each building and its last earthquake, by number of the building."""
+    buildings = buildings.correlate(None)  # else a selection of every building would take the rows of the question
+    of_last = _last(buildings).with_only_columns(Analysis.id)
+    results = _grouped(session, _with_building(DirectionResult, of_last).order_by(DirectionResult.direction))
+    layers = _grouped(session, _with_building(LayerResult, of_last))
+    alerts = _grouped(session, select(Alert.building_id, Alert).where(*_open(buildings)).order_by(Alert.id))
+    stiffness = _grouped(session, _stiffness(buildings))
+    largest = {line[0]: line[1] for line in session.execute(_largest_earlier(buildings))}
+    compared = set(session.scalars(_being_compared(buildings)))
+    return {
+        number: StoredFacts(
+            description=building_store.parsed(revision).description,
+            results=[line[1] for line in results[number]],
+            layer=next((line[1] for line in layers[number]), None),
+            largest_earlier=largest.get(number),
+            stiffness=[tuple(line[1:]) for line in stiffness[number]],
+            is_being_compared=number in compared,
+            alerts=[(line[1], line[1].state) for line in alerts[number]],
+        )
+        for number, revision in session.execute(_revisions(buildings))
+    }
+
+
+def _grouped(session: Session, question: Question) -> Mapping[int, list[Line]]:
+    """Lines by their first column."""
+    lines: dict[int, list[Line]] = defaultdict(list)
+    for line in session.execute(question):
+        lines[line[0]].append(line)
+    return lines
+
+
+def _last_event() -> ScalarSelect[Any]:
+    """Number of the last event of a building of the question around it."""
+    of_building = aliased(Event)
+    latest = select(of_building.id).where(of_building.building_id == Building.id).correlate(Building)
+    return latest.order_by(of_building.start.desc(), of_building.id.desc()).limit(1).scalar_subquery()
+
+
+def _last(buildings: Question) -> Question:
+    question = select(Building, Event, Analysis).select_from(Building).outerjoin(Event, Event.id == _last_event())
+    with_analysis = question.outerjoin(Analysis, (Analysis.event_id == Event.id) & Analysis.current)
+    return with_analysis.where(Building.id.in_(buildings))
+
+
+def _open(buildings: Question) -> tuple[Any, ...]:
+    return (Alert.building_id.in_(buildings), Alert.closed_at.is_(None))
+
+
+def _revisions(buildings: Question) -> Question:
+    other = aliased(Revision)
+    newest = select(func.max(other.number)).where(other.building_id == Revision.building_id).scalar_subquery()
+    of_buildings = (Revision.building_id.in_(buildings), Revision.number == newest)
+    return select(Revision.building_id, Revision).where(*of_buildings)
+
+
+def _with_building(table: type[DirectionResult | LayerResult], analyses: Question) -> Question:
+    """(number of the building, row) of the results of these analyses."""
+    joined = select(Event.building_id, table).join(Analysis, Analysis.id == table.analysis_id)
+    return joined.join(Event, Event.id == Analysis.event_id).where(table.analysis_id.in_(analyses))
+
+
+def _stiffness(buildings: Question) -> Question:
+    value = (DriftValue.series_id == WatchedSeries.id) & (DriftValue.event_id == _last_event())
+    columns = (WatchedSeries.building_id, WatchedSeries.subject, WatchedSeries.wanted, DriftValue)
+    question = select(*columns).join(Building, Building.id == WatchedSeries.building_id).outerjoin(DriftValue, value)
+    of_stiffness = (WatchedSeries.building_id.in_(buildings), WatchedSeries.quantity == "stiffness")
+    return question.where(*of_stiffness).order_by(WatchedSeries.subject)
+
+
+def _largest_earlier(buildings: Question) -> Question:
+    """(number of the building, m) from the usable analyses of the events before the last one."""
+    last = aliased(Event)
+    moved = func.coalesce(LayerResult.peak_resultant, DirectionResult.peak_displacement)
+    return (
+        select(Event.building_id, func.max(moved))
+        .join(Building, Building.id == Event.building_id)
+        .join(last, last.id == _last_event())
+        .join(Analysis, (Analysis.event_id == Event.id) & Analysis.current & Analysis.refusal.is_(None))
+        .join(DirectionResult, DirectionResult.analysis_id == Analysis.id)
+        .outerjoin(LayerResult, LayerResult.analysis_id == Analysis.id)
+        .where(Event.building_id.in_(buildings), Event.start < last.start)
+        .group_by(Event.building_id)
+    )
+
+
+def _being_compared(buildings: Question) -> Question:
+    """Numbers of the buildings whose latest comparison with earlier earthquakes waits or is under way."""
+    later = aliased(Job)
+    is_latest = ~exists().where(later.kind == WATCH, later.building_id == Job.building_id, later.id > Job.id)
+    return select(Job.building_id).where(
+        Job.kind == WATCH, Job.building_id.in_(buildings), Job.state.in_(UNDER_WAY), is_latest
+    )
