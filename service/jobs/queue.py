@@ -231,9 +231,9 @@ def _queued(session: Session, job: Job) -> Job:
     )
     query = select(Job).where(*alike, Job.state == "waiting").order_by(Job.id.desc()).with_for_update(of=Job)
     waiting = session.scalars(query.execution_options(populate_existing=True)).all()
-    begun = session.scalar(select(func.max(Job.id)).where(*alike, Job.state != "waiting")) or 0
+    started = session.scalar(select(func.max(Job.id)).where(*alike, Job.state != "waiting")) or 0
     for one in waiting:
-        if one.id > begun and one.arguments == job.arguments:
+        if one.id > started and one.arguments == job.arguments:
             if job.asked_by is None:
                 one.asked_by = None  # the service needs it too, and sooner
             return one

@@ -83,7 +83,7 @@ class Running:
     """The note with the stage's current step."""
     reported: str | None = None
     """The latest step that was stored for display."""
-    begun: float = field(default_factory=time.monotonic)
+    started: float = field(default_factory=time.monotonic)
     """Monotonic s when its first stage started."""
 
     @property

@@ -153,7 +153,7 @@ class Worker:
             return
         self.cancelled_checked_at = now
         limit = self.settings.jobs.time_limit
-        overdue = {future for future, job in self.running.items() if now - job.begun > limit and not future.done()}
+        overdue = {future for future, job in self.running.items() if now - job.started > limit and not future.done()}
         with reading(self.sessions)() as session:
             running = queue.still_running(session, [job.claim for job in self.running.values()])
         cancelled = {future for future, job in self.running.items() if job.claim.job_id not in running}

@@ -99,9 +99,9 @@ class Notifier:
 
     def _deliver(self, claim: Claim) -> None:
         """One attempt; if its result cannot be stored, the lease lapses and the delivery is attempted again."""
-        begun = monotonic()
+        started = monotonic()
         result = self._sent(claim)
-        seconds = monotonic() - begun
+        seconds = monotonic() - started
         try:
             with self.sessions.begin() as session:
                 is_stored = claims.finish(session, claim, result, seconds, self.clock(), self._retry_policy, self.rng)

@@ -224,7 +224,7 @@ def _pieces(session: Session, selections: Sequence[Selection]) -> list[Piece]:
     """All waveforms between the first start and the last end of the selections."""
     start, end = (min(one.start for one in selections), max(one.end for one in selections))
     return [
-        Piece(row, (begun := row.start.timestamp()), begun + row.count / row.rate)
+        Piece(row, (started := row.start.timestamp()), started + row.count / row.rate)
         for row in queries.pieces(session, _time(start), _time(end))
     ]
 

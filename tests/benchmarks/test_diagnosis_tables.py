@@ -36,7 +36,7 @@ def cells(table: Table, first: str) -> tuple[str, ...]:
     return found[1:]
 
 
-def test_shares_are_of_the_trials_that_are_asked() -> None:
+def test_shares_are_of_the_trials_that_are_requested() -> None:
     """A weak law need not be seen: its trial is in no share of those above 2 %."""
     whole, by_noise, _ = tables([RIGHT, WRONG, BLAMED, WEAK])
     assert cells(whole, NAMED) == ("≥ 98 %", "50.0 % (1 of 2)")
@@ -47,7 +47,7 @@ def test_shares_are_of_the_trials_that_are_asked() -> None:
     assert cells(by_noise, BLAMES) == ("0.0 % (0 of 1)", "none run")
 
 
-def test_every_trial_that_went_wrong_is_listed_with_what_was_said() -> None:
+def test_every_trial_that_went_wrong_is_listed_with_what_was_stated() -> None:
     *_, wrong = tables([RIGHT, WRONG, BLAMED, WEAK])
     assert wrong.rows == (
         ("same law, misfit > 2 %", "hardening, 3", "10 %", "5.0 %", "one_of_set, friction, unknown"),

@@ -42,7 +42,7 @@ def test_what_fails_says_how() -> None:
     assert sole(Way("failing", "numpy", failing)) == Refusal("ValueError: no such order")
 
 
-def test_a_peer_that_is_missing_is_said_to_be() -> None:
+def test_a_peer_that_is_missing_is_reported_as() -> None:
     assert sole(Way("missing", "no_such_package.at_all", failing)) == Refusal("not installed")
 
 

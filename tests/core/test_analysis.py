@@ -95,7 +95,7 @@ def test_nothing_at_all_is_refused() -> None:
     assert BASE in str(result.refusal)
 
 
-def test_without_a_transducer_the_displacement_is_integrated_and_said_to_be() -> None:
+def test_without_a_transducer_the_displacement_is_integrated_and_stated_to_be() -> None:
     samples = {channel: values for channel, values in records(4, 0.0).items() if channel != LAYER}
     result = analyse(segments(samples), paper(), AnalysisSettings())
     truth = exact(akt013, 1.0)[-1]

@@ -182,9 +182,9 @@ def test_what_cannot_be_used_is_refused_in_words(
     changed: dict[str, Any], error: type[core.CoreError], message: str
 ) -> None:
     one = arrays()
-    asked = {"rate": RATE, "base": one["base"], "floors": one["floors"], "measured": [2, 6], "masses": MASSES}
+    requested = {"rate": RATE, "base": one["base"], "floors": one["floors"], "measured": [2, 6], "masses": MASSES}
     with pytest.raises(error, match=message):
-        core.restoring_force(**{**asked, **changed})
+        core.restoring_force(**{**requested, **changed})
 
 
 def test_another_unit_is_noticed() -> None:

@@ -31,9 +31,9 @@ def test_the_demonstration_from_first_start_to_second(tmp_path: Path) -> None:
         events = first.events(address, PAST + 1)
         assert [event["state"] for event in events] == ["analysed"] * (PAST + 1)
         assert seconds_to_end(first) < 10.0
-        said = first.said.read_text()
-        assert "Traceback" not in said
-        assert "was recorded" in said
+        printed = first.printed.read_text()
+        assert "Traceback" not in printed
+        assert "was recorded" in printed
         assert not surviving_processes(first.process.pid)
 
     with demo(folder, tmp_path / "second.txt", "--earthquakes", str(PAST), "--next-after", "3600") as second:
@@ -56,7 +56,7 @@ def test_a_hidden_effect_is_missed_until_a_model_that_has_it_is_in_force(tmp_pat
         demo(tmp_path / "kept", tmp_path / "said.txt", "--hidden-effect", "--earthquakes", "4") as running,
         httpx.Client(base_url=running.address(), timeout=30.0) as service,
     ):
-        former = running.until(lambda: re.search(r"1\. open \S+/models/(\d+)", running.said.read_text()), FITTED)[1]
+        former = running.until(lambda: re.search(r"1\. open \S+/models/(\d+)", running.printed.read_text()), FITTED)[1]
         assert "The model misses the latest 2 events" in service.get("/").text
         before = service.get(f"/api/v1/models/{former}").json()
         assert before["errors"]["later"]["nrmse"] > 0.03 > 2 * before["errors"]["fitted"]["nrmse"]
@@ -64,16 +64,18 @@ def test_a_hidden_effect_is_missed_until_a_model_that_has_it_is_in_force(tmp_pat
         effects = {name: dict(values) for name, values in ISOLATOR.effects.items()} | {"hardening": hardening}
         made = service.post("/api/v1/buildings/DEMO/models", json={"direction": "x", "effects": effects}).json()["id"]
         service.post(f"/api/v1/models/{made}/accept")
-        told = running.until(lambda: re.search(r"no model was fitted to it.*", running.said.read_text()), FITTED)[0]
-        was, now = (float(number) for number in re.findall(r"by ([\d.]+)%", told))
+        reported = running.until(
+            lambda: re.search(r"no model was fitted to it.*", running.printed.read_text()), FITTED
+        )[0]
+        was, now = (float(number) for number in re.findall(r"by ([\d.]+)%", reported))
         assert now < 0.1 * was
         after = service.get(f"/api/v1/models/{made}").json()["errors"]["later"]
         assert (after["events"], after["nrmse"]) == (1, pytest.approx(now / 100, abs=5e-4))
         seconds_to_end(running)
-    assert "Traceback" not in running.said.read_text()
+    assert "Traceback" not in running.printed.read_text()
 
     with demo(tmp_path / "kept", tmp_path / "again.txt", "--hidden-effect") as again:
-        again.until(lambda: "your model x 3 is in force" in again.said.read_text())
+        again.until(lambda: "your model x 3 is in force" in again.printed.read_text())
         seconds_to_end(again)
 
 

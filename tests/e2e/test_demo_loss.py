@@ -20,7 +20,7 @@ PICTURE_BYTES = 10_000
 """Fewer than the loop has: an empty chart has fewer still."""
 
 
-def test_the_loss_reaches_a_mail_server_and_a_program_and_is_told_as_new_once(tmp_path: Path) -> None:
+def test_the_loss_reaches_a_mail_server_and_a_program_and_is_reported_as_new_once(tmp_path: Path) -> None:
     with webhook_server() as program, mail_server() as box:
         settings = {
             "MENSHIN_NOTIFY__ALLOWED_PRIVATE_HOSTS": '["localhost"]',
@@ -47,17 +47,17 @@ def test_the_loss_reaches_a_mail_server_and_a_program_and_is_told_as_new_once(tm
             link = f"{str(service.base_url).removesuffix('/api/v1/')}/alerts/{alert['id']}"
             seconds_to_end(running)
             assert not surviving_processes(running.process.pid)
-    assert "Traceback" not in running.said.read_text()
+    assert "Traceback" not in running.printed.read_text()
 
     signed = [Webhook(KEY).verify(one.body, dict(one.headers)) for one in program.posted]
-    told = [one["data"] for one in signed if one["type"] == "menshin.alert.v1"]
-    assert [one["sequence"] for one in told] == ["new"] + ["updated"] * (len(told) - 1)
-    for one in told:
+    reported = [one["data"] for one in signed if one["type"] == "menshin.alert.v1"]
+    assert [one["sequence"] for one in reported] == ["new"] + ["updated"] * (len(reported) - 1)
+    for one in reported:
         [raised] = one["values"]["alerts"]
         assert (raised["id"], raised["kind"]) == (alert["id"], "deterioration")
         assert raised["evidence"]["drift"] == pytest.approx(-LOSS, abs=0.01)  # three times its 95 % interval
 
-    assert [mail["Subject"] for mail in box.mails] == [one["heading"] for one in told], "both are told the same"
+    assert [mail["Subject"] for mail in box.mails] == [one["heading"] for one in reported], "both are told the same"
     mail = box.mails[0]
     text, page = mail.get_body(("plain",)), mail.get_body(("html",))
     assert text is not None

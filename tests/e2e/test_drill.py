@@ -21,7 +21,7 @@ from service.notify.texts import DRILL
 pytestmark = pytest.mark.slow
 
 
-def test_a_drill_arrives_everywhere_with_its_picture_and_cannot_be_taken_for_real(tmp_path: Path) -> None:
+def test_a_drill_arrives_everywhere_with_its_picture_and_cannot_be_mistaken_for_real(tmp_path: Path) -> None:
     url = databases.sqlite(tmp_path)
     sessions = opened.sessions(url)
     (tmp_path / "records").mkdir()

@@ -37,20 +37,20 @@ def hidden() -> Trial:
 class Engineer:
     """Asks the API for work, and waits until it is done."""
 
-    def __init__(self, asking: TestClient, worker: Worker) -> None:
-        self.asking, self.worker = asking, worker
+    def __init__(self, api: TestClient, worker: Worker) -> None:
+        self.api, self.worker = api, worker
 
     def read(self, address: str) -> Any:  # noqa: ANN401  whatever JSON holds
-        answer = self.asking.get(f"/api/v1{address}")
+        answer = self.api.get(f"/api/v1{address}")
         assert answer.status_code == 200, answer.text
         return answer.json()
 
     def done(self, address: str, **wanted: object) -> dict[str, Any]:
         """Result of a job."""
-        asked = self.asking.post(f"/api/v1{address}", json=wanted)
-        assert asked.status_code == 202, asked.text
+        requested = self.api.post(f"/api/v1{address}", json=wanted)
+        assert requested.status_code == 202, requested.text
         self.worker.run_until_idle()
-        job = self.asking.get(asked.headers["Location"]).json()
+        job = self.api.get(requested.headers["Location"]).json()
         assert (job["state"], job["refusal"]) == ("done", None), job
         result: dict[str, Any] = job["result"]
         return result
@@ -62,7 +62,7 @@ def engineer(of: Trial, folder: Path) -> Iterator[Engineer]:
     address = f"sqlite:///{folder / 'menshin.sqlite'}"
     settings = Settings(database_url=address, event_grace=0, settle_time=0, workers=1)
     records = files.write(of, folder)[BROUGHT]
-    with roles.migrated(settings) as sessions, client(address) as asking:
+    with roles.migrated(settings) as sessions, client(address) as api:
         now = datetime.now(UTC)
         with sessions.begin() as session:
             building = building_store.add(session, (folder / files.BUILDING).read_text("utf-8"), folder, now)
@@ -76,7 +76,7 @@ def engineer(of: Trial, folder: Path) -> Iterator[Engineer]:
         try:
             worker = Worker(sessions, processes, settings, KINDS)
             worker.run_until_idle()
-            yield Engineer(asking, worker)
+            yield Engineer(api, worker)
         finally:
             processes().shutdown(wait=True)
 
@@ -86,7 +86,7 @@ def test_the_error_falls_on_an_earthquake_that_nothing_was_fitted_to(hidden: Tri
         known = sorted(at.read("/buildings/TRIAL/events")["items"], key=lambda one: str(one["start"]))
         assert [one["state"] for one in known] == ["analysed"] * 3
         left_out = [known[-1]["id"]]
-        first = at.asking.post("/api/v1/buildings/TRIAL/models", json={"direction": "x"}).json()["id"]
+        first = at.api.post("/api/v1/buildings/TRIAL/models", json={"direction": "x"}).json()["id"]
         assert at.done(f"/models/{first}/comparisons")["fails"]
         number = at.done(f"/models/{first}/diagnoses", hold_out=left_out)["diagnosis"]
         diagnosis = at.read(f"/diagnoses/{number}")
@@ -96,7 +96,7 @@ def test_the_error_falls_on_an_earthquake_that_nothing_was_fitted_to(hidden: Tri
             left_out,
         )
         second = at.done(f"/models/{first}/effects", effect=diagnosis["set"][0], hold_out=left_out)["made"]
-        assert at.asking.post(f"/api/v1/models/{second}/accept").json()["state"] == "current"
+        assert at.api.post(f"/api/v1/models/{second}/accept").json()["state"] == "current"
         before, after = at.read(f"/models/{second}/lineage")["items"]
         assert (before["state"], after["errors"]["left_out"]["events"]) == ("draft", 1)
         (was,) = (one["nrmse"] for one in at.read(f"/models/{first}/comparisons")["items"] if one["event"] in left_out)

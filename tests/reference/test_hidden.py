@@ -110,7 +110,7 @@ def test_half_the_step_gives_the_same(name: str) -> None:
 
 @pytest.mark.accuracy
 @pytest.mark.parametrize("name", [*SAME, *ANOTHER, *OUTSIDE])
-def test_every_law_changes_the_response_and_hardly_any_strength_hardly_does(name: str) -> None:
+def test_every_law_changes_the_response_and_barely_any_strength_barely_does(name: str) -> None:
     """A thousandth and more; where the yielding is replaced, what is left is the difference of two integrations."""
     law, values = drawn(name)
     plain = simulate_building(STANDS, with_usual_yielding(STANDS, ()), driving(2, 2 if "cross" in law.needs else 1))
@@ -166,7 +166,7 @@ def test_peaks_are_about_those_planned_and_the_misfit_about_that_wanted() -> Non
     assert made("nothing").misfit < 1e-3
 
 
-def test_the_misfit_is_a_number_where_a_damper_that_hardly_comes_back_fits_best() -> None:
+def test_the_misfit_is_a_number_where_a_damper_that_barely_comes_back_fits_best() -> None:
     """The search for β goes to its edge here, where z would stay at -1 whatever the displacement does."""
     assert 0.001 < trial("power_viscous", 9).misfit < 0.19
 
@@ -190,7 +190,7 @@ def test_a_fault_shows_on_its_channel_and_on_no_other(text: str) -> None:
     assert changed == {erring.channel, erring.other} - {""}
 
 
-def test_a_late_sensor_is_late_by_what_is_said() -> None:
+def test_a_late_sensor_is_late_by_what_is_stated() -> None:
     """The shift is interpolated between sixteenths of a sample: 1e-3 of a sine of 3 Hz."""
     time = np.arange(2000) / 100
     late = faults.KINDS["delay"].applied(np.sin(6 * np.pi * time)[None], 0.013, np.random.default_rng(1))[0]
@@ -216,18 +216,18 @@ def test_what_is_described_is_off_only_where_the_case_says_so() -> None:
 
 def test_a_record_that_begins_in_motion_does_so_and_keeps_its_time() -> None:
     whole, moving = made("nothing"), trial("moving", 3)
-    begun = moving.events[2]
-    assert np.abs(begun.displacement[0, 0]) > 1e-4 or np.abs(begun.velocity[0, 0]) > 1e-3
-    assert begun.record.samples.shape[1] < whole.events[2].record.samples.shape[1]
+    started = moving.events[2]
+    assert np.abs(started.displacement[0, 0]) > 1e-4 or np.abs(started.velocity[0, 0]) > 1e-3
+    assert started.record.samples.shape[1] < whole.events[2].record.samples.shape[1]
 
 
 def test_the_files_say_what_the_trial_is(tmp_path: Path) -> None:
     found = made("biaxial")
     files = write(found, tmp_path)
-    told = read((tmp_path / "building.toml").read_text(), tmp_path)
-    assert told.description == found.description
-    assert building_file(told.description) == building_file(found.description)
-    for event, held in zip(found.events, events(files, told), strict=True):
+    reported = read((tmp_path / "building.toml").read_text(), tmp_path)
+    assert reported.description == found.description
+    assert building_file(reported.description) == building_file(found.description)
+    for event, held in zip(found.events, events(files, reported), strict=True):
         by_channel = {segment.channel: segment.samples for segment in held.segments}
         for channel, samples in zip(event.record.channels, event.record.samples, strict=True):
             np.testing.assert_array_equal(by_channel[channel.id], samples)

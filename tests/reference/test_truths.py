@@ -108,9 +108,9 @@ def test_cut_records_begin_and_end_in_motion(motion: str) -> None:
     assert np.sum(base**2) > 0.8 * np.sum(whole**2)
 
 
-def test_an_estimator_is_told_the_design() -> None:
+def test_an_estimator_is_reported_the_design() -> None:
     channels = recorded(KINDS["all masses ±20 %"], "Kobe", 0.01, 1)
-    told = estimator_input(as_prepared(channels))
-    assert told.base_mass == BUILDING.base_mass
-    assert told.floor_mass is BUILDING.floor_mass
-    assert told.storey_stiffness is None
+    reported = estimator_input(as_prepared(channels))
+    assert reported.base_mass == BUILDING.base_mass
+    assert reported.floor_mass is BUILDING.floor_mass
+    assert reported.storey_stiffness is None

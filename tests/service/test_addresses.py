@@ -77,8 +77,8 @@ def test_no_password_of_a_source_is_stored_shown_or_logged(
         location = f"{server.address}/events/?token={TOKEN}".replace("//", f"//{NAME}:{PASSWORD}@")
         add(sessions, location)
         SourcePoller(sessions, SETTINGS, clock=lambda: NOW).poll_all()
-        assert all("Basic " in headers["Authorization"] for _, headers in server.asked)
-        assert any(TOKEN in path for path, _ in server.asked)
+        assert all("Basic " in headers["Authorization"] for _, headers in server.requested)
+        assert any(TOKEN in path for path, _ in server.requested)
         server.pages["/events/"] = Page(b"", status=403)
         SourcePoller(sessions, SETTINGS, clock=lambda: NOW + timedelta(minutes=1)).poll_all()
     SourcePoller(sessions, SETTINGS, clock=lambda: NOW + timedelta(minutes=2)).poll_all()
@@ -95,8 +95,8 @@ def test_no_password_of_a_source_is_stored_shown_or_logged(
         files = session.scalars(select(FetchedFile.address).order_by(FetchedFile.address)).all()
         assert files == [f"{server.address}/events/{n}" for n in ("a.mseed", "b.mseed", f"c.mseed?key={TOKEN}")]
     assert not [secret for secret in SECRETS if secret in stored_as_text(sessions)]
-    with api_server(database_url) as address, httpx.Client(base_url=address) as asking:
-        pages = [asking.get(path).text for path in ("/api/v1/sources", "/api/v1/alerts", "/alerts")]
+    with api_server(database_url) as address, httpx.Client(base_url=address) as api:
+        pages = [api.get(path).text for path in ("/api/v1/sources", "/api/v1/alerts", "/alerts")]
     assert "cannot be reached" in pages[0]
     shown = "\n".join([*pages, *(record.getMessage() for record in caplog.records), caplog.text])
     assert not [secret for secret in SECRETS if secret in shown]

@@ -46,7 +46,7 @@ def test_the_file_that_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     assert Settings().analysis.band == (0.2, 20.0)
 
 
-def test_a_file_that_nobody_named_cannot_name_code(
+def test_a_file_that_no_one_named_cannot_name_code(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Else a command in a folder of downloaded records runs what came with them."""
@@ -122,10 +122,10 @@ def test_no_message_of_a_command_repeats_a_secret(
     monkeypatch.chdir(tmp_path)
     with pytest.raises(typer.Exit):
         current_settings()
-    said = capsys.readouterr().err
-    assert said
-    assert "s3cr3t" not in said
-    assert "5123" not in said
+    printed = capsys.readouterr().err
+    assert printed
+    assert "s3cr3t" not in printed
+    assert "5123" not in printed
 
 
 def value_of(settings: Settings, name: str) -> object:
@@ -141,7 +141,7 @@ WITH = {"executor": "dask_address = 'a'\n", "smtp_user": "smtp_password = 'a'\n"
 
 
 @pytest.mark.parametrize("old", sorted(OLD_NAMES))
-def test_an_old_name_in_the_file_is_read_and_its_new_name_told(tmp_path: Path, old: str) -> None:
+def test_an_old_name_in_the_file_is_read_and_its_new_name_reported(tmp_path: Path, old: str) -> None:
     example = EXAMPLES.get(old, '"text"' if old in TEXTS else "true" if old.startswith("plain") else "2")
     example = '["a"]' if old == "inside_allowed" else "100_000_000" if old == "parser_memory" else example
     (tmp_path / "menshin.toml").write_text(f"{WITH.get(old, '')}{old} = {example}\n")

@@ -25,13 +25,13 @@ Answer = TypeVar("Answer")
 class Demo:
     """A running demonstration, and what it has said."""
 
-    def __init__(self, folder: Path, said: Path, *more: str, **settings: str) -> None:
-        self.said = said
+    def __init__(self, folder: Path, printed: Path, *more: str, **settings: str) -> None:
+        self.printed = printed
         command = [str(Path(sys.executable).with_name("menshin")), "demo", "--folder", str(folder), "--port", "0"]
-        with said.open("w") as output:
+        with printed.open("w") as output:
             self.process = subprocess.Popen(
                 [*command, *more],
-                cwd=said.parent,
+                cwd=printed.parent,
                 stdout=output,
                 stderr=subprocess.STDOUT,
                 env={**os.environ, "COLUMNS": "200", "OMP_NUM_THREADS": "1", **settings},
@@ -40,16 +40,16 @@ class Demo:
 
     def address(self) -> str:
         """Address of its pages and its API, once it has printed it."""
-        found = self.until(lambda: ADDRESS.search(self.said.read_text()))
+        found = self.until(lambda: ADDRESS.search(self.printed.read_text()))
         return found[0].rstrip("/")
 
     def key(self) -> str:
         """A new admin's key, made as its operator makes one; from then on the pages and the API take a key."""
-        kept = self.until(lambda: re.search(r"kept in (.+)", self.said.read_text()))[1]
+        kept = self.until(lambda: re.search(r"kept in (.+)", self.printed.read_text()))[1]
         command = [str(Path(sys.executable).with_name("menshin")), "key", "create", "operator", "--role", "admin"]
         environment = {**os.environ, "MENSHIN_DATABASE_URL": f"sqlite:///{Path(kept) / DATABASE}"}
         done = subprocess.run(
-            command, cwd=self.said.parent, env=environment, capture_output=True, text=True, check=True
+            command, cwd=self.printed.parent, env=environment, capture_output=True, text=True, check=True
         )
         return done.stdout.strip()
 
@@ -60,8 +60,8 @@ class Demo:
         headers = {} if key is None else {"X-API-Key": key}
 
         def settled() -> list[dict[str, object]] | None:
-            asked = httpx.get(f"{address}/api/v1/buildings/DEMO/events", params={"limit": 100}, headers=headers)
-            found = asked.json()["items"]
+            requested = httpx.get(f"{address}/api/v1/buildings/DEMO/events", params={"limit": 100}, headers=headers)
+            found = requested.json()["items"]
             done = [event for event in found if event["state"] in ("analysed", "refused")]
             return found if len(done) >= count else None
 
@@ -71,20 +71,20 @@ class Demo:
         """An answer that is true, which must come within so many seconds while the demonstration runs."""
         end = time.monotonic() + patience
         while time.monotonic() < end:
-            assert self.process.poll() is None, self.said.read_text()
+            assert self.process.poll() is None, self.printed.read_text()
             try:
                 if answer := question():
                     return answer
             except httpx.TransportError:
                 pass
             time.sleep(0.2)
-        pytest.fail(f"nothing within {patience:g} s; it said:\n{self.said.read_text()}")
+        pytest.fail(f"nothing within {patience:g} s; it said:\n{self.printed.read_text()}")
 
 
 @contextmanager
-def demo(folder: Path, said: Path, *more: str, **settings: str) -> Iterator[Demo]:
+def demo(folder: Path, printed: Path, *more: str, **settings: str) -> Iterator[Demo]:
     """One with its own folder and options, and settings as variables of the environment; it has ended afterwards."""
-    running = Demo(folder, said, *more, **settings)
+    running = Demo(folder, printed, *more, **settings)
     try:
         yield running
     finally:
@@ -97,7 +97,7 @@ def seconds_to_end(running: Demo) -> float:
     """s that the demonstration takes to end after Ctrl-C, which reaches every process of its group."""
     begin = time.monotonic()
     os.killpg(running.process.pid, signal.SIGINT)
-    assert running.process.wait(timeout=20) == 0, running.said.read_text()
+    assert running.process.wait(timeout=20) == 0, running.printed.read_text()
     return time.monotonic() - begin
 
 

@@ -38,26 +38,26 @@ def work_with_progress(sessions: sessionmaker[Session]) -> None:
         worker.run_until_idle()
 
 
-def create_model(asking: TestClient, effects: dict[str, dict[str, float]]) -> int:
+def create_model(api: TestClient, effects: dict[str, dict[str, float]]) -> int:
     """Number of a first model of these effects."""
-    number: int = asking.post(MODELS, json={"direction": "x", "effects": effects}).json()["id"]
+    number: int = api.post(MODELS, json={"direction": "x", "effects": effects}).json()["id"]
     return number
 
 
 def finished_job(
-    asking: TestClient, sessions: sessionmaker[Session], address: str, wanted: dict[str, Any]
+    api: TestClient, sessions: sessionmaker[Session], address: str, wanted: dict[str, Any]
 ) -> dict[str, Any]:
     """The job that was asked for at an address, once it is done."""
-    asked = asking.post(address, json=wanted)
-    assert asked.status_code == 202, asked.text
+    requested = api.post(address, json=wanted)
+    assert requested.status_code == 202, requested.text
     work(sessions)
-    found: dict[str, Any] = asking.get(asked.headers["Location"]).json()
+    found: dict[str, Any] = api.get(requested.headers["Location"]).json()
     assert (found["state"], found["error"], found["refusal"]) == ("done", None, None)
     return found
 
 
-def job_events(asking: TestClient, job: str) -> list[dict[str, Any]]:
+def job_events(api: TestClient, job: str) -> list[dict[str, Any]]:
     """A job's server-sent events, until it ends or there is no news for long."""
-    answer = asking.get(f"{job}/progress")
+    answer = api.get(f"{job}/progress")
     assert answer.headers["content-type"].startswith("text/event-stream")
     return [json.loads(line.removeprefix("data: ")) for line in answer.text.splitlines() if line.startswith("data: ")]

@@ -118,7 +118,7 @@ class Server:
 
     address: str = ""
     pages: dict[str, Page] = field(default_factory=dict)
-    asked: list[tuple[str, dict[str, str]]] = field(default_factory=list)
+    requested: list[tuple[str, dict[str, str]]] = field(default_factory=list)
     """Path with query, and headers."""
     ended: threading.Event = field(default_factory=threading.Event)
     waveforms: Stream | None = None
@@ -188,7 +188,7 @@ def monitoring_server() -> Iterator[Server]:
 
 def send_page(request: BaseHTTPRequestHandler, server: Server) -> None:
     """Answer as the page says."""
-    server.asked.append((request.path, dict(request.headers)))
+    server.requested.append((request.path, dict(request.headers)))
     path, _, query = request.path.partition("?")
     if path not in server.pages and path == "/fdsnws/dataselect/1/query" and server.waveforms is not None:
         page = waveforms_between(server, query)
@@ -200,12 +200,12 @@ def send_page(request: BaseHTTPRequestHandler, server: Server) -> None:
         page.failures -= 1
         page = Page(b"it went wrong", 500)
     body, status, headers = page.body, page.status, dict(page.headers)
-    had = {name: request.headers.get(asked) for name, asked in VALIDATORS.items()}
+    had = {name: request.headers.get(requested) for name, requested in VALIDATORS.items()}
     if any(value is not None and value == headers.get(name) for name, value in had.items()):
         body, status = b"", 304
-    asked = request.headers.get("Range", "")
-    if asked and request.headers.get("If-Range") == headers.get("Last-Modified"):
-        first = int(asked.removeprefix("bytes=").removesuffix("-"))
+    requested = request.headers.get("Range", "")
+    if requested and request.headers.get("If-Range") == headers.get("Last-Modified"):
+        first = int(requested.removeprefix("bytes=").removesuffix("-"))
         headers["Content-Range"] = f"bytes {first}-{len(body) - 1}/{len(body)}"
         body, status = body[first:], 206
     request.send_response(status)

@@ -48,8 +48,8 @@ def _evaluated(
     for name in sorted(model, key=lambda one: EFFECTS[one].acts_on in RESULTS):
         effect = EFFECTS[name]
         own = {state: states[name, state] for state in effect.states}
-        said = effect.law(*((offer | own | dict(model[name]))[need] for need in effect.needs))
-        done, *slopes = said if isinstance(said, tuple) else (said,)
+        printed = effect.law(*((offer | own | dict(model[name]))[need] for need in effect.needs))
+        done, *slopes = printed if isinstance(printed, tuple) else (printed,)
         offer[effect.acts_on] = (
             offer[effect.acts_on] * done if CHANNELS[effect.acts_on].neutral else offer[effect.acts_on] + done
         )

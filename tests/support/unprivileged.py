@@ -39,7 +39,7 @@ def ended(
         timeout=120,
     )
     assert done.returncode == 0, done.stderr
-    return [(code, said) for code, said in json.loads(done.stdout)]
+    return [(code, printed) for code, printed in json.loads(done.stdout)]
 
 
 def main() -> None:

@@ -15,7 +15,7 @@ def corrections(model: Isolator, truth: Isolator = ISOLATOR, *scales: float) -> 
     return block_corrections(model, compare_forces(model, seen, BAND))
 
 
-def test_a_missing_stiffness_is_asked_for_by_every_block() -> None:
+def test_a_missing_stiffness_is_requested_by_every_block() -> None:
     softer = Isolator({**ISOLATOR.effects, "elastic": {"k_b": 400e6}})
     found = corrections(softer)
     assert len(found) > 10
@@ -25,7 +25,7 @@ def test_a_missing_stiffness_is_asked_for_by_every_block() -> None:
     assert [one.stiffness for one in strong] == pytest.approx([75e6] * len(strong), rel=0.1)
 
 
-def test_a_missing_yield_force_is_asked_for_by_the_blocks_that_yield() -> None:
+def test_a_missing_yield_force_is_requested_by_the_blocks_that_yield() -> None:
     weaker = Isolator({**ISOLATOR.effects, "bouc_wen": {**ISOLATOR.effects["bouc_wen"], "F_y": 400e3}})
     strong = [one for one in corrections(weaker) if one.amplitude > 0.01]
     assert strong
@@ -48,12 +48,12 @@ def test_travel_goes_on_from_earthquake_to_earthquake() -> None:
     assert travel[-1] > 1.5 * travel[len(travel) // 2 - 1]
 
 
-def test_a_block_in_which_the_layer_hardly_yields_tells_no_yield_force() -> None:
+def test_a_block_in_which_the_layer_barely_yields_shows_no_yield_force() -> None:
     """The yield displacement is 1.5 mm."""
     weaker = Isolator({**ISOLATOR.effects, "bouc_wen": {**ISOLATOR.effects["bouc_wen"], "F_y": 400e3}})
     found = corrections(weaker)
     small = [one for one in found if one.amplitude < 0.5e-3]
     assert small
     assert {one.yield_force for one in small} == {None}
-    told = [one.yield_std for one in found if one.yield_force is not None and one.yield_std is not None]
-    assert max(told) < 0.25 * 700e3
+    reported = [one.yield_std for one in found if one.yield_force is not None and one.yield_std is not None]
+    assert max(reported) < 0.25 * 700e3

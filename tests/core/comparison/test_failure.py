@@ -22,7 +22,7 @@ def failed(compared: list[ForceComparison], seed: int = 3) -> Failure:
     return failure(compared, np.random.default_rng(seed))
 
 
-def said(found: Failure) -> str:
+def printed(found: Failure) -> str:
     return " ".join(words(found))
 
 
@@ -32,12 +32,12 @@ def test_of_pure_noise_nothing_stands_out(seed: int) -> None:
     found = failed(comparisons_with_error(no_error, seed))
     assert found.is_noise
     assert found.regions == ()
-    assert said(found).endswith("nothing stands out.")
+    assert printed(found).endswith("nothing stands out.")
 
 
 @few
 @given(seed=seeds, onset=st.floats(0.06, 0.14))
-def test_hardening_is_said_to_lie_above_its_onset(seed: int, onset: float) -> None:
+def test_hardening_is_reported_to_lie_above_its_onset(seed: int, onset: float) -> None:
     """No cycle above the threshold is below the onset, except for the threshold's two digits (5 %).
 
     The threshold itself lies anywhere between two cycles: records tell no more than which cycles pass the onset.
@@ -49,7 +49,7 @@ def test_hardening_is_said_to_lie_above_its_onset(seed: int, onset: float) -> No
     amplitude = np.concatenate([half_cycle_amplitude(one.observation.layer.displacement) for one in compared])
     assert onset * 0.95 <= amplitude[region.inside].min() <= PEAKS[-1]
     assert region.share.value > 0.9
-    assert f"of the excess error lies in cycles above {float(f'{region.threshold * 1e3:.2g}'):g} mm" in said(found)
+    assert f"of the excess error lies in cycles above {float(f'{region.threshold * 1e3:.2g}'):g} mm" in printed(found)
 
 
 def test_a_threshold_between_two_cycles_leaves_neither_on_the_wrong_side() -> None:
@@ -64,11 +64,11 @@ def test_a_threshold_between_two_cycles_leaves_neither_on_the_wrong_side() -> No
 
 @few
 @given(seed=seeds, outwards=st.booleans())
-def test_an_error_on_one_phase_of_the_loop_is_said_to_lie_there(seed: int, outwards: bool) -> None:
+def test_an_error_on_one_phase_of_the_loop_is_reported_to_lie_there(seed: int, outwards: bool) -> None:
     """A spring on the way out, or back, only: around the reversals it is half there."""
     found = failed(comparisons_with_error(error_on_one_branch(outwards), seed))
     wrong, right = PHASES[outwards], PHASES[1 - outwards]
-    assert wrong not in said(found).split("Worst")[0]
+    assert wrong not in printed(found).split("Worst")[0]
     by_phase = next(one for one in found.profiles if one.name == "phase")
     shares = dict(zip(by_phase.classes, (one.share.value for one in by_phase.bins), strict=True))
     assert shares[right] > 10 * abs(shares[wrong])
@@ -76,7 +76,7 @@ def test_an_error_on_one_phase_of_the_loop_is_said_to_lie_there(seed: int, outwa
 
 @few
 @given(seed=seeds)
-def test_an_error_above_an_amplitude_and_on_loading_is_said_to_be_both(seed: int) -> None:
+def test_an_error_above_an_amplitude_and_on_loading_is_reported_as_both(seed: int) -> None:
     def error(observation: Observation) -> np.ndarray:
         x, v = observation.layer.displacement, observation.layer.velocity
         large = half_cycle_amplitude(x) > 0.1
@@ -86,21 +86,21 @@ def test_an_error_above_an_amplitude_and_on_loading_is_said_to_be_both(seed: int
     assert found.narrowed is not None
     assert found.narrowed.classed == "on loading"
     assert found.narrowed.share.value > 0.9
-    assert ", on loading, where" in said(found)
+    assert ", on loading, where" in printed(found)
 
 
 @few
 @given(seed=seeds, factor=st.floats(0.7, 0.95))
-def test_wrong_values_are_said_to_be_wrong_values(seed: int, factor: float) -> None:
+def test_wrong_values_are_stated_to_be_wrong_values(seed: int, factor: float) -> None:
     found = failed(comparisons_with_error(lambda one: (1 - factor) * one.layer.force, seed))
     assert found.is_of_values
-    assert "values are off, and no effect needs to be missing" in said(found)
-    assert "lies" not in said(found)
+    assert "values are off, and no effect needs to be missing" in printed(found)
+    assert "lies" not in printed(found)
 
 
 @few
 @given(seed=seeds)
-def test_an_error_of_one_earthquake_is_told_by_what_sets_it_apart(seed: int) -> None:
+def test_an_error_of_one_earthquake_is_reported_by_what_sets_it_apart(seed: int) -> None:
     def error(observation: Observation) -> np.ndarray:
         return 0.1 * STIFFNESS * observation.layer.displacement * (observation.name.startswith("2024-06"))
 
@@ -138,7 +138,7 @@ def test_an_error_that_goes_with_a_condition_is_taken_away_by_it(name: str) -> N
     away = {one.name: one.taken_away.value for one in found.profiles if one.taken_away is not None}
     assert away[name] > found.constant.value + 0.1
     assert away[name] > 0.9
-    assert f"with the {name}" in said(found)
+    assert f"with the {name}" in printed(found)
 
 
 @few
@@ -219,7 +219,7 @@ def test_an_estimate_without_any_noise_has_its_failure_in_numbers(silent: slice)
     assert not found.is_noise
     assert np.isfinite([found.noise_ratio.value, found.noise_ratio.low, found.noise_ratio.high]).all()
     assert all(np.isfinite([window.rms, window.share]).all() for window in found.windows)
-    assert said(found)
+    assert printed(found)
 
 
 def test_octaves_in_which_the_noise_is_not_known_are_left_out() -> None:

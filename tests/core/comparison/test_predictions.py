@@ -37,7 +37,7 @@ def test_both_directions_are_predicted_from_their_grounds_alone(seen: tuple[Obse
     assert found.remarks == ()
 
 
-def test_a_direction_that_cannot_be_predicted_is_told_to_the_other_as_it_was_measured(
+def test_a_direction_that_cannot_be_predicted_is_reported_to_the_other_as_it_was_measured(
     seen: tuple[Observation, Observation],
 ) -> None:
     """0.5 %: it is given at the samples, and straight between them."""
@@ -51,7 +51,7 @@ def test_a_direction_that_cannot_be_predicted_is_told_to_the_other_as_it_was_mea
     )
 
 
-def test_what_cannot_be_computed_is_said_and_the_other_earthquakes_are_there(
+def test_what_cannot_be_computed_is_stated_and_the_other_earthquakes_are_there(
     seen: tuple[Observation, Observation],
 ) -> None:
     later = tuple(

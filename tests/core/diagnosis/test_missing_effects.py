@@ -57,11 +57,11 @@ def test_other_values_of_the_same_effects_are_a_refit() -> None:
 def test_two_hidden_effects_are_both_named() -> None:
     """And who waits hears of the first while the second is looked for."""
     hidden = {name: HIDDEN[name] for name in ("friction", "hardening")}
-    told: list[str] = []
-    found = diagnosed(observations(Isolator({**BOUC_WEN.effects, **hidden}), 0.01, 8), FAR, OFFERED, told.append)
+    reported: list[str] = []
+    found = diagnosed(observations(Isolator({**BOUC_WEN.effects, **hidden}), 0.01, 8), FAR, OFFERED, reported.append)
     assert {step.chosen.effect for step in found.steps} == set(hidden)
     second, first = (step.chosen.effect for step in found.steps)  # what lowers the error most comes first in the end
-    assert told == [
+    assert reported == [
         f"step 1: {first}; looking for another effect",
         f"step 1: {first}, step 2: {second}; looking for another effect",
         f"step 1: {first}, step 2: {second}; asking again for {first}, beside the later ones",

@@ -21,7 +21,7 @@ def test_nothing_speaks_against_what_is_there() -> None:
     assert implausible("bouc_wen", fit(BOUC_WEN), SEEN) is None
 
 
-def test_an_effect_whose_opposite_is_asked_for_has_no_strength() -> None:
+def test_an_effect_whose_opposite_is_requested_has_no_strength() -> None:
     """The records of a layer that softens: a spring less stiff with displacement."""
     softer = [
         replace(one, layer=replace(one.layer, force=one.layer.force - 2e10 * one.layer.displacement**3)) for one in SEEN
@@ -36,7 +36,7 @@ def test_one_of_two_strengths_may_be_nothing() -> None:
     assert implausible("hardening", replace(fit(BOUC_WEN), model=model), SEEN) is None
 
 
-def test_what_no_record_determines_is_said() -> None:
+def test_what_no_record_determines_is_stated() -> None:
     wall = {"gap": 0.3, "gap_back": 0.3, "wall": 1e8, "wall_back": 1e8}
     found = fit(Isolator({**BOUC_WEN.effects, "moat": wall}))
     reason = implausible("moat", found, SEEN)
@@ -56,7 +56,7 @@ def test_a_layer_does_not_feed_the_motion() -> None:
 
 
 @pytest.mark.parametrize("value", [1e-5, 0.5])
-def test_the_end_of_a_range_is_said(value: float) -> None:
+def test_the_end_of_a_range_is_stated(value: float) -> None:
     yields = {**BOUC_WEN.effects["bouc_wen"], "D_y": value}
     found = replace(fit(BOUC_WEN), model=Isolator({**BOUC_WEN.effects, "bouc_wen": yields}))
     assert str(implausible("bouc_wen", found, SEEN)).startswith("D_y is at its ")

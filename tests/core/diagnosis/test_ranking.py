@@ -38,16 +38,16 @@ def asked_for(*candidates: Judged, data: FitData = SEEN) -> list[str]:
 
 
 @pytest.mark.parametrize(("taken", "named"), [(WORTH + 0.01, ["friction"]), (WORTH - 0.01, [])])
-def test_what_takes_little_is_not_asked_for_however_certain_it_is(taken: float, named: list[str]) -> None:
+def test_what_takes_little_is_not_requested_however_certain_it_is(taken: float, named: list[str]) -> None:
     assert asked_for(Judged("friction", leaving(1 - taken), -1e4)) == named
 
 
 @pytest.mark.parametrize(("delta", "named"), [(-DECISIVE - 1, ["friction"]), (-DECISIVE + 1, [])])
-def test_what_is_not_certain_is_not_asked_for_however_much_it_takes(delta: float, named: list[str]) -> None:
+def test_what_is_not_certain_is_not_requested_however_much_it_takes(delta: float, named: list[str]) -> None:
     assert asked_for(Judged("friction", leaving(0.5), delta)) == named
 
 
-def test_what_takes_much_where_there_is_hardly_a_force_is_not_felt() -> None:
+def test_what_takes_much_where_there_is_barely_a_force_is_not_felt() -> None:
     """In units of its noise much of the residual lies above 3 Hz, where the noise is a thousandth of that below."""
     data = loud_below(3.0, 1000.0)
     (only,) = data.whitenings
@@ -73,7 +73,7 @@ def test_the_best_that_is_worth_it_leads_even_behind_one_that_is_not() -> None:
     assert asked_for(certain, Judged("friction", leaving(0.5), -500.0)) == ["friction"]
 
 
-def test_what_is_left_is_told_in_floors() -> None:
+def test_what_is_left_is_reported_in_floors() -> None:
     """Noise alone leaves a noise ratio of one, except for the three fitted amplitudes and the draw: 5 %."""
     judged = ranking()
     assert judged.noise_ratio(BASE) == pytest.approx(1.0, abs=0.05)

@@ -36,7 +36,7 @@ def test_sound_sensors_are_not_suspected() -> None:
 
 
 @pytest.mark.parametrize(
-    ("error", "kind", "value", "said"),
+    ("error", "kind", "value", "printed"),
     [
         ([np.log(1.12), 0.0, 0.0], "gain", 0.12, "too much"),
         ([np.log(0.9), 0.0, 0.0], "gain", -0.1, "too little"),
@@ -44,20 +44,22 @@ def test_sound_sensors_are_not_suspected() -> None:
         ([0.0, 0.0, -5e-4], "clock", -5e-4, "fast"),
     ],
 )
-def test_gains_and_clocks_are_told_with_their_std(error: list[float], kind: str, value: float, said: str) -> None:
+def test_gains_and_clocks_are_reported_with_their_std(
+    error: list[float], kind: str, value: float, printed: str
+) -> None:
     """Four standard deviations of a value that two records tell."""
     suspect = the_only(sensor_faults(earthquakes({ROOF: np.array(error)}), paper()))
     assert (suspect.channel, suspect.kind) == (ROOF, kind)
     assert suspect.std is not None
     assert abs(suspect.value - value) < 4 * suspect.std
-    assert said in suspect.message
+    assert printed in suspect.message
 
 
 def test_a_gain_too_small_to_matter_is_passed_over() -> None:
     assert sensor_faults(earthquakes({ROOF: np.array([0.015, 0.0, 0.0])}), paper()) == ()
 
 
-def test_a_drifting_transducer_is_told() -> None:
+def test_a_drifting_transducer_is_reported() -> None:
     quakes = earthquakes(SOUND)
     for quake in quakes:
         assert quake.record is not None

@@ -12,7 +12,7 @@ FLOORS = 7
 STEPS = np.tril(np.ones((FLOORS, FLOORS)))
 
 
-def told(deviation: Vector, error: float, rng: np.random.Generator) -> StoreyStiffness:
+def reported(deviation: Vector, error: float, rng: np.random.Generator) -> StoreyStiffness:
     """By a record that tells every storey with that error, and a prior of storeys as stiff as those below."""
     believed = (STEPS * np.array([10.0, *[0.3] * (FLOORS - 1)]) ** 2) @ STEPS.T
     information = np.eye(FLOORS) / error**2
@@ -28,7 +28,7 @@ def test_a_softened_storey_is_named(storey: int, lost: float, common: float, see
     rng = np.random.default_rng(seed)
     deviation = common + 0.01 * rng.standard_normal(FLOORS)
     deviation[storey] += np.log(1 - lost)
-    found = softened_storey([told(deviation, 0.02, rng) for _ in range(4)])
+    found = softened_storey([reported(deviation, 0.02, rng) for _ in range(4)])
     assert found is not None
     assert (found.storey, found.others) == (storey, ())
     assert abs(found.change + lost) < 5 * found.std
@@ -39,26 +39,26 @@ def test_a_softened_storey_is_named(storey: int, lost: float, common: float, see
 def test_what_designs_leave_open_is_no_softened_storey(common: float, own: float, error: float, seed: int) -> None:
     rng = np.random.default_rng(seed)
     deviation = common + own * rng.standard_normal(FLOORS)
-    assert softened_storey([told(deviation, error, rng) for _ in range(4)]) is None
+    assert softened_storey([reported(deviation, error, rng) for _ in range(4)]) is None
 
 
 def test_a_stiffer_storey_is_not_softened() -> None:
     deviation = np.where(np.arange(FLOORS) == 3, 0.4, 0.0)
-    assert softened_storey([told(deviation, 0.02, np.random.default_rng(seed)) for seed in range(4)]) is None
+    assert softened_storey([reported(deviation, 0.02, np.random.default_rng(seed)) for seed in range(4)]) is None
 
 
 def test_one_record_that_contradicts_the_others_counts_little() -> None:
     """It is sure of what is wrong by twenty of its standard deviations."""
     rng = np.random.default_rng(3)
-    wrong = told(np.array([0.0, 0.5, 0.5, -0.5, 0.0, 0.2, 0.0]), 0.01, rng)
-    assert softened_storey([*(told(np.zeros(FLOORS), 0.05, rng) for _ in range(3)), wrong]) is None
+    wrong = reported(np.array([0.0, 0.5, 0.5, -0.5, 0.0, 0.2, 0.0]), 0.01, rng)
+    assert softened_storey([*(reported(np.zeros(FLOORS), 0.05, rng) for _ in range(3)), wrong]) is None
 
 
-def test_storeys_that_records_do_not_tell_apart_are_all_named() -> None:
+def test_storeys_that_records_do_not_show_apart_are_all_named() -> None:
     """Known is only the sum of two storeys' flexibilities."""
     rng = np.random.default_rng(4)
     deviation = np.where(np.arange(FLOORS) == 2, -0.8, 0.0)
-    clear = told(deviation, 0.02, rng)
+    clear = reported(deviation, 0.02, rng)
     mixed = np.eye(FLOORS)
     mixed[2:4, 2:4] = 0.5
     information = mixed @ clear.information @ mixed

@@ -76,7 +76,7 @@ def test_a_building_as_described_is_not_suspected() -> None:
     assert suspicions([], described()) == ()
 
 
-def test_an_erring_sensor_that_stays_in_use_is_all_that_is_said() -> None:
+def test_an_erring_sensor_that_stays_in_use_is_all_that_is_stated() -> None:
     assert causes(LATE, SOFT, 1.15) == [Cause.SENSOR]
 
 
@@ -93,13 +93,13 @@ def test_a_softened_storey_is_named_with_what_it_lost() -> None:
     assert f"storey below '{FLOORS[4]}'" in found.message
 
 
-@pytest.mark.parametrize(("mass", "said"), [(1.12, "too large"), (0.88, "too small")])
-def test_a_wrong_mass_says_what_it_cannot_be_told_from(mass: float, said: str) -> None:
+@pytest.mark.parametrize(("mass", "printed"), [(1.12, "too large"), (0.88, "too small")])
+def test_a_wrong_mass_says_what_it_cannot_be_distinguished_from(mass: float, printed: str) -> None:
     (found,) = suspicions(earthquakes(SOUND, np.zeros(7)), described(), fitted(mass))
     assert (found.cause, found.kind, found.channel) == (Cause.MASS, "mass", None)
     assert found.std is not None
     assert found.value == pytest.approx(mass - 1, abs=2 * found.std)
-    assert said in found.message
+    assert printed in found.message
     assert "cannot tell this from isolators" in found.message
 
 

@@ -37,7 +37,7 @@ def fitted(factors: Vector, beta: float = 0.5, error: float = 0.005) -> Fit:
 
 @settings(max_examples=50, deadline=None)
 @given(st.sampled_from([-1.0, 1.0]), st.floats(0.1, 0.3), st.floats(0.3, 0.9), st.integers(0, 10**6))
-def test_a_wrong_mass_is_told(sign: float, off: float, beta: float, seed: int) -> None:
+def test_a_wrong_mass_is_reported(sign: float, off: float, beta: float, seed: int) -> None:
     """Four standard deviations; β trades with yield force and displacement and must not matter."""
     scatter = np.exp(0.01 * np.random.default_rng(seed).standard_normal(4))
     factors = scatter * np.array([*[1 + sign * off] * 3, 1.0])
@@ -66,12 +66,12 @@ def test_wrong_design_values_are_no_wrong_mass(factors: list[float]) -> None:
     assert wrong_mass(fitted(np.array(factors)), MODEL, asdict(DESIGN)) is None
 
 
-def test_one_value_alone_tells_no_mass() -> None:
+def test_one_value_alone_shows_no_mass() -> None:
     given_values = {"k_b": DESIGN.k_b, "c_b": None, "F_y": None, "D_y": None}
     assert wrong_mass(fitted(np.array([1.2, 1.2, 1.2, 1.0])), MODEL, given_values) is None
 
 
-def test_a_model_without_hysteresis_tells_it_by_stiffness_and_damping() -> None:
+def test_a_model_without_hysteresis_shows_it_by_stiffness_and_damping() -> None:
     linear = Isolator({name: MODEL.effects[name] for name in ("elastic", "viscous")})
     fit = fitted(np.array([1.2, 1.2, 1.0, 1.0]))
     kept = Isolator({name: fit.model.effects[name] for name in ("elastic", "viscous")})

@@ -32,7 +32,7 @@ def test_a_rise_is_not_a_fall() -> None:
     assert signed_roots(white, steps(6), 1)[0].max() == pytest.approx(2 * np.sqrt(6), abs=1e-4)
 
 
-def test_a_shared_error_is_not_taken_for_many_independent_ones() -> None:
+def test_a_shared_error_is_not_mistaken_for_many_independent_ones() -> None:
     """With a common variance c the sum of n deviations has variance n + n²c."""
     n, c = 40, 0.25
     white = innovations(np.full(n, -1.0), np.eye(n) + c, KNOWN, 10.0)

@@ -52,7 +52,7 @@ def test_a_loss_in_the_analyses_raises_an_alarm_that_is_printed(series: dict[tup
     )
 
 
-def test_too_few_events_are_said(series: dict[tuple[str, str], Series]) -> None:
+def test_too_few_events_are_stated(series: dict[tuple[str, str], Series]) -> None:
     few = core.drift_series(stored_histories.store_history(5))
     assert "needs 15 more events" in " ".join(str(core.monitor(few["stiffness", "x"])).split())
 

@@ -32,7 +32,7 @@ def test_a_white_error_has_its_variance_within_the_band() -> None:
 
 
 @pytest.mark.parametrize(("transducer", "accelerometer"), [(1e-5, 1e-3), (1e-4, 1e-3), (1e-5, 1e-2)])
-def test_a_fused_displacement_errs_where_it_is_said_to(transducer: float, accelerometer: float) -> None:
+def test_a_fused_displacement_errs_where_it_is_reported_to(transducer: float, accelerometer: float) -> None:
     """Four standard errors of a periodogram's mean over an octave: half of its lines are free under the window."""
     rng, time = np.random.default_rng(1), np.arange(COUNT) / RATE
     ω = 2 * np.pi * 0.4
@@ -45,13 +45,13 @@ def test_a_fused_displacement_errs_where_it_is_said_to(transducer: float, accele
         displacement_noise=transducer,
         acceleration_noise=accelerometer,
     )
-    said = fused_displacement_error(float(np.median(found.displacement_std)), float(np.median(found.velocity_std)))
+    printed = fused_displacement_error(float(np.median(found.displacement_std)), float(np.median(found.velocity_std)))
     power = np.abs(np.fft.rfft((found.displacement - exact) * np.hanning(COUNT))) ** 2
     frequency = np.fft.rfftfreq(COUNT, 1 / RATE)
     density = 2 * power / RATE / np.sum(np.hanning(COUNT) ** 2)
     for low in (0.2, 0.4, 0.8, 1.6):
         there = (frequency >= low) & (frequency < 2 * low)
-        ratio = np.mean(density[there]) / np.mean(said.at(frequency[there]))
+        ratio = np.mean(density[there]) / np.mean(printed.at(frequency[there]))
         assert ratio == pytest.approx(1.0, abs=4 / np.sqrt(there.sum() / 2))
 
 
@@ -60,7 +60,7 @@ EXPLAINS = Assessment("masses and sensors as given", 1.05, is_at_rest=True, prio
 
 
 @pytest.mark.parametrize("making", [as_given, corrected, with_unmodelled_motion])
-def test_what_was_assumed_is_said_once_in_a_whole_sentence(making: Callable[[Design, float], Hypothesis]) -> None:
+def test_what_was_assumed_is_stated_once_in_a_whole_sentence(making: Callable[[Design, float], Hypothesis]) -> None:
     assumption = making(DESIGN, 0.0).name
     (found,) = assessment_findings(replace(EXPLAINS, assumption=assumption, chi_square=3.21), "x")
     words = found.message.split()
@@ -69,7 +69,7 @@ def test_what_was_assumed_is_said_once_in_a_whole_sentence(making: Callable[[Des
     assert all(one != other for one, other in pairwise(words))
 
 
-def test_nothing_is_said_where_assumptions_hold_or_none_was_needed() -> None:
+def test_nothing_is_stated_where_assumptions_hold_or_none_was_needed() -> None:
     for holds in (EXPLAINS, replace(EXPLAINS, chi_square=EXPLAINED), replace(EXPLAINS, chi_square=None)):
         assert assessment_findings(holds, "x") == ()
     assert assessment_findings(None, "x") == ()

@@ -58,6 +58,6 @@ def test_masses_alone_and_a_mode_make_a_shear_building() -> None:
     assert "as stiff as the floor above is heavy" in found.source
 
 
-def test_nothing_is_said_to_be_nothing() -> None:
+def test_nothing_is_reported_as_nothing() -> None:
     with pytest.raises(IdentificationError, match="that of every storey in the building file would do"):
         known_superstructure([force()], paper())

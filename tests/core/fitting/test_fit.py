@@ -58,7 +58,7 @@ def test_a_linear_model_is_least_squares() -> None:
     assert found.model.effects["viscous"]["c_b"] == pytest.approx(c_b, rel=1e-6)
 
 
-def test_a_value_stays_within_its_bounds_and_that_is_said() -> None:
+def test_a_value_stays_within_its_bounds_and_that_is_stated() -> None:
     """A force against the spring asks for a negative stiffness, which rubber has not."""
     seen = [replace(one, layer=replace(one.layer, force=-one.layer.force)) for one in observations(BOUC_WEN, 0.02, 4)]
     found = fitted(FitData.by_noise(seen), Isolator({"elastic": {"k_b": 1e8}}))
@@ -66,7 +66,7 @@ def test_a_value_stays_within_its_bounds_and_that_is_said() -> None:
     assert found.outcome is Outcome.AT_BOUND
 
 
-def test_what_no_record_excites_is_said_to_be_undetermined() -> None:
+def test_what_no_record_excites_is_reported_as_undetermined() -> None:
     """The wall stands beyond the largest displacement."""
     wall = {"gap": 0.3, "gap_back": 0.3, "wall": 1e8, "wall_back": 1e8}
     found = fitted(FitData.by_noise(observations(BOUC_WEN, 0.02, 5)), Isolator({**BOUC_WEN.effects, "moat": wall}))

@@ -87,7 +87,7 @@ def test_the_hessian_is_the_gradient_s_derivative_without_noise(
 
 @settings(max_examples=10, deadline=None)
 @given(**shapes)
-def test_without_noise_the_truth_is_found(modes: int, floors: int, is_cut: bool, seed: int) -> None:
+def test_without_noise_the_truth_is_detected(modes: int, floors: int, is_cut: bool, seed: int) -> None:
     rng = np.random.default_rng(seed)
     truth = transfer(rng, modes, floors, is_cut)
     seen = replace(lines(rng, truth, 0.0), noise=np.full(floors + 1, 1e-4))

@@ -55,7 +55,7 @@ def test_channels_may_have_any_scale() -> None:
 
 
 @pytest.mark.parametrize("levels", [[7], [3, 7], [1, 2, 3, 4, 5, 6, 7]])
-def test_the_true_modes_are_reported_and_hardly_any_other(levels: list[int]) -> None:
+def test_the_true_modes_are_reported_and_barely_any_other(levels: list[int]) -> None:
     """The first three always; what lies within 5 % of a true frequency is that mode, all else at most one."""
     for seed in range(3):
         channels = record(np.random.default_rng(seed), [0, *levels])

@@ -65,7 +65,7 @@ def test_patterns_in_the_noise_do_not_become_modes_of_the_building(seed: int) ->
     assert [numbers(track) for track in found] == [{0}, {1}, {2}, {3}]
 
 
-def test_modes_that_cross_are_told_apart_by_their_shapes() -> None:
+def test_modes_that_cross_are_distinguished_by_their_shapes() -> None:
     """Two frequencies that pass each other, as translation and torsion may."""
     rng = np.random.default_rng(1)
     first, second = np.array([1.0, 2.0, 3.0]), np.array([3.0, -1.0, -1.0])

@@ -95,7 +95,7 @@ def test_a_segment_that_does_not_determine_its_stiffness_is_left_out() -> None:
 
 
 @given(k=st.floats(1e6, 1e9), c=st.floats(0, 1e8), offset=st.floats(-1e6, 1e6), amplitude=st.floats(1e-3, 0.3))
-def test_a_spring_and_a_dashpot_are_found_exactly(k: float, c: float, offset: float, amplitude: float) -> None:
+def test_a_spring_and_a_dashpot_are_detected_exactly(k: float, c: float, offset: float, amplitude: float) -> None:
     time = np.arange(2000) / 100
     motion = Motion(amplitude * np.sin(np.pi * time + 1), np.pi * amplitude * np.cos(np.pi * time + 1))
     force = k * motion.displacement + c * motion.velocity + offset

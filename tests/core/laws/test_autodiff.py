@@ -148,7 +148,7 @@ def remaining(x: float) -> float:
         (math.exp, "the source of the law .* cannot be read; write it as a `def` in a file"),
     ],
 )
-def test_what_cannot_be_differentiated_is_told_with_its_line(law: Callable[..., Any], message: str) -> None:
+def test_what_cannot_be_differentiated_is_reported_with_its_line(law: Callable[..., Any], message: str) -> None:
     with pytest.raises(ModelError, match=f"(?s){message}"):
         tangent_source(law, "tangent", ("x",))
 

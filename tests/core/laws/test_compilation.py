@@ -35,11 +35,11 @@ print(found(1.0), sum(found.stats.cache_hits.values()))
 """
 
 
-def run(folder: Path, factor: float, told: str) -> tuple[float, int]:
+def run(folder: Path, factor: float, reported: str) -> tuple[float, int]:
     if not (folder / "kernels.py").exists():
         (folder / "kernels.py").write_text(MODULE, encoding="utf-8")
     ended = subprocess.run(
-        [sys.executable, "-c", SCRIPT.format(factor=factor, digest=told)],
+        [sys.executable, "-c", SCRIPT.format(factor=factor, digest=reported)],
         cwd=folder,
         capture_output=True,
         text=True,

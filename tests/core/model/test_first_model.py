@@ -37,7 +37,7 @@ def test_the_assumed_layer_has_the_period_and_damping_it_says() -> None:
     assert c / (2 * (BUILDING.total_mass * k) ** 0.5) == pytest.approx(0.1, rel=1e-2)
 
 
-def test_what_the_design_leaves_open_is_said() -> None:
+def test_what_the_design_leaves_open_is_stated() -> None:
     model = first_model(designed(k_b=475.0e6, F_y=655.4e3))
     assert model.isolator.effects["elastic"]["k_b"] == 475.0e6
     assert model.assumed == ("D_y", "c_b")

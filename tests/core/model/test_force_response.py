@@ -116,7 +116,7 @@ def test_no_state_depends_on_what_the_force_is_proportional_to(name: str) -> Non
 
 
 @pytest.mark.parametrize("name", sorted(name for name in EFFECTS if EFFECTS[name].states))
-def test_steps_are_as_short_as_a_law_asks_for(name: str) -> None:
+def test_steps_are_as_short_as_a_law_requires(name: str) -> None:
     """Against sixteen a sample; a derivative jumps at reversals, within a step, and a search wants its direction."""
     layer, given = Isolator({**required_effects(name), name: usual_values(name)}), excitation(RATE, 4.0)
     wanted = [(name, parameter) for parameter in usual_values(name)]

@@ -16,7 +16,7 @@ TRIALS = 12
 
 
 @pytest.mark.parametrize("errors", [NOTHING, SMALL])
-def test_errors_are_found_without_noise(errors: Vector) -> None:
+def test_errors_are_detected_without_noise(errors: Vector) -> None:
     """The higher modes below 1.2 times the first frequency are not quite static: that leaves 3e-4 and 0.1 ms."""
     found = floor_agreement(*consistent_sensors.floor_sensors(np.random.default_rng(1), 0.0, errors), RATE)
     assert found is not None
@@ -42,7 +42,7 @@ def test_std_is_that_of_the_errors(noise: float, errors: Vector) -> None:
     st.integers(0, 1000),
     st.sampled_from([0.01, 0.03, 0.1]),
 )
-def test_any_error_is_found_within_its_std(errors: tuple[float, ...], seed: int, noise: float) -> None:
+def test_any_error_is_detected_within_its_std(errors: tuple[float, ...], seed: int, noise: float) -> None:
     """Six standard deviations, since the std of records with little motion at low frequencies is itself rough."""
     found = floor_agreement(
         *consistent_sensors.floor_sensors(np.random.default_rng(seed), noise, np.array(errors)), RATE

@@ -23,7 +23,7 @@ TRIALS = 12
 
 
 @pytest.mark.parametrize("errors", [NOTHING, SMALL, np.array([-0.3, 0.05, 1e-3, 0.25, -0.05, -1e-3])])
-def test_errors_are_found_without_noise(errors: Vector) -> None:
+def test_errors_are_detected_without_noise(errors: Vector) -> None:
     """Up to the transducer's 0.01 mm: 2e-4 of gain, 0.2 ms and 2e-5 s/s is three times what that makes."""
     found = layer_agreement(*consistent_sensors.layer_sensors(np.random.default_rng(1), 0.0, errors), RATE)
     assert found is not None
@@ -49,7 +49,7 @@ def test_std_is_that_of_the_errors(noise: float, errors: Vector) -> None:
     st.integers(0, 1000),
     st.sampled_from([0.01, 0.03, 0.1]),
 )
-def test_any_error_is_found_within_its_std(errors: tuple[float, ...], seed: int, noise: float) -> None:
+def test_any_error_is_detected_within_its_std(errors: tuple[float, ...], seed: int, noise: float) -> None:
     """Five and a half standard deviations are exceeded by chance once in ten million."""
     found = layer_agreement(
         *consistent_sensors.layer_sensors(np.random.default_rng(seed), noise, np.array(errors)), RATE
@@ -140,5 +140,5 @@ def test_the_real_building_has_no_transducer(test: str) -> None:
     assert motion.is_integrated
     assert motion.residual is None
     assert motion.peak[1] > 5e-4
-    said = [finding.message for finding in found.quality if finding.kind == "displacement"]
-    assert any("integrated twice" in message for message in said)
+    printed = [finding.message for finding in found.quality if finding.kind == "displacement"]
+    assert any("integrated twice" in message for message in printed)

@@ -25,7 +25,7 @@ LEVEL = np.array([filtered(REFERENCE[0], 0.5), filtered(REFERENCE[1], 0.7)])
 
 @settings(deadline=None, max_examples=30)
 @given(degrees=st.floats(-85, 85))
-def test_the_angle_is_found_whatever_the_two_transfer_functions(degrees: float) -> None:
+def test_the_angle_is_detected_whatever_the_two_transfer_functions(degrees: float) -> None:
     found = relative_angle(REFERENCE, turned_back(LEVEL, -np.deg2rad(degrees)), RATE)
     assert found is not None
     # transfer functions are no steps: what they change within eight bins is left
@@ -52,7 +52,7 @@ def test_the_standard_deviation_covers_the_angle_in_noise() -> None:
     assert np.mean(np.abs(off) < 2) > 0.9
 
 
-def test_motion_along_one_line_tells_no_angle() -> None:
+def test_motion_along_one_line_shows_no_angle() -> None:
     line = np.array([akt013(), 0.6 * akt013()])
     noise = 0.01 * np.random.default_rng(2).standard_normal((2, *line.shape)) * line.std()
     found = relative_angle(line + noise[0], line + noise[1], RATE)
@@ -65,14 +65,14 @@ def test_what_does_not_belong_together_has_no_angle() -> None:
     assert relative_angle(REFERENCE, 0 * REFERENCE, RATE) is None
 
 
-def test_the_signs_tell_reversed_axes() -> None:
+def test_the_signs_show_reversed_axes() -> None:
     found = relative_angle(REFERENCE, REFERENCE * [[1.0], [-1.0]], RATE)
     assert found is not None
     assert found.signs == (1.0, -1.0)
     assert found.angle == pytest.approx(0.0, abs=1e-6)
 
 
-def test_a_sensor_at_the_corner_of_a_slab_that_turns_is_not_taken_for_turned() -> None:
+def test_a_sensor_at_the_corner_of_a_slab_that_turns_is_not_mistaken_for_turned() -> None:
     """Torsion with the motion in x adds a fifth of it to y and leaves x alone: no turn of the axes does so."""
     corner = np.array([LEVEL[0], LEVEL[1] + 0.2 * LEVEL[0]])
     assert relative_angle(REFERENCE, corner, RATE) is None
@@ -85,7 +85,7 @@ ANGLES = (-150.0, -45.0, 4.0, 10.0, 30.0, 90.0)
 
 @pytest.mark.parametrize("degrees", ANGLES)
 @pytest.mark.parametrize("sensor", [GROUND, BASE, FOURTH, ROOF, LAYER])
-def test_turned_axes_are_found_and_turned_back(sensor: str, degrees: float) -> None:
+def test_turned_axes_are_detected_and_turned_back(sensor: str, degrees: float) -> None:
     """To 0.3 degrees; the base slab's are told by all others, and the ground's by the displacement transducers."""
     description, samples = biaxial_records()
     record = record_of(description.channels, turned(samples, sensor, degrees))

@@ -33,7 +33,7 @@ def test_a_residual_offset_is_no_drift(peak: float, offset: float, seed: int) ->
 
 
 @given(st.floats(0.01, 0.2), st.floats(0.1, 0.5), st.integers(0, 10**6))
-def test_a_steady_drift_is_found(peak: float, share: float, seed: int) -> None:
+def test_a_steady_drift_is_detected(peak: float, share: float, seed: int) -> None:
     """Change between the first and the last block at rest; their own motion is within the std."""
     drift = share * peak * TIME / TIME[-1]
     found = baseline_drift(motion(peak, 0.002, seed) + drift, RATE)

@@ -52,7 +52,7 @@ def test_two_of_y_and_one_of_x_beside_the_centre() -> None:
     assert level.record.find("base slab", "displacement", "y") == pytest.approx(V)
 
 
-def test_without_positions_the_mean_is_taken_and_said_to_be() -> None:
+def test_without_positions_the_mean_is_taken_and_stated_to_be() -> None:
     channels = (sensor("a", "x", (0.0, 5.0)), sensor("b", "x", None))
     level = rigid_levels(record(*channels))
     assert level.record.find("base slab", "displacement", "x") == pytest.approx(U - 2.5 * TURN)
@@ -60,7 +60,7 @@ def test_without_positions_the_mean_is_taken_and_said_to_be() -> None:
     assert [(finding.kind, finding.severity) for finding in level.findings] == [("position", "note")]
 
 
-def test_side_by_side_no_torsion_is_told() -> None:
+def test_side_by_side_no_torsion_is_reported() -> None:
     level = rigid_levels(record(sensor("a", "x", (3.0, 5.0)), sensor("b", "x", (-3.0, 5.1))))
     assert level.torsion == {}
     assert level.record.find("base slab", "displacement", "x") == pytest.approx(U - 5.05 * TURN)
@@ -138,7 +138,7 @@ def test_of_two_alone_both_are_named() -> None:
 
 
 @pytest.mark.parametrize("corners", [2, 3])
-def test_what_is_no_rigid_motion_is_found_and_with_enough_sensors_named(corners: int) -> None:
+def test_what_is_no_rigid_motion_is_detected_and_with_enough_sensors_named(corners: int) -> None:
     """A gain 1.6 times too large: no gross fault, but four sensors know three motions, and six can tell which it is."""
     description, samples = with_corners(LAYER, corners)
     samples[f"{LAYER}XA"] *= 1.6

@@ -77,7 +77,7 @@ def test_an_unusable_channel_is_named_and_refuses_the_event_if_it_is_the_base_sl
     assert (result.refusal is not None) == (channel == BASE) == (not result.directions)
 
 
-def test_a_dead_channel_is_said_to_have_one_value() -> None:
+def test_a_dead_channel_is_reported_to_have_one_value() -> None:
     samples = records(2)
     samples[ROOF] = 0 * samples[ROOF] + 0.25
     (message,) = [finding.message for finding in analysed(samples).quality if finding.kind == "dead"]
@@ -127,7 +127,7 @@ def test_a_late_clock_is_measured(channel: str) -> None:
 
 
 @pytest.mark.parametrize("channel", [GROUND, BASE, FOURTH, ROOF, LAYER])
-def test_a_clock_that_jumps_in_the_strong_phase_is_found(channel: str) -> None:
+def test_a_clock_that_jumps_in_the_strong_phase_is_detected(channel: str) -> None:
     samples = records(7)
     jump = 4500
     samples[channel] = np.concatenate([samples[channel][:jump], np.roll(samples[channel], 15)[jump:]])

@@ -97,7 +97,7 @@ def test_two_sensors_share_what_they_differ_by() -> None:
     assert health[BASE].gain == pytest.approx(1 / np.sqrt(GAIN), abs=0.005)
 
 
-def test_what_nothing_tells_is_not_known() -> None:
+def test_what_nothing_shows_is_not_known() -> None:
     alone = consistent_record({}, 0.01, [1], (GROUND, FOURTH, ROOF, LAYER))
     assert [(one.channel, one.gain, one.gain_std) for one in sensor_health(alone, alone, paper())] == [
         (BASE, None, None)

@@ -121,7 +121,7 @@ def test_a_band_ends_at_the_first_gap_and_nothing_clear_has_none() -> None:
     assert clear_band(np.ones(LINES.size), np.ones(LINES.size), LINES) is None
 
 
-def test_white_and_drifting_noise_are_told_apart() -> None:
+def test_white_and_drifting_noise_are_distinguished() -> None:
     rng = np.random.default_rng(1)
     white, drifting = (rng.chisquare(1, LINES.size) for _ in range(2))
     density = 4e-6 + 1e-8 / LINES**2

@@ -58,7 +58,7 @@ def test_noise_with_patterns_becomes_independent_and_comes_back() -> None:
 
 
 @pytest.mark.parametrize("band", [(0.5, 1.5), (2.0, 3.0), (4.0, 6.0)])
-def test_a_posterior_mean_holds_the_share_of_a_force_that_it_is_said_to(band: tuple[float, float]) -> None:
+def test_a_posterior_mean_holds_the_share_of_a_force_that_it_is_reported_to(band: tuple[float, float]) -> None:
     """A force whose power falls with the fourth power of frequency, in white noise, by Wiener's filter: 0.98 of it is
     left at 1 Hz, a tenth at 5 Hz. 4 standard errors of the regression of what is estimated on what is true."""
     rng, plain = np.random.default_rng(5), whitening(NOISE, RATE, UNIT)

@@ -42,11 +42,11 @@ def key(sessions: sessionmaker[Session], tmp_path: Path) -> str:
 
 def test_what_a_person_changes_by_the_api_is_kept(database_url: str, sessions: sessionmaker[Session], key: str) -> None:
     body = {"direction": "x", "change": "mine", "effects": {"hysteresis": {}}}
-    with client(database_url, host="192.0.2.7") as asking:
-        asking.headers["X-API-Key"] = key
-        assert asking.post("/api/v1/buildings/PAPER/models", json={"direction": "x"}).status_code == 201
-        assert asking.post("/api/v1/buildings/PAPER/models", json=body | {"effects": {"no": {}}}).status_code == 409
-        assert asking.get("/api/v1/buildings").status_code == 200
+    with client(database_url, host="192.0.2.7") as api:
+        api.headers["X-API-Key"] = key
+        assert api.post("/api/v1/buildings/PAPER/models", json={"direction": "x"}).status_code == 201
+        assert api.post("/api/v1/buildings/PAPER/models", json=body | {"effects": {"no": {}}}).status_code == 409
+        assert api.get("/api/v1/buildings").status_code == 200
     target = "/api/v1/buildings/PAPER/models"
     assert entries(sessions) == [("Jo", "192.0.2.7", "POST", target, {"direction": "x"})]
 
@@ -54,9 +54,9 @@ def test_what_a_person_changes_by_the_api_is_kept(database_url: str, sessions: s
 def test_what_a_person_changes_by_a_form_is_kept(database_url: str, sessions: sessionmaker[Session]) -> None:
     with sessions.begin() as session:
         building_store.add(session, paper_records.building_file(), Path("/"), NOW)
-    with client(database_url) as asking:
-        assert asking.post("/buildings/PAPER/models", data={"direction": "x"}).status_code == 303
-        assert asking.post("/models/1/accept").status_code == 303
+    with client(database_url) as api:
+        assert api.post("/buildings/PAPER/models", data={"direction": "x"}).status_code == 303
+        assert api.post("/models/1/accept").status_code == 303
     assert entries(sessions) == [
         ("loopback", "127.0.0.1", "POST", "/buildings/PAPER/models", {"direction": "x"}),
         ("loopback", "127.0.0.1", "POST", "/models/1/accept", {}),
@@ -101,14 +101,14 @@ def test_commands_that_change_something_are_kept(
 
 
 def test_no_secret_is_kept() -> None:
-    told = {
+    reported = {
         "secret": "whsec_1",
         "address": "https://me:word@hooks.example/services/T0/B1?token=3",
         "name": "office",
         "more": [{"api_key": 4}],
         "long": "x" * 1000,
     }
-    assert without_secrets(told) == {
+    assert without_secrets(reported) == {
         "secret": "(hidden)",
         "address": "https://hooks.example/...",
         "name": "office",
@@ -118,7 +118,7 @@ def test_no_secret_is_kept() -> None:
 
 
 @pytest.mark.parametrize(
-    ("told", "kept"),
+    ("reported", "kept"),
     [
         ({"address": "jo@example.org"}, {"address": "j...@example.org"}),
         ({"address": "o'hara+\u202etag@b\u00fcro.example"}, {"address": "o...@b\u00fcro.example"}),
@@ -129,8 +129,8 @@ def test_no_secret_is_kept() -> None:
         ({"note": "ask jo@example.org"}, {"note": "ask jo@example.org"}),
     ],
 )
-def test_an_address_is_kept_only_in_part(told: dict[str, str], kept: dict[str, str]) -> None:
-    assert without_secrets(told) == kept
+def test_an_address_is_kept_only_in_part(reported: dict[str, str], kept: dict[str, str]) -> None:
+    assert without_secrets(reported) == kept
 
 
 def test_no_command_writes_past_the_trail() -> None:

@@ -26,7 +26,7 @@ PATHS = (BUILDINGS, "/", "/docs", "/fdsnws/dataselect/1/version", "/metrics")
 
 @pytest.mark.parametrize(("host", "name", "headers"), ANYWHERE)
 @pytest.mark.parametrize("ever", ["no key yet", "the only key revoked"])
-def test_without_a_key_nobody_is_answered_wherever_the_request_seems_to_come_from(
+def test_without_a_key_no_one_is_answered_wherever_the_request_seems_to_come_from(
     database_url: str, sessions: sessionmaker[Session], ever: str, host: str, name: str, headers: dict[str, str]
 ) -> None:
     """A proxy on this machine may say `Host: 127.0.0.1` and nothing of whom it asks for."""
@@ -34,14 +34,14 @@ def test_without_a_key_nobody_is_answered_wherever_the_request_seems_to_come_fro
         with sessions.begin() as session:
             keys.create(session, "first", Role.admin, NOW)
             keys.revoke(session, "first", NOW)
-    with client(database_url, host, name, visitor=None) as asking:
-        answers = {path: asking.get(path, headers=headers) for path in PATHS}
+    with client(database_url, host, name, visitor=None) as api:
+        answers = {path: api.get(path, headers=headers) for path in PATHS}
         assert {path: one.status_code for path, one in answers.items()} == dict.fromkeys(PATHS, 401) | {
             "/": 303,
             "/docs": 303,
         }
         assert "menshin key create" in answers[BUILDINGS].json()["detail"]
-        assert asking.post("/api/v1/buildings/B/drill", headers=headers).status_code == 401
+        assert api.post("/api/v1/buildings/B/drill", headers=headers).status_code == 401
 
 
 @pytest.mark.parametrize(
@@ -52,25 +52,25 @@ def test_a_demonstration_shows_itself_to_what_seems_to_be_this_machine_until_the
     database_url: str, sessions: sessionmaker[Session], host: str, name: str, headers: dict[str, str], status: int
 ) -> None:
     visitor = Caller("visitor", Role.engineer)
-    with client(database_url, host, name, visitor=visitor) as asking:
-        assert asking.get(BUILDINGS, headers=headers).status_code == status
-        assert asking.delete("/api/v1/receivers/1", headers=headers).status_code == (403 if status == 200 else 401)
+    with client(database_url, host, name, visitor=visitor) as api:
+        assert api.get(BUILDINGS, headers=headers).status_code == status
+        assert api.delete("/api/v1/receivers/1", headers=headers).status_code == (403 if status == 200 else 401)
     with sessions.begin() as session:
         keys.create(session, "first", Role.admin, NOW)
         keys.revoke(session, "first", NOW)
-    with client(database_url, host, name, visitor=visitor) as asking:
-        assert asking.get(BUILDINGS, headers=headers).status_code == 401
+    with client(database_url, host, name, visitor=visitor) as api:
+        assert api.get(BUILDINGS, headers=headers).status_code == 401
 
 
 def test_with_a_key_everybody_needs_one(database_url: str, sessions: sessionmaker[Session]) -> None:
     with sessions.begin() as session:
         key = keys.create(session, "dashboard", Role.viewer, NOW)
-    with client(database_url) as asking:
-        assert asking.get(BUILDINGS).status_code == 401
-        assert asking.get(BUILDINGS, headers={"X-API-Key": key[:-1]}).status_code == 401
-        assert asking.get(BUILDINGS, headers={"X-API-Key": key}).status_code == 200
-        assert asking.get(BUILDINGS, headers={"Authorization": f"Bearer {key}"}).status_code == 200
-        analyse = asking.post("/api/v1/events/1/analyses", json={}, headers={"X-API-Key": key})
+    with client(database_url) as api:
+        assert api.get(BUILDINGS).status_code == 401
+        assert api.get(BUILDINGS, headers={"X-API-Key": key[:-1]}).status_code == 401
+        assert api.get(BUILDINGS, headers={"X-API-Key": key}).status_code == 200
+        assert api.get(BUILDINGS, headers={"Authorization": f"Bearer {key}"}).status_code == 200
+        analyse = api.post("/api/v1/events/1/analyses", json={}, headers={"X-API-Key": key})
     assert analyse.status_code == 403
     assert "role engineer" in analyse.json()["detail"]
 
@@ -80,9 +80,9 @@ def test_a_revoked_key_is_worthless(database_url: str, sessions: sessionmaker[Se
         old, new = (keys.create(session, name, Role.viewer, NOW) for name in ("old", "new"))
     with sessions.begin() as session:
         keys.revoke(session, "old", NOW)
-    with client(database_url) as asking:
-        assert asking.get(BUILDINGS, headers={"X-API-Key": old}).status_code == 401
-        assert asking.get(BUILDINGS, headers={"X-API-Key": new}).status_code == 200
+    with client(database_url) as api:
+        assert api.get(BUILDINGS, headers={"X-API-Key": old}).status_code == 401
+        assert api.get(BUILDINGS, headers={"X-API-Key": new}).status_code == 200
 
 
 def test_the_key_itself_is_not_stored(sessions: sessionmaker[Session]) -> None:
@@ -95,6 +95,6 @@ def test_the_key_itself_is_not_stored(sessions: sessionmaker[Session]) -> None:
 
 
 def test_a_page_of_another_site_changes_nothing(database_url: str) -> None:
-    with client(database_url) as asking:
-        answer = asking.post("/api/v1/events/1/analyses", json={}, headers={"Origin": "http://evil.example"})
+    with client(database_url) as api:
+        answer = api.post("/api/v1/events/1/analyses", json={}, headers={"Origin": "http://evil.example"})
     assert answer.status_code == 403

@@ -29,12 +29,12 @@ class Watch:
 def login(sessions: sessionmaker[Session]) -> str:
     """Digest of a session that began at BEGUN."""
     with sessions.begin() as session:
-        begun = logins.begin(session, keys.create(session, "people", Role.viewer, BEGUN), BEGUN)
-    assert begun is not None
-    return digest(begun.cookie)
+        started = logins.begin(session, keys.create(session, "people", Role.viewer, BEGUN), BEGUN)
+    assert started is not None
+    return digest(started.cookie)
 
 
-async def asked(callers: Callers, login: str) -> Caller | None:
+async def requested(callers: Callers, login: str) -> Caller | None:
     """The caller, once the use has been stored."""
     found = (await callers.known()).logins.get(login)
     callers.note_use(login)
@@ -48,7 +48,7 @@ def test_an_idle_session_ends(sessions: sessionmaker[Session], login: str, hours
         watch = Watch()
         callers = Callers(sessions, IDLE, LIFETIME, watch.monotonic, lambda: watch.now)
         watch.now += timedelta(hours=hours)
-        return await asked(callers, login)
+        return await requested(callers, login)
 
     assert asyncio.run(later()) == caller
 
@@ -59,7 +59,7 @@ def test_a_session_in_use_ends_after_its_lifetime(sessions: sessionmaker[Session
         callers = Callers(sessions, IDLE, LIFETIME, watch.monotonic, lambda: watch.now)
         ended = []
         while watch.now < BEGUN + timedelta(days=8):
-            if await asked(callers, login) is None:
+            if await requested(callers, login) is None:
                 ended.append((watch.now - BEGUN) / timedelta(days=1))
             watch.now += timedelta(hours=6)
         return ended

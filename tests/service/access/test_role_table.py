@@ -182,7 +182,7 @@ def key(url: str) -> dict[Role | None, dict[str, str]]:
 
 
 @pytest.fixture(scope="module")
-def asking(url: str) -> Iterator[TestClient]:
+def api(url: str) -> Iterator[TestClient]:
     with client(url, visitor=None) as made:
         yield made
 
@@ -193,12 +193,12 @@ def test_every_route_has_its_role(url: str) -> None:
 
 @pytest.mark.parametrize("route", LEAST)
 def test_a_route_lets_in_its_role_and_those_above(
-    asking: TestClient, key: dict[Role | None, dict[str, str]], route: str
+    api: TestClient, key: dict[Role | None, dict[str, str]], route: str
 ) -> None:
     method, path = route.split()
-    asked = re.sub(r"{(\w+)}", lambda found: VALUES.get(found[1], "1"), path)
+    requested = re.sub(r"{(\w+)}", lambda found: VALUES.get(found[1], "1"), path)
     for role in (None, *Role):
-        answer = asking.request(method, asked, headers=key[role])
+        answer = api.request(method, requested, headers=key[role])
         least = LEAST[route]
         sent_to_login = answer.status_code == 303 and answer.headers["location"].startswith("/login?")
         if least is None:

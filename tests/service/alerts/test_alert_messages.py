@@ -13,15 +13,15 @@ from service.buildings.tables import Building
 from service.records.tables import Event
 
 
-def test_an_import_of_years_tells_of_its_alert_alone(session: Session, of: Building) -> None:
+def test_an_import_of_years_shows_its_alert_alone(session: Session, of: Building) -> None:
     events = raise_softening(session, of)
     for _ in range(3):
         write_messages(session, of.id, AGE, START + 1000 * DAY)
-    (told,) = messages(session)
-    assert (told.key, told.kind, told.severity) == (f"event/{events[2]}", "alert", "alarm")
-    assert told.subject.endswith(": The isolators are 8 % softer in direction x")
-    assert "ought to be looked at" in " ".join(told.sentences)
-    assert told.link == f"/alerts/{session.query(Alert).one().id}"
+    (reported,) = messages(session)
+    assert (reported.key, reported.kind, reported.severity) == (f"event/{events[2]}", "alert", "alarm")
+    assert reported.subject.endswith(": The isolators are 8 % softer in direction x")
+    assert "ought to be looked at" in " ".join(reported.sentences)
+    assert reported.link == f"/alerts/{session.query(Alert).one().id}"
 
 
 def test_alerts_of_one_earthquake_are_one_message(session: Session, of: Building) -> None:
@@ -33,10 +33,10 @@ def test_alerts_of_one_earthquake_are_one_message(session: Session, of: Building
     reconcile(session, of.id, [with_stored_events(one, events) for one in found], "events", START + 3 * DAY)
     session.flush()
     write_messages(session, of.id, AGE, START + 1000 * DAY)
-    (told,) = messages(session)
-    assert told.subject.endswith("softer in direction x (and 1 more)")
-    assert len(told.data["alerts"]) == 2
-    assert told.link == f"/buildings/{of.code}/alerts"
+    (reported,) = messages(session)
+    assert reported.subject.endswith("softer in direction x (and 1 more)")
+    assert len(reported.data["alerts"]) == 2
+    assert reported.link == f"/buildings/{of.code}/alerts"
 
 
 def test_acknowledging_is_no_news_and_an_inspection_is(session: Session, of: Building) -> None:
@@ -49,10 +49,10 @@ def test_acknowledging_is_no_news_and_an_inspection_is(session: Session, of: Bui
     operator_actions.inspect(session, alert, "Jo", "confirmed", "bearings 3 and 4 were replaced", None, now + DAY)
     for _ in range(2):
         write_messages(session, of.id, AGE, now + DAY)
-    _, told = messages(session)
-    assert (told.sequence, told.severity) == ("updated", "note")
-    assert "Resolved: " in " ".join(told.sentences)
-    assert "Jo: bearings 3 and 4 were replaced" in " ".join(told.sentences)
+    _, reported = messages(session)
+    assert (reported.sequence, reported.severity) == ("updated", "note")
+    assert "Resolved: " in " ".join(reported.sentences)
+    assert "Jo: bearings 3 and 4 were replaced" in " ".join(reported.sentences)
 
 
 @pytest.mark.parametrize("how", ["data", "review"])
@@ -67,26 +67,26 @@ def test_an_alert_that_never_was_is_cancelled(session: Session, of: Building, ho
     session.flush()
     for _ in range(2):
         write_messages(session, of.id, AGE, now + SOON)
-    _, told = messages(session)
-    assert (told.sequence, told.severity) == ("cancelled", "note")
-    assert "Cancelled, because it was never the case: " in " ".join(told.sentences)
+    _, reported = messages(session)
+    assert (reported.sequence, reported.severity) == ("cancelled", "note")
+    assert "Cancelled, because it was never the case: " in " ".join(reported.sentences)
 
 
-def test_what_a_sensor_may_explain_is_told_so(session: Session, of: Building) -> None:
+def test_what_a_sensor_may_explain_is_reported_so(session: Session, of: Building) -> None:
     events = raise_softening(session, of, gain_error(began_at=START + 2 * DAY, raised_event_id=3))
     write_messages(session, of.id, AGE, START + 1000 * DAY)
-    (told,) = messages(session)
-    assert told.key == f"event/{events[2]}"
-    assert (told.kind, told.severity) == ("alert", "warning")
-    assert "a sensor behind this result measures wrongly" in " ".join(told.sentences)
+    (reported,) = messages(session)
+    assert reported.key == f"event/{events[2]}"
+    assert (reported.kind, reported.severity) == ("alert", "warning")
+    assert "a sensor behind this result measures wrongly" in " ".join(reported.sentences)
 
 
-def test_what_is_silenced_is_told_when_the_silence_ends(session: Session, of: Building) -> None:
+def test_what_is_silenced_is_reported_when_the_silence_ends(session: Session, of: Building) -> None:
     raise_softening(session, of)
     now = START + 1000 * DAY
     operator_actions.silence(session, of, "stiffness/*", now + DAY, "a load test", "Jo", now)
     write_messages(session, of.id, AGE, now)
     assert messages(session) == []
     write_messages(session, of.id, AGE, now + DAY)
-    (told,) = messages(session)
-    assert told.severity == "alarm"
+    (reported,) = messages(session)
+    assert reported.severity == "alarm"

@@ -43,7 +43,7 @@ def lost(session: Session) -> None:
 
 
 @pytest.fixture
-def asking(database_url: str, sessions: sessionmaker[Session], tmp_path: Path) -> Iterator[TestClient]:
+def api(database_url: str, sessions: sessionmaker[Session], tmp_path: Path) -> Iterator[TestClient]:
     """Asks as an engineer would in a browser."""
     (tmp_path / "records").mkdir()
     monitored_building.watch(sessions, tmp_path / "records")
@@ -54,33 +54,33 @@ def asking(database_url: str, sessions: sessionmaker[Session], tmp_path: Path) -
 
 
 def test_an_alert_is_seen_from_the_first_page_to_its_end(
-    asking: TestClient, database_url: str, sessions: sessionmaker[Session]
+    api: TestClient, database_url: str, sessions: sessionmaker[Session]
 ) -> None:
-    first = asking.get("/").text
+    first = api.get("/").text
     assert '<span class="badge">2 open</span>' in first
     assert '<a href="/alerts/1">The isolators are 8 % softer in direction x</a>' in first
-    listed = asking.get("/buildings/PAPER/alerts").text
+    listed = api.get("/buildings/PAPER/alerts").text
     assert listed.index("The monitoring server") < listed.index("8 % softer")
-    shown = asking.get("/alerts/1").text
+    shown = api.get("/alerts/1").text
     for wanted in ("They carry the building", "/charts/loop.svg", "Acknowledge it", "Not sent: no recipients"):
         assert wanted in shown, wanted
 
-    assert asking.post("/alerts/1/acknowledge", data={"name": "Jo", "note": "on my way"}).status_code == 303
-    assert "Jo (loopback), " in asking.get("/alerts/1").text
+    assert api.post("/alerts/1/acknowledge", data={"name": "Jo", "note": "on my way"}).status_code == 303
+    assert "Jo (loopback), " in api.get("/alerts/1").text
     form = {"outcome": "confirmed", "note": "replaced", "reference": "from_now", "name": ""}
-    assert asking.post("/alerts/1/inspect", data=form).status_code == 303
-    ended = asking.get("/alerts/1").text
+    assert api.post("/alerts/1/inspect", data=form).status_code == 303
+    ended = api.get("/alerts/1").text
     assert "End it" not in ended
     assert "later earthquakes are compared with a new reference period" in ended
-    assert '<span class="badge">1 open</span>' in asking.get("/").text
+    assert '<span class="badge">1 open</span>' in api.get("/").text
 
     silence = {"pattern": "source", "hours": "4", "reason": "<b>maintenance</b>"}
-    assert asking.post("/buildings/PAPER/silences", data=silence).status_code == 303
-    listed = asking.get("/buildings/PAPER/alerts").text
+    assert api.post("/buildings/PAPER/silences", data=silence).status_code == 303
+    listed = api.get("/buildings/PAPER/alerts").text
     assert "&lt;b&gt;maintenance&lt;/b&gt;" in listed
-    assert "No messages about it are sent before" in asking.get("/alerts/2").text
-    assert asking.post("/silences/1/end").status_code == 303
-    assert "End it now" not in asking.get("/buildings/PAPER/alerts").text
+    assert "No messages about it are sent before" in api.get("/alerts/2").text
+    assert api.post("/silences/1/end").status_code == 303
+    assert "End it now" not in api.get("/buildings/PAPER/alerts").text
 
     for path, wrong in (
         ("/alerts/2/acknowledge", {}),
@@ -89,7 +89,7 @@ def test_an_alert_is_seen_from_the_first_page_to_its_end(
         ("/buildings/PAPER/silences", silence | {"hours": "-1"}),
         ("/buildings/PAPER/silences", silence | {"hours": "9999999999"}),
     ):
-        assert asking.post(path, data=wrong).status_code == 409, (path, wrong)
+        assert api.post(path, data=wrong).status_code == 409, (path, wrong)
 
     with sessions.begin() as session:
         viewer = keys.create(session, "viewer", Role.viewer, monitored_building.NOW)
@@ -108,8 +108,8 @@ def test_ending_an_alert_ends_its_parts_and_says_beforehand_what_follows(
     stored_histories.store_and_monitor(
         sessions, building, stored_histories.store_history_in_both(26, onset=22, loss=0.08), stored_histories.start(27)
     )
-    with client(database_url) as asking:
-        every = asking.get("/api/v1/alerts?state=open").json()["items"]
+    with client(database_url) as api:
+        every = api.get("/api/v1/alerts?state=open").json()["items"]
         (alert,) = [one for one in every if one["cause"].startswith("stiffness")]
         assert {one["subject"]: one["state"] for one in alert["parts"]} == {
             "x": "active",
@@ -118,7 +118,7 @@ def test_ending_an_alert_ends_its_parts_and_says_beforehand_what_follows(
         }
         began = [datetime.fromisoformat(alert[name]) for name in ("changed_after", "changed_by")]
         assert began == [stored_histories.start(21), stored_histories.start(22)]
-        page = unescape(asking.get(f"/alerts/{alert['id']}").text)
+        page = unescape(api.get(f"/alerts/{alert['id']}").text)
         first, last = (f"{one:%-d %B %Y}" for one in began)
         assert re.search(f"It began between the earthquakes of {first}, .* and {last}, ", page)
         assert re.search(r"<td>direction y<td class=\"state active\">active<td class=\"number\">−\d+\.\d %", page)
@@ -130,15 +130,15 @@ def test_ending_an_alert_ends_its_parts_and_says_beforehand_what_follows(
             f"begins with the earthquake of {last}.* 4 earthquakes count already; .* at least 16 more", page
         )
         form = {"outcome": "confirmed", "note": "two bearings replaced", "reference": "since_it_began"}
-        assert asking.post(f"/alerts/{alert['id']}/inspect", data=form).status_code == 303
-        assert "These results are being computed again" in asking.get("/buildings/PAPER/drift").text
+        assert api.post(f"/alerts/{alert['id']}/inspect", data=form).status_code == 303
+        assert "These results are being computed again" in api.get("/buildings/PAPER/drift").text
         stored_histories.do_waiting_work(sessions, stored_histories.start(27))
-        ended = [one for one in asking.get("/api/v1/alerts").json()["items"] if "stiffness" in one["cause"]]
+        ended = [one for one in api.get("/api/v1/alerts").json()["items"] if "stiffness" in one["cause"]]
         assert [(one["id"], one["state"]) for one in ended] == [(alert["id"], "resolved")]
         assert {one["state"] for one in ended[0]["parts"]} == {"resolved"}
-        page = asking.get(f"/alerts/{alert['id']}").text
+        page = api.get(f"/alerts/{alert['id']}").text
         assert '<td>direction y<td class="state resolved">resolved<td' in page
-        drift = unescape(asking.get("/buildings/PAPER/drift").text)
+        drift = unescape(api.get("/buildings/PAPER/drift").text)
         assert f"<li>Stiffness of the isolation layer: a new reference period began on {began[1]:%Y-%m-%d}" in drift
         assert "UTC; needs 16 more earthquakes before it can raise an alarm." in drift
         assert "The rules found nothing" not in drift

@@ -55,13 +55,13 @@ def code(sessions: sessionmaker[Session]) -> str:
 
 
 @pytest.fixture
-def asking(database_url: str, code: str) -> Iterator[TestClient]:
+def api(database_url: str, code: str) -> Iterator[TestClient]:
     with client(database_url) as made:
         yield made
 
 
-def test_alerts_are_listed_and_filtered(asking: TestClient, code: str) -> None:
-    every = asking.get(ALERTS).json()["items"]
+def test_alerts_are_listed_and_filtered(api: TestClient, code: str) -> None:
+    every = api.get(ALERTS).json()["items"]
     assert [(one["cause"], one["state"]) for one in every] == [("source", "active"), ("stiffness", "active")]
     assert {one["building"] for one in every} == {code}
     for query, causes in (
@@ -69,32 +69,30 @@ def test_alerts_are_listed_and_filtered(asking: TestClient, code: str) -> None:
         ("state=open", ["source", "stiffness"]),
         ("state=resolved", []),
     ):
-        assert [one["cause"] for one in asking.get(f"{ALERTS}?{query}").json()["items"]] == causes
-    assert asking.get(f"{ALERTS}?building=NONE").status_code == 404
-    page = asking.get(f"{ALERTS}?limit=1").json()
-    assert asking.get(f"{ALERTS}?limit=1&cursor={page['next']}").json()["items"][0]["cause"] == "stiffness"
-    lines = list(csv.DictReader(io.StringIO(asking.get(f"{ALERTS}?format=csv").text)))
+        assert [one["cause"] for one in api.get(f"{ALERTS}?{query}").json()["items"]] == causes
+    assert api.get(f"{ALERTS}?building=NONE").status_code == 404
+    page = api.get(f"{ALERTS}?limit=1").json()
+    assert api.get(f"{ALERTS}?limit=1&cursor={page['next']}").json()["items"][0]["cause"] == "stiffness"
+    lines = list(csv.DictReader(io.StringIO(api.get(f"{ALERTS}?format=csv").text)))
     assert [line["summary"] for line in lines] == [one["summary"] for one in every]
 
 
-def test_an_alert_tells_its_evidence_its_history_and_who_was_told(asking: TestClient) -> None:
-    found = asking.get(f"{ALERTS}/1").json()
+def test_an_alert_shows_its_evidence_its_history_and_who_was_reported(api: TestClient) -> None:
+    found = api.get(f"{ALERTS}/1").json()
     assert found["evidence"]["drift"] == -0.08
     assert [(one["state"], one["by"]) for one in found["changes"]] == [("active", None)]
     assert [(one["receiver"], one["state"], one["sequence"]) for one in found["told"]] == [("office", "waiting", "new")]
-    assert asking.get(f"{ALERTS}/99").status_code == 404
+    assert api.get(f"{ALERTS}/99").status_code == 404
 
 
-def test_an_alert_is_acknowledged_and_ended_by_an_inspection(
-    asking: TestClient, sessions: sessionmaker[Session]
-) -> None:
+def test_an_alert_is_acknowledged_and_ended_by_an_inspection(api: TestClient, sessions: sessionmaker[Session]) -> None:
     for _ in range(2):
-        taken = asking.post(f"{ALERTS}/1/acknowledge", json={"note": "on my way", "name": "Jo"})
+        taken = api.post(f"{ALERTS}/1/acknowledge", json={"note": "on my way", "name": "Jo"})
         assert taken.status_code == 200, taken.text
     assert (taken.json()["state"], taken.json()["acknowledged_by"]) == ("acknowledged", "Jo (loopback)")
     wanted = {"outcome": "confirmed", "note": "two bearings were replaced", "reference_from": "2024-01-05"}
     for _ in range(2):
-        ended = asking.post(f"{ALERTS}/1/inspect", json=wanted)
+        ended = api.post(f"{ALERTS}/1/inspect", json=wanted)
         assert ended.status_code == 200, ended.text
     assert [one["state"] for one in ended.json()["changes"]] == ["active", "acknowledged", "resolved"]
     (inspection,) = ended.json()["inspections"]
@@ -112,7 +110,7 @@ def test_an_alert_is_acknowledged_and_ended_by_an_inspection(
             "updated",
         ]
         assert session.query(Delivery).count() == 2
-    late = asking.post(f"{ALERTS}/1/inspect", json={"outcome": "unfounded", "note": "no"})
+    late = api.post(f"{ALERTS}/1/inspect", json={"outcome": "unfounded", "note": "no"})
     assert late.status_code == 409
     assert "resolved since" in late.json()["detail"]
 
@@ -121,52 +119,52 @@ def test_an_alert_is_acknowledged_and_ended_by_an_inspection(
     "body",
     [{}, {"note": " "}, {"note": "x", "more": 1}, {"note": "x", "name": ""}, {"note": 3}],
 )
-def test_an_acknowledgement_needs_a_note(asking: TestClient, body: dict[str, object]) -> None:
-    assert asking.post(f"{ALERTS}/1/acknowledge", json=body).status_code == 422
+def test_an_acknowledgement_needs_a_note(api: TestClient, body: dict[str, object]) -> None:
+    assert api.post(f"{ALERTS}/1/acknowledge", json=body).status_code == 422
 
 
-def test_a_silence_has_an_end_and_a_reason_and_can_be_ended(asking: TestClient, code: str) -> None:
+def test_a_silence_has_an_end_and_a_reason_and_can_be_ended(api: TestClient, code: str) -> None:
     silences = f"/api/v1/buildings/{code}/silences"
     wanted = {"pattern": "stiffness/*", "until": "2999-01-01T00:00:00Z", "reason": "a load test"}
     for _ in range(2):
-        made = asking.post(silences, json=wanted)
+        made = api.post(silences, json=wanted)
         assert made.status_code == 201, made.text
-    assert asking.get(f"{ALERTS}/1").json()["silenced_until"] == "2999-01-01T00:00:00Z"
-    (listed,) = asking.get(silences).json()["items"]
+    assert api.get(f"{ALERTS}/1").json()["silenced_until"] == "2999-01-01T00:00:00Z"
+    (listed,) = api.get(silences).json()["items"]
     assert listed == made.json()
     for _ in range(2):
-        ended = asking.post(f"/api/v1/silences/{listed['id']}/end")
+        ended = api.post(f"/api/v1/silences/{listed['id']}/end")
         assert (ended.status_code, ended.json()["ended_by"]) == (200, "loopback")
-    assert asking.get(f"{ALERTS}/1").json()["silenced_until"] is None
-    assert asking.post(silences, json=wanted | {"until": "2020-01-01T00:00:00Z"}).status_code == 409
-    assert asking.post(silences, json={"pattern": "*", "until": "2999-01-01T00:00:00Z"}).status_code == 422
-    assert asking.get(f"{silences}?format=csv").text.count("\n") == 2
-    assert asking.post("/api/v1/silences/99/end").status_code == 404
+    assert api.get(f"{ALERTS}/1").json()["silenced_until"] is None
+    assert api.post(silences, json=wanted | {"until": "2020-01-01T00:00:00Z"}).status_code == 409
+    assert api.post(silences, json={"pattern": "*", "until": "2999-01-01T00:00:00Z"}).status_code == 422
+    assert api.get(f"{silences}?format=csv").text.count("\n") == 2
+    assert api.post("/api/v1/silences/99/end").status_code == 404
 
 
 def test_a_viewer_reads_and_does_no_more(database_url: str, sessions: sessionmaker[Session], code: str) -> None:
     with sessions.begin() as session:
         viewer, engineer = (keys.create(session, role.name, role, NOW) for role in (Role.viewer, Role.engineer))
-    with client(database_url) as asking:
-        asking.headers["X-API-Key"] = viewer
+    with client(database_url) as api:
+        api.headers["X-API-Key"] = viewer
         for path in (ALERTS, f"{ALERTS}/1", f"/api/v1/buildings/{code}/silences"):
-            assert asking.get(path).status_code == 200
-        assert asking.get("/api/v1/audit").status_code == 403
+            assert api.get(path).status_code == 200
+        assert api.get("/api/v1/audit").status_code == 403
         for path in (f"{ALERTS}/1/acknowledge", f"{ALERTS}/1/inspect", f"/api/v1/buildings/{code}/silences"):
-            assert asking.post(path, json={}).status_code == 403
-        asking.headers["X-API-Key"] = engineer
-        assert asking.post(f"{ALERTS}/1/acknowledge", json={"note": "mine"}).status_code == 200
-        (entry,) = asking.get("/api/v1/audit").json()["items"]
+            assert api.post(path, json={}).status_code == 403
+        api.headers["X-API-Key"] = engineer
+        assert api.post(f"{ALERTS}/1/acknowledge", json={"note": "mine"}).status_code == 200
+        (entry,) = api.get("/api/v1/audit").json()["items"]
         assert (entry["by"], entry["action"], entry["target"]) == ("engineer", "POST", f"{ALERTS}/1/acknowledge")
         assert entry["details"] == {"note": "mine"}
-        lines = list(csv.DictReader(io.StringIO(asking.get("/api/v1/audit?by=engineer&format=csv").text)))
+        lines = list(csv.DictReader(io.StringIO(api.get("/api/v1/audit?by=engineer&format=csv").text)))
         assert lines[0]["details"] == '{"note":"mine"}'
-        assert asking.get("/api/v1/audit?by=nobody").json()["items"] == []
-        assert asking.get("/api/v1/audit?before=2020-01-01").json()["items"] == []
+        assert api.get("/api/v1/audit?by=nobody").json()["items"] == []
+        assert api.get("/api/v1/audit?before=2020-01-01").json()["items"] == []
 
 
-def test_an_alert_of_another_cause_stays(asking: TestClient, sessions: sessionmaker[Session], code: str) -> None:
-    asking.post(f"{ALERTS}/1/inspect", json={"outcome": "unfounded", "note": "a load test"})
+def test_an_alert_of_another_cause_stays(api: TestClient, sessions: sessionmaker[Session], code: str) -> None:
+    api.post(f"{ALERTS}/1/inspect", json={"outcome": "unfounded", "note": "a load test"})
     with sessions.begin() as session:
         of = session.query(Building).one()
         own = {"onset_event_id": 1, "raised_event_id": 1, "event_ids": (1,)}

@@ -15,27 +15,34 @@ from service.buildings.tables import Building
 from service.jobs import queue as job_queue
 
 
-def test_an_earthquake_is_told_once_in_local_time_with_what_is_undecided(session: Session, of: Building) -> None:
+def test_an_earthquake_is_reported_once_in_local_time_with_what_is_undecided(session: Session, of: Building) -> None:
     event = earthquake(session, of, START, 0.0237)
     for _ in range(3):
         write_event_message(session, event.id, AGE, START + SOON)
-    (told,) = messages(session)
-    assert (told.key, told.kind, told.sequence, told.severity) == (f"event/{event.id}", "event", "new", "note")
-    assert told.subject.startswith(
+    (reported,) = messages(session)
+    assert (reported.key, reported.kind, reported.sequence, reported.severity) == (
+        f"event/{event.id}",
+        "event",
+        "new",
+        "note",
+    )
+    assert reported.subject.startswith(
         "Earthquake of 1 January 2024, 09:00 (JST): isolators moved 24 mm, undecided: 6 of 7"
     )
-    assert "moved by 24 mm at most" in told.sentences[0]
-    assert told.sentences[1].startswith(
+    assert "moved by 24 mm at most" in reported.sentences[0]
+    assert reported.sentences[1].startswith(
         "Undecided. Menshin cannot decide whether the isolators are within their limits"
     )
-    assert told.sentences[2] == "1 of 7 checks passed."
-    assert "Undecided: Change of stiffness, direction x. This earthquake has not been compared" in told.sentences[-1]
-    assert {"name": "Check: Residual displacement", "value": "undecided"} in told.facts
-    assert told.data["verdict"]["level"] == "undecided"
-    assert {"name": "Largest isolator displacement, direction x", "value": "23.7 mm"} in told.facts
-    assert told.data["peak_displacement"] == {"x": 0.0237}
-    assert told.picture_direction == "x"
-    assert told.link == f"/events/{event.id}"
+    assert reported.sentences[2] == "1 of 7 checks passed."
+    assert (
+        "Undecided: Change of stiffness, direction x. This earthquake has not been compared" in reported.sentences[-1]
+    )
+    assert {"name": "Check: Residual displacement", "value": "undecided"} in reported.facts
+    assert reported.data["verdict"]["level"] == "undecided"
+    assert {"name": "Largest isolator displacement, direction x", "value": "23.7 mm"} in reported.facts
+    assert reported.data["peak_displacement"] == {"x": 0.0237}
+    assert reported.picture_direction == "x"
+    assert reported.link == f"/events/{event.id}"
 
 
 @pytest.mark.parametrize(
@@ -54,12 +61,12 @@ def test_a_residual_displacement_is_written_to_the_digit_that_its_uncertainty_su
     (found,) = session.query(DirectionResult).all()
     found.residual_displacement, found.residual_displacement_std = value, std
     write_event_message(session, event.id, AGE, START + SOON)
-    (told,) = messages(session)
-    assert {"name": "Residual displacement, direction x", "value": expected} in told.facts
-    assert told.data["residual_displacement"] == {"x": value}
+    (reported,) = messages(session)
+    assert {"name": "Residual displacement, direction x", "value": expected} in reported.facts
+    assert reported.data["residual_displacement"] == {"x": value}
 
 
-def test_a_new_analysis_is_told_only_if_it_says_something_else(session: Session, of: Building) -> None:
+def test_a_new_analysis_is_reported_only_if_it_says_something_else(session: Session, of: Building) -> None:
     event = earthquake(session, of, START, 0.0237)
     write_event_message(session, event.id, AGE, START + SOON)
     analysed(session, event, START + 2 * SOON, 0.0237 + 1e-6)
@@ -85,24 +92,24 @@ def test_an_event_whose_records_turn_out_useless_is_cancelled(session: Session, 
     assert "cannot be used: the base slab's record is missing." in second.sentences[0]
 
 
-def test_a_refused_event_is_told_and_not_cancelled(session: Session, of: Building) -> None:
+def test_a_refused_event_is_reported_and_not_cancelled(session: Session, of: Building) -> None:
     event = earthquake(session, of, START)
     analysed(session, event, START, refusal="the base slab's record is missing")
     for _ in range(2):
         write_event_message(session, event.id, AGE, START + SOON)
-    (told,) = messages(session)
-    assert (told.sequence, told.severity) == ("new", "warning")
+    (reported,) = messages(session)
+    assert (reported.sequence, reported.severity) == ("new", "warning")
 
 
-def test_an_unmeasured_displacement_is_said_to_be(session: Session, of: Building) -> None:
+def test_an_unmeasured_displacement_is_reported_as(session: Session, of: Building) -> None:
     event = earthquake(session, of, START, None)
     write_event_message(session, event.id, AGE, START + SOON)
-    (told,) = messages(session)
-    assert "was not measured" in told.sentences[0]
-    assert told.picture_direction is None
+    (reported,) = messages(session)
+    assert "was not measured" in reported.sentences[0]
+    assert reported.picture_direction is None
 
 
-def test_an_event_that_is_still_analysed_is_not_told(session: Session, of: Building) -> None:
+def test_an_event_that_is_still_analysed_is_not_reported(session: Session, of: Building) -> None:
     event = earthquake(session, of, START)
     event.state = "queued"
     write_event_message(session, event.id, AGE, START + SOON)
@@ -115,9 +122,9 @@ def test_an_earthquake_that_comes_late_is_not_called_harmless(session: Session, 
     write_messages(session, of.id, timedelta(minutes=1), now)
     late = earthquake(session, of, START + DAY / 2)
     write_event_message(session, late.id, AGE * 2, now + SOON)
-    told = messages(session)[-1]
-    assert told.key == f"event/{late.id}" != f"event/{events[2]}"
-    assert "Also open at the building: stiffness of the isolators." in told.sentences[-1]
+    reported = messages(session)[-1]
+    assert reported.key == f"event/{late.id}" != f"event/{events[2]}"
+    assert "Also open at the building: stiffness of the isolators." in reported.sentences[-1]
 
 
 def test_a_fresh_event_says_that_something_is_silenced(session: Session, of: Building) -> None:
@@ -125,27 +132,27 @@ def test_a_fresh_event_says_that_something_is_silenced(session: Session, of: Bui
     now = START + 3 * DAY
     operator_actions.silence(session, of, "stiffness/x", now + DAY, "a load test", "Jo", now)
     write_messages(session, of.id, AGE, now)
-    told = messages(session)[-1]
-    assert (told.kind, told.severity) == ("event", "note")
-    assert told.data["verdict"]["level"] == "undecided"
-    assert "a load test" in " ".join(told.sentences)
-    assert told.data["alerts"] == []
+    reported = messages(session)[-1]
+    assert (reported.kind, reported.severity) == ("event", "note")
+    assert reported.data["verdict"]["level"] == "undecided"
+    assert "a load test" in " ".join(reported.sentences)
+    assert reported.data["alerts"] == []
 
 
-def test_a_later_event_names_what_still_stands_and_is_not_told_again_for_it(session: Session, of: Building) -> None:
+def test_a_later_event_names_what_still_stands_and_is_not_reported_again_for_it(session: Session, of: Building) -> None:
     raise_softening(session, of)
     later = earthquake(session, of, START + 10 * DAY)
     now = START + 10 * DAY + SOON
     write_event_message(session, later.id, AGE, now)
-    (told,) = messages(session)
-    assert told.severity == "note"
-    assert "Also open at the building: stiffness of the isolators." in told.sentences[-1]
+    (reported,) = messages(session)
+    assert reported.severity == "note"
+    assert "Also open at the building: stiffness of the isolators." in reported.sentences[-1]
     operator_actions.inspect(session, session.query(Alert).one(), "Jo", "confirmed", "replaced", None, now + SOON)
     write_event_message(session, later.id, AGE, now + SOON)
     assert len(messages(session)) == 1
 
 
-def test_nothing_is_said_of_earthquakes_while_a_look_for_drift_waits(session: Session, of: Building) -> None:
+def test_nothing_is_stated_of_earthquakes_while_a_look_for_drift_waits(session: Session, of: Building) -> None:
     raise_softening(session, of)
     job = job_queue.enqueue_monitoring(session, of.id, None, START)
     write_messages(session, of.id, AGE, START + 1000 * DAY)

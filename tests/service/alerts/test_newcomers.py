@@ -36,7 +36,7 @@ class Stage:
     """A building that lost stiffness in 2024, which was reported to nobody; its pages, its poller and its notifier."""
 
     sessions: sessionmaker[Session]
-    asking: TestClient
+    api: TestClient
     box: MailServer
     settings: Settings
     code: str
@@ -49,7 +49,7 @@ class Stage:
         return [str(mail["Subject"]) for mail in self.box.mails]
 
     def add(self, **differently: object) -> int:
-        made = self.asking.post(f"/api/v1/buildings/{self.code}/receivers", json=MANAGER | differently)
+        made = self.api.post(f"/api/v1/buildings/{self.code}/receivers", json=MANAGER | differently)
         assert made.status_code == 201, made.text
         return int(made.json()["id"])
 
@@ -67,7 +67,7 @@ def stage(sessions: sessionmaker[Session], database_url: str) -> Iterator[Stage]
         raise_softening(session, of)
         write_messages(session, of.id, AGE, START + 3 * DAY)
         code = of.code
-    with client(database_url, smtp_host="localhost") as asking, mail_server() as box:
+    with client(database_url, smtp_host="localhost") as api, mail_server() as box:
         settings = Settings(
             disk_reserve=0,
             reminder_interval=0,
@@ -76,34 +76,34 @@ def stage(sessions: sessionmaker[Session], database_url: str) -> Iterator[Stage]
             smtp_port=box.port,
             smtp_security="none",
         )
-        yield Stage(sessions, asking, box, settings, code)
+        yield Stage(sessions, api, box, settings, code)
 
 
-def test_a_message_to_nobody_is_stored_listed_and_says_why(stage: Stage) -> None:
-    alert = stage.asking.get("/api/v1/alerts").json()["items"][0]["id"]
-    assert "Not sent: no recipients" in stage.asking.get(f"/alerts/{alert}").text
-    (told,) = stage.asking.get(f"/api/v1/alerts/{alert}").json()["told"]
-    assert (told["receiver"], told["unsent"]) == (None, "no recipients")
-    page = unescape(stage.asking.get(f"/buildings/{stage.code}/messages").text)
+def test_a_message_to_no_one_is_stored_listed_and_says_why(stage: Stage) -> None:
+    alert = stage.api.get("/api/v1/alerts").json()["items"][0]["id"]
+    assert "Not sent: no recipients" in stage.api.get(f"/alerts/{alert}").text
+    (reported,) = stage.api.get(f"/api/v1/alerts/{alert}").json()["told"]
+    assert (reported["receiver"], reported["unsent"]) == (None, "no recipients")
+    page = unescape(stage.api.get(f"/buildings/{stage.code}/messages").text)
     assert "8 % softer in direction x</a>" in page
     assert "Not sent: no recipients" in page
-    (row,) = stage.asking.get(f"/api/v1/buildings/{stage.code}/messages").json()["items"]
+    (row,) = stage.api.get(f"/api/v1/buildings/{stage.code}/messages").json()["items"]
     assert (row["receivers"], row["unsent"]) == (0, "no recipients")
-    assert "Not sent: no recipients." in stage.asking.get(f"/messages/{row['id']}").text
+    assert "Not sent: no recipients." in stage.api.get(f"/messages/{row['id']}").text
     stage.add(kinds=["drill"])
     with stage.sessions.begin() as session:
         of = session.query(Building).one()
         late = earthquake(session, of, START + 9 * DAY)
         write_messages(session, of.id, AGE, late.end)
-    page = stage.asking.get(f"/buildings/{stage.code}/messages").text
+    page = stage.api.get(f"/buildings/{stage.code}/messages").text
     assert "Not sent: no recipient is subscribed to messages of this kind and severity" in page
 
 
 def test_a_new_recipient_hears_once_of_what_is_open_and_then_what_becomes_of_it(stage: Stage) -> None:
     assert stage.goes_on() == []
-    (alert,) = stage.asking.get("/api/v1/alerts?state=active").json()["items"]
+    (alert,) = stage.api.get("/api/v1/alerts?state=active").json()["items"]
     taken = {"note": "on my way", "name": "Jo"}
-    assert stage.asking.post(f"/api/v1/alerts/{alert['id']}/acknowledge", json=taken).status_code == 200
+    assert stage.api.post(f"/api/v1/alerts/{alert['id']}/acknowledge", json=taken).status_code == 200
     stage.add()
     (subject,) = stage.goes_on()
     assert subject.startswith("OPEN SINCE 2024-01-04: [the paper's building] Earthquake of 3 January 2024")
@@ -112,10 +112,10 @@ def test_a_new_recipient_hears_once_of_what_is_open_and_then_what_becomes_of_it(
     assert "You became a recipient on" in words
     assert "This was written before that, on 2024-01-04" in words
     assert f"Alert {alert['id']} is acknowledged by Jo (loopback) since" in words
-    page = stage.asking.get(f"/buildings/{stage.code}/messages").text
+    page = stage.api.get(f"/buildings/{stage.code}/messages").text
     assert "delivered" in page
     ended = {"outcome": "confirmed", "note": "bearings replaced"}
-    assert stage.asking.post(f"/api/v1/alerts/{alert['id']}/inspect", json=ended).status_code == 200
+    assert stage.api.post(f"/api/v1/alerts/{alert['id']}/inspect", json=ended).status_code == 200
     with stage.sessions.begin() as session:  # what is watched was computed again, and showed nothing new
         session.execute(update(Job).where(Job.kind == WATCH).values(state="done", finished_at=datetime.now(UTC)))
     subjects = stage.goes_on()
@@ -136,7 +136,7 @@ def test_a_recipient_whose_rule_or_address_changes_hears_of_what_it_now_should(s
         ({"address": "successor@example.org"}, 2),
         ({"kinds": ["alert", "event"]}, 2),
     ):
-        assert stage.asking.patch(f"/api/v1/receivers/{number}", json=wanted).status_code == 200
+        assert stage.api.patch(f"/api/v1/receivers/{number}", json=wanted).status_code == 200
         assert len(stage.goes_on()) == count, wanted
     assert stage.box.mails[1]["To"] == "successor@example.org"
     assert stage.box.mails[1]["Menshin-Repeat"] == "false"
@@ -158,7 +158,7 @@ def test_what_is_silenced_is_sent_when_the_silence_ends(stage: Stage) -> None:
         operator_actions.silence(session, of, "*", now + DAY, "a load test", "Jo", now)
     stage.add(severities=["alarm"])
     assert stage.goes_on() == []
-    assert stage.asking.post("/silences/1/end").status_code == 303
+    assert stage.api.post("/silences/1/end").status_code == 303
     assert len(stage.goes_on()) == 1
 
 

@@ -38,7 +38,7 @@ def untaken(reported_at: datetime, **differently: object) -> Unacknowledged:
 
 
 @pytest.mark.parametrize(
-    ("told", "last", "due"),
+    ("reported", "last", "due"),
     [
         ([7.0], None, True),
         ([6.9], None, False),
@@ -51,22 +51,22 @@ def untaken(reported_at: datetime, **differently: object) -> Unacknowledged:
         ([], None, False),
     ],
 )
-def test_when_a_reminder_is_due(told: list[float], last: float | None, due: bool) -> None:
+def test_when_a_reminder_is_due(reported: list[float], last: float | None, due: bool) -> None:
     """By the days since each alert was told, and since the last reminder."""
-    waiting = [untaken(NOW - days * DAY) for days in told]
+    waiting = [untaken(NOW - days * DAY) for days in reported]
     assert is_reminder_due(waiting, None if last is None else NOW - last * DAY, WEEK, NOW) is due
 
 
 @given(
-    told=st.lists(st.floats(0, 40), min_size=1, max_size=4),
+    reported=st.lists(st.floats(0, 40), min_size=1, max_size=4),
     interval=st.floats(0.01, 15),
     looks=st.lists(st.floats(0, 60), max_size=40),
 )
 def test_reminders_are_never_closer_than_a_day_and_none_is_forgotten(
-    told: list[float], interval: float, looks: list[float]
+    reported: list[float], interval: float, looks: list[float]
 ) -> None:
     """Whenever somebody looks: after the interval and a day without a reminder there is one."""
-    waiting, every, sent = [untaken(START + days * DAY) for days in told], timedelta(days=interval), [START]
+    waiting, every, sent = [untaken(START + days * DAY) for days in reported], timedelta(days=interval), [START]
     for now in (START + max(40.0, days) * DAY for days in sorted(looks)):
         if is_reminder_due(waiting, sent[-1], every, now):
             assert now - sent[-1] >= REMINDERS_APART
@@ -79,16 +79,16 @@ def test_reminders_are_never_closer_than_a_day_and_none_is_forgotten(
 
 def test_a_reminder_says_what_waits_since_when_and_what_to_do() -> None:
     waiting = [untaken(START), untaken(START, id=6, cause="source", kind="data", summary="The server is silent")]
-    said = reminder_content(1, "TOWER", "A tower", ZoneInfo("Asia/Tokyo"), waiting, WEEK)
-    assert (said.sequence, said.kind, said.severity, said.is_over) == ("repeat", "alert", "alarm", False)
-    assert said.subject == "Not acknowledged yet: It is softer (and 1 more)"
-    assert said.sentences[1] == "It is softer. It has been active since 1 January 2024, 09:00 (JST)."
-    words = " ".join(said.sentences)
-    assert "reminder" in said.sentences[0]
+    printed = reminder_content(1, "TOWER", "A tower", ZoneInfo("Asia/Tokyo"), waiting, WEEK)
+    assert (printed.sequence, printed.kind, printed.severity, printed.is_over) == ("repeat", "alert", "alarm", False)
+    assert printed.subject == "Not acknowledged yet: It is softer (and 1 more)"
+    assert printed.sentences[1] == "It is softer. It has been active since 1 January 2024, 09:00 (JST)."
+    words = " ".join(printed.sentences)
+    assert "reminder" in printed.sentences[0]
     assert "The server is silent" in words
     assert "To acknowledge an alert, open its page" in words
     assert "every 7 days" in words
-    assert said.link == "/buildings/TOWER/alerts"
+    assert printed.link == "/buildings/TOWER/alerts"
     assert reminder_content(1, "TOWER", "A tower", ZoneInfo("UTC"), waiting[:1], WEEK).link == "/alerts/5"
     assert reminder_content(1, "TOWER", "A tower", ZoneInfo("UTC"), waiting[1:], WEEK).kind == "data"
 
@@ -124,7 +124,7 @@ def looked(sessions: sessionmaker[Session], settings: Settings, *days: float) ->
         return found
 
 
-def test_those_who_were_told_are_reminded_every_week_until_somebody_takes_it_on(
+def test_those_who_were_reported_are_reminded_every_week_until_someone_takes_it_on(
     sessions: sessionmaker[Session], of: Building
 ) -> None:
     assert looked(sessions, SETTINGS, 0, 1, 6.9) == []
@@ -150,7 +150,7 @@ def test_those_who_were_told_are_reminded_every_week_until_somebody_takes_it_on(
     assert orders["sensor"].count("repeat") == 2
 
 
-def test_what_is_silenced_waits_and_nobody_is_reminded_where_that_is_off(
+def test_what_is_silenced_waits_and_no_one_is_reminded_where_that_is_off(
     sessions: sessionmaker[Session], of: Building
 ) -> None:
     with sessions.begin() as session:
@@ -168,8 +168,8 @@ def test_what_holds_an_alert_back_holds_its_reminder_back(sessions: sessionmaker
         reconcile(
             session, of.id, [replace(one, **owned) for one in (softer_isolators(), gain_error())], "events", NOW + DAY
         )
-    (told,) = looked(sessions, SETTINGS, 1, 9)
-    assert "stiffness" not in [one["cause"] for one in told.data["alerts"]]
+    (reported,) = looked(sessions, SETTINGS, 1, 9)
+    assert "stiffness" not in [one["cause"] for one in reported.data["alerts"]]
 
 
 def test_data_that_stopped_are_reminded_of_too(sessions: sessionmaker[Session]) -> None:
@@ -182,5 +182,5 @@ def test_data_that_stopped_are_reminded_of_too(sessions: sessionmaker[Session]) 
         for days in (0, 6, 7, 8):
             write_messages(session, made.id, AGE, NOW + days * DAY)
             remind(session, made.id, WEEK, NOW + days * DAY)
-        told = [(one.kind, one.sequence, one.created_at) for one in session.query(Message).order_by(Message.id)]
-    assert told == [("data", "new", NOW), ("data", "repeat", NOW + WEEK)]
+        reported = [(one.kind, one.sequence, one.created_at) for one in session.query(Message).order_by(Message.id)]
+    assert reported == [("data", "new", NOW), ("data", "repeat", NOW + WEEK)]

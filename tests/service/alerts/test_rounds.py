@@ -43,12 +43,12 @@ def states(sessions: sessionmaker[Session]) -> dict[str, str]:
         return {alert.cause: alert.state for alert in session.query(Alert)}
 
 
-def told(sessions: sessionmaker[Session]) -> list[tuple[str, str, str]]:
+def reported(sessions: sessionmaker[Session]) -> list[tuple[str, str, str]]:
     with sessions() as session:
         return [(one.kind, one.sequence, one.severity) for one in session.query(Message).order_by(Message.id)]
 
 
-def test_a_source_that_stops_is_told_once_and_resolves_by_itself(
+def test_a_source_that_stops_is_reported_once_and_resolves_by_itself(
     sessions: sessionmaker[Session], tmp_path: Path
 ) -> None:
     """A folder that is not mounted, then is again."""
@@ -65,14 +65,14 @@ def test_a_source_that_stops_is_told_once_and_resolves_by_itself(
     for now in (NOW + 3 * HOUR, NOW + 4 * HOUR):
         check_buildings(sessions, SETTINGS, now)
     assert states(sessions) == {"source": "resolved"}
-    assert told(sessions) == [("data", "new", "warning"), ("data", "updated", "note")]
+    assert reported(sessions) == [("data", "new", "warning"), ("data", "updated", "note")]
     with sessions() as session:
         first, second = (one.sentences[0] for one in session.query(Message).order_by(Message.id))
         assert first.startswith("The monitoring server has never answered at its address, since 5 January 2024")
         assert second.startswith("This has ended: The monitoring server has never answered at its address")
 
 
-def test_work_that_nobody_does_is_told(sessions: sessionmaker[Session]) -> None:
+def test_work_that_no_one_does_is_reported(sessions: sessionmaker[Session]) -> None:
     with sessions.begin() as session:
         event = earthquake(session, building(session), NOW - HOUR)
         job_queue.enqueue(session, event, {}, NOW)
@@ -86,7 +86,7 @@ def test_work_that_nobody_does_is_told(sessions: sessionmaker[Session]) -> None:
     assert states(sessions) == {"worker": "resolved"}
 
 
-def test_a_worker_that_died_over_a_job_is_told(sessions: sessionmaker[Session]) -> None:
+def test_a_worker_that_died_over_a_job_is_reported(sessions: sessionmaker[Session]) -> None:
     with sessions.begin() as session:
         event = earthquake(session, building(session), NOW - HOUR)
         job_queue.enqueue(session, event, {}, NOW)
@@ -98,7 +98,7 @@ def test_a_worker_that_died_over_a_job_is_told(sessions: sessionmaker[Session]) 
     assert states(sessions) == {"worker": "active"}
 
 
-def test_a_full_disk_is_told(sessions: sessionmaker[Session], database_url: str) -> None:
+def test_a_full_disk_is_reported(sessions: sessionmaker[Session], database_url: str) -> None:
     with sessions.begin() as session:
         building(session)
     greedy = Settings(disk_reserve=2**62)
@@ -124,7 +124,7 @@ def test_a_round_that_is_stopped_ends_between_two_buildings(sessions: sessionmak
         assert session.query(Alert).count() == 3
 
 
-def test_a_dead_channel_is_told_and_comes_back(sessions: sessionmaker[Session]) -> None:
+def test_a_dead_channel_is_reported_and_comes_back(sessions: sessionmaker[Session]) -> None:
     with sessions.begin() as session:
         of = building(session)
         for number in range(4):
@@ -147,7 +147,7 @@ def _seen(session: Session, event: Event, channel: str) -> None:
     )
 
 
-def test_a_record_from_the_future_tells_of_the_clock(sessions: sessionmaker[Session], tmp_path: Path) -> None:
+def test_a_record_from_the_future_shows_the_clock(sessions: sessionmaker[Session], tmp_path: Path) -> None:
     with sessions.begin() as session:
         of = building_store.add(session, monitored_building.building_file(tmp_path), tmp_path, NOW)
         session.flush()
@@ -168,7 +168,7 @@ def test_a_record_from_the_future_tells_of_the_clock(sessions: sessionmaker[Sess
     assert states(sessions) == {"clock/recorder": "active"}
 
 
-def test_a_round_tells_what_was_silenced_and_what_nobody_told(sessions: sessionmaker[Session]) -> None:
+def test_a_round_shows_what_was_silenced_and_what_no_one_reported(sessions: sessionmaker[Session]) -> None:
     with sessions.begin() as session:
         of = building(session)
         event = earthquake(session, of, START)
@@ -176,12 +176,12 @@ def test_a_round_tells_what_was_silenced_and_what_nobody_told(sessions: sessionm
         reconcile(session, of.id, [found], "events", NOW)
         operator_actions.silence(session, of, "*", NOW + HOUR, "a test", "Jo", NOW)
     check_buildings(sessions, SETTINGS, NOW)
-    assert told(sessions) == []
+    assert reported(sessions) == []
     check_buildings(sessions, SETTINGS, NOW + HOUR)
-    assert told(sessions) == [("alert", "new", "alarm")]
+    assert reported(sessions) == [("alert", "new", "alarm")]
 
 
-def test_a_server_whose_clock_differs_is_told_until_it_is_set(sessions: sessionmaker[Session]) -> None:
+def test_a_server_whose_clock_differs_is_reported_until_it_is_set(sessions: sessionmaker[Session]) -> None:
     """Ours is ten minutes fast, then right."""
     now = datetime.now(UTC)
     with monitoring_server() as server:
@@ -217,7 +217,7 @@ def test_the_poller_makes_the_rounds(sessions: sessionmaker[Session], tmp_path: 
     finally:
         stop.set()
         polling.join(20)
-    assert told(sessions) == [("data", "new", "warning")]
+    assert reported(sessions) == [("data", "new", "warning")]
 
 
 @pytest.fixture
@@ -259,8 +259,8 @@ def test_the_jobs_are_read_once_a_round_however_many_buildings_there_are(session
             job_queue.enqueue(session, earthquake(session, made, NOW - 3 * HOUR), {}, NOW - 2 * HOUR)
         statements: list[str] = []
 
-        def note(_1: object, _2: object, statement: str, *_3: object, told: list[str] = statements) -> None:
-            told.append(statement)
+        def note(_1: object, _2: object, statement: str, *_3: object, reported: list[str] = statements) -> None:
+            reported.append(statement)
 
         event.listen(sessions.kw["bind"], "before_cursor_execute", note)
         check_buildings(sessions, SETTINGS, NOW)
@@ -314,6 +314,6 @@ def test_the_end_of_a_silence_is_noticed(sessions: sessionmaker[Session]) -> Non
         operator_actions.silence(session, made, "*", NOW + HOUR, "a load test", "Jo", NOW - HOUR)
     for minutes in range(4):
         check_buildings(sessions, SETTINGS, NOW + minutes * MINUTE, last=last)
-    assert not [one for one in told(sessions) if one[2] == "alarm"]
+    assert not [one for one in reported(sessions) if one[2] == "alarm"]
     check_buildings(sessions, SETTINGS, NOW + 2 * HOUR, last=last)
-    assert [one for one in told(sessions) if one[2] == "alarm"]
+    assert [one for one in reported(sessions) if one[2] == "alarm"]

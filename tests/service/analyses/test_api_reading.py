@@ -31,151 +31,151 @@ SERIES = (
 
 
 @pytest.fixture
-def asking(database_url: str, sessions: sessionmaker[Session], tmp_path: Path) -> Iterator[httpx.Client]:
+def api(database_url: str, sessions: sessionmaker[Session], tmp_path: Path) -> Iterator[httpx.Client]:
     (tmp_path / "records").mkdir()
     monitored_building.watch(sessions, tmp_path / "records")
     with api_server(database_url) as address, httpx.Client(base_url=address, timeout=30) as client:
         yield client
 
 
-def answer(asking: httpx.Client, path: str, **parameters: object) -> Any:  # noqa: ANN401  JSON
-    found = asking.get(path, params=parameters)
+def answer(api: httpx.Client, path: str, **parameters: object) -> Any:  # noqa: ANN401  JSON
+    found = api.get(path, params=parameters)
     assert found.status_code == 200, found.text
     return found.json()
 
 
-def rows(asking: httpx.Client, path: str, **parameters: object) -> list[dict[str, str]]:
-    found = asking.get(path, params=parameters, headers={"Accept": "text/csv"})
+def rows(api: httpx.Client, path: str, **parameters: object) -> list[dict[str, str]]:
+    found = api.get(path, params=parameters, headers={"Accept": "text/csv"})
     assert found.headers["content-type"].startswith("text/csv")
     return list(csv.DictReader(io.StringIO(found.text)))
 
 
-def test_everything_of_a_building_is_answered(asking: httpx.Client) -> None:
+def test_everything_of_a_building_is_answered(api: httpx.Client) -> None:
     """One service for all questions: setting it up takes longer than asking."""
-    lists(asking)
-    events(asking)
-    one_event(asking)
-    over_the_years(asking)
-    force(asking)
-    waveform(asking)
-    tags(asking)
-    problems(asking)
+    lists(api)
+    events(api)
+    one_event(api)
+    over_the_years(api)
+    force(api)
+    waveform(api)
+    tags(api)
+    problems(api)
 
 
-def lists(asking: httpx.Client) -> None:
-    (building,) = answer(asking, f"{API}/buildings")["items"]
+def lists(api: httpx.Client) -> None:
+    (building,) = answer(api, f"{API}/buildings")["items"]
     assert (building["code"], building["events"], building["last_event"]) == ("PAPER", 4, "2024-06-03T06:07:08Z")
-    described = answer(asking, PAPER)
+    described = answer(api, PAPER)
     assert [level["role"] for level in described["levels"]] == ["ground", "base", *["floor"] * 7]
     assert described["rubber_height"] == 0.2
     assert {channel["id"] for channel in described["channels"]} >= {monitored_building.BASE}
-    (source,) = answer(asking, f"{API}/sources")["items"]
+    (source,) = answer(api, f"{API}/sources")["items"]
     assert (source["kind"], source["failing_since"], source["error"]) == ("folder", None, None)
     assert source["succeeded_at"].endswith("Z")
-    jobs = answer(asking, f"{API}/jobs")["items"]
+    jobs = answer(api, f"{API}/jobs")["items"]
     assert [(job["kind"], job["state"]) for job in jobs] == [("watch", "done"), *[("analyse", "done")] * 4]
     assert [job["building_id"] for job in jobs] == [1, None, None, None, None]
-    assert answer(asking, f"{API}/jobs/{jobs[0]['id']}") == jobs[0]
-    assert answer(asking, f"{API}/jobs", event=2)["items"] == [job for job in jobs if job["event_id"] == 2]
+    assert answer(api, f"{API}/jobs/{jobs[0]['id']}") == jobs[0]
+    assert answer(api, f"{API}/jobs", event=2)["items"] == [job for job in jobs if job["event_id"] == 2]
 
 
-def events(asking: httpx.Client) -> None:
-    every = answer(asking, f"{PAPER}/events")["items"]
+def events(api: httpx.Client) -> None:
+    every = answer(api, f"{PAPER}/events")["items"]
     assert [event["id"] for event in every] == [4, 3, 2, 1]
     assert [event["state"] for event in every] == ["refused", "analysed", "analysed", "analysed"]
     assert "the base slab" in every[0]["reason"]
     pages, cursor = [], None
     while True:
-        page = answer(asking, f"{PAPER}/events", limit=1, **({} if cursor is None else {"cursor": cursor}))
+        page = answer(api, f"{PAPER}/events", limit=1, **({} if cursor is None else {"cursor": cursor}))
         pages += page["items"]
         cursor = page["next"]
         if cursor is None:
             break
     assert pages == every
     second = monitored_building.start(1).isoformat()
-    assert [e["id"] for e in answer(asking, f"{PAPER}/events", after=second)["items"]] == [4, 3, 2]
-    assert [e["id"] for e in answer(asking, f"{PAPER}/events", before=second)["items"]] == [1]
-    assert [e["id"] for e in answer(asking, f"{PAPER}/events", min_pga=0.3)["items"]] == [3, 2]
-    assert [row["id"] for row in rows(asking, f"{PAPER}/events")] == ["4", "3", "2", "1"]
+    assert [e["id"] for e in answer(api, f"{PAPER}/events", after=second)["items"]] == [4, 3, 2]
+    assert [e["id"] for e in answer(api, f"{PAPER}/events", before=second)["items"]] == [1]
+    assert [e["id"] for e in answer(api, f"{PAPER}/events", min_pga=0.3)["items"]] == [3, 2]
+    assert [row["id"] for row in rows(api, f"{PAPER}/events")] == ["4", "3", "2", "1"]
 
 
-def one_event(asking: httpx.Client) -> None:
-    event = answer(asking, f"{API}/events/3")
+def one_event(api: httpx.Client) -> None:
+    event = answer(api, f"{API}/events/3")
     (x,) = event["directions"]
     assert x["modes"][0]["frequency"] == pytest.approx(1.09, rel=5e-3)  # paper, Table I
-    assert x["cycles"] == len(answer(asking, f"{PAPER}/equivalent", after=event["start"])["items"])
+    assert x["cycles"] == len(answer(api, f"{PAPER}/equivalent", after=event["start"])["items"])
     assert event["pga"] == max(p["peak"] for p in event["peaks"] if p["level"] == "ground")
     assert len(event["analysis"]["inputs"][0]) == 64
     assert event["analysis"]["estimator"] == "smoother"
     assert x["reliance"]["fallback"] is None
     assert x["reliance"]["chi_square"] == pytest.approx(1.0, abs=0.3)  # a simulated superstructure leaves but noise
     assert event["waveforms"][0]["rate"] == 100.0
-    refused = answer(asking, f"{API}/events/4")
+    refused = answer(api, f"{API}/events/4")
     assert refused["directions"] == []
     assert refused["analysis"]["refusal"] == refused["reason"]
     assert "fatal" in {finding["severity"] for finding in refused["quality"]}
 
 
-def over_the_years(asking: httpx.Client) -> None:
+def over_the_years(api: httpx.Client) -> None:
     for path in (f"{PAPER}/equivalent", f"{PAPER}/modes"):
-        whole = answer(asking, path)["items"]
+        whole = answer(api, path)["items"]
         assert {row["event"] for row in whole} == {1, 2, 3}
-        assert answer(asking, path, direction="y")["items"] == []
+        assert answer(api, path, direction="y")["items"] == []
         pages, cursor = [], None
         while cursor is not None or not pages:
-            page = answer(asking, path, limit=7, **({} if cursor is None else {"cursor": cursor}))
+            page = answer(api, path, limit=7, **({} if cursor is None else {"cursor": cursor}))
             pages += page["items"]
             cursor = page["next"]
         assert pages == whole
-        lines = rows(asking, path)
+        lines = rows(api, path)
         assert [float(line["event"]) for line in lines] == [row["event"] for row in whole]
         assert list(lines[0]) == list(whole[0])
-    cycles = answer(asking, f"{PAPER}/equivalent")["items"]
+    cycles = answer(api, f"{PAPER}/equivalent")["items"]
     assert all(c["shear_strain"] == pytest.approx(c["amplitude"] / 0.2) for c in cycles)
 
 
-def force(asking: httpx.Client) -> None:
-    whole = answer(asking, FORCE, direction="x")
+def force(api: httpx.Client) -> None:
+    whole = answer(api, FORCE, direction="x")
     assert whole["time"] is None
     assert all(len(whole[name]) == whole["count"] == 18_000 for name in SERIES)
     force, rigid, modal = (np.array(whole[name]) for name in ("force", "force_rigid", "force_modal"))
     np.testing.assert_allclose(force, rigid + modal, atol=2e-7 * abs(force).max())  # each to 8 digits of its peak
-    lines = rows(asking, FORCE, direction="x")
+    lines = rows(api, FORCE, direction="x")
     for name in SERIES:
         assert [float(line[name]) for line in lines] == whole[name], name
-    thin = answer(asking, FORCE, direction="x", points=500)
+    thin = answer(api, FORCE, direction="x", points=500)
     assert len(thin["time"]) <= 500
     assert thin["count"] == 18_000
     for name in SERIES:
         assert (max(thin[name]), min(thin[name])) == (max(whole[name]), min(whole[name]))
     places = np.rint(np.array(thin["time"]) / thin["step"]).astype(int)
     assert thin["force"] == [whole["force"][place] for place in places]
-    assert set(SERIES) & set(answer(asking, FORCE, direction="x", series="force")) == {"force"}
-    event = answer(asking, f"{API}/events/3")
+    assert set(SERIES) & set(answer(api, FORCE, direction="x", series="force")) == {"force"}
+    event = answer(api, f"{API}/events/3")
     assert event["directions"][0]["peak_force"] == pytest.approx(abs(force).max(), rel=1e-7)
 
 
-def waveform(asking: httpx.Client) -> None:
+def waveform(api: httpx.Client) -> None:
     path = f"{API}/events/3/waveforms/{monitored_building.BASE}"
-    found = answer(asking, path)
+    found = answer(api, path)
     (piece,) = found["pieces"]
     assert (found["level"], found["quantity"], piece["start"]) == ("1F", "acceleration", "2024-05-04T06:07:08Z")
-    samples = [float(line["samples"]) for line in rows(asking, path)]
+    samples = [float(line["samples"]) for line in rows(api, path)]
     assert samples == piece["samples"]
-    thin = answer(asking, path, points=100)["pieces"][0]
+    thin = answer(api, path, points=100)["pieces"][0]
     assert len(thin["samples"]) == len(thin["time"]) <= 100
     assert (max(thin["samples"]), min(thin["samples"])) == (max(samples), min(samples))
 
 
-def tags(asking: httpx.Client) -> None:
+def tags(api: httpx.Client) -> None:
     for path in (f"{API}/buildings", PAPER, f"{API}/events/3", f"{FORCE}?direction=x", f"{PAPER}/equivalent"):
-        etag = asking.get(path).headers["ETag"]
-        again = asking.get(path, headers={"If-None-Match": etag})
+        etag = api.get(path).headers["ETag"]
+        again = api.get(path, headers={"If-None-Match": etag})
         assert (again.status_code, again.content, again.headers["ETag"]) == (304, b"", etag)
-        assert asking.get(path, headers={"If-None-Match": '"old"'}).status_code == 200
+        assert api.get(path, headers={"If-None-Match": '"old"'}).status_code == 200
 
 
-def problems(asking: httpx.Client) -> None:
+def problems(api: httpx.Client) -> None:
     wrong = {
         f"{API}/buildings/NONE": 404,
         f"{API}/events/99": 404,
@@ -194,9 +194,9 @@ def problems(asking: httpx.Client) -> None:
         f"{PAPER}/events?cursor=x": 422,
     }
     for path, status in wrong.items():
-        found = asking.get(path)
+        found = api.get(path)
         assert (found.status_code, found.headers["content-type"]) == (status, "application/problem+json"), path
         assert found.json()["detail"]
-    refused = asking.delete(PAPER)
+    refused = api.delete(PAPER)
     assert (refused.status_code, refused.json()["status"], refused.headers["Allow"]) == (405, 405, "GET")
-    assert asking.delete(f"{PAPER}/models").headers["Allow"] == "GET, POST"
+    assert api.delete(f"{PAPER}/models").headers["Allow"] == "GET, POST"

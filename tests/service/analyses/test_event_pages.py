@@ -29,13 +29,13 @@ def of(stored: Session) -> Building:
 def shown(url: str, session: Session, address: str) -> str:
     """A page, as it reads."""
     session.commit()
-    with client(url) as asking:
-        answer = asking.get(address)
+    with client(url) as api:
+        answer = api.get(address)
     assert answer.status_code == 200, answer.text
     return unescape(answer.text)
 
 
-def test_the_list_tells_what_each_earthquake_did(database_url: str, stored: Session, of: Building) -> None:
+def test_the_list_shows_what_each_earthquake_did(database_url: str, stored: Session, of: Building) -> None:
     moved = earthquake(stored, of, START, 0.0237)
     unmeasured = earthquake(stored, of, START + DAY, None)
     useless = earthquake(stored, of, START + 2 * DAY)
@@ -94,11 +94,11 @@ def test_an_earthquake_that_could_not_be_used_says_why(database_url: str, stored
     assert "It could not be used</strong>: the base slab's record is missing" in page
 
 
-def test_an_earthquake_that_nobody_knows_is_not_found(database_url: str, stored: Session, of: Building) -> None:
+def test_an_earthquake_that_no_one_knows_is_not_found(database_url: str, stored: Session, of: Building) -> None:
     stored.commit()
-    with client(database_url) as asking:
-        assert asking.get("/events/1").status_code == 404
-        assert asking.get("/buildings/NONE/events").status_code == 404
+    with client(database_url) as api:
+        assert api.get("/events/1").status_code == 404
+        assert api.get("/buildings/NONE/events").status_code == 404
 
 
 def test_a_building_without_an_earthquake_says_so(database_url: str, stored: Session, of: Building) -> None:

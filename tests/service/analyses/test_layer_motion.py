@@ -17,7 +17,7 @@ MOTION = "/api/v1/events/1/layer-motion"
 
 
 @pytest.fixture
-def asking(database_url: str, sessions: sessionmaker[Session], tmp_path: Path) -> Iterator[TestClient]:
+def api(database_url: str, sessions: sessionmaker[Session], tmp_path: Path) -> Iterator[TestClient]:
     """The building has had one earthquake."""
     monitored_building.write(tmp_path / "event.mseed", torsion_building.miniseed(1))
     source = f'[source]\nkind = "folder"\nlocation = "{tmp_path}"\n'
@@ -35,11 +35,11 @@ def asking(database_url: str, sessions: sessionmaker[Session], tmp_path: Path) -
 
 
 @pytest.mark.slow
-def test_from_the_files_to_the_api_and_the_page(asking: TestClient) -> None:
-    sensors = {sensor["id"]: sensor for sensor in asking.get("/api/v1/buildings/PAPER").json()["channels"]}
+def test_from_the_files_to_the_api_and_the_page(api: TestClient) -> None:
+    sensors = {sensor["id"]: sensor for sensor in api.get("/api/v1/buildings/PAPER").json()["channels"]}
     assert sensors["XX.PAPER.A.HYX"]["position"] == list(torsion_building.CORNERS["A"])
     assert (sensors["XX.PAPER.01.HNX"]["position"], sensors["XX.PAPER.01.HNX"]["rotation"]) == (None, 0.0)
-    event = asking.get("/api/v1/events/1").json()
+    event = api.get("/api/v1/events/1").json()
     assert [finding["kind"] for finding in event["quality"]] == []
     x, y, torsion, load = torsion_building.exact()
     layer = event["layer"]
@@ -57,36 +57,36 @@ def test_from_the_files_to_the_api_and_the_page(asking: TestClient) -> None:
         abs(of_x["residual_displacement"] - (x[-1000:].mean() - x[:200].mean()))
         < 4 * (of_x["residual_displacement_std"])
     )
-    series(asking)
-    page(asking)
+    series(api)
+    page(api)
 
 
-def series(asking: TestClient) -> None:
+def series(api: TestClient) -> None:
     """All histories, one, thinned ones, and CSV."""
     x, y, torsion, load = torsion_building.exact()
-    whole = asking.get(MOTION).json()
+    whole = api.get(MOTION).json()
     inside = np.abs(np.array(whole["torsion"]) - torsion) < 1.96 * np.array(whole["torsion_std"])
     assert 0.9 < inside.mean() <= 1.0
     assert np.array(whole["displacement_x"]) == pytest.approx(x, abs=2e-4)
     assert np.array(whole["displacement_y"]) == pytest.approx(y, abs=2e-4)
     assert np.array(whole["axial_load"]) == pytest.approx(load, abs=5e-3)
-    one = asking.get(MOTION, params={"series": "torsion", "points": 500}).json()
+    one = api.get(MOTION, params={"series": "torsion", "points": 500}).json()
     assert len(one["time"]) == len(one["torsion"]) <= 500
     assert one["displacement_x"] is None
-    csv = asking.get(MOTION, params={"format": "csv"}).text.splitlines()
+    csv = api.get(MOTION, params={"format": "csv"}).text.splitlines()
     assert csv[0] == "time,displacement_x,displacement_y,torsion,torsion_std,axial_load"
     assert len(csv) == x.size + 1
-    known = asking.get(MOTION)
-    assert asking.get(MOTION, headers={"If-None-Match": known.headers["ETag"]}).status_code == 304
-    assert asking.get("/api/v1/events/9/layer-motion").status_code == 404
+    known = api.get(MOTION)
+    assert api.get(MOTION, headers={"If-None-Match": known.headers["ETag"]}).status_code == 304
+    assert api.get("/api/v1/events/9/layer-motion").status_code == 404
 
 
-def page(asking: TestClient) -> None:
+def page(api: TestClient) -> None:
     """The numbers in mm and mrad, and three pictures."""
-    text = asking.get("/").text
-    for said in ("Peak resultant displacement", "mrad", "of the weight", "Residual displacement"):
-        assert said in text
+    text = api.get("/").text
+    for printed in ("Peak resultant displacement", "mrad", "of the weight", "Residual displacement"):
+        assert printed in text
     for name in ("orbit", "torsion", "axial-load"):
         assert f"/charts/{name}.svg?layer=1" in text
-        assert asking.get(f"/charts/{name}.svg?layer=1").text.startswith("<svg")
-        assert asking.get(f"/charts/{name}.svg?layer=2").status_code == 404
+        assert api.get(f"/charts/{name}.svg?layer=1").text.startswith("<svg")
+        assert api.get(f"/charts/{name}.svg?layer=2").status_code == 404

@@ -93,8 +93,8 @@ def watched(database_url: str, sessions: sessionmaker[Session]) -> str:
 
 
 def test_each_mode_is_one_track_over_all_events(watched: str) -> None:
-    with client(watched) as asking:
-        tracks = asking.get(TRACKS).json()["items"]
+    with client(watched) as api:
+        tracks = api.get(TRACKS).json()["items"]
         assert [track["established"] for track in tracks] == [True, True, True, False]
         assert [len(track["events"]) for track in tracks] == [EVENTS, EVENTS - 1, EVENTS, 1]
         # they fall by up to 3 % with the shaking
@@ -105,10 +105,10 @@ def test_each_mode_is_one_track_over_all_events(watched: str) -> None:
         assert list(first["shape"]) == list(first["shape_std"]) == list(LEVELS)
         assert first["misfit"] == 1.1
         assert tracks[3]["events"][0]["shape_std"] is None
-        assert asking.get(TRACKS, params={"direction": "y"}).json()["items"] == []
-        late = asking.get(TRACKS, params={"after": "2022-06-01"}).json()["items"]
+        assert api.get(TRACKS, params={"direction": "y"}).json()["items"] == []
+        late = api.get(TRACKS, params={"after": "2022-06-01"}).json()["items"]
         assert 0 < len(late[0]["events"]) < EVENTS
-        assert asking.get("/api/v1/buildings/NOBODY/mode-tracks").status_code == 404
+        assert api.get("/api/v1/buildings/NOBODY/mode-tracks").status_code == 404
 
 
 def test_events_before_a_level_was_added_are_left_out(watched: str, sessions: sessionmaker[Session]) -> None:
@@ -116,28 +116,28 @@ def test_events_before_a_level_was_added_are_left_out(watched: str, sessions: se
         for one in session.query(ModeResult).join(DirectionResult).filter(DirectionResult.start < START + timedelta(1)):
             one.shape = {"2F": 0.1, "RF": 1.0}
             one.shape_std = None
-    with client(watched) as asking:
-        assert len(asking.get(TRACKS).json()["items"][0]["events"]) == EVENTS - 1
+    with client(watched) as api:
+        assert len(api.get(TRACKS).json()["items"][0]["events"]) == EVENTS - 1
 
 
 def test_the_page_lists_the_modes_of_the_building(watched: str) -> None:
-    with client(watched) as asking:
-        page = unescape(asking.get("/modes", params={"building": "T"}).text)
+    with client(watched) as api:
+        page = unescape(api.get("/modes", params={"building": "T"}).text)
         assert "Tower: modes of the superstructure over the events" in page
         assert "11 of 12" in page
         assert "12 Hz" not in page
         assert "Direction y" not in page
-        assert asking.get("/modes", params={"building": "NOBODY"}).status_code == 404
+        assert api.get("/modes", params={"building": "NOBODY"}).status_code == 404
         (picture,) = re.findall(r'<img src="(/charts/[^"]+)"', page)
-        drawn = asking.get(picture)
+        drawn = api.get(picture)
         assert drawn.headers["content-type"] == "image/svg+xml"
         for written in ("frequency (Hz)", "damping ratio (%)", "peak restoring force (kN)", "event (UTC)"):
             assert drawn.text.count(written) >= 3  # a panel for each of three modes
-        assert asking.get(picture, headers={"If-None-Match": drawn.headers["etag"]}).status_code == 304
+        assert api.get(picture, headers={"If-None-Match": drawn.headers["etag"]}).status_code == 304
 
 
 def test_a_building_without_events_has_no_modes(watched: str) -> None:
-    with client(watched) as asking:
-        assert asking.get("/api/v1/buildings/NEW/mode-tracks").json()["items"] == []
-        assert asking.get("/modes", params={"building": "NEW"}).status_code == 200
-        assert asking.get("/charts/modes.svg", params={"building": "NEW", "direction": "x"}).status_code == 404
+    with client(watched) as api:
+        assert api.get("/api/v1/buildings/NEW/mode-tracks").json()["items"] == []
+        assert api.get("/modes", params={"building": "NEW"}).status_code == 200
+        assert api.get("/charts/modes.svg", params={"building": "NEW", "direction": "x"}).status_code == 404

@@ -293,7 +293,7 @@ def test_a_radius_needs_a_centre() -> None:
     )
 
 
-def test_all_that_is_wrong_is_told_at_once_in_the_order_of_the_file() -> None:
+def test_all_that_is_wrong_is_reported_at_once_in_the_order_of_the_file() -> None:
     text = SMALL.replace("mass = 2.7e6", "mas = 2.7e6").replace('"Asia/Tokyo"', '"Mars"').replace("gal", "m")
     found = problems(text)
     assert [problem.split(":")[0] for problem in found] == [

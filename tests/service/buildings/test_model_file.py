@@ -125,7 +125,7 @@ def test_whatever_stands_for_a_table_is_a_problem_not_a_crash(key: str, value: s
     assert problems(f"{key} = {value}")
 
 
-def test_bad_syntax_is_told() -> None:
+def test_bad_syntax_is_reported() -> None:
     assert "this is not TOML" in problems(TEXT.replace("475e6", ""))[0]
 
 

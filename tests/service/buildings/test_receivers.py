@@ -49,7 +49,7 @@ def names(session: Session, building: Building) -> list[str]:
     return [receiver.name for receiver in recipients.of_building(session, building.id)]
 
 
-def test_reads_what_each_wants_to_hear_of() -> None:
+def test_reads_what_each_needs_to_hear_of() -> None:
     manager, program = read(SMALL + MANAGER + PROGRAM, FOLDER).receivers
     assert manager.kinds == ("event", "alert", "data", "drill")
     assert (program.kinds, program.severities) == (("alert",), ("warning", "alarm"))
@@ -148,7 +148,7 @@ def test_what_is_shown_of_an_address(kind: str, address: str, shown: str) -> Non
 
 
 @given(kind=st.sampled_from(["email", "webhook", "alertmanager", "apprise"]), text=st.text())
-def test_any_text_is_right_or_said_to_be_wrong(kind: str, text: str) -> None:
+def test_any_text_is_right_or_stated_to_be_wrong(kind: str, text: str) -> None:
     for found in (wrong_address(kind, text), wrong_secret(kind, text)):
         assert found is None or found
     if wrong_address(kind, text) is None:

@@ -44,5 +44,5 @@ def test_what_is_no_web_address_is_refused_by_what_is_wrong_with_it(address: str
         "http://記録.example/",
     ],
 )
-def test_an_address_at_which_a_server_can_be_asked_is_accepted(address: str) -> None:
+def test_an_address_at_which_a_server_can_be_requested_is_accepted(address: str) -> None:
     assert web_address_problem(address) is None

@@ -96,9 +96,9 @@ def test_files_alone_are_never_normal(folder: Path, document: dict[str, Any]) ->
     assert verdict["level"] == "undecided"
     outcomes = {check["name"]: check["outcome"] for check in verdict["checks"]}
     assert outcomes["stiffness"] == outcomes["largest_so_far"] == outcomes["design_displacement"] == "undecided"
-    said = " ".join(menshin(folder / "event.mseed", "--building", folder / "building.toml").output.split())
-    assert "verdict: undecided: 6 of 7 checks undecided" in said
-    assert "Menshin cannot decide whether the isolators are within their limits" in said
+    printed = " ".join(menshin(folder / "event.mseed", "--building", folder / "building.toml").output.split())
+    assert "verdict: undecided: 6 of 7 checks undecided" in printed
+    assert "Menshin cannot decide whether the isolators are within their limits" in printed
 
 
 def test_the_document_is_json_without_nan(results: Path) -> None:

@@ -20,11 +20,13 @@ def test_an_earthquake_has_a_line_when_it_arrives_and_one_when_it_is_analysed(
 ) -> None:
     caplog.set_level(logging.INFO)
     monitored_building.watch(sessions, tmp_path, monitored_building.earthquakes()[2:])
-    said = [record.getMessage() for record in caplog.records if record.name.startswith("service")]
-    assert said.count("event 1 of PAPER: an earthquake begins to arrive") == 1
-    [analysed] = [line for line in said if line.startswith("event 1 of PAPER, 2024-05-04 06:07:08 UTC: analysed; ")]
+    printed = [record.getMessage() for record in caplog.records if record.name.startswith("service")]
+    assert printed.count("event 1 of PAPER: an earthquake begins to arrive") == 1
+    [analysed] = [line for line in printed if line.startswith("event 1 of PAPER, 2024-05-04 06:07:08 UTC: analysed; ")]
     assert analysed.endswith(" mm in direction x")
-    assert any(line.startswith("event 2 of PAPER, 2024-06-03 06:07:08 UTC: could not be analysed: ") for line in said)
+    assert any(
+        line.startswith("event 2 of PAPER, 2024-06-03 06:07:08 UTC: could not be analysed: ") for line in printed
+    )
 
 
 @pytest.mark.parametrize(("level", "shown"), [("debug", 3), ("info", 3), ("warning", 2), ("error", 1)])

@@ -74,8 +74,8 @@ def test_every_command_says_that_it_may_not_use_its_database(folder: Path) -> No
         if url == last or name in SAMPLE
     ]
     answers = ended(folder, environment("", MENSHIN_SECRET_KEY=KEY), wanted)
-    for (command, url), (code, said) in zip(wanted, answers, strict=True):
-        lines = [line for line in said.splitlines() if " INFO " not in line]
+    for (command, url), (code, printed) in zip(wanted, answers, strict=True):
+        lines = [line for line in printed.splitlines() if " INFO " not in line]
         assert (code, lines) == (1, [f"the database {url.removeprefix('sqlite:///')} {cases[url]}"]), command
     made = engine(f"sqlite:///{folder / 'older-file.sqlite'}")
     with made.connect() as connection:
@@ -98,11 +98,11 @@ def test_files_and_folders_that_this_account_may_not_read(folder: Path) -> None:
         ("poll", "--once"): (0, f"{folder / 'drop'} cannot be read: Permission denied; give the service's account"),
     }
     answers = ended(folder, environment(url), [(list(command), url) for command in commands])
-    for (command, (status, words)), (code, said) in zip(commands.items(), answers, strict=True):
-        assert code == status, (command, said)
-        assert words in said, (command, said)
-        assert status == 0 or "not readable" in said, (command, said)
-        assert "Traceback" not in said
+    for (command, (status, words)), (code, printed) in zip(commands.items(), answers, strict=True):
+        assert code == status, (command, printed)
+        assert words in printed, (command, printed)
+        assert status == 0 or "not readable" in printed, (command, printed)
+        assert "Traceback" not in printed
 
 
 @pytest.mark.parametrize("command", ["up", "api"])
@@ -123,7 +123,7 @@ def test_a_port_that_takes_a_right(folder: Path, command: str) -> None:
 def test_settings_that_this_account_may_not_read(folder: Path) -> None:
     (folder / "menshin.toml").write_text("port = 8000\n")
     (folder / "menshin.toml").chmod(0o000)
-    ((code, said),) = ended(folder, environment(""), [(["building", "list"], f"sqlite:///{folder / 'm.sqlite'}")])
-    assert code == 2, said
-    assert "menshin.toml" in said
-    assert "ermission denied" in said
+    ((code, printed),) = ended(folder, environment(""), [(["building", "list"], f"sqlite:///{folder / 'm.sqlite'}")])
+    assert code == 2, printed
+    assert "menshin.toml" in printed
+    assert "ermission denied" in printed

@@ -104,8 +104,8 @@ def delivered(session: Session, kind: str) -> Delivery:
     to = Receiver(building_id=of.id, name="a", kind=kind, address="a", origin="api", created_at=NOW, **EVERYTHING)
     session.add(to)
     session.flush()
-    said = MessageContent("alert/1", of.id, "alert", "new", "alarm", "Softer", ("The isolators are softer.",))
-    (delivery,) = put(session, said, NOW).deliveries
+    printed = MessageContent("alert/1", of.id, "alert", "new", "alarm", "Softer", ("The isolators are softer.",))
+    (delivery,) = put(session, printed, NOW).deliveries
     delivery.state = "delivered"
     return delivery
 

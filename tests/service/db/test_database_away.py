@@ -20,15 +20,15 @@ BUILDINGS = "/api/v1/buildings"
 def test_a_database_that_is_away_is_worth_asking_again(stoppable_postgres: "PostgresServer") -> None:
     url = stoppable_postgres.get_uri()
     migrate.upgrade(url)
-    with client(url) as asking:
-        assert asking.get(BUILDINGS).status_code == 200
+    with client(url) as api:
+        assert api.get(BUILDINGS).status_code == 200
         stoppable_postgres.stop()
         for path in (BUILDINGS, "/"):
-            answer = asking.get(path)
+            answer = api.get(path)
             assert (answer.status_code, answer.headers["Retry-After"]) == (503, "5")
             assert "does not answer" in answer.json()["detail"]
         stoppable_postgres.start()
-        assert asking.get(BUILDINGS).status_code == 200
+        assert api.get(BUILDINGS).status_code == 200
 
 
 def test_a_part_says_once_that_the_database_is_away_and_once_that_it_is_back(
@@ -36,11 +36,11 @@ def test_a_part_says_once_that_the_database_is_away_and_once_that_it_is_back(
 ) -> None:
     sessions = opened.sessions(stoppable_postgres.get_uri())
     attempts = Attempts(logging.getLogger("part"))
-    pauses = [asked(sessions, attempts)]
+    pauses = [requested(sessions, attempts)]
     stoppable_postgres.stop()
-    pauses += [asked(sessions, attempts) for _ in range(3)]
+    pauses += [requested(sessions, attempts) for _ in range(3)]
     stoppable_postgres.start()
-    pauses += [asked(sessions, attempts) for _ in range(2)]
+    pauses += [requested(sessions, attempts) for _ in range(2)]
     assert pauses == [1.0, 2.0, 4.0, 8.0, 1.0, 1.0]
     away, back = [record.getMessage() for record in caplog.records if record.name == "part"]
     assert away.startswith("the database is out of reach, trying again: ")
@@ -57,7 +57,7 @@ def test_another_error_is_not_forgiven() -> None:
         raise ValueError("a bug")
 
 
-def asked(sessions: sessionmaker[Session], attempts: Attempts) -> float:
+def requested(sessions: sessionmaker[Session], attempts: Attempts) -> float:
     """s to wait after an attempt."""
     with attempts.one(), sessions() as session:
         session.execute(text("SELECT 1"))

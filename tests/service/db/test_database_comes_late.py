@@ -22,12 +22,12 @@ WAITING, THERE = "waiting for the database, which cannot be reached", "the datab
 
 def until_said(folder: Path, text: str, process: psutil.Popen) -> str:
     end = monotonic() + 120
-    while text not in (said := (folder / "output").read_text()):
-        assert process.is_running(), said
-        assert process.status() != psutil.STATUS_ZOMBIE, said
-        assert monotonic() < end, said
+    while text not in (printed := (folder / "output").read_text()):
+        assert process.is_running(), printed
+        assert process.status() != psutil.STATUS_ZOMBIE, printed
+        assert monotonic() < end, printed
         sleep(0.1)
-    return said
+    return printed
 
 
 def address(server: "PostgresServer") -> str:
@@ -48,9 +48,9 @@ def test_every_part_waits_and_obeys(stoppable_postgres: "PostgresServer", tmp_pa
             assert interrupt(process) == 0
             assert monotonic() - began < 15, "it did not wait for its next attempt"
     for folder in folders.values():
-        said = (folder / "output").read_text()
-        assert "Traceback" not in said
-        assert said.count(WAITING) == 1
+        printed = (folder / "output").read_text()
+        assert "Traceback" not in printed
+        assert printed.count(WAITING) == 1
 
 
 def test_it_carries_on_when_the_database_comes(stoppable_postgres: "PostgresServer", tmp_path: Path) -> None:
@@ -59,6 +59,6 @@ def test_it_carries_on_when_the_database_comes(stoppable_postgres: "PostgresServ
     with running_command(tmp_path, url, "up", **FREE) as process:
         until_said(tmp_path, WAITING, process)
         stoppable_postgres.start()
-        said = until_said(tmp_path, "polling here", process)
-        assert THERE in said
+        printed = until_said(tmp_path, "polling here", process)
+        assert THERE in printed
         assert interrupt(process) == 0

@@ -93,7 +93,7 @@ def test_old_rows_stay_readable_are_encrypted_by_a_command_and_keys_are_replaced
     assert read(sessions) == before
 
 
-def test_a_missing_or_wrong_key_is_said_in_words(
+def test_a_missing_or_wrong_key_is_stated_in_words(
     sessions: sessionmaker[Session], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv(VARIABLE, new_key())
@@ -110,10 +110,10 @@ def test_a_page_that_needs_a_secret_says_that_the_key_is_missing(
 ) -> None:
     monkeypatch.setenv(VARIABLE, new_key())
     add(sessions)
-    with client(database_url) as asking:
-        assert asking.get("/api/v1/buildings/TOWER/receivers").status_code == 200
+    with client(database_url) as api:
+        assert api.get("/api/v1/buildings/TOWER/receivers").status_code == 200
         monkeypatch.delenv(VARIABLE)
-        answer = asking.get("/api/v1/buildings/TOWER/receivers")
+        answer = api.get("/api/v1/buildings/TOWER/receivers")
     assert (answer.status_code, VARIABLE in answer.json()["detail"]) == (503, True)
 
 
@@ -169,13 +169,11 @@ def test_a_nul_character_is_refused_in_words_and_no_password_is_logged(
 ) -> None:
     add(sessions)
     until = (datetime.now(UTC) + timedelta(days=1)).isoformat()
-    with client(database_url) as asking:
+    with client(database_url) as api:
         answers = [
-            asking.post(
-                "/api/v1/buildings/TOWER/silences", json={"pattern": "*", "reason": "load\0test", "until": until}
-            ),
-            asking.post("/buildings/TOWER/silences", data={"pattern": "*", "reason": "load\0test", "hours": "2"}),
-            asking.get("/api/v1/deliveries", params={"building": "TO\0WER"}),
+            api.post("/api/v1/buildings/TOWER/silences", json={"pattern": "*", "reason": "load\0test", "until": until}),
+            api.post("/buildings/TOWER/silences", data={"pattern": "*", "reason": "load\0test", "hours": "2"}),
+            api.get("/api/v1/deliveries", params={"building": "TO\0WER"}),
         ]
     assert [answer.status_code for answer in answers] == [422] * 3, [answer.text[-300:] for answer in answers]
     assert "NUL character" in answers[0].json()["detail"]

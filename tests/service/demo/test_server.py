@@ -82,7 +82,7 @@ def test_what_is_added_is_served(address: str, archive: Archive) -> None:
 
 
 @pytest.mark.parametrize(
-    ("query", "status", "said"),
+    ("query", "status", "printed"),
     [
         ("dataselect/1/query?net=ZZ", 204, ""),
         ("dataselect/1/query?net=ZZ&nodata=404", 404, ""),
@@ -95,10 +95,10 @@ def test_what_is_added_is_served(address: str, archive: Archive) -> None:
         ("station/1/version", 200, "1.2.0"),
     ],
 )
-def test_answers_as_the_specification_has_them(address: str, query: str, status: int, said: str) -> None:
+def test_answers_as_the_specification_has_them(address: str, query: str, status: int, printed: str) -> None:
     answer = httpx.get(f"{address}/fdsnws/{query}")
     assert answer.status_code == status
-    assert said in answer.text
+    assert printed in answer.text
 
 
 def test_a_taken_port_is_passed_over(address: str) -> None:

@@ -93,34 +93,34 @@ def test_what_is_forgotten_happens_otherwise_only_in_time(tmp_path: Path) -> Non
 
 
 def test_records_as_files_are_what_the_server_holds(tmp_path: Path) -> None:
-    begun = stage(tmp_path)
-    folder = write_records(begun)
+    started = stage(tmp_path)
+    folder = write_records(started)
     written = [read(folder / f"{number}.mseed") for number in range(1, COUNT + 1)]
     assert sorted((t.id, str(t.stats.starttime), t.data.tobytes()) for stream in written for t in stream) == sorted(
-        samples(begun)
+        samples(started)
     )
     assert (
         read_inventory(folder / "station.xml").get_contents()["channels"]
-        == begun.archive.inventory.get_contents()["channels"]
+        == started.archive.inventory.get_contents()["channels"]
     )
 
 
 def test_the_next_earthquake_waits_until_its_record_stands_alone(tmp_path: Path) -> None:
     now = NOW + timedelta(hours=1)
-    begun = stage(tmp_path)
-    fresh = begun.strike(now)
+    started = stage(tmp_path)
+    fresh = started.strike(now)
     wanted = timedelta(seconds=60)
-    wait = until_next(begun.earthquakes, now, wanted)
-    assert begun.strike(now + wait).arrival - fresh.arrival >= BETWEEN_RECORDS
-    assert until_next(begun.earthquakes, now + timedelta(days=1), wanted) == wanted
+    wait = until_next(started.earthquakes, now, wanted)
+    assert started.strike(now + wait).arrival - fresh.arrival >= BETWEEN_RECORDS
+    assert until_next(started.earthquakes, now + timedelta(days=1), wanted) == wanted
 
 
 def test_records_hold_the_peak_that_the_catalogue_promises(tmp_path: Path) -> None:
-    begun = stage(tmp_path)
+    started = stage(tmp_path)
     resolution = {sensor.id: sensor.resolution for sensor in sensors()}
     noise = 6e-4  # m/s²: six standard deviations of the sensors'
-    for earthquake in begun.earthquakes:
-        ground = [t for t in samples_of(begun, earthquake.arrival) if t.stats.location == "00"]
+    for earthquake in started.earthquakes:
+        ground = [t for t in samples_of(started, earthquake.arrival) if t.stats.location == "00"]
         peak = max(np.abs(t.data - np.median(t.data)).max() * resolution[t.id] for t in ground)
         assert peak == pytest.approx(earthquake.peak, abs=noise)
 

@@ -14,13 +14,13 @@ PAGE = "/buildings/PAPER/drift"
 def test_the_page_shows_what_was_expected_and_what_came(database_url: str, sessions: sessionmaker[Session]) -> None:
     with sessions.begin() as session:
         building = stored_histories.building(session).id
-    with client(database_url) as asking:
-        assert "Nothing is watched yet" in asking.get(PAGE).text
+    with client(database_url) as api:
+        assert "Nothing is watched yet" in api.get(PAGE).text
         stored_histories.store_and_monitor(
             sessions, building, stored_histories.store_history(26, onset=21), stored_histories.start(27)
         )
-        assert f'href="{PAGE}"' in asking.get("/").text
-        page = unescape(asking.get(PAGE).text)
+        assert f'href="{PAGE}"' in api.get("/").text
+        page = unescape(api.get(PAGE).text)
         change = r"−\d\.\d+ % \(95 %: −\d\.\d+ to −\d\.\d+ %\)"
         assert re.search(rf"<tr><td>stiffness, direction x<td>sudden<td class=\"number\">{change}<td", page), page
         assert "Latest event against what was expected (± one standard deviation)" in page
@@ -31,20 +31,20 @@ def test_the_page_shows_what_was_expected_and_what_came(database_url: str, sessi
         data = re.findall(r'<a href="(/api/[^"]+)"', page)
         assert len(pictures) == 4 + 6  # curves of stiffness, damping and two modes; histories of six quantities
         for address in [*pictures, *data]:
-            assert asking.get(address).status_code == 200, address
-        drawn = asking.get("/charts/baseline.svg?building=PAPER&quantity=stiffness&subject=x")
+            assert api.get(address).status_code == 200, address
+        drawn = api.get("/charts/baseline.svg?building=PAPER&quantity=stiffness&subject=x")
         for words in ("equivalent stiffness (kN/mm)", "amplitude (mm)", "the latest event"):
             assert words in drawn.text
-        history = asking.get("/charts/drift.svg?building=PAPER&quantity=stiffness").text
+        history = api.get("/charts/drift.svg?building=PAPER&quantity=stiffness").text
         assert "change (%)" in history
         assert re.search(r"sudden −\d\.\d %", history)
-        assert "change (mm)" in asking.get("/charts/drift.svg?building=PAPER&quantity=residual_displacement").text
-        again = asking.get("/charts/drift.svg?building=PAPER&quantity=gain")
+        assert "change (mm)" in api.get("/charts/drift.svg?building=PAPER&quantity=residual_displacement").text
+        again = api.get("/charts/drift.svg?building=PAPER&quantity=gain")
         known = {"If-None-Match": again.headers["ETag"]}
-        assert asking.get("/charts/drift.svg?building=PAPER&quantity=gain", headers=known).status_code == 304
+        assert api.get("/charts/drift.svg?building=PAPER&quantity=gain", headers=known).status_code == 304
 
 
-def test_what_both_directions_tell_together_stands_beside_each(
+def test_what_both_directions_show_together_stands_beside_each(
     database_url: str, sessions: sessionmaker[Session]
 ) -> None:
     """A loss in both."""
@@ -52,39 +52,39 @@ def test_what_both_directions_tell_together_stands_beside_each(
     with sessions.begin() as session:
         building = stored_histories.building(session).id
     stored_histories.store_and_monitor(sessions, building, found, stored_histories.start(27))
-    with client(database_url) as asking:
-        page = unescape(asking.get(PAGE).text)
+    with client(database_url) as api:
+        page = unescape(api.get(PAGE).text)
         row = re.search(r"<tr><td>stiffness, both directions<td>sudden<td.*?</tr>|<tr><td>stiffness, both.*?\n", page)
         assert row, page
         cells = re.sub(r"<[^>]+>", " ", row[0])
         assert re.search(r"−\d\.\d+ % \(95 %: −\d\.\d+ to −\d\.\d+ %\)", cells), cells
         (alarm,) = [
             one
-            for one in asking.get("/api/v1/buildings/PAPER/drift-alarms").json()["items"]
+            for one in api.get("/api/v1/buildings/PAPER/drift-alarms").json()["items"]
             if (one["quantity"], one["subject"]) == ("stiffness", "xy")
         ]
         assert alarm["low"] < -0.05 < alarm["high"] < 0
         for event in alarm["events"]:
             assert f'<a href="/events/{event}">{event}</a>' in row[0]
-        values = asking.get("/api/v1/buildings/PAPER/drift?quantity=stiffness&subject=xy&format=csv").text.splitlines()
+        values = api.get("/api/v1/buildings/PAPER/drift?quantity=stiffness&subject=xy&format=csv").text.splitlines()
         assert len(values) == 1 + len(found)
-        watched = asking.get("/api/v1/buildings/PAPER/watched").json()["items"]
+        watched = api.get("/api/v1/buildings/PAPER/watched").json()["items"]
         assert ("stiffness", "xy", 26) in [(one["quantity"], one["subject"], one["events"]) for one in watched]
-        assert asking.get("/api/v1/buildings/PAPER/baseline?quantity=stiffness&subject=xy").json()["items"] == []
-        drawn = asking.get("/charts/drift.svg?building=PAPER&quantity=stiffness").text
+        assert api.get("/api/v1/buildings/PAPER/baseline?quantity=stiffness&subject=xy").json()["items"] == []
+        drawn = api.get("/charts/drift.svg?building=PAPER&quantity=stiffness").text
         assert drawn.index("direction x") < drawn.index("direction y") < drawn.index("both directions")
         for address in re.findall(r'<img src="(/charts/[^"]+)"', page):
-            assert asking.get(address).status_code == 200, address
+            assert api.get(address).status_code == 200, address
 
 
 def test_what_is_not_there_is_not_drawn(database_url: str, sessions: sessionmaker[Session]) -> None:
     with sessions.begin() as session:
         stored_histories.building(session)
-    with client(database_url) as asking:
+    with client(database_url) as api:
         for address in (
             "/buildings/NONE/drift",
             "/charts/drift.svg?building=PAPER&quantity=gain",
             "/charts/baseline.svg?building=PAPER&quantity=gain&subject=x",
             "/charts/baseline.svg?building=PAPER&quantity=stiffness&subject=x",
         ):
-            assert asking.get(address).status_code == 404, address
+            assert api.get(address).status_code == 404, address

@@ -19,7 +19,7 @@ def both(loss: float) -> tuple[tuple[Monitoring, tuple[str, ...]], ...]:
     return tuple((found, of.channels) for of, found in monitored(watched))
 
 
-def test_a_loss_in_both_directions_is_told_of_their_mean_too() -> None:
+def test_a_loss_in_both_directions_covers_their_mean_too() -> None:
     watched = both(0.04)
     starts = {value.event: value.time for value in watched[0][0].values}
     found = {one.cause: one for one in drift_candidates(watched, starts, ZoneInfo("UTC"))}

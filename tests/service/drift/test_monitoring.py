@@ -95,7 +95,7 @@ def test_a_look_that_waits_does_for_all_that_comes_meanwhile(sessions: sessionma
         )  # one that runs has seen less
 
 
-def test_a_reference_period_asks_for_a_new_look(sessions: sessionmaker[Session], building: int) -> None:
+def test_a_reference_period_requests_a_new_look(sessions: sessionmaker[Session], building: int) -> None:
     with sessions.begin() as session:
         of = session.get_one(Building, building)
         reference_periods.begin(session, of, None, None, None, None, "as built", "Kimura", NOW)
@@ -104,13 +104,13 @@ def test_a_reference_period_asks_for_a_new_look(sessions: sessionmaker[Session],
     assert watching(sessions) == ["waiting"]
     with sessions() as session:
         periods = session.scalars(select(ReferencePeriod).order_by(ReferencePeriod.id)).all()
-        asked = (("gain", BASE), ("gain", LAYER), ("noise", BASE))
-        in_force = [reference_periods.in_force(periods, *one) for one in asked]
+        requested = (("gain", BASE), ("gain", LAYER), ("noise", BASE))
+        in_force = [reference_periods.in_force(periods, *one) for one in requested]
     assert [one.reason for one in in_force if one] == ["one more replaced", "sensors replaced", "as built"]
     assert reference_periods.in_force((), "gain", BASE) is None
 
 
-def test_a_loss_is_told_once_and_an_inspection_begins_a_new_reference(
+def test_a_loss_is_reported_once_and_an_inspection_begins_a_new_reference(
     sessions: sessionmaker[Session], building: int
 ) -> None:
     found = stored_histories.store_history(26, onset=21)
@@ -118,8 +118,8 @@ def test_a_loss_is_told_once_and_an_inspection_begins_a_new_reference(
     stored_histories.store_and_monitor(sessions, building, found[-1:], NOW)
     with sessions.begin() as session:
         (alert,) = session.scalars(select(Alert).where(Alert.cause == "stiffness"))
-        told = session.scalars(select(Message).where(Message.key == f"event/{alert.raised_event_id}")).all()
-        assert (alert.state, alert.kind, len(told)) == ("active", "deterioration", 1)
+        reported = session.scalars(select(Message).where(Message.key == f"event/{alert.raised_event_id}")).all()
+        assert (alert.state, alert.kind, len(reported)) == ("active", "deterioration", 1)
         assert alert.evidence["low"] < -0.08 < alert.evidence["high"] < 0
         assert {one["cause"] for one in alert.evidence["explanations"]} == {"mass", "gain/x"}
         assert any(one.startswith("Compared with all monitored quantities: a ") for one in alert.sentences)
@@ -137,7 +137,7 @@ def test_a_loss_is_told_once_and_an_inspection_begins_a_new_reference(
         assert alert.state == "resolved"
 
 
-def test_events_that_come_late_tell_nobody_again_of_what_was_told(
+def test_events_that_come_late_show_no_one_again_of_what_was_reported(
     sessions: sessionmaker[Session], building: int
 ) -> None:
     """With each of those between, another earthquake turns out to be the one that raised the alert."""
@@ -147,12 +147,12 @@ def test_events_that_come_late_tell_nobody_again_of_what_was_told(
         with sessions() as session:
             (alert,) = session.scalars(select(Alert).where(Alert.cause == "stiffness"))
             raised.add(alert.raised_event_id)
-            told = session.scalars(select(Message).where(Message.kind == "alert").order_by(Message.id)).all()
+            reported = session.scalars(select(Message).where(Message.kind == "alert").order_by(Message.id)).all()
     assert len(raised) > 1
-    assert [one.sequence for one in told] == ["new", *["updated"] * (len(told) - 1)]
-    assert {one.key for one in told} == {told[0].key}
+    assert [one.sequence for one in reported] == ["new", *["updated"] * (len(reported) - 1)]
+    assert {one.key for one in reported} == {reported[0].key}
     assert alert.began_at == stored_histories.start(21)
-    assert told[-1].data["alerts"][0]["began_at"] == stored_histories.start(21).isoformat()
+    assert reported[-1].data["alerts"][0]["began_at"] == stored_histories.start(21).isoformat()
 
 
 def test_a_sensor_finding_keeps_its_events_values_out_and_says_so(

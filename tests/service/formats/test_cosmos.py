@@ -88,7 +88,7 @@ def test_every_count_is_read_whole(count: int) -> None:
     np.testing.assert_array_equal(trace.numbers, wave(count))
 
 
-def test_numbers_that_touch_are_told_apart_by_their_columns() -> None:
+def test_numbers_that_touch_are_distinguished_by_their_columns() -> None:
     touching = replaced(r"(?s)(\(8F10.5\)\n).*(End-of)", r"\1" + "-99.876543" * 8 + r"\n\2")
     text = real(64, -99.876543)(real(63, 0.04)(touching(record().replace("20 acc", " 8 acc"))))
     assert traces(text)[0].numbers.tolist() == [-99.876543] * 8

@@ -31,7 +31,7 @@ def test_three_series_of_a_channel_in_si() -> None:
     assert acceleration.to_si()[0] == pytest.approx(np.random.default_rng(3).uniform(-9, 9, 20)[0] / 100, abs=5e-9)
 
 
-def test_numbers_that_touch_are_told_apart_by_their_columns() -> None:
+def test_numbers_that_touch_are_distinguished_by_their_columns() -> None:
     text = (
         volume()
         .replace("in cm/sec2. (8f10.6)", "in cm/sec2. (8f10.6)\n" + "-12.345678" * 8, 1)

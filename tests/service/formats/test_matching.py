@@ -43,7 +43,7 @@ def test_samples_that_no_building_has_seen_are_in_another_unit(wrong: float) -> 
         of_building([trace(peak=wrong)], CHANNELS)
 
 
-def test_an_offset_or_a_spike_is_not_taken_for_a_wrong_unit() -> None:
+def test_an_offset_or_a_spike_is_not_mistaken_for_a_wrong_unit() -> None:
     tilted = Trace("XX.TOWER.01.HNX", START, 100.0, trace().numbers + 9.81e3, 1.0, "acceleration")
     tilted.numbers[500] = 1e6
     assert of_building([tilted], CHANNELS) == (tilted,)

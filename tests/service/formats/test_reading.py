@@ -21,7 +21,7 @@ def archive(members: dict[str, bytes]) -> bytes:
     return buffer.getvalue()
 
 
-def test_the_bytes_tell_the_format_whatever_the_name() -> None:
+def test_the_bytes_show_the_format_whatever_the_name() -> None:
     assert read("record.csv", KNET.read_bytes(), {}).traces[0].channel == "BO.AKT013..EW"
 
 
@@ -77,7 +77,7 @@ def test_stationxml_in_an_archive_serves_its_records() -> None:
     assert trace.gain == 0.25
 
 
-def test_gains_told_from_outside_go_before_an_archives_own() -> None:
+def test_gains_distinguished_from_outside_go_before_an_archives_own() -> None:
     data = archive(
         {"a.mseed": record_file("MSEED", logger_counts(50)), "station.xml": stationxml(("01", 4.0, "M/S**2"))}
     )

@@ -29,7 +29,7 @@ def test_a_gap_in_miniseed_makes_two_traces() -> None:
     assert (second.start - first.start).total_seconds() == pytest.approx(15.0, abs=1e-6)
 
 
-def test_miniseed_without_a_unit_is_refused_until_one_is_told() -> None:
+def test_miniseed_without_a_unit_is_refused_until_one_is_reported() -> None:
     with pytest.raises(UnknownUnitError, match="StationXML") as caught:
         read("a", record_file("MSEED", logger_counts(100)), {})
     assert caught.value.channels == (CHANNEL,)

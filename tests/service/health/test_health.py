@@ -33,30 +33,30 @@ def alive(sessions: sessionmaker[Session], seconds: float) -> None:
 def test_ready_means_this_versions_tables_a_poller_and_a_worker(
     database_url: str, sessions: sessionmaker[Session]
 ) -> None:
-    with client(database_url, disk_reserve=0) as asking:
-        assert "no poller was seen lately; no worker was seen lately" in asking.get("/readyz").json()["detail"]
+    with client(database_url, disk_reserve=0) as api:
+        assert "no poller was seen lately; no worker was seen lately" in api.get("/readyz").json()["detail"]
         alive(sessions, 60)
-        assert asking.get("/readyz").json()["status"] == "ready"
+        assert api.get("/readyz").json()["status"] == "ready"
         alive(sessions, -1)
-        assert asking.get("/readyz").status_code == 503
+        assert api.get("/readyz").status_code == 503
         alive(sessions, 60)
         with sessions.begin() as session:
             session.execute(text("UPDATE alembic_version SET version_num = 'other'"))
-        answer = asking.get("/readyz")
+        answer = api.get("/readyz")
     assert answer.status_code == 503
     assert "tables" in answer.json()["detail"]
 
 
 def test_without_tables_the_service_lives_but_is_not_ready(empty_database_url: str) -> None:
-    with client(empty_database_url) as asking:
-        assert asking.get("/healthz").json() == {"status": "alive"}
-        assert "tables" in asking.get("/readyz").json()["detail"]
+    with client(empty_database_url) as api:
+        assert api.get("/healthz").json() == {"status": "alive"}
+        assert "tables" in api.get("/readyz").json()["detail"]
 
 
-def test_a_database_that_cannot_be_reached_is_told(tmp_path: Path) -> None:
+def test_a_database_that_cannot_be_reached_is_reported(tmp_path: Path) -> None:
     (tmp_path / "folder.sqlite").mkdir()
-    with client(f"sqlite:///{tmp_path / 'folder.sqlite'}") as asking:
-        answer = asking.get("/readyz")
+    with client(f"sqlite:///{tmp_path / 'folder.sqlite'}") as api:
+        answer = api.get("/readyz")
     assert answer.status_code == 503
     assert answer.json()["detail"] == "Not ready: the database does not answer."
 
@@ -90,7 +90,7 @@ def filled(session: Session) -> None:
     session.add(SourceState(building_id=second.id, cursor={}))
 
 
-def told(answer: str) -> dict[tuple[str, ...], float]:
+def reported(answer: str) -> dict[tuple[str, ...], float]:
     """Values by name and labels."""
     return {
         (sample.name, *sample.labels.values()): sample.value
@@ -99,11 +99,11 @@ def told(answer: str) -> dict[tuple[str, ...], float]:
     }
 
 
-def test_metrics_tell_what_the_database_holds(database_url: str, sessions: sessionmaker[Session]) -> None:
+def test_metrics_show_what_the_database_holds(database_url: str, sessions: sessionmaker[Session]) -> None:
     with sessions.begin() as session:
         filled(session)
-    with client(database_url) as asking:
-        found = told(asking.get("/metrics").text)
+    with client(database_url) as api:
+        found = reported(api.get("/metrics").text)
     state = {name: value for name, value in found.items() if not name[0].startswith("menshin_http")}
     assert state == {
         ("menshin_events", "queued"): 1,
@@ -127,10 +127,10 @@ def test_metrics_tell_what_the_database_holds(database_url: str, sessions: sessi
 
 
 def test_requests_are_counted_by_route_and_status(database_url: str) -> None:
-    with client(database_url) as asking:
+    with client(database_url) as api:
         for path in ("/healthz", "/healthz", "/api/v1/buildings/X", "/api/v1/buildings/Y", "/no/such", "/nor/such"):
-            asking.get(path)
-        found = told(asking.get("/metrics").text)
+            api.get(path)
+        found = reported(api.get("/metrics").text)
     counts = {name[1:]: value for name, value in found.items() if name[0].endswith("seconds_count")}
     assert counts == {("/healthz", "200"): 2, ("/api/v1/buildings/{code}", "404"): 2, ("other", "404"): 2}
 
@@ -138,6 +138,6 @@ def test_requests_are_counted_by_route_and_status(database_url: str) -> None:
 def test_metrics_take_a_key_where_there_are_keys(database_url: str, sessions: sessionmaker[Session]) -> None:
     with sessions.begin() as session:
         key = keys.create(session, "prometheus", Role.viewer, START)
-    with client(database_url) as asking:
-        assert asking.get("/metrics").status_code == 401
-        assert asking.get("/metrics", headers={"Authorization": f"Bearer {key}"}).status_code == 200
+    with client(database_url) as api:
+        assert api.get("/metrics").status_code == 401
+        assert api.get("/metrics", headers={"Authorization": f"Bearer {key}"}).status_code == 200

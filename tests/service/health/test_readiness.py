@@ -69,8 +69,8 @@ def sessions(url: str) -> Iterator[sessionmaker[Session]]:
 def answered(url: str, **other: float) -> tuple[int, dict[str, dict[str, Any]]]:
     """Status of /readyz, and its checks by name."""
     given = {"poll_interval": 60, "worker_patience": 600, "disk_reserve": 0} | other
-    with client(url, **given) as asking:
-        answer = asking.get("/readyz")
+    with client(url, **given) as api:
+        answer = api.get("/readyz")
     return answer.status_code, {one["name"]: one for one in answer.json()["checks"]}
 
 

@@ -3,7 +3,7 @@
 from service.http.responses import Answers
 
 
-def test_the_longest_not_asked_for_makes_room() -> None:
+def test_the_longest_not_requested_makes_room() -> None:
     answers = Answers(most=5)
     answers.keep("a", b"11")
     answers.keep("b", b"22")

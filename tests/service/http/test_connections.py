@@ -40,9 +40,9 @@ def address(url: str, key: str) -> Iterator[str]:
 
 def lasts(connection: socket.socket, dripping: bytes = b"", *, reads: bool = True) -> float:
     """s until the other side closes, while a byte is sent every tenth of a second."""
-    begun = monotonic()
+    started = monotonic()
     connection.settimeout(0.1)
-    while monotonic() - begun < 2 * LATEST:
+    while monotonic() - started < 2 * LATEST:
         try:
             if dripping:
                 connection.sendall(dripping)
@@ -54,7 +54,7 @@ def lasts(connection: socket.socket, dripping: bytes = b"", *, reads: bool = Tru
             continue
         except ConnectionError:
             break
-    return monotonic() - begun
+    return monotonic() - started
 
 
 @pytest.mark.parametrize(
@@ -82,7 +82,7 @@ def test_a_body_that_does_not_come_is_not_waited_for(address: str, key: str) -> 
         assert 0.5 < lasts(connection, b"x") < LATEST
 
 
-def test_a_body_that_nobody_wants_is_not_waited_for(address: str) -> None:
+def test_a_body_that_no_one_needs_is_not_waited_for(address: str) -> None:
     with connect(address) as connection:
         connection.sendall(request_head("POST", SILENCES, Content_Length=10_000))
         assert response_status(connection) == 401
@@ -97,14 +97,14 @@ def test_an_answer_that_is_not_taken_is_given_up(address: str, key: str) -> None
         assert 0.5 < lasts(connection, b"G", reads=False) < LATEST
 
 
-def test_silent_connections_keep_nobody_out(address: str) -> None:
+def test_silent_connections_keep_no_one_out(address: str) -> None:
     with ExitStack() as stack:
         for _ in range(3 * MOST_CONNECTIONS):
             stack.enter_context(connect(address))
         assert httpx.get(f"{address}/healthz").status_code == 200, "the longest silent one made room"
 
 
-def test_where_all_are_being_answered_one_more_is_told_to_come_again(address: str, key: str) -> None:
+def test_where_all_are_being_answered_one_more_is_reported_to_come_again(address: str, key: str) -> None:
     with ExitStack() as stack:
         for _ in range(MOST_CONNECTIONS):
             busy = stack.enter_context(connect(address))

@@ -67,7 +67,7 @@ def engineer(stored: sessionmaker[Session]) -> dict[str, str]:
 
 
 @pytest.fixture(scope="module")
-def asking(url: str, stored: sessionmaker[Session], engineer: dict[str, str]) -> Iterator[TestClient]:
+def api(url: str, stored: sessionmaker[Session], engineer: dict[str, str]) -> Iterator[TestClient]:
     with stored.begin() as session:
         key = keys.create(session, "viewer", Role.viewer, NOW)
     with client(url, visitor=None) as made:
@@ -75,8 +75,8 @@ def asking(url: str, stored: sessionmaker[Session], engineer: dict[str, str]) ->
         yield made
 
 
-def test_a_spreadsheet_runs_no_cell(asking: TestClient) -> None:
-    text = asking.get("/api/v1/buildings/TOWER/silences?format=csv").text
+def test_a_spreadsheet_runs_no_cell(api: TestClient) -> None:
+    text = api.get("/api/v1/buildings/TOWER/silences?format=csv").text
     rows = list(csv.DictReader(io.StringIO(text)))
     assert {row["pattern"] for row in rows} == {'\'=HYPERLINK("//evil")'}
     assert {row["reason"] for row in rows} == {"'-0+1", "'-1+1", "'-2+1"}
@@ -84,32 +84,32 @@ def test_a_spreadsheet_runs_no_cell(asking: TestClient) -> None:
     assert {row["id"] for row in rows} == {"1", "2", "3"}, "a number stays one"
 
 
-def test_no_answer_names_the_host_that_was_asked_for(
-    asking: TestClient, stored: sessionmaker[Session], engineer: dict[str, str]
+def test_no_answer_names_the_host_that_was_requested(
+    api: TestClient, stored: sessionmaker[Session], engineer: dict[str, str]
 ) -> None:
     with stored.begin() as session:
         for _ in range(2):
             note(session, AuditContext("me", "here", "POST", "/", {}), NOW)
-    link = asking.get("/api/v1/audit?limit=1", headers=engineer | {"Host": "evil.example"}).headers["link"]
+    link = api.get("/api/v1/audit?limit=1", headers=engineer | {"Host": "evil.example"}).headers["link"]
     assert re.fullmatch(r'</api/v1/audit\?limit=1&cursor=\d+>; rel="next"', link)
-    answer = asking.get("/fdsnws/station/1/application.wadl", headers={"Host": "evil.example"})
+    answer = api.get("/fdsnws/station/1/application.wadl", headers={"Host": "evil.example"})
     assert "evil" not in answer.text
-    assert "evil" not in asking.get("/fdsnws/station/1/query?colour=1", headers={"Host": "evil.example"}).text
+    assert "evil" not in api.get("/fdsnws/station/1/query?colour=1", headers={"Host": "evil.example"}).text
 
 
-def test_a_failed_jobs_error_names_no_path(asking: TestClient) -> None:
-    jobs = asking.get("/api/v1/jobs").json()["items"]
+def test_a_failed_jobs_error_names_no_path(api: TestClient) -> None:
+    jobs = api.get("/api/v1/jobs").json()["items"]
     assert {job["error"] for job in jobs} == {"ValueError: (a file) holds nothing"}
 
 
 def test_viewers_see_neither_where_receivers_are_nor_what_they_answered(
-    asking: TestClient, stored: sessionmaker[Session], engineer: dict[str, str]
+    api: TestClient, stored: sessionmaker[Session], engineer: dict[str, str]
 ) -> None:
     with stored.begin() as session:
         building = building_store.find(session, "TOWER")
         rule = ReceiverRule("manager", "email", "manager@example.org", None, WANTED_KINDS, SEVERITIES)
         recipients.add(session, building.id, rule, "admin", NOW)
-    sent = asking.post("/api/v1/receivers/1/test", headers=engineer)
+    sent = api.post("/api/v1/receivers/1/test", headers=engineer)
     number = sent.json()["id"]
     with stored.begin() as session:
         session.add(
@@ -134,7 +134,7 @@ def test_viewers_see_neither_where_receivers_are_nor_what_they_answered(
     )
     for path in paths:
         for hidden in ("manager@example.org", "inside.example"):
-            assert hidden not in asking.get(path).text, path
-    for_engineers = asking.get(paths[3], headers=engineer).text
+            assert hidden not in api.get(path).text, path
+    for_engineers = api.get(paths[3], headers=engineer).text
     assert "manager@example.org" in for_engineers
     assert "inside.example" in for_engineers

@@ -40,7 +40,7 @@ def url(tmp_path: Path) -> str:
 
 
 @pytest.fixture
-def asking(url: str) -> Iterator[httpx.Client]:
+def api(url: str) -> Iterator[httpx.Client]:
     with client(url, smtp_host="localhost") as made:
         yield made
 
@@ -65,26 +65,26 @@ def spoil(url: str) -> None:
     ],
 )
 def test_an_error_is_a_page_to_a_browser_and_a_document_to_a_program(
-    asking: httpx.Client, method: str, path: str, status: int, words: str
+    api: httpx.Client, method: str, path: str, status: int, words: str
 ) -> None:
-    shown = asking.request(method, path, headers=BROWSER)
+    shown = api.request(method, path, headers=BROWSER)
     assert shown.status_code == status
     assert shown.headers["content-type"].startswith("text/html")
     assert words in shown.text.replace("&#39;", "'")
     assert '<a href="/">To the buildings</a>' in shown.text
     assert "pattern" not in shown.text
     assert "[A-Za-z" not in shown.text
-    plain = asking.request(method, path)
+    plain = api.request(method, path)
     assert (plain.status_code, plain.headers["content-type"]) == (status, "application/problem+json")
 
 
-def test_the_api_keeps_its_documents_for_browsers_too(asking: httpx.Client) -> None:
-    answer = asking.get("/api/v1/events/999", headers=BROWSER)
+def test_the_api_keeps_its_documents_for_browsers_too(api: httpx.Client) -> None:
+    answer = api.get("/api/v1/events/999", headers=BROWSER)
     assert answer.headers["content-type"] == "application/problem+json"
 
 
-def test_alerts_without_a_building_lead_to_the_buildings(asking: httpx.Client) -> None:
-    answer = asking.get("/alerts", headers=BROWSER, follow_redirects=False)
+def test_alerts_without_a_building_lead_to_the_buildings(api: httpx.Client) -> None:
+    answer = api.get("/alerts", headers=BROWSER, follow_redirects=False)
     assert (answer.status_code, answer.headers["location"]) == (303, "/")
 
 
@@ -192,8 +192,8 @@ FORMS = {
 
 
 @pytest.mark.parametrize("sent", FORMS.values(), ids=FORMS)
-def test_a_form_that_is_refused_keeps_what_was_typed_and_says_why(asking: httpx.Client, sent: Sent) -> None:
-    answer = asking.post(sent.path, data={**sent.typed, **sent.hidden}, headers=BROWSER)
+def test_a_form_that_is_refused_keeps_what_was_typed_and_says_why(api: httpx.Client, sent: Sent) -> None:
+    answer = api.post(sent.path, data={**sent.typed, **sent.hidden}, headers=BROWSER)
     assert answer.status_code == sent.status
     assert answer.headers["content-type"].startswith("text/html")
     shown = unescape(answer.text)
@@ -215,10 +215,10 @@ def test_a_form_that_is_refused_keeps_what_was_typed_and_says_why(asking: httpx.
 
 def test_a_recipient_is_refused_in_words_while_no_mail_can_be_sent(url: str) -> None:
     form = {"name": "me", "kind": "email", "address": "me@example.org"}
-    with client(url) as asking:
-        assert "No mail can be sent" in asking.get("/buildings/TOWER/messages").text
-        answer = asking.post(RECEIVERS, data=form, headers=BROWSER)
-        listed = asking.get("/api/v1/buildings/TOWER/receivers").json()["items"]
+    with client(url) as api:
+        assert "No mail can be sent" in api.get("/buildings/TOWER/messages").text
+        answer = api.post(RECEIVERS, data=form, headers=BROWSER)
+        listed = api.get("/api/v1/buildings/TOWER/receivers").json()["items"]
     assert answer.status_code == 409
     assert re.search(r'id="receiver-kind-wrong">No mail can be sent[^<]* set smtp\.host', answer.text)
     assert 'value="me@example.org"' in answer.text
@@ -226,10 +226,10 @@ def test_a_recipient_is_refused_in_words_while_no_mail_can_be_sent(url: str) -> 
     assert listed == []
 
 
-def test_what_was_typed_about_an_alert_that_has_ended_meanwhile_is_kept(asking: httpx.Client) -> None:
+def test_what_was_typed_about_an_alert_that_has_ended_meanwhile_is_kept(api: httpx.Client) -> None:
     form = {"outcome": "unfounded", "note": "a test of the sensors"}
-    assert asking.post(f"{ALERT}/inspect", data=form).status_code == 303
-    late = asking.post(f"{ALERT}/acknowledge", data={"note": "on my way to the building"}, headers=BROWSER)
+    assert api.post(f"{ALERT}/inspect", data=form).status_code == 303
+    late = api.post(f"{ALERT}/acknowledge", data={"note": "on my way to the building"}, headers=BROWSER)
     assert late.status_code == 409
     assert re.search(r'role="alert">\s*<p><b>Not accepted.</b> Alert 1 is withdrawn', late.text)
     assert "on my way to the building</textarea>" in late.text
@@ -243,9 +243,9 @@ def test_what_was_typed_about_an_alert_that_has_ended_meanwhile_is_kept(asking: 
     ],
 )
 def test_a_form_that_is_not_read_leads_to_a_page(
-    asking: httpx.Client, sent: Mapping[str, Any], status: int, words: str
+    api: httpx.Client, sent: Mapping[str, Any], status: int, words: str
 ) -> None:
-    answer = asking.post("/login", data=sent["data"], headers=BROWSER | sent.get("headers", {}))
+    answer = api.post("/login", data=sent["data"], headers=BROWSER | sent.get("headers", {}))
     assert answer.status_code == status
     assert words in answer.text
     assert '<a href="/">To the buildings</a>' in answer.text
@@ -266,9 +266,9 @@ def test_a_form_that_is_not_read_leads_to_a_page(
 )
 def test_a_form_of_a_session_that_has_ended_leads_to_the_login_and_back(url: str, referer: str, onward: str) -> None:
     headers = BROWSER | {"Origin": "http://127.0.0.1:8000"} | ({"Referer": referer} if referer else {})
-    with client(url, visitor=None) as asking:
-        answer = asking.post(f"{ALERT}/acknowledge", data={"note": "on my way"}, headers=headers)
-        plain = asking.post(f"{ALERT}/acknowledge", data={"note": "on my way"})
+    with client(url, visitor=None) as api:
+        answer = api.post(f"{ALERT}/acknowledge", data={"note": "on my way"}, headers=headers)
+        plain = api.post(f"{ALERT}/acknowledge", data={"note": "on my way"})
     assert answer.status_code == 401
     assert answer.headers["content-type"].startswith("text/html")
     assert answer.headers["content-security-policy"].startswith("default-src 'none'; img-src 'self'")
@@ -280,8 +280,8 @@ def test_a_form_of_a_session_that_has_ended_leads_to_the_login_and_back(url: str
 
 def test_a_form_that_the_role_does_not_allow_leads_back_to_its_page(url: str) -> None:
     headers = BROWSER | {"Referer": "http://127.0.0.1:8000/alerts/1"}
-    with client(url, visitor=Caller("guest", Role.viewer)) as asking:
-        answer = asking.post(f"{ALERT}/acknowledge", data={"note": "on my way"}, headers=headers)
+    with client(url, visitor=Caller("guest", Role.viewer)) as api:
+        answer = api.post(f"{ALERT}/acknowledge", data={"note": "on my way"}, headers=headers)
     assert answer.status_code == 403
     assert '<a href="/alerts/1">Back to the page of the form</a>' in answer.text
 
@@ -290,8 +290,8 @@ def test_an_error_of_ours_is_a_page_without_its_details(url: str) -> None:
     spoil(url)
     here = {"base_url": "http://127.0.0.1:8000", "client": ("127.0.0.1", 40000)}
     app = create(Settings(database_url=url), VISITOR)
-    with TestClient(app, raise_server_exceptions=False, **here) as asking:  # type: ignore[arg-type]
-        answer = asking.get(ALERT, headers=BROWSER)
+    with TestClient(app, raise_server_exceptions=False, **here) as api:  # type: ignore[arg-type]
+        answer = api.get(ALERT, headers=BROWSER)
     assert answer.status_code == 500
     assert "Something went wrong in Menshin; its log has the details." in answer.text
     assert '<a href="/">To the buildings</a>' in answer.text

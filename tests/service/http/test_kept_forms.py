@@ -46,14 +46,14 @@ def page(sessions: sessionmaker[Session]) -> Iterator[Page]:
     url = sessions.kw["bind"].url.render_as_string(hide_password=False)
     with api_server(url, visitor=None) as address, sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=which("chromium"))
-        made, said = browser.new_page(), []
-        made.on("console", lambda message: said.append(message.text) if message.type == "error" else None)
+        made, printed = browser.new_page(), []
+        made.on("console", lambda message: printed.append(message.text) if message.type == "error" else None)
         made.goto(f"{address}/alerts/1")
         log_in(made, key)
         made.key = key  # type: ignore[attr-defined]
         yield made
         browser.close()
-        refusals = [one for one in said if "Failed to load resource" not in one]  # what a status of 401 or 409 makes
+        refusals = [one for one in printed if "Failed to load resource" not in one]  # what a status of 401 or 409 makes
     assert refusals == [], "the browser refused something"
 
 

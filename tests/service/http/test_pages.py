@@ -122,8 +122,8 @@ def stored(sessions: sessionmaker[Session]) -> Iterator[Session]:
 def home(url: str, session: Session, address: str = "/") -> str:
     """The first page, as it reads."""
     session.commit()
-    with client(url) as asking:
-        answer = asking.get(address)
+    with client(url) as api:
+        answer = api.get(address)
     assert answer.status_code == 200
     return unescape(answer.text)
 
@@ -181,7 +181,7 @@ def test_a_last_event_without_a_result_says_why_and_hides_no_result(
 
 
 @pytest.mark.parametrize(("error", "is_told"), [(0.1, True), (0.001, False)])
-def test_a_model_in_force_that_misses_the_latest_events_is_told(
+def test_a_model_in_force_that_misses_the_latest_events_is_reported(
     database_url: str, stored: Session, error: float, is_told: bool
 ) -> None:
     """It was fitted to an event that it met to 0.1 % of the force, by noise alone."""
@@ -213,9 +213,9 @@ def test_of_several_buildings_the_last_shaken_or_the_chosen_one_is_shown(databas
     building(stored, "D", "<b>New</b>")
     assert "Tower: last event" in home(database_url, stored)
     assert "Hall: last event" in home(database_url, stored, "/?building=B")
-    with client(database_url) as asking:
-        assert "<b>New" not in asking.get("/").text
-        assert asking.get("/?building=E").status_code == 404
+    with client(database_url) as api:
+        assert "<b>New" not in api.get("/").text
+        assert api.get("/?building=E").status_code == 404
 
 
 def test_what_was_not_measured_is_no_picture(database_url: str, stored: Session) -> None:
@@ -231,11 +231,11 @@ def test_every_picture_is_drawn_and_has_its_data_beside_it(database_url: str, st
     analysed(stored, event(stored, tower, 1, "analysed"), result())
     figures = re.findall(r"<figure>.*?</figure>", home(database_url, stored), re.DOTALL)
     assert len(figures) == 2
-    with client(database_url) as asking:
+    with client(database_url) as api:
         for figure in figures:
             picture, data = re.findall(r'(?:src|href)="([^"]*)"', figure)
-            assert asking.get(picture).headers["content-type"] == "image/svg+xml"
-            assert asking.get(data).headers["content-type"].startswith("text/csv")
+            assert api.get(picture).headers["content-type"] == "image/svg+xml"
+            assert api.get(data).headers["content-type"].startswith("text/csv")
 
 
 def test_of_too_many_cycles_the_latest_are_drawn(stored: Session) -> None:
@@ -253,9 +253,9 @@ def test_a_browser_loads_nothing_from_elsewhere_and_runs_no_script_but_that_of_t
     tower = building(stored, "A", "Tower")
     analysed(stored, event(stored, tower, 1, "analysed"), result())
     stored.commit()
-    with client(database_url) as asking:
+    with client(database_url) as api:
         for path in ("/", "/docs", "/login"):
-            answer = asking.get(path)
+            answer = api.get(path)
             policy = dict(part.strip().split(" ", 1) for part in answer.headers["content-security-policy"].split(";"))
             assert policy["default-src"] == policy["frame-ancestors"] == "'none'"
             assert not re.search(r'(?:src|href|action)="(?!/)', answer.text), path
@@ -264,4 +264,4 @@ def test_a_browser_loads_nothing_from_elsewhere_and_runs_no_script_but_that_of_t
             ), path
             icon = re.search(r'rel="icon" href="([^"]*)"', answer.text)
             assert icon is not None
-            assert asking.get(icon[1]).status_code == 200
+            assert api.get(icon[1]).status_code == 200

@@ -49,8 +49,8 @@ def url(tmp_path_factory: pytest.TempPathFactory) -> str:
     made = databases.sqlite(folder)
     (folder / "records").mkdir()
     monitored_building.watch(opened.sessions(made), folder / "records", monitored_building.earthquakes()[:2])
-    with client(made) as asking:
-        assert asking.post(MODELS, json={"direction": "x", "effects": LINEAR}).json()["id"] == 1
+    with client(made) as api:
+        assert api.post(MODELS, json={"direction": "x", "effects": LINEAR}).json()["id"] == 1
     return made
 
 
@@ -62,7 +62,7 @@ def sessions(url: str) -> Iterator[sessionmaker[Session]]:
 
 
 @pytest.fixture
-def asking(url: str) -> Iterator[TestClient]:
+def api(url: str) -> Iterator[TestClient]:
     with client(url) as made:
         yield made
 
@@ -78,8 +78,8 @@ def test_a_ticked_box_outlives_the_work_and_its_event_is_left_out(url: str, sess
     with api_server(url) as address, sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=which("chromium"))
         page = browser.new_page()
-        said: list[str] = []
-        page.on("console", lambda message: said.append(message.text))
+        printed: list[str] = []
+        page.on("console", lambda message: printed.append(message.text))
         page.goto(f"{address}/models/1")
         page.get_by_role("button", name="Compare with every event").click()
         page.get_by_text("Events to leave out").click()
@@ -98,45 +98,45 @@ def test_a_ticked_box_outlives_the_work_and_its_event_is_left_out(url: str, sess
         page.get_by_role("button", name="Fit", exact=True).click()
         page.locator("#work progress").wait_for()
         browser.close()
-    assert said == [], "the browser refused something"
+    assert printed == [], "the browser refused something"
     with sessions() as session:
         fit = session.scalars(select(Job).where(Job.kind == "fit")).one()
         assert fit.arguments["hold_out"] == [2]
     work(sessions)
-    with client(url) as asking:
-        made = asking.get("/api/v1/models/2").json()
+    with client(url) as api:
+        made = api.get("/api/v1/models/2").json()
         assert (made["fitted_to"], made["left_out"]) == ([1], [2])
 
 
-def test_a_refused_form_keeps_what_was_ticked(asking: TestClient) -> None:
+def test_a_refused_form_keeps_what_was_ticked(api: TestClient) -> None:
     both = {"hold_out_1": "on", "hold_out_2": "on", "effect": "friction"}
     for wish in ("fit", "diagnose", "extend"):
-        answer = asking.post(f"/models/1/{wish}", data=both)
+        answer = api.post(f"/models/1/{wish}", data=both)
         assert answer.status_code == 409
         assert 'role="alert"' in answer.text
         for number in (1, 2):
             assert f'name="hold_out_{number}" checked' in answer.text
         assert "<option selected>friction" in answer.text
-    assert 'name="hold_out_1" checked' not in asking.get("/models/1").text
+    assert 'name="hold_out_1" checked' not in api.get("/models/1").text
 
 
 @pytest.mark.parametrize("wish", ["accept", "compare"])
-def test_a_button_without_fields_keeps_what_was_ticked(asking: TestClient, wish: str) -> None:
-    done = asking.post(f"/models/1/{wish}", data={"offered": "1", "hold_out_2": "on"})
+def test_a_button_without_fields_keeps_what_was_ticked(api: TestClient, wish: str) -> None:
+    done = api.post(f"/models/1/{wish}", data={"offered": "1", "hold_out_2": "on"})
     assert (done.status_code, done.headers["location"]) == (303, "/models/1?hold_out=2")
-    page = asking.get(done.headers["location"]).text
+    page = api.get(done.headers["location"]).text
     assert 'name="hold_out_2" checked' in page
     assert 'name="hold_out_1" checked' not in page
-    assert asking.post(f"/models/1/{wish}", data={"offered": "1"}).headers["location"] == "/models/1?hold_out="
+    assert api.post(f"/models/1/{wish}", data={"offered": "1"}).headers["location"] == "/models/1?hold_out="
 
 
 def test_a_button_without_fields_that_is_refused_keeps_what_was_ticked(
-    asking: TestClient, sessions: sessionmaker[Session]
+    api: TestClient, sessions: sessionmaker[Session]
 ) -> None:
     with sessions.begin() as session:
         session.execute(delete(Job).where(Job.state == "waiting"))
         session.add_all(job("loopback") for _ in range(MOST_REQUESTED))
-    refused = asking.post("/models/1/compare", data={"offered": "1", "hold_out_2": "on"})
+    refused = api.post("/models/1/compare", data={"offered": "1", "hold_out_2": "on"})
     with sessions.begin() as session:
         session.execute(delete(Job).where(Job.state == "waiting"))
     assert refused.status_code == 429
@@ -145,14 +145,14 @@ def test_a_button_without_fields_that_is_refused_keeps_what_was_ticked(
     assert 'name="hold_out_1" checked' not in refused.text
 
 
-def test_a_job_is_cancelled_on_the_page_by_who_asked_for_it(asking: TestClient, url: str) -> None:
+def test_a_job_is_cancelled_on_the_page_by_who_requested_it(api: TestClient, url: str) -> None:
     sessions = opened.sessions(url)
     with sessions.begin() as session:
         mine, of_another, of_menshin = job("loopback"), job("somebody"), job(None)
         session.add_all([mine, of_another, of_menshin])
         session.flush()
         numbers = [mine.id, of_another.id, of_menshin.id]
-    page = asking.get("/models/1").text
+    page = api.get("/models/1").text
     assert [f'action="/jobs/{one}/cancel"' in page for one in numbers] == [True, True, False]
     with client(url, visitor=Caller("loopback", Role.engineer)) as engineer:
         page = engineer.get("/models/1").text
@@ -162,14 +162,14 @@ def test_a_job_is_cancelled_on_the_page_by_who_asked_for_it(asking: TestClient, 
     with client(url, visitor=Caller("loopback", Role.viewer)) as viewer:
         assert "/cancel" not in viewer.get("/models/1").text
         assert viewer.post(f"/jobs/{numbers[1]}/cancel").status_code == 403
-    foreign = asking.post(f"/jobs/{numbers[1]}/cancel", headers={"Origin": "https://elsewhere.example"})
+    foreign = api.post(f"/jobs/{numbers[1]}/cancel", headers={"Origin": "https://elsewhere.example"})
     assert foreign.status_code == 403
     with sessions() as session:
         assert [session.get_one(Job, one).state for one in numbers] == ["cancelled", "waiting", "waiting"]
-    again = asking.post(f"/jobs/{numbers[0]}/cancel")
+    again = api.post(f"/jobs/{numbers[0]}/cancel")
     assert again.status_code == 409
     assert f"Job {numbers[0]} has ended already: cancelled." in again.text
-    own = asking.post(f"/jobs/{numbers[2]}/cancel")
+    own = api.post(f"/jobs/{numbers[2]}/cancel")
     assert "Menshin itself needs" in own.text
     with sessions.begin() as session:
         session.execute(delete(Job).where(Job.state == "waiting"))

@@ -72,18 +72,18 @@ def proxy(url: str, key: str, tmp_path_factory: pytest.TempPathFactory) -> Itera
         command = [NGINX, "-e", "stderr", "-c", str(folder / "nginx.conf")]
         with (folder / "output").open("w") as output, subprocess.Popen(command, stderr=output) as running:
             try:
-                with httpx.Client(base_url=public, verify=trusted, timeout=30) as asking:
-                    wait_for(asking, folder / "output")
-                    yield asking
+                with httpx.Client(base_url=public, verify=trusted, timeout=30) as api:
+                    wait_for(api, folder / "output")
+                    yield api
             finally:
                 running.terminate()
 
 
-def wait_for(asking: httpx.Client, output: Path) -> None:
+def wait_for(api: httpx.Client, output: Path) -> None:
     end = monotonic() + 60
     while True:
         try:
-            assert asking.get("/healthz").status_code == 200
+            assert api.get("/healthz").status_code == 200
         except httpx.TransportError:
             assert monotonic() < end, output.read_text()
             sleep(0.1)
@@ -91,7 +91,7 @@ def wait_for(asking: httpx.Client, output: Path) -> None:
             return
 
 
-def test_nobody_is_let_in_for_coming_through_it(proxy: httpx.Client) -> None:
+def test_no_one_is_let_in_for_coming_through_it(proxy: httpx.Client) -> None:
     for headers in ({}, {"Host": "127.0.0.1"}, {"X-Forwarded-For": "127.0.0.1"}):
         assert proxy.get("/api/v1/buildings", headers=headers).status_code == 401
         assert proxy.get("/", headers=headers).status_code == 303

@@ -40,18 +40,18 @@ def test_it_ends_when_the_key_is_revoked(address: str, stored: sessionmaker[Sess
         assert any(line.startswith("data: ") for line in lines)
         with stored.begin() as session:
             keys.revoke(session, "reader", NOW)
-        begun = monotonic()
+        started = monotonic()
         list(lines)
-        assert monotonic() - begun < PATIENCE / 4
+        assert monotonic() - started < PATIENCE / 4
 
 
 def test_one_caller_has_so_many_and_no_more(address: str, stored: sessionmaker[Session]) -> None:
     with stored.begin() as session:
         key = keys.create(session, "greedy", Role.viewer, NOW)
     sleep(1.1)  # for which a process remembers the keys
-    with httpx.Client(headers={"X-API-Key": key}, timeout=30) as asking:
-        open_ones = [asking.send(asking.build_request("GET", address), stream=True) for _ in range(STREAMS + 1)]
+    with httpx.Client(headers={"X-API-Key": key}, timeout=30) as api:
+        open_ones = [api.send(api.build_request("GET", address), stream=True) for _ in range(STREAMS + 1)]
         assert [one.status_code for one in open_ones] == [200] * STREAMS + [429]
-        assert asking.get(address.removesuffix("/progress")).status_code == 200, "requests have a share of their own"
+        assert api.get(address.removesuffix("/progress")).status_code == 200, "requests have a share of their own"
         for one in open_ones:
             one.close()

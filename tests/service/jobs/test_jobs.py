@@ -62,7 +62,7 @@ def test_a_like_job_that_waits_is_enough(sessions: sessionmaker[Session], queue:
         assert job_queue.enqueue(session, event, {"sensors": ["base", "roof"]}, NOW).id != waiting
 
 
-def test_a_job_that_runs_does_not_stand_for_one_that_is_asked_now(
+def test_a_job_that_runs_does_not_stand_for_one_that_is_requested_now(
     sessions: sessionmaker[Session], queue: Callable[..., int]
 ) -> None:
     running = queue()

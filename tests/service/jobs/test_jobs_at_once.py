@@ -73,7 +73,7 @@ def test_two_at_once_queue_one_job(sessions: sessionmaker[Session], queue: Queue
     assert second.result() == first
 
 
-def test_nobody_takes_a_job_before_what_it_is_to_see_is_stored(
+def test_no_one_takes_a_job_before_what_it_is_to_see_is_stored(
     sessions: sessionmaker[Session], queue: Queue, building: int, pool: ThreadPoolExecutor
 ) -> None:
     waiting = queued(sessions, queue)

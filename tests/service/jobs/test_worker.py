@@ -89,7 +89,7 @@ def progress(sessions: sessionmaker[Session]) -> dict[str, Any] | None:
         return session.scalars(select(Job.progress)).one()
 
 
-def test_who_waits_is_told_what_a_computation_is_doing(
+def test_who_waits_learns_what_a_computation_is_doing(
     sessions: sessionmaker[Session], event_id: int, tmp_path: Path
 ) -> None:
     (notes := tmp_path / "notes").mkdir()
@@ -108,7 +108,7 @@ def test_who_waits_is_told_what_a_computation_is_doing(
     assert list(notes.iterdir()) == []
 
 
-def test_what_a_computation_tells_where_nobody_can_read_it_is_lost_and_harms_nothing(tmp_path: Path) -> None:
+def test_what_a_computation_shows_where_no_one_can_read_it_is_lost_and_harms_nothing(tmp_path: Path) -> None:
     """As on a machine of a Dask cluster that has no such folder."""
     note = Note(tmp_path / "elsewhere" / "1")
     note("looking at the layer", 0, 1)
@@ -188,7 +188,7 @@ def test_a_job_that_takes_too_long_is_stopped_and_its_process_ends(
         slow, other = busy.running
         before = computing()
         assert before
-        busy.running[slow] = replace(busy.running[slow], begun=time.monotonic() - 1001.0)
+        busy.running[slow] = replace(busy.running[slow], started=time.monotonic() - 1001.0)
         busy.stop_cancelled()
         assert [job.claim.kind for job in busy.running.values()] == [job_queue.ANALYSE]
         assert not other.done() or other.exception() is not None

@@ -23,7 +23,7 @@ LINEAR = {"elastic": {"k_b": 4.75e8}, "viscous": {"c_b": 6e6}}
 
 
 @pytest.fixture
-def asking(database_url: str, sessions: sessionmaker[Session]) -> Iterator[TestClient]:
+def api(database_url: str, sessions: sessionmaker[Session]) -> Iterator[TestClient]:
     """Asks for the paper's building, which nothing has shaken yet."""
     with sessions.begin() as session:
         building_store.add(session, paper_records.building_file(), Path("/"), NOW)
@@ -31,24 +31,24 @@ def asking(database_url: str, sessions: sessionmaker[Session]) -> Iterator[TestC
         yield made
 
 
-def made(asking: TestClient, **wanted: object) -> dict[str, Any]:
-    answer = asking.post(MODELS, json={"direction": "x", **wanted})
+def made(api: TestClient, **wanted: object) -> dict[str, Any]:
+    answer = api.post(MODELS, json={"direction": "x", **wanted})
     assert answer.status_code == 201, answer.text
-    assert asking.get(answer.headers["Location"]).json() == answer.json()
+    assert api.get(answer.headers["Location"]).json() == answer.json()
     found: dict[str, Any] = answer.json()
     return found
 
 
-def test_the_first_model_is_made_by_the_design(asking: TestClient) -> None:
-    first = made(asking)
+def test_the_first_model_is_made_by_the_design(api: TestClient) -> None:
+    first = made(api)
     assert (first["number"], first["state"], first["parent"], first["author"]) == (1, "draft", None, "loopback")
     assert first["effects"] == ["elastic", "viscous"]
     assert first["assumed"] == ["c_b", "k_b"]  # the building's file gives no design values
     assert first["errors"] == {"fitted": None, "left_out": None, "later": None}
 
 
-def test_a_model_of_given_values(asking: TestClient) -> None:
-    given = made(asking, effects=LINEAR, change="as the maker says")
+def test_a_model_of_given_values(api: TestClient) -> None:
+    given = made(api, effects=LINEAR, change="as the maker says")
     assert {one["parameter"]: one["value"] for one in given["values"]} == {"k_b": 4.75e8, "c_b": 6e6}
     assert given["values"][0] | {"unit": "N/m", "std": None} == given["values"][0]
     assert (given["change"], given["assumed"]) == ("as the maker says", [])
@@ -64,62 +64,62 @@ REFUSED: tuple[tuple[dict[str, object], int, str], ...] = (
 )
 
 
-@pytest.mark.parametrize(("wanted", "status", "said"), REFUSED)
-def test_what_is_no_model_is_refused_and_told(
-    asking: TestClient, wanted: dict[str, object], status: int, said: str
+@pytest.mark.parametrize(("wanted", "status", "printed"), REFUSED)
+def test_what_is_no_model_is_refused_and_reported(
+    api: TestClient, wanted: dict[str, object], status: int, printed: str
 ) -> None:
-    refused = asking.post(MODELS, json={"direction": "x", **wanted})
+    refused = api.post(MODELS, json={"direction": "x", **wanted})
     assert refused.status_code == status
-    assert said in refused.json()["detail"]
-    assert asking.get(MODELS).json()["items"] == []
+    assert printed in refused.json()["detail"]
+    assert api.get(MODELS).json()["items"] == []
 
 
-def test_versions_are_listed_latest_first_page_by_page(asking: TestClient) -> None:
-    identities = [made(asking)["id"] for _ in range(3)]
-    first = asking.get(MODELS, params={"limit": 2}).json()
+def test_versions_are_listed_latest_first_page_by_page(api: TestClient) -> None:
+    identities = [made(api)["id"] for _ in range(3)]
+    first = api.get(MODELS, params={"limit": 2}).json()
     assert [one["id"] for one in first["items"]] == identities[:0:-1]
-    second = asking.get(MODELS, params={"limit": 2, "cursor": first["next"]}).json()
+    second = api.get(MODELS, params={"limit": 2, "cursor": first["next"]}).json()
     assert ([one["number"] for one in second["items"]], second["next"]) == ([1], None)
-    assert asking.get(MODELS, params={"direction": "xy"}).json()["items"] == []
+    assert api.get(MODELS, params={"direction": "xy"}).json()["items"] == []
 
 
-def test_one_model_at_a_time_is_in_force(asking: TestClient) -> None:
-    first, second = made(asking), made(asking, effects=LINEAR)
+def test_one_model_at_a_time_is_in_force(api: TestClient) -> None:
+    first, second = made(api), made(api, effects=LINEAR)
     for wanted in (first, second, second):
-        accepted = asking.post(f"/api/v1/models/{wanted['id']}/accept").json()
+        accepted = api.post(f"/api/v1/models/{wanted['id']}/accept").json()
         assert (accepted["id"], accepted["state"], accepted["accepted_by"]) == (wanted["id"], "current", "loopback")
-        in_force = asking.get(MODELS, params={"state": "current"}).json()["items"]
+        in_force = api.get(MODELS, params={"state": "current"}).json()["items"]
         assert [one["id"] for one in in_force] == [wanted["id"]]
-    assert asking.get(f"/api/v1/models/{first['id']}").json()["state"] == "retired"
+    assert api.get(f"/api/v1/models/{first['id']}").json()["state"] == "retired"
 
 
-def test_a_viewer_reads_and_changes_nothing(asking: TestClient, sessions: sessionmaker[Session]) -> None:
+def test_a_viewer_reads_and_changes_nothing(api: TestClient, sessions: sessionmaker[Session]) -> None:
     with sessions.begin() as session:
         roles = {role: keys.create(session, role.name, role, NOW) for role in (Role.engineer, Role.viewer)}
-    asking.headers["X-API-Key"] = roles[Role.engineer]
-    first = made(asking)
+    api.headers["X-API-Key"] = roles[Role.engineer]
+    first = made(api)
     assert first["author"] == "engineer"
-    asking.headers["X-API-Key"] = roles[Role.viewer]
-    assert asking.get(f"/api/v1/models/{first['id']}").status_code == 200
+    api.headers["X-API-Key"] = roles[Role.viewer]
+    assert api.get(f"/api/v1/models/{first['id']}").status_code == 200
     for path in (MODELS, f"/api/v1/models/{first['id']}/accept"):
-        refused = asking.post(path, json={"direction": "x"})
+        refused = api.post(path, json={"direction": "x"})
         assert refused.status_code == 403
         assert "role engineer" in refused.json()["detail"]
 
 
-def test_an_effect_that_is_gone_still_displays(asking: TestClient, sessions: sessionmaker[Session]) -> None:
-    identity = made(asking)["id"]
+def test_an_effect_that_is_gone_still_displays(api: TestClient, sessions: sessionmaker[Session]) -> None:
+    identity = made(api)["id"]
     assert "gone" not in EFFECTS
     with sessions.begin() as session:
         session.get_one(ModelVersion, identity).effects = {"gone": {"b": 2.0, "a": 1.0}}
-    found = asking.get(f"/api/v1/models/{identity}").json()["values"]
+    found = api.get(f"/api/v1/models/{identity}").json()["values"]
     assert [(one["parameter"], one["value"], one["unit"]) for one in found] == [("a", 1.0, None), ("b", 2.0, None)]
 
 
-def test_lineage_begins_with_the_first_model(asking: TestClient, sessions: sessionmaker[Session]) -> None:
-    line = [made(asking)["id"] for _ in range(3)]
+def test_lineage_begins_with_the_first_model(api: TestClient, sessions: sessionmaker[Session]) -> None:
+    line = [made(api)["id"] for _ in range(3)]
     with sessions.begin() as session:
         for parent, child in pairwise(line):
             session.get_one(ModelVersion, child).parent_id = parent
-    assert [one["id"] for one in asking.get(f"/api/v1/models/{line[1]}/lineage").json()["items"]] == line[:2]
-    assert asking.get("/api/v1/models/99/lineage").status_code == 404
+    assert [one["id"] for one in api.get(f"/api/v1/models/{line[1]}/lineage").json()["items"]] == line[:2]
+    assert api.get("/api/v1/models/99/lineage").status_code == 404

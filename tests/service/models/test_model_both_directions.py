@@ -29,7 +29,7 @@ def building_file() -> str:
 
 
 @pytest.fixture
-def asking(database_url: str, sessions: sessionmaker[Session]) -> Iterator[TestClient]:
+def api(database_url: str, sessions: sessionmaker[Session]) -> Iterator[TestClient]:
     """An engineer's client; the building has had one earthquake."""
     _, samples = biaxial_records()
     with sessions.begin() as session:
@@ -49,16 +49,16 @@ def asking(database_url: str, sessions: sessionmaker[Session]) -> Iterator[TestC
         yield made
 
 
-def test_a_fit_is_to_both_and_each_has_its_errors(asking: TestClient, sessions: sessionmaker[Session]) -> None:
+def test_a_fit_is_to_both_and_each_has_its_errors(api: TestClient, sessions: sessionmaker[Session]) -> None:
     """5 %: 1 % of noise, and what the estimate of the force adds."""
-    first = asking.post(MODELS, json={"direction": "xy", "effects": OFF}).json()["id"]
-    made = finished_job(asking, sessions, f"/api/v1/models/{first}/fits", {})["result"]["made"]
-    assert asking.get(f"/api/v1/models/{made}").json()["direction"] == "xy"
-    before, after = (asking.get(f"/api/v1/models/{model}/comparisons").json()["items"] for model in (first, made))
+    first = api.post(MODELS, json={"direction": "xy", "effects": OFF}).json()["id"]
+    made = finished_job(api, sessions, f"/api/v1/models/{first}/fits", {})["result"]["made"]
+    assert api.get(f"/api/v1/models/{made}").json()["direction"] == "xy"
+    before, after = (api.get(f"/api/v1/models/{model}/comparisons").json()["items"] for model in (first, made))
     assert [one["direction"] for one in before] == [one["direction"] for one in after] == ["x", "y"]
     for was, now in zip(before, after, strict=True):
         assert now["nrmse"] < 0.05 < was["nrmse"]
         assert now["displacement_nrmse"] < 0.05
-    assert {one["direction"] for one in asking.get(f"/api/v1/models/{made}/trend").json()["items"]} == {"x", "y"}
-    assert "direction y" in asking.get("/charts/model-loop.svg", params={"comparison": after[1]["id"]}).text
-    assert ">direction<" in asking.get("/charts/model-trend.svg", params={"model": made}).text
+    assert {one["direction"] for one in api.get(f"/api/v1/models/{made}/trend").json()["items"]} == {"x", "y"}
+    assert "direction y" in api.get("/charts/model-loop.svg", params={"comparison": after[1]["id"]}).text
+    assert ">direction<" in api.get("/charts/model-trend.svg", params={"model": made}).text

@@ -23,7 +23,7 @@ LINEAR = {"elastic": {"k_b": 4.75e8}, "viscous": {"c_b": 6e6}}
 
 
 @pytest.fixture
-def asking(database_url: str, sessions: sessionmaker[Session], tmp_path: Path) -> Iterator[TestClient]:
+def api(database_url: str, sessions: sessionmaker[Session], tmp_path: Path) -> Iterator[TestClient]:
     """An engineer's client; the paper's building has had two earthquakes."""
     (tmp_path / "records").mkdir()
     monitored_building.watch(sessions, tmp_path / "records", monitored_building.earthquakes()[1:3])
@@ -31,22 +31,22 @@ def asking(database_url: str, sessions: sessionmaker[Session], tmp_path: Path) -
         yield api
 
 
-def test_a_linear_model_lacks_hysteresis(asking: TestClient, sessions: sessionmaker[Session]) -> None:
+def test_a_linear_model_lacks_hysteresis(api: TestClient, sessions: sessionmaker[Session]) -> None:
     """And the page of that, which is as costly to come by as the diagnosis is."""
     with sessions.begin() as session:
         of = {
             role: keys.create(session, role.name, role, monitored_building.NOW) for role in (Role.engineer, Role.viewer)
         }
-    asking.headers["X-API-Key"] = of[Role.engineer]
-    model = create_model(asking, LINEAR)
-    asked = asking.post(f"/api/v1/models/{model}/diagnoses", json={"events": [2], "hold_out": [1]})
+    api.headers["X-API-Key"] = of[Role.engineer]
+    model = create_model(api, LINEAR)
+    requested = api.post(f"/api/v1/models/{model}/diagnoses", json={"events": [2], "hold_out": [1]})
     with ThreadPoolExecutor(1) as beside:
         beside.submit(work_with_progress, sessions)
-        told = job_events(asking, asked.headers["Location"])
-    job = told[-1]
+        reported = job_events(api, requested.headers["Location"])
+    job = reported[-1]
     assert (job["kind"], job["state"], job["progress"]["stages"]) == ("diagnose", "done", 3)
-    assert any("step 1: " in one["progress"]["doing"] for one in told if one["progress"])
-    found: dict[str, Any] = asking.get(f"/api/v1/diagnoses/{job['result']['diagnosis']}").json()
+    assert any("step 1: " in one["progress"]["doing"] for one in reported if one["progress"])
+    found: dict[str, Any] = api.get(f"/api/v1/diagnoses/{job['result']['diagnosis']}").json()
     assert (found["model"], found["job"], found["author"]) == (model, job["id"], "engineer")
     assert (found["fitted"], found["left_out"], found["analyses"]) == ([2], [1], [1, 2])
     assert {one["effect"] for one in found["candidates"]} == set(EFFECTS) - set(LINEAR)
@@ -57,54 +57,54 @@ def test_a_linear_model_lacks_hysteresis(asking: TestClient, sessions: sessionma
     assert hysteretic["parameters"]["F_y"]["unit"] == "N"
     assert found["versions"][-1]["error_held_out"]["rms"] < found["versions"][1]["error_held_out"]["rms"]
     assert found["explanation"]
-    (row,) = asking.get(f"/api/v1/models/{model}/diagnoses").json()["items"]
+    (row,) = api.get(f"/api/v1/models/{model}/diagnoses").json()["items"]
     assert row == {name: found[name] for name in row}
-    assert asking.get(f"/api/v1/models/{model}").json()["effects"] == list(LINEAR)  # nothing is changed
-    assert asking.get("/api/v1/models/99/diagnoses").status_code == 404
-    assert asking.get("/api/v1/diagnoses/99").status_code == 404
-    of_diagnosis(asking, found)
-    of_model(asking, found)
-    del asking.headers["X-API-Key"]
-    asking.post("/login", data={"key": of[Role.viewer]})
-    seen_by_a_viewer(asking, found)
+    assert api.get(f"/api/v1/models/{model}").json()["effects"] == list(LINEAR)  # nothing is changed
+    assert api.get("/api/v1/models/99/diagnoses").status_code == 404
+    assert api.get("/api/v1/diagnoses/99").status_code == 404
+    of_diagnosis(api, found)
+    of_model(api, found)
+    del api.headers["X-API-Key"]
+    api.post("/login", data={"key": of[Role.viewer]})
+    seen_by_a_viewer(api, found)
 
 
-def of_diagnosis(asking: TestClient, found: dict[str, Any]) -> None:
+def of_diagnosis(api: TestClient, found: dict[str, Any]) -> None:
     """Text, candidates and pictures; `Add` asks for the events that the diagnosis is of."""
-    page = asking.get(f"/diagnoses/{found['id']}").text
+    page = api.get(f"/diagnoses/{found['id']}").text
     assert not re.search(r"<script(?! src=./static/forms.js. defer></script>)", page)
     assert page.count(">Add</button>") == len(found["candidates"])
     pictures = re.findall(r'src="(/charts/model-diagnosis.svg[^"]+)"', page)
     assert len(pictures) >= 6  # what diagnosis pictures there are depends on what moved
     for picture in pictures:
-        drawn = asking.get(picture)
+        drawn = api.get(picture)
         assert (drawn.headers["content-type"], "<svg" in drawn.text) == ("image/svg+xml", True)
     fields = dict(re.findall(r'type="hidden" name="([^"]+)" value="([^"]+)"', page))
-    sent = asking.post(f"/models/{found['model']}/extend", data={**fields, "effect": "bouc_wen"})
+    sent = api.post(f"/models/{found['model']}/extend", data={**fields, "effect": "bouc_wen"})
     assert (sent.status_code, sent.headers["location"]) == (303, f"/models/{found['model']}")
-    (job,) = asking.get("/api/v1/jobs", params={"state": "waiting"}).json()["items"]
+    (job,) = api.get("/api/v1/jobs", params={"state": "waiting"}).json()["items"]
     assert job["arguments"] == {"events": found["fitted"], "hold_out": found["left_out"], "effect": "bouc_wen"}
-    assert asking.get("/diagnoses/99").status_code == 404
+    assert api.get("/diagnoses/99").status_code == 404
 
 
-def of_model(asking: TestClient, found: dict[str, Any]) -> None:
+def of_model(api: TestClient, found: dict[str, Any]) -> None:
     """Its diagnoses, and buttons that ask for more with what is ticked left out."""
-    page = asking.get(f"/models/{found['model']}").text
+    page = api.get(f"/models/{found['model']}").text
     assert f'href="/diagnoses/{found["id"]}"' in page
     assert "leave out 2024-" in page
     for action in ("fit", "diagnose"):
-        assert asking.post(f"/models/{found['model']}/{action}", data={"hold_out_2": "on"}).status_code == 303
-        job = asking.get("/api/v1/jobs", params={"state": "waiting"}).json()["items"][0]
+        assert api.post(f"/models/{found['model']}/{action}", data={"hold_out_2": "on"}).status_code == 303
+        job = api.get("/api/v1/jobs", params={"state": "waiting"}).json()["items"][0]
         assert (job["kind"], job["arguments"]) == (action, {"events": None, "hold_out": [2]})
-    refused = asking.post(f"/models/{found['model']}/fit", data={"hold_out_x": "on"})
+    refused = api.post(f"/models/{found['model']}/fit", data={"hold_out_x": "on"})
     assert "no event &#39;x&#39;" in refused.text
 
 
-def seen_by_a_viewer(asking: TestClient, found: dict[str, Any]) -> None:
+def seen_by_a_viewer(api: TestClient, found: dict[str, Any]) -> None:
     """All of it, but nothing to press."""
-    assert "<button name=" not in asking.get(f"/diagnoses/{found['id']}").text
-    page = asking.get(f"/models/{found['model']}").text
+    assert "<button name=" not in api.get(f"/diagnoses/{found['id']}").text
+    page = api.get(f"/models/{found['model']}").text
     assert "What it lacks" in page
     assert "Improve it" not in page
     for action in ("fit", "diagnose", "extend"):
-        assert asking.post(f"/models/{found['model']}/{action}", data={"effect": "friction"}).status_code == 403
+        assert api.post(f"/models/{found['model']}/{action}", data={"effect": "friction"}).status_code == 403

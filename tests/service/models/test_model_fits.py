@@ -21,7 +21,7 @@ OFF = {**TRUTH, "elastic": {"k_b": 1.2 * TRUTH["elastic"]["k_b"]}}
 
 
 @pytest.fixture
-def asking(database_url: str, sessions: sessionmaker[Session], tmp_path: Path) -> Iterator[TestClient]:
+def api(database_url: str, sessions: sessionmaker[Session], tmp_path: Path) -> Iterator[TestClient]:
     """An engineer's client; the paper's building has had two earthquakes."""
     (tmp_path / "records").mkdir()
     monitored_building.watch(sessions, tmp_path / "records", monitored_building.earthquakes()[1:3])
@@ -29,23 +29,23 @@ def asking(database_url: str, sessions: sessionmaker[Session], tmp_path: Path) -
         yield api
 
 
-def test_a_fit_makes_the_next_version(asking: TestClient, sessions: sessionmaker[Session]) -> None:
-    first = create_model(asking, OFF)
-    job = finished_job(asking, sessions, f"/api/v1/models/{first}/fits", {"events": [1], "hold_out": [2]})
+def test_a_fit_makes_the_next_version(api: TestClient, sessions: sessionmaker[Session]) -> None:
+    first = create_model(api, OFF)
+    job = finished_job(api, sessions, f"/api/v1/models/{first}/fits", {"events": [1], "hold_out": [2]})
     assert (job["kind"], job["progress"]["stages"], job["asked_by"]) == ("fit", 5, "loopback")
-    fitted = asking.get(f"/api/v1/models/{job['result']['made']}").json()
+    fitted = api.get(f"/api/v1/models/{job['result']['made']}").json()
     assert (fitted["number"], fitted["state"], fitted["parent"], fitted["author"]) == (2, "draft", first, "loopback")
     assert (fitted["change"], fitted["fitted_to"], fitted["left_out"]) == ("fitted to 1 event, 1 left out", [1], [2])
     assert fitted["outcome"].startswith("Fitted")
-    assert fitted["reference"] == asking.get("/api/v1/events/1").json()["start"]
+    assert fitted["reference"] == api.get("/api/v1/events/1").json()["start"]
     k_b = next(one for one in fitted["values"] if one["parameter"] == "k_b")
     assert k_b["value"] == pytest.approx(TRUTH["elastic"]["k_b"], rel=0.03)  # 3 %: the estimate's own error, see floors
     assert 0 < k_b["std"] < 0.05 * k_b["value"]
-    assert {one["role"] for one in asking.get(f"/api/v1/models/{fitted['id']}/comparisons").json()["items"]} == {
+    assert {one["role"] for one in api.get(f"/api/v1/models/{fitted['id']}/comparisons").json()["items"]} == {
         "fitted",
         "left_out",
     }
-    before, after = asking.get(f"/api/v1/models/{fitted['id']}/lineage").json()["items"]
+    before, after = api.get(f"/api/v1/models/{fitted['id']}/lineage").json()["items"]
     assert after["errors"]["fitted"]["events"] == after["errors"]["left_out"]["events"] == 1
     assert after["errors"]["later"] is None
     assert before["errors"]["later"]["events"] == 2  # what it was is held against the same events
@@ -54,21 +54,21 @@ def test_a_fit_makes_the_next_version(asking: TestClient, sessions: sessionmaker
 
 
 def test_an_effect_is_added_and_the_error_falls_where_nothing_was_fitted(
-    asking: TestClient, sessions: sessionmaker[Session]
+    api: TestClient, sessions: sessionmaker[Session]
 ) -> None:
-    without = create_model(asking, {name: values for name, values in TRUTH.items() if name != "bouc_wen"})
-    job = finished_job(asking, sessions, f"/api/v1/models/{without}/effects", {"effect": "bouc_wen", "hold_out": [1]})
-    extended = asking.get(f"/api/v1/models/{job['result']['made']}").json()
+    without = create_model(api, {name: values for name, values in TRUTH.items() if name != "bouc_wen"})
+    job = finished_job(api, sessions, f"/api/v1/models/{without}/effects", {"effect": "bouc_wen", "hold_out": [1]})
+    extended = api.get(f"/api/v1/models/{job['result']['made']}").json()
     assert extended["effects"] == [*TRUTH]
     assert extended["change"] == "with bouc_wen, fitted to 1 event, 1 left out"
     assert (job["kind"], extended["fitted_to"], extended["left_out"]) == ("extend", [2], [1])
-    before, after = asking.get(f"/api/v1/models/{extended['id']}/lineage").json()["items"]
+    before, after = api.get(f"/api/v1/models/{extended['id']}/lineage").json()["items"]
     assert after["errors"]["left_out"]["nrmse"] < 0.5 * before["errors"]["later"]["nrmse"]
     given, refitted, with_it = job["result"]["fit"]["versions"]
     assert with_it["error_held_out"]["rms"] < 0.5 * refitted["error_held_out"]["rms"]
     assert with_it["error"]["rms"] < refitted["error"]["rms"] < given["error"]["rms"]
     assert job["result"]["fit"]["explanation"].startswith("Bouc-Wen hysteresis (bouc_wen): ")
-    accepted = asking.post(f"/api/v1/models/{extended['id']}/accept").json()
+    accepted = api.post(f"/api/v1/models/{extended['id']}/accept").json()
     assert (accepted["state"], accepted["errors"]) == ("current", extended["errors"])
 
 
@@ -82,22 +82,22 @@ REFUSED = (
 )
 
 
-def test_what_cannot_be_fitted_is_refused(asking: TestClient, sessions: sessionmaker[Session]) -> None:
+def test_what_cannot_be_fitted_is_refused(api: TestClient, sessions: sessionmaker[Session]) -> None:
     with sessions.begin() as session:
         of = {
             role: keys.create(session, role.name, role, monitored_building.NOW) for role in (Role.engineer, Role.viewer)
         }
-    asking.headers["X-API-Key"] = of[Role.engineer]
-    fits = f"/api/v1/models/{create_model(asking, OFF)}/fits"
-    for wanted, status, said in REFUSED:
-        refused = asking.post(fits, json=wanted)
+    api.headers["X-API-Key"] = of[Role.engineer]
+    fits = f"/api/v1/models/{create_model(api, OFF)}/fits"
+    for wanted, status, printed in REFUSED:
+        refused = api.post(fits, json=wanted)
         assert refused.status_code == status, wanted
-        assert said in refused.text
-    for effect, said in (("magic", "There is no effect 'magic'"), ("elastic", "has elastic already")):
-        refused = asking.post("/api/v1/models/1/effects", json={"effect": effect})
-        assert (refused.status_code, said in refused.json()["detail"]) == (409, True)
-    assert asking.post("/api/v1/models/99/fits", json={}).status_code == 404
-    asking.headers["X-API-Key"] = of[Role.viewer]
+        assert printed in refused.text
+    for effect, printed in (("magic", "There is no effect 'magic'"), ("elastic", "has elastic already")):
+        refused = api.post("/api/v1/models/1/effects", json={"effect": effect})
+        assert (refused.status_code, printed in refused.json()["detail"]) == (409, True)
+    assert api.post("/api/v1/models/99/fits", json={}).status_code == 404
+    api.headers["X-API-Key"] = of[Role.viewer]
     for address, wanted in ((fits, {}), ("/api/v1/models/1/effects", {"effect": "friction"})):
-        assert asking.post(address, json=wanted).status_code == 403
-    assert asking.get("/api/v1/jobs", params={"model": 1}).json()["items"] == []
+        assert api.post(address, json=wanted).status_code == 403
+    assert api.get("/api/v1/jobs", params={"model": 1}).json()["items"] == []

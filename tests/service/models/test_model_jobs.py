@@ -22,7 +22,7 @@ LINEAR = {"elastic": {"k_b": 4.75e8}, "viscous": {"c_b": 6e6}}
 
 
 @pytest.fixture
-def asking(database_url: str, sessions: sessionmaker[Session], tmp_path: Path) -> Iterator[TestClient]:
+def api(database_url: str, sessions: sessionmaker[Session], tmp_path: Path) -> Iterator[TestClient]:
     """An engineer's client; the paper's building has had two earthquakes."""
     (tmp_path / "records").mkdir()
     monitored_building.watch(sessions, tmp_path / "records", monitored_building.earthquakes()[:2])
@@ -30,47 +30,47 @@ def asking(database_url: str, sessions: sessionmaker[Session], tmp_path: Path) -
         yield api
 
 
-def compared(asking: TestClient, sessions: sessionmaker[Session], model: int) -> list[dict[str, Any]]:
-    finished_job(asking, sessions, f"/api/v1/models/{model}/comparisons", {})
-    rows: list[dict[str, Any]] = asking.get(f"/api/v1/models/{model}/comparisons").json()["items"]
+def compared(api: TestClient, sessions: sessionmaker[Session], model: int) -> list[dict[str, Any]]:
+    finished_job(api, sessions, f"/api/v1/models/{model}/comparisons", {})
+    rows: list[dict[str, Any]] = api.get(f"/api/v1/models/{model}/comparisons").json()["items"]
     return rows
 
 
-def test_the_right_model_leaves_noise_and_a_wrong_one_more(asking: TestClient, sessions: sessionmaker[Session]) -> None:
-    right, wrong = (compared(asking, sessions, create_model(asking, effects)) for effects in (TRUTH, LINEAR))
+def test_the_right_model_leaves_noise_and_a_wrong_one_more(api: TestClient, sessions: sessionmaker[Session]) -> None:
+    right, wrong = (compared(api, sessions, create_model(api, effects)) for effects in (TRUTH, LINEAR))
     assert [row["event"] for row in right] == [row["event"] for row in wrong] == [1, 2]
     for good, bad in zip(right, wrong, strict=True):
         assert good["floors"] < 2 < bad["floors"]
         assert good["nrmse"] < 0.05 < bad["nrmse"]
         assert good["displacement_nrmse"] < 0.05 < bad["displacement_nrmse"]
         assert (good["direction"], good["role"]) == ("x", "later")
-    one = asking.get(f"/api/v1/comparisons/{right[0]['id']}").json()
+    one = api.get(f"/api/v1/comparisons/{right[0]['id']}").json()
     assert set(one["acceleration_nrmse"]) == {"1F", "4F", "RF"}
-    series = asking.get(f"/api/v1/comparisons/{right[0]['id']}/force", params={"points": 100}).json()
+    series = api.get(f"/api/v1/comparisons/{right[0]['id']}/force", params={"points": 100}).json()
     assert len(series["time"]) == len(series["modelled"]) == len(series["measured"]) <= 100
-    lines = asking.get(f"/api/v1/comparisons/{right[0]['id']}/force", params={"format": "csv"}).text.splitlines()
+    lines = api.get(f"/api/v1/comparisons/{right[0]['id']}/force", params={"format": "csv"}).text.splitlines()
     assert (lines[0], len(lines)) == ("time,displacement,measured,modelled", series["count"] + 1)
-    page = asking.get("/models/1").text
+    page = api.get("/models/1").text
     for picture in re.findall(r'src="(/charts/[^"]+)"', page):
-        assert "<svg" in asking.get(picture).text
+        assert "<svg" in api.get(picture).text
     assert page.count("/charts/") == 2
 
 
-def test_who_waits_is_told_how_far_it_is(asking: TestClient, sessions: sessionmaker[Session]) -> None:
-    asked = asking.post(f"/api/v1/models/{create_model(asking, LINEAR)}/comparisons", json={}).headers["Location"]
-    assert [one["state"] for one in job_events(asking, asked)] == ["waiting"]
+def test_who_waits_learns_how_far_it_is(api: TestClient, sessions: sessionmaker[Session]) -> None:
+    requested = api.post(f"/api/v1/models/{create_model(api, LINEAR)}/comparisons", json={}).headers["Location"]
+    assert [one["state"] for one in job_events(api, requested)] == ["waiting"]
     work(sessions)
-    (last,) = job_events(asking, asked)
+    (last,) = job_events(api, requested)
     assert (last["state"], last["progress"]["stages"], last["asked_by"]) == ("done", 3, "loopback")
-    assert asking.get("/api/v1/jobs/999/progress").status_code == 404
+    assert api.get("/api/v1/jobs/999/progress").status_code == 404
 
 
 def test_the_model_in_force_is_held_against_every_new_event(
-    asking: TestClient, sessions: sessionmaker[Session], tmp_path: Path
+    api: TestClient, sessions: sessionmaker[Session], tmp_path: Path
 ) -> None:
-    model = create_model(asking, LINEAR)
-    assert asking.get(f"/api/v1/models/{model}/trend").json()["items"] == []
-    asking.post(f"/api/v1/models/{model}/accept")
+    model = create_model(api, LINEAR)
+    assert api.get(f"/api/v1/models/{model}/trend").json()["items"] == []
+    api.post(f"/api/v1/models/{model}/accept")
     monitored_building.write(tmp_path / "records" / "new.mseed", monitored_building.earthquakes()[2])
     poller = SourcePoller(
         sessions, monitored_building.SETTINGS, lambda: monitored_building.NOW, lambda _: None, lambda: False
@@ -78,22 +78,22 @@ def test_the_model_in_force_is_held_against_every_new_event(
     poller.poll("PAPER")
     poller.queue_ready()
     work(sessions)
-    trend = asking.get(f"/api/v1/models/{model}/trend").json()
+    trend = api.get(f"/api/v1/models/{model}/trend").json()
     assert [(one["event"], one["fitted"], one["missed"]) for one in trend["items"]] == [(3, False, False)]
     assert trend["finding"] is None  # nothing was fitted, so there is nothing it was used to
 
 
-def test_what_cannot_be_compared_is_refused(asking: TestClient) -> None:
-    model = create_model(asking, LINEAR)
-    refused = asking.post(f"/api/v1/models/{model}/comparisons", json={"events": [1, 77]})
+def test_what_cannot_be_compared_is_refused(api: TestClient) -> None:
+    model = create_model(api, LINEAR)
+    refused = api.post(f"/api/v1/models/{model}/comparisons", json={"events": [1, 77]})
     assert refused.status_code == 409
     assert "events 77" in refused.json()["detail"]
-    assert asking.post(f"/api/v1/models/{model}/comparisons", json={"events": []}).status_code == 422
-    assert asking.post(f"/api/v1/models/{model}/comparisons", json={"events": [1.5]}).status_code == 422
+    assert api.post(f"/api/v1/models/{model}/comparisons", json={"events": []}).status_code == 422
+    assert api.post(f"/api/v1/models/{model}/comparisons", json={"events": [1.5]}).status_code == 422
 
 
-def test_a_whole_number_may_be_written_with_a_point(asking: TestClient) -> None:
+def test_a_whole_number_may_be_written_with_a_point(api: TestClient) -> None:
     """JSON has one kind of number, and 2.0 is an integer in its schemas."""
-    model = create_model(asking, LINEAR)
-    queued = asking.post(f"/api/v1/models/{model}/comparisons", json={"events": [1, 2.0]})
+    model = create_model(api, LINEAR)
+    queued = api.post(f"/api/v1/models/{model}/comparisons", json={"events": [1, 2.0]})
     assert (queued.status_code, queued.json()["arguments"]) == (202, {"events": [1, 2]})

@@ -21,76 +21,76 @@ MODELS = "/buildings/PAPER/models"
 
 
 @pytest.fixture
-def asking(database_url: str, sessions: sessionmaker[Session]) -> Iterator[TestClient]:
+def api(database_url: str, sessions: sessionmaker[Session]) -> Iterator[TestClient]:
     with sessions.begin() as session:
         building_store.add(session, paper_records.building_file(), Path("/"), NOW)
     with client(database_url) as made:
         yield made
 
 
-def shown(asking: TestClient, path: str) -> str:
-    answer = asking.get(path)
+def shown(api: TestClient, path: str) -> str:
+    answer = api.get(path)
     assert answer.status_code == 200, answer.text
     assert not re.search(r"<script(?! src=./static/(progress|forms).js. defer></script>)", answer.text)
     return unescape(re.sub(r"\s+", " ", re.sub("<[^>]+>", " ", answer.text)))
 
 
-def test_a_form_makes_the_first_model_and_shows_it(asking: TestClient) -> None:
-    assert "None yet." in shown(asking, MODELS)
-    sent = asking.post(MODELS, data={"direction": "x"})
+def test_a_form_makes_the_first_model_and_shows_it(api: TestClient) -> None:
+    assert "None yet." in shown(api, MODELS)
+    sent = api.post(MODELS, data={"direction": "x"})
     assert (sent.status_code, sent.headers["location"]) == (303, "/models/1")
-    page = shown(asking, "/models/1")
+    page = shown(api, "/models/1")
     assert "model x 1, draft" in page
     assert "by the design values" in page
     assert "kN/mm stiffness of the rubber after yield (assumed: it only starts a fit)" in page
     assert "held against no event yet" in page
-    assert "x 1 draft" in shown(asking, MODELS)
-    assert asking.post(MODELS, data={"direction": "up"}).status_code == 409
+    assert "x 1 draft" in shown(api, MODELS)
+    assert api.post(MODELS, data={"direction": "up"}).status_code == 409
 
 
-def test_values_are_shown_in_the_units_of_engineers(asking: TestClient) -> None:
+def test_values_are_shown_in_the_units_of_engineers(api: TestClient) -> None:
     values = {"elastic": {"k_b": 4.75e8}, "viscous": {"c_b": 6e6}}
-    asking.post("/api/v1/buildings/PAPER/models", json={"direction": "x", "effects": values})
-    page = shown(asking, "/models/1")
+    api.post("/api/v1/buildings/PAPER/models", json={"direction": "x", "effects": values})
+    page = shown(api, "/models/1")
     assert "k_b 475 kN/mm" in page
     assert "c_b 6 kN s/mm" in page
 
 
-def test_a_form_puts_a_model_in_force(asking: TestClient) -> None:
-    asking.post(MODELS, data={"direction": "x"})
-    assert asking.post("/models/1/accept").headers["location"] == "/models/1"
-    page = shown(asking, "/models/1")
+def test_a_form_puts_a_model_in_force(api: TestClient) -> None:
+    api.post(MODELS, data={"direction": "x"})
+    assert api.post("/models/1/accept").headers["location"] == "/models/1"
+    page = shown(api, "/models/1")
     assert "put in force by loopback" in page
     assert "Put in force" not in page
 
 
-def test_what_cannot_be_is_refused(asking: TestClient) -> None:
-    asking.post(MODELS, data={"direction": "x"})
-    refused = asking.post("/models/1/compare")
+def test_what_cannot_be_is_refused(api: TestClient) -> None:
+    api.post(MODELS, data={"direction": "x"})
+    refused = api.post("/models/1/compare")
     assert refused.status_code == 409
     assert re.search(r'role="alert">\s*<p><b>Not accepted.</b> No event can be compared', refused.text)
-    assert asking.get("/models/1", params={"comparison": 5}).status_code == 404
-    assert asking.get("/models/2").status_code == 404
+    assert api.get("/models/1", params={"comparison": 5}).status_code == 404
+    assert api.get("/models/2").status_code == 404
 
 
 def test_a_viewer_sees_no_form_and_another_sites_form_does_nothing(
-    asking: TestClient, sessions: sessionmaker[Session]
+    api: TestClient, sessions: sessionmaker[Session]
 ) -> None:
     with sessions.begin() as session:
         key = keys.create(session, "viewer", Role.viewer, NOW)
-    assert asking.get(MODELS).headers["location"] == "/login?next=%2Fbuildings%2FPAPER%2Fmodels"
-    assert asking.post("/login", data={"key": key, "next": MODELS}).headers["location"] == MODELS
-    assert "Begin anew" not in shown(asking, MODELS)
-    assert asking.post(MODELS, data={"direction": "x"}).status_code == 403
-    foreign = asking.post(MODELS, data={"direction": "x"}, headers={"Origin": "https://elsewhere.example"})
+    assert api.get(MODELS).headers["location"] == "/login?next=%2Fbuildings%2FPAPER%2Fmodels"
+    assert api.post("/login", data={"key": key, "next": MODELS}).headers["location"] == MODELS
+    assert "Begin anew" not in shown(api, MODELS)
+    assert api.post(MODELS, data={"direction": "x"}).status_code == 403
+    foreign = api.post(MODELS, data={"direction": "x"}, headers={"Origin": "https://elsewhere.example"})
     assert "another site" in foreign.json()["detail"]
 
 
-def test_every_effect_has_a_page(asking: TestClient) -> None:
-    overview = asking.get("/effects").text
+def test_every_effect_has_a_page(api: TestClient) -> None:
+    overview = api.get("/effects").text
     for name, effect in EFFECTS.items():
         assert f'href="/effects/{name}"' in overview
-        page = shown(asking, f"/effects/{name}")
-        for said in (effect.title, effect.suspect_when, *(one.meaning for one in effect.parameters)):
-            assert said in page, (name, said)
-    assert asking.get("/effects/magic").status_code == 404
+        page = shown(api, f"/effects/{name}")
+        for printed in (effect.title, effect.suspect_when, *(one.meaning for one in effect.parameters)):
+            assert printed in page, (name, printed)
+    assert api.get("/effects/magic").status_code == 404

@@ -38,7 +38,7 @@ def building(sessions: sessionmaker[Session], tmp_path: Path) -> sessionmaker[Se
     return sessions
 
 
-def asked(sessions: sessionmaker[Session], events: Sequence[int] | None) -> tuple[WorkInputs, Earthquakes]:
+def requested(sessions: sessionmaker[Session], events: Sequence[int] | None) -> tuple[WorkInputs, Earthquakes]:
     """Input of a diagnosis, up to the search for a missing effect."""
     with sessions.begin() as session:
         model = model_requests.make(session, "PAPER", "x", EFFECTS, "", "engineer", monitored_building.NOW)
@@ -51,8 +51,8 @@ def asked(sessions: sessionmaker[Session], events: Sequence[int] | None) -> tupl
     return inputs, records(inputs, [stage.function(*stage.arguments((), silent)) for stage in reading])
 
 
-def test_its_sensors_are_asked_and_nothing_is_fitted_to_it(building: sessionmaker[Session]) -> None:
-    inputs, seen = asked(building, None)
+def test_its_sensors_are_requested_and_nothing_is_fitted_to_it(building: sessionmaker[Session]) -> None:
+    inputs, seen = requested(building, None)
     assert [event.held.event_id for event in inputs.events] == [1]
     assert [one.name for one in seen.fitted] == [inputs.events[0].held.name]
     assert len(seen.analyses) == 2
@@ -63,14 +63,14 @@ def test_its_sensors_are_asked_and_nothing_is_fitted_to_it(building: sessionmake
     assert "in 1 of 2 earthquakes" in suspect.message
 
 
-def test_of_events_that_are_named_only_these_are_asked(building: sessionmaker[Session]) -> None:
-    inputs, seen = asked(building, [1])
+def test_of_events_that_are_named_only_these_are_requested(building: sessionmaker[Session]) -> None:
+    inputs, seen = requested(building, [1])
     assert (inputs.unusable, len(seen.analyses), seen.unused) == ((), 1, ())
     assert suspicions(seen.analyses, seen.description) == ()
 
 
-def test_a_direction_that_nothing_is_known_of_is_told(building: sessionmaker[Session]) -> None:
-    _, seen = asked(building, [1])
+def test_a_direction_that_nothing_is_known_of_is_reported(building: sessionmaker[Session]) -> None:
+    _, seen = requested(building, [1])
     (analysis,) = seen.analyses
     assert unusable(analysis, ["x"], ["x"]) is None
     assert unusable(analysis, ["x"], ["x", "y"]) == "neither force nor motion of the layer is known in direction y"

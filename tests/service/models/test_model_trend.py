@@ -25,7 +25,7 @@ def test_an_event_is_missed_beyond_what_the_model_was_used_to() -> None:
     assert missed(used_to, held(2, 0.99 * SPARE * 0.04), held(3, 1.01 * SPARE * 0.04)) == [False, False, True]
 
 
-def test_what_is_not_told_from_an_error_of_the_estimate_is_not_missed() -> None:
+def test_what_is_not_distinguished_from_an_error_of_the_estimate_is_not_missed() -> None:
     perfect = held(1, 0.0, fitted=True)
     assert missed(perfect, held(2, 0.99 * LEAST), held(3, 1.01 * LEAST)) == [False, False, True]
 

@@ -99,7 +99,7 @@ WORKED = """assert "drag" not in EFFECTS
         ("elastic", EXAMPLE, "an effect cannot be called 'elastic'"),
     ],
 )
-def test_what_is_wrong_with_a_file_is_told(folder: Path, name: str, text: str, message: str) -> None:
+def test_what_is_wrong_with_a_file_is_reported(folder: Path, name: str, text: str, message: str) -> None:
     (folder / "drag.py").unlink()
     (folder / f"{name}.py").write_text(text, encoding="utf-8")
     ended = menshin(folder, "effects")
@@ -107,7 +107,7 @@ def test_what_is_wrong_with_a_file_is_told(folder: Path, name: str, text: str, m
     assert re.search(message, ended.stderr.replace("\n", " ")), ended.stderr
 
 
-def test_a_folder_that_is_not_there_is_told(tmp_path: Path) -> None:
+def test_a_folder_that_is_not_there_is_reported(tmp_path: Path) -> None:
     ended = menshin(tmp_path / "nowhere", "effects")
     assert ended.returncode == 2
     assert "nowhere is not a folder; create it, or remove the setting" in ended.stderr

@@ -65,7 +65,7 @@ def test_an_earthquake_and_a_drill_pass_by_themselves(there: WebhookServer) -> N
         assert datetime.fromisoformat(alert["endsAt"]) - WRITTEN == timedelta(minutes=15)
 
 
-def test_a_drill_cannot_be_taken_for_real(there: WebhookServer) -> None:
+def test_a_drill_cannot_be_mistaken_for_real(there: WebhookServer) -> None:
     alert = pushed(there, rendered_message(kind="drill", severity="alarm", gravest="alarm"))
     assert (alert["labels"]["alertname"], alert["labels"]["real"]) == ("MenshinDrill", "false")
     assert alert["annotations"]["summary"].startswith(f"{DRILL}: ")

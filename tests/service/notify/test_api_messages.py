@@ -35,7 +35,7 @@ OPEN = {"inside_allowed": ("localhost",), "plain_http_allowed": True, "notice_at
 
 
 @pytest.fixture
-def asking(database_url: str, sessions: sessionmaker[Session]) -> Iterator[TestClient]:
+def api(database_url: str, sessions: sessionmaker[Session]) -> Iterator[TestClient]:
     with sessions.begin() as session:
         building_store.add(session, SMALL + MANAGER, Path("/"), NOW)
     with client(database_url, smtp_host="localhost") as made:
@@ -48,9 +48,9 @@ def program() -> Iterator[WebhookServer]:
         yield server
 
 
-def added(asking: TestClient, program: WebhookServer, **other: object) -> dict[str, Any]:
+def added(api: TestClient, program: WebhookServer, **other: object) -> dict[str, Any]:
     wanted = {"name": "program", "kind": "webhook", "address": f"{program.address}/hook/token-of-ours"}
-    answer = asking.post(RECEIVERS, json=wanted | other)
+    answer = api.post(RECEIVERS, json=wanted | other)
     assert answer.status_code == 201, answer.text
     found: dict[str, Any] = answer.json()
     return found
@@ -60,31 +60,31 @@ def notified(sessions: sessionmaker[Session]) -> None:
     Notifier(sessions, Settings(**OPEN)).run_until_idle()  # type: ignore[arg-type]
 
 
-def shown(asking: TestClient, path: str) -> str:
-    answer = asking.get(path)
+def shown(api: TestClient, path: str) -> str:
+    answer = api.get(path)
     assert answer.status_code == 200, answer.text
     assert not re.search(r"<script(?! src=./static/(progress|forms).js. defer></script>)", answer.text)
     return unescape(re.sub(r"\s+", " ", re.sub("<[^>]+>", " ", answer.text)))
 
 
-def test_receivers_are_added_changed_and_removed(asking: TestClient, program: WebhookServer) -> None:
-    made = added(asking, program, kinds=["alert"], severities=["alarm"])
+def test_receivers_are_added_changed_and_removed(api: TestClient, program: WebhookServer) -> None:
+    made = added(api, program, kinds=["alert"], severities=["alarm"])
     place = f"/api/v1/receivers/{made['id']}"
-    assert asking.get(place).json() == {name: value for name, value in made.items() if name != "secret"}
+    assert api.get(place).json() == {name: value for name, value in made.items() if name != "secret"}
     assert (made["kinds"], made["severities"], made["origin"]) == (["alert"], ["alarm"], "api")
-    changed = asking.patch(place, json={"kinds": ["event", "alert"]}).json()
-    assert changed == asking.get(place).json()
+    changed = api.patch(place, json={"kinds": ["event", "alert"]}).json()
+    assert changed == api.get(place).json()
     assert (changed["kinds"], changed["severities"]) == (["event", "alert"], ["alarm"])
-    assert asking.patch(place, json={}).status_code == 409
-    assert [one["name"] for one in asking.get(RECEIVERS).json()["items"]] == ["manager", "program"]
-    assert asking.delete(place).status_code == 204
-    assert asking.get(place).status_code == asking.delete(place).status_code == 404
+    assert api.patch(place, json={}).status_code == 409
+    assert [one["name"] for one in api.get(RECEIVERS).json()["items"]] == ["manager", "program"]
+    assert api.delete(place).status_code == 204
+    assert api.get(place).status_code == api.delete(place).status_code == 404
 
 
-def test_the_files_receivers_are_the_files(asking: TestClient) -> None:
-    [manager] = asking.get(RECEIVERS).json()["items"]
+def test_the_files_receivers_are_the_files(api: TestClient) -> None:
+    [manager] = api.get(RECEIVERS).json()["items"]
     place = f"/api/v1/receivers/{manager['id']}"
-    for answer in (asking.delete(place), asking.patch(place, json={"address": "a@b.org"})):
+    for answer in (api.delete(place), api.patch(place, json={"address": "a@b.org"})):
         assert (answer.status_code, "building file" in answer.json()["detail"]) == (409, True)
 
 
@@ -101,11 +101,11 @@ def test_the_files_receivers_are_the_files(asking: TestClient) -> None:
         ({"kind": "email", "address": "a@b.org", "kinds": []}, 422),
     ],
 )
-def test_what_will_not_do_is_refused(asking: TestClient, wrong: dict[str, object], status: int) -> None:
-    assert asking.post(RECEIVERS, json={"name": "another"} | wrong).status_code == status
+def test_what_will_not_do_is_refused(api: TestClient, wrong: dict[str, object], status: int) -> None:
+    assert api.post(RECEIVERS, json={"name": "another"} | wrong).status_code == status
 
 
-def test_a_mail_recipient_is_refused_as_long_as_no_mail_can_be_sent(asking: TestClient, database_url: str) -> None:
+def test_a_mail_recipient_is_refused_as_long_as_no_mail_can_be_sent(api: TestClient, database_url: str) -> None:
     wanted = {"name": "me", "kind": "email", "address": "me@example.org"}
     with client(database_url) as without:
         refused = without.post(RECEIVERS, json=wanted)
@@ -114,22 +114,22 @@ def test_a_mail_recipient_is_refused_as_long_as_no_mail_can_be_sent(asking: Test
         assert "smtp.host" in refused.json()["detail"]
         assert without.post("/buildings/TOWER/receivers", data=wanted).status_code == 409
         assert [one["name"] for one in without.get(RECEIVERS).json()["items"]] == ["manager"]
-    assert asking.post(RECEIVERS, json=wanted).status_code == 201
+    assert api.post(RECEIVERS, json=wanted).status_code == 201
 
 
 def test_a_secret_is_shown_once_and_then_nowhere(
-    asking: TestClient, program: WebhookServer, sessions: sessionmaker[Session]
+    api: TestClient, program: WebhookServer, sessions: sessionmaker[Session]
 ) -> None:
-    made = added(asking, program)
+    made = added(api, program)
     assert made["secret"].startswith("whsec_")
-    given = added(asking, program, name="given", secret=KEY)
+    given = added(api, program, name="given", secret=KEY)
     assert given["secret"] is None, "they know it"
-    asking.post(f"/api/v1/receivers/{made['id']}/test")
-    asking.post(RECEIVERS, json={"name": "chat", "kind": "apprise", "address": "slack://token-of-ours/b/c"})
+    api.post(f"/api/v1/receivers/{made['id']}/test")
+    api.post(RECEIVERS, json={"name": "chat", "kind": "apprise", "address": "slack://token-of-ours/b/c"})
     notified(sessions)
     Webhook(made["secret"]).verify(program.posted[0].body, dict(program.posted[0].headers))
     seen = "".join(
-        asking.get(path).text
+        api.get(path).text
         for path in (
             RECEIVERS,
             "/api/v1/deliveries",
@@ -146,15 +146,15 @@ def test_a_secret_is_shown_once_and_then_nowhere(
 
 
 def test_a_test_goes_to_one_receiver_and_says_so(
-    asking: TestClient, program: WebhookServer, sessions: sessionmaker[Session]
+    api: TestClient, program: WebhookServer, sessions: sessionmaker[Session]
 ) -> None:
-    number = added(asking, program, kinds=["alert"])["id"]
-    answer = asking.post(f"/api/v1/receivers/{number}/test")
+    number = added(api, program, kinds=["alert"])["id"]
+    answer = api.post(f"/api/v1/receivers/{number}/test")
     assert answer.status_code == 202
     place = answer.headers["Location"]
-    assert asking.get(place).json()["state"] == "waiting"
+    assert api.get(place).json()["state"] == "waiting"
     notified(sessions)
-    found = asking.get(place).json()
+    found = api.get(place).json()
     assert (found["state"], found["attempts"], found["kind"]) == ("delivered", 1, "test")
     [attempt] = found["log"]
     assert (attempt["outcome"], attempt["answer"], attempt["is_repeat"]) == ("delivered", "204", False)
@@ -164,85 +164,87 @@ def test_a_test_goes_to_one_receiver_and_says_so(
     assert len(program.posted) == 1
 
 
-def test_what_failed_is_replayed(asking: TestClient, program: WebhookServer, sessions: sessionmaker[Session]) -> None:
-    number = added(asking, program)["id"]
+def test_what_failed_is_replayed(api: TestClient, program: WebhookServer, sessions: sessionmaker[Session]) -> None:
+    number = added(api, program)["id"]
     program.status = 404
-    place = asking.post(f"/api/v1/receivers/{number}/test").headers["Location"]
-    assert asking.post(f"{place}/replay").status_code == 409, "it has not failed yet"
+    place = api.post(f"/api/v1/receivers/{number}/test").headers["Location"]
+    assert api.post(f"{place}/replay").status_code == 409, "it has not failed yet"
     notified(sessions)
-    assert asking.get(place).json()["state"] == "failed"
-    assert [one["id"] for one in asking.get("/api/v1/deliveries?state=failed").json()["items"]] == [1]
+    assert api.get(place).json()["state"] == "failed"
+    assert [one["id"] for one in api.get("/api/v1/deliveries?state=failed").json()["items"]] == [1]
     program.status = 204
-    again = asking.post(f"{place}/replay")
+    again = api.post(f"{place}/replay")
     assert (again.status_code, again.json()["state"]) == (202, "waiting")
     notified(sessions)
-    found = asking.get(place).json()
+    found = api.get(place).json()
     assert (found["state"], [one["outcome"] for one in found["log"]]) == ("delivered", ["not_taken", "delivered"])
 
 
 def test_messages_and_deliveries_page_by_page_and_as_csv(
-    asking: TestClient, program: WebhookServer, sessions: sessionmaker[Session]
+    api: TestClient, program: WebhookServer, sessions: sessionmaker[Session]
 ) -> None:
-    added(asking, program)
+    added(api, program)
     with sessions.begin() as session:
         building = building_store.find(session, "TOWER").id
         for number in range(3):
-            said = MessageContent(f"event/{number}", building, "event", "new", "note", f"Number {number}", ("Said.",))
-            put(session, said, NOW)
-    first = asking.get("/api/v1/buildings/TOWER/messages?limit=2").json()
+            printed = MessageContent(
+                f"event/{number}", building, "event", "new", "note", f"Number {number}", ("Said.",)
+            )
+            put(session, printed, NOW)
+    first = api.get("/api/v1/buildings/TOWER/messages?limit=2").json()
     assert [one["subject"] for one in first["items"]] == ["Number 2", "Number 1"]
-    rest = asking.get(f"/api/v1/buildings/TOWER/messages?limit=2&cursor={first['next']}").json()
+    rest = api.get(f"/api/v1/buildings/TOWER/messages?limit=2&cursor={first['next']}").json()
     assert ([one["subject"] for one in rest["items"]], rest["next"]) == (["Number 0"], None)
     assert (rest["items"][0]["receivers"], rest["items"][0]["delivered"]) == (2, 0)
-    whole = asking.get(f"/api/v1/messages/{rest['items'][0]['id']}").json()
+    whole = api.get(f"/api/v1/messages/{rest['items'][0]['id']}").json()
     assert (whole["sentences"], [one["receiver_name"] for one in whole["deliveries"]]) == (
         ["Said."],
         ["manager", "program"],
     )
-    lines = asking.get("/api/v1/deliveries?building=TOWER&format=csv").text.splitlines()
+    lines = api.get("/api/v1/deliveries?building=TOWER&format=csv").text.splitlines()
     assert lines[0].startswith("id,building,message,about,")
     assert len(lines) == 7
-    assert asking.get("/api/v1/deliveries?building=OTHER").json()["items"] == []
-    assert asking.get("/api/v1/deliveries?receiver=1").json()["items"][0]["receiver_name"] == "manager"
+    assert api.get("/api/v1/deliveries?building=OTHER").json()["items"] == []
+    assert api.get("/api/v1/deliveries?receiver=1").json()["items"][0]["receiver_name"] == "manager"
 
 
-def test_a_drill_by_the_page(asking: TestClient, program: WebhookServer, sessions: sessionmaker[Session]) -> None:
-    added(asking, program)
-    sent = asking.post("/buildings/TOWER/drill")
+def test_a_drill_by_the_page(api: TestClient, program: WebhookServer, sessions: sessionmaker[Session]) -> None:
+    added(api, program)
+    sent = api.post("/buildings/TOWER/drill")
     assert (sent.status_code, sent.headers["location"]) == (303, "/messages/1")
-    page = shown(asking, "/messages/1")
+    page = shown(api, "/messages/1")
     assert "A drill: not real." in page
     assert "waiting" in page
     notified(sessions)
-    page = shown(asking, "/messages/1")
+    page = shown(api, "/messages/1")
     assert "program (webhook): delivered" in page
     assert "manager (email): failed" in page
     assert "no mail server is set; set smtp.host" in page
-    page = shown(asking, "/buildings/TOWER/messages")
+    page = shown(api, "/buildings/TOWER/messages")
     assert "Kind, severity Recipient" in page
     assert "drill, not real" in page
-    assert "loopback started this drill." in shown(asking, "/messages/1")
-    assert asking.post("/deliveries/1/replay").headers["location"] == "/messages/1"
+    assert "loopback started this drill." in shown(api, "/messages/1")
+    assert api.post("/deliveries/1/replay").headers["location"] == "/messages/1"
 
 
-def test_receivers_by_the_page(asking: TestClient, program: WebhookServer, sessions: sessionmaker[Session]) -> None:
+def test_receivers_by_the_page(api: TestClient, program: WebhookServer, sessions: sessionmaker[Session]) -> None:
     form = {"name": "mail", "kind": "email", "address": "a@b.org", "kinds_alert": "1", "severities_alarm": "1"}
-    assert asking.post("/buildings/TOWER/receivers", data=form).headers["location"] == "/buildings/TOWER/messages"
-    assert "mail email a@b.org alert alarm loopback" in shown(asking, "/buildings/TOWER/messages")
+    assert api.post("/buildings/TOWER/receivers", data=form).headers["location"] == "/buildings/TOWER/messages"
+    assert "mail email a@b.org alert alarm loopback" in shown(api, "/buildings/TOWER/messages")
     hooked = {"name": "hook", "kind": "webhook", "address": program.address}
-    made = asking.post("/buildings/TOWER/receivers", data=hooked)
+    made = api.post("/buildings/TOWER/receivers", data=hooked)
     assert made.status_code == 201
     assert "whsec_" in made.text
-    assert asking.post("/receivers/2/test").headers["location"] == "/messages/1"
-    assert asking.post("/receivers/2/remove").status_code == 303
-    assert "a@b.org" not in shown(asking, "/buildings/TOWER/messages")
-    assert asking.post("/buildings/TOWER/receivers", data=form | {"kind": "pigeon"}).status_code == 409
+    assert api.post("/receivers/2/test").headers["location"] == "/messages/1"
+    assert api.post("/receivers/2/remove").status_code == 303
+    assert "a@b.org" not in shown(api, "/buildings/TOWER/messages")
+    assert api.post("/buildings/TOWER/receivers", data=form | {"kind": "pigeon"}).status_code == 409
 
 
 def test_who_may_do_what(
-    asking: TestClient, program: WebhookServer, sessions: sessionmaker[Session], database_url: str
+    api: TestClient, program: WebhookServer, sessions: sessionmaker[Session], database_url: str
 ) -> None:
-    number = added(asking, program)["id"]
+    number = added(api, program)["id"]
     with sessions.begin() as session:
         key = {role: keys.create(session, role.name, role, NOW) for role in Role}
     wanted = {"name": "other", "kind": "email", "address": "a@b.org"}
@@ -258,30 +260,30 @@ def test_who_may_do_what(
             assert ("Hold a drill" in page, "Add a recipient" in page) == (role >= Role.engineer, role is Role.admin)
 
 
-def test_metrics_tell_of_what_waits_and_what_failed(
-    asking: TestClient, program: WebhookServer, sessions: sessionmaker[Session]
+def test_metrics_show_what_waits_and_what_failed(
+    api: TestClient, program: WebhookServer, sessions: sessionmaker[Session]
 ) -> None:
-    added(asking, program)
-    asking.post("/buildings/TOWER/drill")
-    text = asking.get("/metrics").text
+    added(api, program)
+    api.post("/buildings/TOWER/drill")
+    text = api.get("/metrics").text
     assert 'menshin_deliveries{state="waiting"} 2.0' in text
     assert "\nmenshin_oldest_waiting_delivery_timestamp_seconds 1." in text
     assert 'menshin_failed_deliveries{building="TOWER"} 0.0' in text
     notified(sessions)
-    text = asking.get("/metrics").text
+    text = api.get("/metrics").text
     assert 'menshin_deliveries{state="delivered"} 1.0' in text
     assert 'menshin_failed_deliveries{building="TOWER"} 1.0' in text
     assert "\nmenshin_oldest_waiting_delivery_timestamp_seconds" not in text
 
 
-def test_drills_and_tests_of_a_building_are_limited(asking: TestClient, sessions: sessionmaker[Session]) -> None:
-    (manager,) = asking.get(RECEIVERS).json()["items"]
+def test_drills_and_tests_of_a_building_are_limited(api: TestClient, sessions: sessionmaker[Session]) -> None:
+    (manager,) = api.get(RECEIVERS).json()["items"]
     ways = ("/api/v1/buildings/TOWER/drill", f"/api/v1/receivers/{manager['id']}/test")
-    answers = [asking.post(ways[number % 2]) for number in range(drill.MOST_PER_HOUR + 2)]
+    answers = [api.post(ways[number % 2]) for number in range(drill.MOST_PER_HOUR + 2)]
     assert [answer.status_code for answer in answers] == [202] * drill.MOST_PER_HOUR + [429] * 2
     assert "within the last hour" in answers[-1].json()["detail"]
     assert int(answers[-1].headers["Retry-After"]) > 0
     an_hour_ago = datetime.now(UTC) - timedelta(minutes=61)
     with sessions.begin() as session:
         session.execute(update(Message).values(created_at=an_hour_ago))
-    assert asking.post(ways[0]).status_code == 202
+    assert api.post(ways[0]).status_code == 202

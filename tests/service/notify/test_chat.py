@@ -38,11 +38,11 @@ def chat(there: WebhookServer) -> str:
 def test_a_letter_arrives_with_its_heading(there: WebhookServer) -> None:
     one = rendered_message(kind="drill", is_repeat=True, severity="alarm")
     assert sent(chat(there), one).outcome == "delivered"
-    said = json.loads(there.posted[0].body)
-    assert said["title"] == one.heading
-    assert said["title"].startswith(f"(repeat) {DRILL}: ")
-    assert "This is not an inspection." in said["message"]
-    assert said["type"] == "failure"
+    printed = json.loads(there.posted[0].body)
+    assert printed["title"] == one.heading
+    assert printed["title"].startswith(f"(repeat) {DRILL}: ")
+    assert "This is not an inspection." in printed["message"]
+    assert printed["type"] == "failure"
 
 
 def test_the_picture_goes_where_the_service_takes_one(there: WebhookServer) -> None:
@@ -59,9 +59,9 @@ def test_the_picture_goes_where_the_service_takes_one(there: WebhookServer) -> N
 
 def test_a_repeat_goes_without_the_picture_for_it_may_have_been_refused(there: WebhookServer) -> None:
     assert sent(chat(there), rendered_message(picture=b"\x89PNG", is_repeat=True)).outcome == "delivered"
-    said = json.loads(there.posted[0].body)
-    assert said["attachments"] == []
-    assert said["title"].startswith("(repeat) ")
+    printed = json.loads(there.posted[0].body)
+    assert printed["attachments"] == []
+    assert printed["title"].startswith("(repeat) ")
 
 
 def test_a_picture_leads_no_further_inside(there: WebhookServer) -> None:
@@ -92,7 +92,7 @@ def test_no_redirect_leads_inside(there: WebhookServer) -> None:
 
 
 @pytest.mark.parametrize("address", ["nonsense://token-of-ours", "slack://token-of-ours"])
-def test_an_address_that_is_none_is_said_to_be_and_not_repeated(address: str) -> None:
+def test_an_address_that_is_none_is_reported_as_and_not_repeated(address: str) -> None:
     answer = sent(address)
     assert (answer.outcome, answer.is_final) == ("not_taken", True)
     assert "token-of-ours" not in answer.text

@@ -93,9 +93,9 @@ def assert_told(sessions: sessionmaker[Session], program: WebhookServer, box: Ma
         mailed[mail["Message-ID"].strip("<>").partition("@")[0]].append(mail["Subject"].startswith("(repeat) "))
     assert set(posted) == set(mailed) == identities
     assert len(identities) == count
-    for heard in (*posted.values(), *mailed.values()):
-        assert all(heard[1:]), "came again and did not say so"
-    return sum(len(heard) - 1 for heard in (*posted.values(), *mailed.values()))
+    for received in (*posted.values(), *mailed.values()):
+        assert all(received[1:]), "came again and did not say so"
+    return sum(len(received) - 1 for received in (*posted.values(), *mailed.values()))
 
 
 def test_killed_between_what_is_sent_and_what_is_written(

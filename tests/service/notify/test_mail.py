@@ -53,14 +53,14 @@ def test_a_mail_says_it_all_in_text_html_and_a_picture(box: MailServer) -> None:
     assert mail["Auto-Submitted"] == "auto-generated"
     assert mail["List-Id"] == "<tower.menshin.b.example.org>"
     for text in (part(mail, "text/plain"), part(mail, "text/html")):
-        for said in (*one.sentences, "Largest displacement", "31 mm", one.link, "2024-03-01 14:06:07", "msg_2"):
-            assert said in text
+        for printed in (*one.sentences, "Largest displacement", "31 mm", one.link, "2024-03-01 14:06:07", "msg_2"):
+            assert printed in text
     [picture] = [found for found in mail.walk() if found.get_content_type() == "image/png"]
     assert picture.get_content() == PNG
     assert f'src="cid:{picture["Content-ID"].strip("<>")}"' in part(mail, "text/html")
 
 
-def test_html_says_what_it_is_told_and_no_more(box: MailServer) -> None:
+def test_html_says_what_it_is_reported_and_no_more(box: MailServer) -> None:
     html = part(mailed(box, rendered_message(sentences=("<script>a & b</script>",))), "text/html")
     assert "&lt;script&gt;a &amp; b&lt;/script&gt;" in html
     assert "<img" not in html
@@ -84,7 +84,7 @@ def test_a_repeat_says_so_and_has_the_same_number(box: MailServer) -> None:
 
 
 @pytest.mark.parametrize(("kind", "mark"), [("drill", DRILL), ("test", TEST)])
-def test_a_drill_cannot_be_taken_for_real(box: MailServer, kind: str, mark: str) -> None:
+def test_a_drill_cannot_be_mistaken_for_real(box: MailServer, kind: str, mark: str) -> None:
     mail = mailed(box, rendered_message(kind=kind, severity="alarm", is_repeat=kind == "drill"))
     assert f"{mark}: [Tower ö]" in mail["Subject"]
     assert mail["Menshin-Kind"] == kind

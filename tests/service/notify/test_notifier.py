@@ -70,14 +70,14 @@ class Stage:
         )
         return Notifier(self.sessions, settings, self.clock, Random(1))
 
-    def told(self, kind: str, address: str) -> None:
+    def add_recipient(self, kind: str, address: str) -> None:
         secret = KEY if kind == "webhook" else None
         rule = ReceiverRule(kind, kind, address, secret, WANTED_KINDS, SEVERITIES)  # type: ignore[arg-type]
         with self.sessions.begin() as session:
             recipients.add(session, self.building, rule, "engineer", NOW)
 
-    def put(self, said: str, sequence: str = "new", key: str = "event/1") -> None:
-        one = MessageContent(key, self.building, "event", sequence, "note", said, (said,), link="/events/1")  # type: ignore[arg-type]
+    def put(self, printed: str, sequence: str = "new", key: str = "event/1") -> None:
+        one = MessageContent(key, self.building, "event", sequence, "note", printed, (printed,), link="/events/1")  # type: ignore[arg-type]
         with self.sessions.begin() as session:
             put(session, one, self.clock())
 
@@ -89,7 +89,7 @@ class Stage:
         with self.sessions() as session:
             return list(session.scalars(select(DeliveryAttempt).order_by(DeliveryAttempt.id)))
 
-    def heard(self) -> list[tuple[str, bool]]:
+    def received(self) -> list[tuple[str, bool]]:
         """Subjects as the webhook got them, and whether as a repeat."""
         return [(one["subject"], one["repeat"]) for one in (json.loads(p.body)["data"] for p in self.program.posted)]
 
@@ -103,13 +103,13 @@ def stage(sessions: sessionmaker[Session]) -> Iterator[Stage]:
 
 
 def test_every_receiver_gets_it_and_every_attempt_is_kept(stage: Stage) -> None:
-    stage.told("webhook", stage.program.address + "/hook")
-    stage.told("email", "manager@example.org")
+    stage.add_recipient("webhook", stage.program.address + "/hook")
+    stage.add_recipient("email", "manager@example.org")
     stage.put("Earthquake")
     assert stage.notifier.run_until_idle() == 2
     assert stage.states() == ["delivered", "delivered"]
     assert [mail["Subject"] for mail in stage.box.mails] == ["[a tower] Earthquake"]
-    assert stage.heard() == [("Earthquake", False)]
+    assert stage.received() == [("Earthquake", False)]
     assert json.loads(stage.program.posted[0].body)["data"]["link"] == "https://menshin.example.org/events/1"
     first, second = stage.attempts()
     assert (first.outcome, first.answer, first.is_repeat) == ("delivered", "204", False)
@@ -120,7 +120,7 @@ def test_every_receiver_gets_it_and_every_attempt_is_kept(stage: Stage) -> None:
 
 
 def test_what_is_not_taken_is_tried_ever_later_and_then_given_up(stage: Stage) -> None:
-    stage.told("email", "manager@example.org")
+    stage.add_recipient("email", "manager@example.org")
     stage.box.refuses["manager@example.org"] = "451 come back later"
     stage.put("Earthquake")
     notifier = stage.notifier
@@ -141,7 +141,7 @@ def test_what_is_not_taken_is_tried_ever_later_and_then_given_up(stage: Stage) -
 
 
 def test_what_is_refused_for_good_is_not_tried_again(stage: Stage) -> None:
-    stage.told("email", "manager@example.org")
+    stage.add_recipient("email", "manager@example.org")
     stage.box.refuses["manager@example.org"] = "550 no such mailbox"
     stage.put("Earthquake")
     stage.notifier.run_until_idle()
@@ -149,7 +149,7 @@ def test_what_is_refused_for_good_is_not_tried_again(stage: Stage) -> None:
 
 
 def test_what_may_have_arrived_is_tried_again_as_a_repeat(stage: Stage) -> None:
-    stage.told("webhook", stage.program.address)
+    stage.add_recipient("webhook", stage.program.address)
     stage.program.status = 503
     stage.put("Earthquake")
     notifier = stage.notifier
@@ -157,13 +157,13 @@ def test_what_may_have_arrived_is_tried_again_as_a_repeat(stage: Stage) -> None:
     stage.program.status = 204
     stage.clock.on(10)
     notifier.run_until_idle()
-    assert stage.heard() == [("Earthquake", False), ("Earthquake", True)]
+    assert stage.received() == [("Earthquake", False), ("Earthquake", True)]
     assert len({one.headers["webhook-id"] for one in stage.program.posted}) == 1
     assert [one.outcome for one in stage.attempts()] == ["unknown", "delivered"]
 
 
 def test_news_of_one_thing_comes_in_its_order(stage: Stage) -> None:
-    stage.told("webhook", stage.program.address)
+    stage.add_recipient("webhook", stage.program.address)
     stage.program.status = 404
     stage.put("First")
     notifier = stage.notifier
@@ -172,13 +172,13 @@ def test_news_of_one_thing_comes_in_its_order(stage: Stage) -> None:
     stage.put("Second", "updated")
     stage.put("Other", key="event/2")
     notifier.run_until_idle()
-    assert [said for said, _ in stage.heard()] == ["First", "Other"], "the second waits for the first"
+    assert [printed for printed, _ in stage.received()] == ["First", "Other"], "the second waits for the first"
     stage.clock.on(10)
     notifier.run_until_idle()
-    assert [said for said, _ in stage.heard()] == ["First", "Other", "First", "Second"]
+    assert [printed for printed, _ in stage.received()] == ["First", "Other", "First", "Second"]
 
 
-def test_a_variable_that_is_missing_is_said_to_be(stage: Stage, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_variable_that_is_missing_is_reported_as(stage: Stage, monkeypatch: pytest.MonkeyPatch) -> None:
     table = '\n[[receiver]]\nname = "program"\nkind = "webhook"\naddress = "env:M_HOOK"\nsecret = "env:M_KEY"\n'
     with stage.sessions.begin() as session:
         building_store.update_description(session, SMALL + table, Path("/"), NOW)
@@ -198,7 +198,7 @@ def test_a_variable_that_is_missing_is_said_to_be(stage: Stage, monkeypatch: pyt
 
 
 def test_many_notifiers_at_once_send_nothing_twice(stage: Stage) -> None:
-    stage.told("webhook", stage.program.address)
+    stage.add_recipient("webhook", stage.program.address)
     for number in range(12):
         stage.put(f"Number {number}", key=f"event/{number}")
     stop = Event()
@@ -212,7 +212,7 @@ def test_many_notifiers_at_once_send_nothing_twice(stage: Stage) -> None:
     stop.set()
     for thread in threads:
         thread.join()
-    assert sorted(stage.heard()) == sorted((f"Number {number}", False) for number in range(12))
+    assert sorted(stage.received()) == sorted((f"Number {number}", False) for number in range(12))
 
 
 def claimed(stage: Stage, now: datetime) -> Claim | None:
@@ -226,7 +226,7 @@ def finished(stage: Stage, held: Claim, answer: DeliveryResult, now: datetime) -
 
 
 def test_a_delivery_is_one_notifiers_until_its_lease_lapses(stage: Stage) -> None:
-    stage.told("email", "manager@example.org")
+    stage.add_recipient("email", "manager@example.org")
     stage.put("Earthquake")
     first = claimed(stage, NOW)
     assert first is not None
@@ -243,7 +243,7 @@ def test_a_delivery_is_one_notifiers_until_its_lease_lapses(stage: Stage) -> Non
 
 
 def test_who_is_removed_in_the_middle_of_an_attempt_gets_no_other(stage: Stage) -> None:
-    stage.told("email", "manager@example.org")
+    stage.add_recipient("email", "manager@example.org")
     stage.put("Earthquake")
     held = claimed(stage, NOW)
     assert held is not None
@@ -255,7 +255,7 @@ def test_who_is_removed_in_the_middle_of_an_attempt_gets_no_other(stage: Stage) 
 
 
 def test_one_over_which_processes_die_is_given_up(stage: Stage) -> None:
-    stage.told("email", "manager@example.org")
+    stage.add_recipient("email", "manager@example.org")
     stage.put("Earthquake")
     now = NOW
     for _ in range(PATIENCE.attempts):

@@ -41,11 +41,11 @@ def add(session: Session, building_id: int, name: str, **rule: list[str]) -> Rec
 
 
 def notice(building_id: int, **other: object) -> MessageContent:
-    said = MessageContent("event/1", building_id, "event", "new", "normal", "Earthquake", ("8 of 8 checks passed.",))
-    return replace(said, **other)  # type: ignore[arg-type]
+    printed = MessageContent("event/1", building_id, "event", "new", "normal", "Earthquake", ("8 of 8 checks passed.",))
+    return replace(printed, **other)  # type: ignore[arg-type]
 
 
-def told(session: Session, message: Message) -> list[str]:
+def reported(session: Session, message: Message) -> list[str]:
     question = select(Receiver.name).join(Delivery, Delivery.receiver_id == Receiver.id)
     return list(session.scalars(question.where(Delivery.message_id == message.id).order_by(Receiver.name)))
 
@@ -56,12 +56,12 @@ def test_every_receiver_whose_rule_it_meets(sessions: sessionmaker[Session], bui
         add(session, building, "alarms", severities=["alarm"])
         add(session, building, "alerts", kinds=["alert"])
         add(session, building, "gone").removed_at = NOW
-        assert told(session, put(session, notice(building), NOW)) == ["all"]
+        assert reported(session, put(session, notice(building), NOW)) == ["all"]
         alarm = notice(building, key="alert/1", kind="alert", severity="alarm")
-        assert told(session, put(session, alarm, NOW)) == ["alarms", "alerts", "all"]
+        assert reported(session, put(session, alarm, NOW)) == ["alarms", "alerts", "all"]
 
 
-def test_what_was_told_last_is_no_news(sessions: sessionmaker[Session], building: int) -> None:
+def test_what_was_reported_last_is_no_news(sessions: sessionmaker[Session], building: int) -> None:
     with sessions.begin() as session:
         add(session, building, "all")
         first = put(session, notice(building), NOW)
@@ -74,14 +74,14 @@ def test_what_was_told_last_is_no_news(sessions: sessionmaker[Session], building
         assert put(session, replace(again, key="event/2"), NOW).number == 1
 
 
-def test_whoever_was_told_is_told_what_became_of_it(sessions: sessionmaker[Session], building: int) -> None:
+def test_whoever_was_reported_learns_what_became_of_it(sessions: sessionmaker[Session], building: int) -> None:
     alarm = notice(building, key="alert/1", kind="alert", severity="alarm")
     with sessions.begin() as session:
         add(session, building, "alarms", severities=["alarm"])
         add(session, building, "calm", severities=["normal"])
         put(session, alarm, NOW)
         over = put(session, replace(alarm, sequence="updated", severity="normal", subject="Resolved"), NOW)
-        assert told(session, over) == ["alarms", "calm"]
+        assert reported(session, over) == ["alarms", "calm"]
 
 
 def test_it_stands_or_falls_with_its_transaction(sessions: sessionmaker[Session], building: int) -> None:
@@ -110,10 +110,10 @@ def test_news_of_one_thing_in_many_transactions_at_once_is_put_once(
         assert len(session.scalars(select(Message)).all()) == 1
 
 
-def test_a_message_keeps_all_that_the_notice_said(sessions: sessionmaker[Session], building: int) -> None:
-    said = notice(building, facts=(("Largest displacement", "31 mm"),), data={"peak_displacement": 0.031})
+def test_a_message_keeps_all_that_the_notice_stated(sessions: sessionmaker[Session], building: int) -> None:
+    printed = notice(building, facts=(("Largest displacement", "31 mm"),), data={"peak_displacement": 0.031})
     with sessions.begin() as session:
-        put(session, said, NOW)
+        put(session, printed, NOW)
     with sessions() as session:
         message = session.scalars(select(Message)).one()
         assert message.facts == [{"name": "Largest displacement", "value": "31 mm"}]

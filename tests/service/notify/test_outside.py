@@ -172,9 +172,9 @@ def test_an_answer_without_end_has_one(there: WebhookServer) -> None:
 
 def test_an_answer_that_drips_has_an_end_in_time(there: WebhookServer) -> None:
     there.status, there.answer, there.drips = 200, b"x" * 100, 0.1
-    begun = monotonic()
+    started = monotonic()
     assert post(there.address, seconds=0.5).outcome == "unknown"
-    assert monotonic() - begun < 2
+    assert monotonic() - started < 2
 
 
 def test_a_receiver_that_never_answers_may_have_it(there: WebhookServer) -> None:
@@ -183,7 +183,7 @@ def test_a_receiver_that_never_answers_may_have_it(there: WebhookServer) -> None
     assert len(there.posted) == 1
 
 
-def test_where_nobody_listens_nothing_was_taken() -> None:
+def test_where_no_one_listens_nothing_was_taken() -> None:
     with webhook_server() as gone:
         pass
     assert post(gone.address).outcome == "not_taken"

@@ -32,9 +32,9 @@ def there(tmp_path: Path) -> Iterator[str]:
     (tmp_path / "quiet.yml").write_text(QUIET)
     port = free_port(0)
     options = ("--config.file=quiet.yml", "--storage.path=kept", "--cluster.listen-address=")
-    with (tmp_path / "said.txt").open("w") as said:
+    with (tmp_path / "said.txt").open("w") as printed:
         process = subprocess.Popen(
-            [PROGRAM, *options, f"--web.listen-address=127.0.0.1:{port}"], cwd=tmp_path, stdout=said, stderr=said
+            [PROGRAM, *options, f"--web.listen-address=127.0.0.1:{port}"], cwd=tmp_path, stdout=printed, stderr=printed
         )
     try:
         address, end = f"http://localhost:{port}", monotonic() + PATIENCE
@@ -51,29 +51,29 @@ def test_an_alert_fires_changes_and_ends(there: str) -> None:
     now = datetime.now(UTC)
     began = now - timedelta(hours=3)
     usual = {"kind": "alert", "key": "alert/5", "severity": "alarm", "gravest": "alarm", "began_at": began}
-    [fired] = told(there, now, **usual, subject="softer")
+    [fired] = reported(there, now, **usual, subject="softer")
     assert fired["status"]["state"] == "active"
     assert fired["labels"]["severity"] == "alarm"
     assert moment(fired["startsAt"]) == pytest.approx(began.timestamp(), abs=1e-3)  # it keeps milliseconds
     assert moment(fired["endsAt"]) == pytest.approx(now.timestamp() + 60 * ROUNDS, abs=1e-3)
-    [changed] = told(there, now, **usual, subject="softer yet", number=2, identity="msg_3", sequence="updated")
+    [changed] = reported(there, now, **usual, subject="softer yet", number=2, identity="msg_3", sequence="updated")
     assert changed["fingerprint"] == fired["fingerprint"]
     assert changed["annotations"]["summary"].endswith("softer yet")
     over = usual | {"severity": "note", "has_ended": True, "number": 3, "identity": "msg_4", "sequence": "updated"}
-    assert told(there, datetime.now(UTC), **over) == []
+    assert reported(there, datetime.now(UTC), **over) == []
 
 
 def test_a_drill_stands_beside_what_is_real(there: str) -> None:
     now = datetime.now(UTC)
-    told(there, now, kind="alert", key="alert/5", severity="alarm", gravest="alarm", began_at=now, written_at=now)
-    both = told(there, now, kind="drill", key="drill/1", severity="alarm", gravest="alarm", written_at=now)
+    reported(there, now, kind="alert", key="alert/5", severity="alarm", gravest="alarm", began_at=now, written_at=now)
+    both = reported(there, now, kind="drill", key="drill/1", severity="alarm", gravest="alarm", written_at=now)
     assert {one["labels"]["alertname"]: one["labels"]["real"] for one in both} == {
         "MenshinAlert": "true",
         "MenshinDrill": "false",
     }
 
 
-def told(there: str, now: datetime, **of: object) -> list[dict[str, Any]]:
+def reported(there: str, now: datetime, **of: object) -> list[dict[str, Any]]:
     """Alerts in an Alertmanager after it received a message."""
     answer = send(rendered_message(**of), Destination("manager", "alertmanager", there, None), SETTINGS, now)
     assert answer.outcome == "delivered", answer.text

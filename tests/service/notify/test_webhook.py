@@ -47,12 +47,12 @@ def test_the_published_signatures() -> None:
     }
 
 
-@given(said=st.text(), key=st.binary(min_size=24, max_size=64))
-def test_a_receiver_can_check_any_bytes(said: str, key: bytes) -> None:
+@given(printed=st.text(), key=st.binary(min_size=24, max_size=64))
+def test_a_receiver_can_check_any_bytes(printed: str, key: bytes) -> None:
     secret = "whsec_" + base64.b64encode(key).decode()
-    _, body = cloud_event(rendered_message(sentences=(said,)))
+    _, body = cloud_event(rendered_message(sentences=(printed,)))
     headers = signature("msg_1", body, secret, datetime.now(UTC))
-    assert Webhook(secret).verify(body, headers)["data"]["sentences"] == [said]
+    assert Webhook(secret).verify(body, headers)["data"]["sentences"] == [printed]
 
 
 def test_what_arrives_is_what_was_signed(there: WebhookServer) -> None:
@@ -88,7 +88,7 @@ def test_a_repeat_says_so_and_has_the_same_id(there: WebhookServer) -> None:
     assert json.loads(again.body)["data"]["repeat"] is True
 
 
-def test_a_drill_cannot_be_taken_for_real(there: WebhookServer) -> None:
+def test_a_drill_cannot_be_mistaken_for_real(there: WebhookServer) -> None:
     one = received(there, rendered_message(kind="drill", severity="alarm"))
     event = json.loads(one.body)
     assert event["type"] == "menshin.drill.v1"

@@ -32,7 +32,7 @@ def kept(folder: Path, **files: bytes) -> list[Path]:
 
 
 @pytest.mark.parametrize("place", ["named", "beside", "source"])
-def test_stationxml_is_found_where_it_lies(place: str, building: BuildingFile, tmp_path: Path) -> None:
+def test_stationxml_is_detected_where_it_lies(place: str, building: BuildingFile, tmp_path: Path) -> None:
     samples = logger_counts(500)
     paths = kept(tmp_path / "event", a_mseed=record_file("MSEED", samples))
     where = {"named": tmp_path / "elsewhere", "beside": tmp_path / "event", "source": tmp_path / "records"}[place]

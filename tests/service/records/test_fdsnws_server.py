@@ -101,7 +101,7 @@ def test_a_part_is_cut_out_and_posted_selections_work(address: str) -> None:
 
 
 @pytest.mark.parametrize(("nodata", "status"), [("204", 204), ("404", 404)])
-def test_nothing_stored_is_answered_as_asked(address: str, nodata: str, status: int) -> None:
+def test_nothing_stored_is_answered_as_requested(address: str, nodata: str, status: int) -> None:
     for service in ("station", "dataselect"):
         answer = httpx.get(f"{address}/fdsnws/{service}/1/query", params={"network": "ZZ", "nodata": nodata})
         assert answer.status_code == status
@@ -119,7 +119,7 @@ def test_nothing_stored_is_answered_as_asked(address: str, nodata: str, status: 
         "starttime=2012-01-01&endtime=2011-01-01",
     ],
 )
-def test_a_wrong_question_is_told_so_in_the_specifications_words(address: str, query: str) -> None:
+def test_a_wrong_question_is_reported_so_in_the_specifications_words(address: str, query: str) -> None:
     answer = httpx.get(f"{address}/fdsnws/station/1/query?{query}")
     assert answer.status_code == 400
     assert answer.text.startswith("Error 400: ")
@@ -129,11 +129,11 @@ def test_a_wrong_question_is_told_so_in_the_specifications_words(address: str, q
     ("limits", "status"),
     [("minlat=35&maxlat=36", 200), ("minlongitude=139.6", 200), ("maxlatitude=35.4", 204), ("minlon=140", 204)],
 )
-def test_stations_are_found_by_where_they_stand(address: str, limits: str, status: int) -> None:
+def test_stations_are_detected_by_where_they_stand(address: str, limits: str, status: int) -> None:
     assert httpx.get(f"{address}/fdsnws/station/1/query?{limits}").status_code == status
 
 
-def test_stations_are_asked_for_by_post(address: str) -> None:
+def test_stations_are_requested_by_post(address: str) -> None:
     client = Client(base_url=address)
     start = obspy.UTCDateTime(START)
     bulk = [("XX", "TWR", "02", "HN?", start, start + 1), ("ZZ", "*", "*", "*", start, start + 1)]
@@ -172,7 +172,7 @@ def test_a_gain_that_comes_and_goes_makes_epochs_that_do_not_overlap(
         assert response.instrument_sensitivity.value == pytest.approx(1 / gain, rel=1e-9)  # digits of the XML
 
 
-def test_a_place_that_is_not_known_is_said_not_to_be(database_url: str, sessions: sessionmaker[Session]) -> None:
+def test_a_place_that_is_not_known_is_stated_not_to_be(database_url: str, sessions: sessionmaker[Session]) -> None:
     with sessions.begin() as session:
         text = BUILDING.replace("latitude = 35.5\nlongitude = 139.6\n", "")
         stored(session, building_store.add(session, text, Path("."), START), START, {"XX.TWR.01.HNX": GAIN})
@@ -207,19 +207,19 @@ def test_more_lines_than_are_answered_at_once_are_refused(address: str) -> None:
     assert httpx.post(f"{address}/fdsnws/dataselect/1/query", content=line * 501).status_code == 413
 
 
-def test_the_hardest_question_stops_nobody(address: str) -> None:
+def test_the_hardest_question_stops_no_one(address: str) -> None:
     """130,000 patterns in one question kept a thread for minutes, and sixteen such questions all threads."""
     codes = ",".join(f"?*{number:02}*?*" for number in range(50))
     lines = "".join(f"{codes} {codes} * *{n:03}* 2011-03-11 2011-03-12\n" for n in range(500))
-    with ThreadPoolExecutor(16) as asking:
-        asked = [
-            asking.submit(httpx.post, f"{address}/fdsnws/dataselect/1/query", content=lines, timeout=120.0)
+    with ThreadPoolExecutor(16) as api:
+        requested = [
+            api.submit(httpx.post, f"{address}/fdsnws/dataselect/1/query", content=lines, timeout=120.0)
             for _ in range(16)
         ]
-        begun = monotonic()
+        started = monotonic()
         assert httpx.get(f"{address}/login", timeout=60.0).status_code == 200
-        assert monotonic() - begun < 20.0, "where such questions kept threads for minutes"
-        statuses = Counter(one.result().status_code for one in asked)
+        assert monotonic() - started < 20.0, "where such questions kept threads for minutes"
+        statuses = Counter(one.result().status_code for one in requested)
     assert set(statuses) <= {204, 429}, statuses
     assert statuses[429], "one key has a share of them"
 

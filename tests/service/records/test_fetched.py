@@ -32,7 +32,7 @@ def test_a_body_that_broke_off_is_kept_until_the_rest_has_come(sessions: session
             assert (kept.mark, kept.beginning) == (None, data[:2_000])
             assert session.scalars(select(Recording)).all() == []
         SourcePoller(sessions, SETTINGS, clock=lambda: NOW).poll_all()
-        assert server.asked[-1][1]["Range"] == "bytes=2000-"
+        assert server.requested[-1][1]["Range"] == "bytes=2000-"
     with sessions() as session:
         taken = session.scalars(select(FetchedFile).options(undefer(FetchedFile.beginning))).one()
         assert (taken.mark, taken.version, taken.beginning) == ("", None, None)

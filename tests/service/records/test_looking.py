@@ -75,7 +75,7 @@ def test_every_way_in_stores_the_same(
         assert len(session.scalars(select(EventRecording)).all()) == 1
 
 
-def test_a_failing_source_is_told_once_and_its_recovery_too(
+def test_a_failing_source_is_reported_once_and_its_recovery_too(
     sessions: sessionmaker[Session], server: Server, caplog: pytest.LogCaptureFixture
 ) -> None:
     caplog.set_level(logging.INFO, logger="service")
@@ -112,7 +112,7 @@ def test_two_gigabytes_are_refused_with_their_size(sessions: sessionmaker[Sessio
 
 
 @pytest.mark.parametrize("kind", ["archive", "fdsnws"])
-def test_a_page_in_place_of_data_is_kept_and_the_data_are_asked_for_again(
+def test_a_page_in_place_of_data_is_kept_and_the_data_are_requested_again(
     sessions: sessionmaker[Session], server: Server, kind: str
 ) -> None:
     page = Page(b"<html><title>Maintenance</title></html>")

@@ -65,7 +65,9 @@ def test_a_lease_is_one_holders_until_it_lapses(sessions: sessionmaker[Session])
     assert hold("a", NOW + LEASE * 1.8)
 
 
-def test_new_files_and_new_buildings_are_found_while_it_runs(sessions: sessionmaker[Session], tmp_path: Path) -> None:
+def test_new_files_and_new_buildings_are_detected_while_it_runs(
+    sessions: sessionmaker[Session], tmp_path: Path
+) -> None:
     with polling(sessions) as poller:
         until(lambda: poller.holds)
         with sessions.begin() as session:

@@ -76,26 +76,26 @@ def test_rejected_files_are_in_the_api_on_the_pages_in_the_log_and_an_alert(
     assert lines[0].startswith("junk.mseed of TOWER was rejected: junk.mseed begins with b'hello', as no known format")
     assert lines[1] == f"truncated.mseed of TOWER was rejected: {TRUNCATED}"
     assert len(lines) == 2
-    with client(url) as asking:
-        listed = asking.get("/api/v1/recordings", params={"state": "rejected", "building": "TOWER"}).json()
+    with client(url) as api:
+        listed = api.get("/api/v1/recordings", params={"state": "rejected", "building": "TOWER"}).json()
         assert [(one["name"], one["state"], one["size"]) for one in listed["items"]] == [
             ("truncated.mseed", "rejected", 2860),
             ("junk.mseed", "rejected", 5),
         ]
         assert listed["items"][0]["reason"] == TRUNCATED
-        first = asking.get("/api/v1/recordings", params={"limit": 1}).json()
-        second = asking.get("/api/v1/recordings", params={"limit": 1, "cursor": first["next"]}).json()
+        first = api.get("/api/v1/recordings", params={"limit": 1}).json()
+        second = api.get("/api/v1/recordings", params={"limit": 1, "cursor": first["next"]}).json()
         assert [first["items"][0]["name"], second["items"][0]["name"]] == ["truncated.mseed", "junk.mseed"]
-        assert asking.get("/api/v1/recordings", params={"building": "NONE"}).status_code == 404
-        rows = asking.get("/api/v1/recordings", params={"state": "read", "format": "csv"}).text.splitlines()
+        assert api.get("/api/v1/recordings", params={"building": "NONE"}).status_code == 404
+        rows = api.get("/api/v1/recordings", params={"state": "read", "format": "csv"}).text.splitlines()
         assert len(rows) == 2
         assert "good.mseed" in rows[1]
-        page = asking.get("/buildings/TOWER/recordings?state=rejected").text
+        page = api.get("/buildings/TOWER/recordings?state=rejected").text
         assert "rejected (2)" in page
         assert TRUNCATED in page
         assert "good.mseed" not in page
         for path in ("/", "/?building=TOWER"):
-            home = asking.get(path).text
+            home = api.get(path).text
             assert 'href="/buildings/TOWER/recordings?state=rejected">2 files could not be used' in home
     ((state, summary, evidence),) = alerts(sessions)
     assert (state, summary) == ("active", "2 files or more could not be used")
@@ -189,12 +189,12 @@ def everywhere(
     ((state, summary, evidence),) = alerts(sessions)
     assert (state, summary, evidence["first"]) == ("active", "A file could not be used", name)
     assert str(evidence["reason"]).startswith(expected)
-    with client(url) as asking:
-        (listed,) = asking.get("/api/v1/recordings", params={"state": "rejected"}).json()["items"]
+    with client(url) as api:
+        (listed,) = api.get("/api/v1/recordings", params={"state": "rejected"}).json()["items"]
         assert listed["reason"].startswith(expected)
-        assert expected in unescape(asking.get("/buildings/TOWER/recordings?state=rejected").text)
-        (alert,) = (one for one in asking.get("/api/v1/alerts").json()["items"] if one["cause"] == "rejected")
-        assert f"The first is {name}: {expected}" in unescape(asking.get(f"/alerts/{alert['id']}").text)
+        assert expected in unescape(api.get("/buildings/TOWER/recordings?state=rejected").text)
+        (alert,) = (one for one in api.get("/api/v1/alerts").json()["items"] if one["cause"] == "rejected")
+        assert f"The first is {name}: {expected}" in unescape(api.get(f"/alerts/{alert['id']}").text)
 
 
 @pytest.mark.parametrize("kind", ["archive", "fdsnws"])
@@ -244,13 +244,13 @@ def test_a_dead_channel_is_named_with_its_file_everywhere(
     (line,) = [one.getMessage() for one in caplog.records if fault in one.getMessage()]
     assert line.startswith(f"event 1 of PAPER (0.mseed): {monitored_building.BASE} {fault}")
     periodic_checks.check_buildings(sessions, Settings(channel_misses=1), monitored_building.NOW)
-    with client(url) as asking:
-        event = asking.get("/api/v1/events/1").json()
+    with client(url) as api:
+        event = api.get("/api/v1/events/1").json()
         assert (monitored_building.BASE, "dead") in [(one["channel"], one["kind"]) for one in event["quality"]]
         (open_alert,) = event["verdict"]["open_alerts"]
         assert (open_alert["cause"], open_alert["rests_here"]) == (f"channel/{monitored_building.BASE}", True)
-        assert fault in unescape(asking.get("/events/1").text)
-        alert = unescape(asking.get(f"/alerts/{open_alert['id']}").text)
+        assert fault in unescape(api.get("/events/1").text)
+        alert = unescape(api.get(f"/alerts/{open_alert['id']}").text)
     assert f"In the latest earthquake, event 1 (0.mseed): {fault}" in alert
     assert '<a href="/events/1">1</a>' in alert
 
@@ -273,24 +273,24 @@ def test_the_alert_counts_and_ends_by_time_or_by_a_person(sessions: sessionmaker
     assert [state for state, _, _ in alerts(sessions)] == ["resolved", "resolved"]
 
 
-def test_a_source_with_a_wrong_address_is_said_everywhere_after_the_first_look(
+def test_a_source_with_a_wrong_address_is_stated_everywhere_after_the_first_look(
     url: str, sessions: sessionmaker[Session], server: Server, caplog: pytest.LogCaptureFixture
 ) -> None:
     with sessions.begin() as session:
         text = building_file("archive", f"{server.address}/nowhere/?token=t0ken")
         building_store.add(session, text, Path("/"), datetime.now(UTC))
     look(sessions)
-    said = f"{server.address}/nowhere/ answered 404 Not Found; nothing is served at this path; correct location"
-    assert any(said in record.getMessage() for record in caplog.records)
+    printed = f"{server.address}/nowhere/ answered 404 Not Found; nothing is served at this path; correct location"
+    assert any(printed in record.getMessage() for record in caplog.records)
     ((state, summary, evidence),) = alerts(sessions, "source")
     assert (state, summary) == ("active", "The monitoring server has never answered at its address")
-    assert said in str(evidence["error"])
-    with client(url) as asking:
-        (source,) = asking.get("/api/v1/sources").json()["items"]
-        assert said in source["error"]
+    assert printed in str(evidence["error"])
+    with client(url) as api:
+        (source,) = api.get("/api/v1/sources").json()["items"]
+        assert printed in source["error"]
         for path in ("/", "/?building=TOWER", "/buildings/TOWER/recordings"):
-            page = asking.get(path).text
-            assert said in page
+            page = api.get(path).text
+            assert printed in page
             assert "t0ken" not in page
 
 

@@ -64,9 +64,9 @@ def test_the_other_sources_are_looked_at_in_time_and_the_service_ends_soon(
     sessions.kw["bind"].dispose()
 
 
-def count(sessions: sessionmaker[Session], told: InstrumentedAttribute[datetime | None]) -> int:
+def count(sessions: sessionmaker[Session], reported: InstrumentedAttribute[datetime | None]) -> int:
     with sessions() as session:
-        return session.scalar(select(func.count()).where(told.is_not(None))) or 0
+        return session.scalar(select(func.count()).where(reported.is_not(None))) or 0
 
 
 def until(met: Callable[[], bool], seconds: float) -> None:

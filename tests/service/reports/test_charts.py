@@ -102,7 +102,7 @@ def test_a_few_events_are_named_and_many_are_ordered_in_time() -> None:
         (300, ["2024", "2028", "2032", "2036", "2040", "2044", "2048", "2052", "2056"]),
     ],
 )
-def test_the_legend_of_many_events_tells_days_or_years(days: int, shown: list[str]) -> None:
+def test_the_legend_of_many_events_shows_days_or_years(days: int, shown: list[str]) -> None:
     cycle = [EquivalentSegment(0.0, 2.0, 0.01, None, 5e6, 1e5, 2e5, 1e4)]
     events = {START + timedelta(days=days * number): cycle for number in range(40)}
     svg = vl_convert.vegalite_to_svg(report_charts.equivalent_stiffness(events, "T").to_dict())

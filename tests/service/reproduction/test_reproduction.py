@@ -238,7 +238,7 @@ def test_every_axis_says_what_it_shows_and_in_which_unit(seven: Simulated) -> No
             assert without_unit <= {"level", "mode shape, the roof being 1"}
 
 
-def test_modes_that_were_not_identified_leave_gaps_that_are_said(seven: Simulated) -> None:
+def test_modes_that_were_not_identified_leave_gaps_that_are_stated(seven: Simulated) -> None:
     cases = {
         noise: replace(case, shapes=case.shapes[:, :0], modal=case.modal[:0]) for noise, case in seven.cases.items()
     }
@@ -251,14 +251,14 @@ def test_modes_that_were_not_identified_leave_gaps_that_are_said(seven: Simulate
     assert fits["10a"] == fits["11b"] == "–"
 
 
-def test_without_records_section_8_is_left_out_and_that_is_said(seven: Simulated) -> None:
+def test_without_records_section_8_is_left_out_and_that_is_stated(seven: Simulated) -> None:
     text = page_of(report(seven, None), seven, None)
     assert "Section 8 is left out" in text
     assert list(Page(text).figures) == [f"figure-{number}" for number in SECTION_7]
 
 
 @pytest.mark.parametrize(
-    ("arguments", "code", "said"),
+    ("arguments", "code", "printed"),
     [
         (("event.mseed",), 2, "needs both"),
         (("--building", "building.toml"), 2, "needs both"),
@@ -267,13 +267,13 @@ def test_without_records_section_8_is_left_out_and_that_is_said(seven: Simulated
         (("--ground", "event.mseed"), 1, "--channel"),
     ],
 )
-def test_what_cannot_be_used_is_said(
-    folder: Path, monkeypatch: pytest.MonkeyPatch, arguments: tuple[str, ...], code: int, said: str
+def test_what_cannot_be_used_is_stated(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, arguments: tuple[str, ...], code: int, printed: str
 ) -> None:
     monkeypatch.chdir(folder)
     done = menshin(*arguments)
     assert done.exit_code == code
-    assert said in done.output
+    assert printed in done.output
 
 
 def test_a_ground_motion_of_ones_own(tmp_path: Path) -> None:

@@ -76,9 +76,9 @@ def test_only_facts_without_any_weakness_are_normal() -> None:
 def test_one_weakness_is_enough(weakness: str) -> None:
     found = assess(replace(CALM, **WEAKER[weakness]))  # type: ignore[arg-type]
     assert found.level is not Level.NORMAL
-    said = " ".join((texts.headline(found), *texts.sentences(found)))
-    assert "Normal" not in said
-    assert "normal:" not in said
+    printed = " ".join((texts.headline(found), *texts.sentences(found)))
+    assert "Normal" not in printed
+    assert "normal:" not in printed
 
 
 numbers = st.none() | st.floats(width=32) | st.floats(0, 1)
@@ -141,11 +141,11 @@ def is_weak(of: Facts) -> bool:
 @given(facts)
 def test_no_path_leads_to_a_good_statement_while_anything_is_open(of: Facts) -> None:
     found = assess(of)
-    said = " ".join((texts.headline(found), *texts.sentences(found))).lower()
+    printed = " ".join((texts.headline(found), *texts.sentences(found))).lower()
     if is_weak(of):
         assert found.level is not Level.NORMAL
-        assert "this is not an inspection" not in said
-    assert not any(phrase in said for phrase in ("nothing", "unusual", "all clear", "safe"))
+        assert "this is not an inspection" not in printed
+    assert not any(phrase in printed for phrase in ("nothing", "unusual", "all clear", "safe"))
 
 
 @given(facts)
@@ -218,11 +218,11 @@ def test_a_strong_earthquake_names_the_limit_and_its_source() -> None:
     found = assess(replace(CALM, displacement=Measured(value=0.295, uncertainty=0.0004), largest_earlier=0.1))
     assert found.level is Level.INSPECT
     assert found.is_beyond_history
-    said = " ".join(texts.sentences(found))
-    assert said.startswith("Inspect. Have the isolators inspected before normal use.")
-    assert "Shear strain of the isolators: 147.50 ± 0.20 %, limit 100 % (watch), Menshin's default" in said
-    assert "design_displacement is 400 mm in the building file" in said
-    assert "limit 67 % (inspect)" in said
+    printed = " ".join(texts.sentences(found))
+    assert printed.startswith("Inspect. Have the isolators inspected before normal use.")
+    assert "Shear strain of the isolators: 147.50 ± 0.20 %, limit 100 % (watch), Menshin's default" in printed
+    assert "design_displacement is 400 mm in the building file" in printed
+    assert "limit 67 % (inspect)" in printed
 
 
 def test_an_undecided_check_says_what_would_settle_it() -> None:

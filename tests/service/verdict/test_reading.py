@@ -28,13 +28,13 @@ from service.verdict.checks import Level, Outcome
 GOOD = ("normal", "this is not an inspection", "nothing", "all clear")
 
 
-def told(session: Session, event: Event) -> Message:
+def reported(session: Session, event: Event) -> Message:
     """The message about it, sent soon after."""
     write_event_message(session, event.id, AGE, event.end + SOON)
     return messages(session)[-1]
 
 
-def said(message: Message) -> str:
+def printed(message: Message) -> str:
     """Everything that people read of it, in small letters."""
     return " ".join((message.severity, message.subject, *message.sentences)).lower()
 
@@ -52,7 +52,7 @@ def test_an_earthquake_within_every_limit_is_normal_and_says_that_it_is_no_inspe
     event = earthquake(session, of, day(1))
     add_comparison(session, event)
     assert levels(session, event) == {Level.NORMAL}
-    message = told(session, event)
+    message = reported(session, event)
     assert (message.kind, message.severity) == ("event", "normal")
     assert message.subject.endswith(": isolators moved 20 mm, normal: 8 of 8 checks passed")
     assert message.sentences[-2:] == ["Normal. This is not an inspection.", "8 of 8 checks passed."]
@@ -137,18 +137,18 @@ def test_one_stored_weakness_is_enough(session: Session, of: Building, weakness:
 def test_a_building_file_without_a_limit_leaves_its_check_undecided(session: Session, limits: str) -> None:
     event = earthquake(session, building(session, limits), day(1))
     add_comparison(session, event)
-    message = told(session, event)
+    message = reported(session, event)
     assert message.severity == "note"
     assert "undecided: 1 of 8 checks undecided" in message.subject
     assert "under [isolation] in the building file." in message.sentences[-1]
-    assert not any(word in said(message) for word in GOOD)
+    assert not any(word in printed(message) for word in GOOD)
 
 
 def test_data_problems_leave_it_undecided(session: Session, of: Building) -> None:
     event = earthquake(session, of, day(1), quality=("XX.A: 4 spikes were removed",))
     add_comparison(session, event)
     assert levels(session, event) == {Level.UNDECIDED}
-    assert "Data quality. XX.A: 4 spikes were removed." in told(session, event).sentences[-1]
+    assert "Data quality. XX.A: 4 spikes were removed." in reported(session, event).sentences[-1]
 
 
 def test_the_message_of_a_later_earthquake_is_no_good_news_while_a_loss_is_open(session: Session, of: Building) -> None:
@@ -157,13 +157,13 @@ def test_the_message_of_a_later_earthquake_is_no_good_news_while_a_loss_is_open(
     reconcile(session, of.id, [with_stored_events(softer_isolators(), events)], "events", day(3) + SOON)
     later = earthquake(session, of, day(10))
     add_comparison(session, later, -0.08, 0.004)
-    message = told(session, later)
+    message = reported(session, later)
     assert message.severity == "note"
     assert message.subject.endswith(
         "isolators moved 20 mm, watch: The isolators are 8 % softer in direction x; 1 alert open"
     )
     assert "Also open at the building: stiffness of the isolators." in message.sentences
-    assert not any(word in said(message) for word in GOOD)
+    assert not any(word in printed(message) for word in GOOD)
     [alert] = message.data["verdict"]["open_alerts"]
     assert (alert["cause"], alert["level"], alert["rests_here"]) == ("stiffness", "watch", False)
 
@@ -171,14 +171,14 @@ def test_the_message_of_a_later_earthquake_is_no_good_news_while_a_loss_is_open(
 def test_a_strong_earthquake_exceeds_limits_and_says_which(session: Session, of: Building) -> None:
     event = earthquake(session, of, day(1), STRONG)
     add_comparison(session, event)
-    message = told(session, event)
+    message = reported(session, event)
     assert message.severity == "alarm"
     assert "inspect: displacement as a share of the design displacement 73.8 %" in message.subject
     assert "Inspect. Have the isolators inspected before normal use." in message.sentences
     text = " ".join(message.sentences)
     assert "Shear strain of the isolators: 147.50 ± 0.14 %, limit 100 % (watch), Menshin's default" in text
     assert "design_displacement is 400 mm in the building file" in text
-    assert not any(word in said(message) for word in GOOD[1:])
+    assert not any(word in printed(message) for word in GOOD[1:])
 
 
 def found_limits(session: Session, of: Building, now: object) -> None:
@@ -201,7 +201,7 @@ def test_an_exceeded_limit_stays_open_until_an_inspection_is_recorded(session: S
     add_comparison(session, after)
     found_limits(session, of, day(2) + SOON)
     assert levels(session, after) == {Level.INSPECT}
-    assert told(session, after).severity == "alarm"
+    assert reported(session, after).severity == "alarm"
     operator_actions.inspect(session, session.query(Alert).one(), "Jo", "confirmed", "no damage found", None, day(3))
     found_limits(session, of, day(3) + SOON)
     assert session.query(Alert).one().state == "resolved"
@@ -229,7 +229,7 @@ def test_an_alert_that_began_later_sends_no_message_about_an_earlier_earthquake_
 ) -> None:
     first = earthquake(session, of, day(1))
     add_comparison(session, first)
-    told(session, first)
+    reported(session, first)
     second = earthquake(session, of, day(1) + timedelta(hours=1))
     found = replace(softer_isolators(), began_at=second.start, raised_at=second.start)
     reconcile(session, of.id, [with_stored_events(found, (second.id,) * 3)], "events", second.end)
@@ -242,7 +242,7 @@ def test_an_alert_that_began_later_sends_no_message_about_an_earlier_earthquake_
     write_event_message(session, first.id, AGE, second.end + SOON)
     updated = messages(session)[-1]
     assert (updated.number, updated.severity) == (2, "note")
-    assert not any(word in said(updated) for word in GOOD)
+    assert not any(word in printed(updated) for word in GOOD)
 
 
 def test_an_earthquake_that_waits_for_its_analysis_says_so(session: Session, of: Building) -> None:

@@ -40,8 +40,8 @@ def answers(url: str, stored: Session, event: Event, of: Building) -> dict[str, 
         "api building": f"/api/v1/buildings/{of.code}",
         "metrics": "/metrics",
     }
-    with client(url) as asking:
-        found = {name: asking.get(address) for name, address in addresses.items()}
+    with client(url) as api:
+        found = {name: api.get(address) for name, address in addresses.items()}
         assert {one.status_code for one in found.values()} == {200}
         documents = {name: found[name].json()["verdict"]["level"] for name in ("api event", "api building")}
     pages = {name: unescape(found[name].text) for name in ("event", "home", "alerts")}

@@ -71,7 +71,9 @@ def _stream(record: Record) -> obspy.Stream:
     for channel, samples in zip(record.channels, record.samples, strict=True):
         network, station, location, code = channel.id.split(".")
         header = {"network": network, "station": station, "location": location, "channel": code}
-        begun = obspy.UTCDateTime(record.start)
-        trace = obspy.Trace(np.ma.masked_invalid(samples), header | {"starttime": begun, "sampling_rate": record.rate})
+        started = obspy.UTCDateTime(record.start)
+        trace = obspy.Trace(
+            np.ma.masked_invalid(samples), header | {"starttime": started, "sampling_rate": record.rate}
+        )
         stream += trace.split()
     return stream

@@ -127,7 +127,7 @@ def _kernel() -> Any:  # noqa: ANN401  numba's functions have no type
     @njit
     def integrate(codes, kinds, at_p, p, at_s, states, mass, L, advance, pushed, own, ground, vertical, constants):  # noqa: ANN001, ANN202
         axes, n, modes = ground.shape[0], ground.shape[1], L.size
-        h, begun, temperature, rubber, dashpot = constants[0], constants[1], constants[2], constants[3], constants[4]
+        h, started, temperature, rubber, dashpot = constants[0], constants[1], constants[2], constants[3], constants[4]
         u, v, f, slab = np.zeros((axes, n)), np.zeros((axes, n)), np.zeros((axes, n)), np.zeros((axes, n))
         second = np.zeros((axes, modes, n))
         q, ahead = np.zeros((axes, modes, 2)), np.zeros((axes, modes, 2))
@@ -159,7 +159,7 @@ def _kernel() -> Any:  # noqa: ANN401  numba's functions have no type
                     step = Step(
                         u[x, i - 1], v[x, i - 1], u[x, i], v[x, i], slab[x, i] - ground[x, i],
                         cross * u[o, i - 1], cross * u[o, i], cross * v[o, i],
-                        z0[x], z[x], slab[x, i - 1], slab[x, i], vertical[i], temperature, begun + i * h, i, h,
+                        z0[x], z[x], slab[x, i - 1], slab[x, i], vertical[i], temperature, started + i * h, i, h,
                     )  # fmt: skip
                     hidden, z[x] = layer(codes, kinds, at_p, p, at_s, s[x], s1[x], step, u[x])
                     f[x, i] = rubber * u[x, i] + dashpot * v[x, i] + hidden

@@ -100,12 +100,12 @@ def trial(text: str, seed: int) -> Trial:
     laws = with_usual_yielding(true, hidden)
     scales = scaled_to_peaks(true, laws, earthquakes, begin, happens).scales
     found = simulate_events(true, laws, earthquakes, scales, FINE, happens)
-    told, softened = _softened(describe(true, wanted, happens, rng), wanted, rng)
-    faults = _faults(wanted, told, rng)
+    description, softened = _softened(describe(true, wanted, happens, rng), wanted, rng)
+    faults = _faults(wanted, description, rng)
     noisy = Noise(float(rng.choice([0.01, 0.03, 0.1])), wanted.pink)
-    gains = 1 + wanted.gain_error * rng.standard_normal(len(told.channels))
+    gains = 1 + wanted.gain_error * rng.standard_normal(len(description.channels))
     events = tuple(
-        _recorded(_exact(plan, scale, answer, happens), told, noisy, gains, faults, wanted, rng)
+        _recorded(_exact(plan, scale, answer, happens), description, noisy, gains, faults, wanted, rng)
         for plan, scale, answer in zip(earthquakes, scales, found.answers, strict=True)
     )
     return Trial(
@@ -115,7 +115,7 @@ def trial(text: str, seed: int) -> Trial:
         faults,
         softened,
         true,
-        told,
+        description,
         noisy,
         events,
         misfit_of(found, every=round(FINE / RATE)),
@@ -132,23 +132,27 @@ def _happens(wanted: Case, rng: np.random.Generator) -> frozenset[Need]:
     return frozenset(need for need in NEEDS if rng.random() < USUAL or need in needed)
 
 
-def _softened(told: BuildingDescription, wanted: Case, rng: np.random.Generator) -> tuple[BuildingDescription, str]:
+def _softened(
+    description: BuildingDescription, wanted: Case, rng: np.random.Generator
+) -> tuple[BuildingDescription, str]:
     """The description with one storey stiffer than the true one, by what that has lost."""
-    lost, storey = rng.uniform(*wanted.softened), int(rng.integers(len(told.floors)))
+    lost, storey = rng.uniform(*wanted.softened), int(rng.integers(len(description.floors)))
     if not lost:
-        return told, ""
-    floor = told.floors[storey]
+        return description, ""
+    floor = description.floors[storey]
     stiffer = replace(floor, stiffness=(floor.stiffness or 0.0) / (1 - lost))
-    levels = tuple(stiffer if level is floor else level for level in told.levels)
-    return replace(told, levels=levels), floor.name
+    levels = tuple(stiffer if level is floor else level for level in description.levels)
+    return replace(description, levels=levels), floor.name
 
 
-def _faults(wanted: Case, told: BuildingDescription, rng: np.random.Generator) -> tuple[Fault, ...]:
+def _faults(wanted: Case, description: BuildingDescription, rng: np.random.Generator) -> tuple[Fault, ...]:
     def channel(level: str, direction: str) -> str:
         """Id of the accelerometer, or of the displacement sensor."""
         quantity = "displacement" if level == "displacement" else "acceleration"
         place = "1F" if level == "displacement" else level
-        return next(c.id for c in told.channels if (c.level, c.quantity, c.direction) == (place, quantity, direction))
+        return next(
+            c.id for c in description.channels if (c.level, c.quantity, c.direction) == (place, quantity, direction)
+        )
 
     others = {"swap": lambda level: channel("RF", "x"), "rotation": lambda level: channel(level, "y")}
     return tuple(
@@ -174,19 +178,19 @@ def _exact(plan: Plan, scale: float, answer: Response, happens: frozenset[Need])
 
 def _recorded(
     event: Event,
-    told: BuildingDescription,
+    description: BuildingDescription,
     noisy: Noise,
     gains: Vector,
     faults: tuple[Fault, ...],
     wanted: Case,
     rng: np.random.Generator,
 ) -> Event:
-    samples = np.array([_reading(channel, event, noisy, rng) for channel in told.channels])
-    is_acceleration = np.array([channel.quantity == "acceleration" for channel in told.channels])
+    samples = np.array([_reading(channel, event, noisy, rng) for channel in description.channels])
+    is_acceleration = np.array([channel.quantity == "acceleration" for channel in description.channels])
     samples[is_acceleration] *= gains[is_acceleration, None]
     for fault in faults:
-        samples = faulty(samples, told.channels, fault, rng)
-    whole = replace(event, record=replace(event.record, channels=told.channels, samples=samples))
+        samples = faulty(samples, description.channels, fault, rng)
+    whole = replace(event, record=replace(event.record, channels=description.channels, samples=samples))
     return _cut(whole) if wanted.moving else whole
 
 

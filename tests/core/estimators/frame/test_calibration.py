@@ -85,7 +85,7 @@ def test_chi_square_is_one_where_noise_explains_the_rest() -> None:
     assert np.diag(found.covariance)[hypothesis.std == 0] == pytest.approx(0.0)
 
 
-def test_rocking_of_its_own_is_told_by_band() -> None:
+def test_rocking_of_its_own_is_reported_by_band() -> None:
     """Its variance, where it is above the noise: within four standard errors of a variance from a band's lines."""
     rng, share = np.random.default_rng(5), 0.2
     true = with_unmodelled_motion(DESIGN, 0.0).mean

@@ -56,7 +56,7 @@ def test_each_records_band_covers_the_force(noise: float) -> None:
 @pytest.mark.accuracy
 @pytest.mark.parametrize("noise", [0.01, 0.10])
 @pytest.mark.parametrize("kind", ["in class", "constant modal damping 2 %"])
-def test_the_force_errs_at_the_frequencies_and_in_the_patterns_that_are_said(kind: str, noise: float) -> None:
+def test_the_force_errs_at_the_frequencies_and_in_the_patterns_that_are_stated(kind: str, noise: float) -> None:
     """In units of what is said, by bands of frequencies of more than 100 coefficients: 1 but for what is not known of
     how strongly the floors without a sensor move, for which the bounds leave 40 %; 0.66 to 1.3 were measured."""
     result = found(kind, "Kobe", noise, 0)
@@ -71,17 +71,17 @@ def test_the_force_errs_at_the_frequencies_and_in_the_patterns_that_are_said(kin
 
 
 @pytest.mark.accuracy
-def test_what_is_said_of_a_record_in_class() -> None:
+def test_what_is_stated_of_a_record_in_class() -> None:
     assessment = found("in class", "Kobe", 0.01, 0).assessment
     assert assessment is not None
-    told = as_given(Design.of(BUILDING.floor_mass, None, np.array([2, 6])), 0.0)
-    assert (assessment.assumption, assessment.fallback, assessment.is_at_rest) == (told.name, None, True)
+    reported = as_given(Design.of(BUILDING.floor_mass, None, np.array([2, 6])), 0.0)
+    assert (assessment.assumption, assessment.fallback, assessment.is_at_rest) == (reported.name, None, True)
     assert assessment.chi_square == pytest.approx(1.0, abs=0.1)  # the noise's level is told from the record to 3 %
     assert assessment.prior_share < 0.05
 
 
 @pytest.mark.accuracy
-def test_what_is_said_of_a_late_sensor() -> None:
+def test_what_is_stated_of_a_late_sensor() -> None:
     assessment = found("roof a sample late", "Kobe", 0.01, 0).assessment
     assert assessment is not None
     assert assessment.assumption == corrected(Design.of(BUILDING.floor_mass, None, np.array([2, 6])), 0.0).name
@@ -141,7 +141,7 @@ def test_ten_seconds_are_enough() -> None:
 
 
 @pytest.mark.accuracy
-def test_floors_that_the_model_tells_worse_than_interpolation_are_left_to_interpolation() -> None:
+def test_floors_that_the_model_shows_worse_than_interpolation_are_left_to_interpolation() -> None:
     """Floors on the straight line from the base slab to a roof that moves in part as it likes, as of no inertia."""
     s = short([1, 3, 6], noise=1e-3)
     rng, base = np.random.default_rng(8), s.base_acceleration
@@ -164,7 +164,7 @@ def exchanged() -> InstrumentedSuperstructure:
 
 
 @pytest.mark.accuracy
-def test_exchanged_floors_raise_nothing_and_are_said_to_be_unexplained() -> None:
+def test_exchanged_floors_raise_nothing_and_are_stated_to_be_unexplained() -> None:
     result = estimate(exchanged())
     assert np.isfinite(result.force).all()
     assert np.isfinite(result.std).all()
@@ -241,12 +241,12 @@ def test_the_softened_storey_stands_out() -> None:
 
 
 @pytest.mark.accuracy
-def test_deviations_are_from_the_design_as_told() -> None:
+def test_deviations_are_from_the_design_as_reported() -> None:
     """The calibration knows the design up to a scale only."""
     assert calibrated_from(1.2).deviation == pytest.approx(calibrated_from(1.0).deviation - np.log(1.2), abs=1e-6)
 
 
 @pytest.mark.accuracy
-def test_nothing_is_said_where_nobody_gave_a_stiffness() -> None:
+def test_nothing_is_stated_where_no_one_gave_a_stiffness() -> None:
     assert estimate(superstructure(None)).storeys is None
     assert estimate(replace(superstructure(told_stiffness()), storey_stiffness=None)).storeys is None

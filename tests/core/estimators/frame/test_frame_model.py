@@ -44,8 +44,8 @@ def test_a_design_has_its_first_mode_at_one_hertz() -> None:
     building = ShearBuilding(1.0, DESIGN.floor_mass, DESIGN.storey_stiffness, 0.0)
     assert fixed_base_modes(building).frequency[0] == pytest.approx(1.0)
     assert np.ptp(DESIGN.storey_stiffness) == 0  # equal columns where no stiffness is given
-    told = Design.of(BUILDING.floor_mass, BUILDING.storey_stiffness, np.array([6]))
-    share = told.storey_stiffness / BUILDING.storey_stiffness
+    reported = Design.of(BUILDING.floor_mass, BUILDING.storey_stiffness, np.array([6]))
+    share = reported.storey_stiffness / BUILDING.storey_stiffness
     assert share == pytest.approx(share[0])
 
 

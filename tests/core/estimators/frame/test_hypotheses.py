@@ -52,7 +52,7 @@ def difference(calibration: Calibration, parameters: slice, channel: int) -> tup
     return float(weights @ calibration.parameters[parameters]), float(np.sqrt(weights @ covariance @ weights))
 
 
-def test_what_was_told_is_kept_where_it_holds() -> None:
+def test_what_was_reported_is_kept_where_it_holds() -> None:
     rng = np.random.default_rng(1)
     choice = best_hypothesis(with_noise(exact_lines(PAPER, rng), NOISE, rng), DESIGN, 0.0)
     assert choice.calibration.hypothesis.name == TOLD
@@ -61,7 +61,7 @@ def test_what_was_told_is_kept_where_it_holds() -> None:
 
 
 @pytest.mark.parametrize("channel", range(LAYOUT.channels))
-def test_a_late_clock_is_found(channel: int) -> None:
+def test_a_late_clock_is_detected(channel: int) -> None:
     rng = np.random.default_rng([2, channel])
     choice = best_hypothesis(
         with_noise(with_sensor_fault(exact_lines(PAPER, rng), channel, 1.0, LATE), NOISE, rng), DESIGN, 0.0
@@ -152,7 +152,7 @@ def test_misfit_of_a_band_is_unexplained() -> None:
 
 
 @pytest.mark.parametrize(("measured", "is_free"), [([6], False), ([2, 6], True)])
-def test_joints_and_bending_are_told_only_by_enough_channels(measured: list[int], is_free: bool) -> None:
+def test_joints_and_bending_are_reported_only_by_enough_channels(measured: list[int], is_free: bool) -> None:
     design = Design.of(DESIGN.floor_mass, None, np.array(measured))
     flexibilities = design.layout.flexibilities
     places = set(range(flexibilities.start + 1, flexibilities.stop))
@@ -177,7 +177,7 @@ def test_the_lowest_storey_has_the_scale_alone() -> None:
 
 @pytest.mark.accuracy
 @pytest.mark.parametrize("share", [0.0, 0.01, 0.1])
-def test_some_lines_tell_the_evidence_nearly_as_well_as_all(share: float) -> None:
+def test_some_lines_show_the_evidence_nearly_as_well_as_all(share: float) -> None:
     """Every fifth line of a record of 240 s, so that the wider hypothesis is not dropped where it would win."""
     rng = np.random.default_rng([8, round(100 * share)])
     lines = with_noise(with_rocking(exact_lines(PAPER, rng, samples=24_000), PAPER, share, rng), NOISE, rng)

@@ -62,10 +62,10 @@ def test_force_and_free_vibration_bear_what_all_channels_have_in_common() -> Non
     parameters = found.parameters.copy()
     parameters[LAYOUT.gains] += np.log(GAIN)
     parameters[LAYOUT.delays] += LATE
-    told = reconstructed(lines, DESIGN, found, BUILDING.base_mass).force
+    reported = reconstructed(lines, DESIGN, found, BUILDING.base_mass).force
     late = reconstructed(moved, DESIGN, replace(found, parameters=parameters), BUILDING.base_mass).force
-    expected = np.fft.irfft(common * np.fft.rfft(told), SAMPLES)
-    assert late == pytest.approx(expected, abs=1e-9 * np.abs(told).max())
+    expected = np.fft.irfft(common * np.fft.rfft(reported), SAMPLES)
+    assert late == pytest.approx(expected, abs=1e-9 * np.abs(reported).max())
 
 
 def test_free_vibration_has_a_part_in_that_force() -> None:

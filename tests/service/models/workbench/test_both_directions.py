@@ -70,7 +70,7 @@ def test_the_model_that_comes_of_it_is_of_both_directions(found: Work[DiagnosisR
     assert again.isolator.effects["biaxial"]["joined"] == pytest.approx(1.0, abs=0.1)
 
 
-def test_tables_and_json_tell_of_each_direction(found: Work[DiagnosisResult]) -> None:
+def test_tables_and_json_show_each_direction(found: Work[DiagnosisResult]) -> None:
     names = [one.name for one in found.result.earthquakes.observations]
     shown = text_of(summary(found))
     for name, direction in zip(names, "xyxy", strict=True):
@@ -91,7 +91,7 @@ def test_pictures_show_both_directions_of_the_strongest_earthquake(found: Work[D
     assert f"{found.result.earthquakes.observations[0].name} y" in points
 
 
-def test_a_comparison_tells_of_each_direction(seen: Earthquakes) -> None:
+def test_a_comparison_shows_each_direction(seen: Earthquakes) -> None:
     shown = text_of(comparison_summary(compare(replace(GIVEN, isolator=COUPLED), seen, silent)))
     for one in seen.observations:
         assert shown.count(f"{one.name} {one.direction}") == 2

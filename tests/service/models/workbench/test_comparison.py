@@ -121,7 +121,7 @@ def test_a_file_that_is_no_record_ends_with_one(folder: Path, tmp_path: Path) ->
     assert "as no known format does" in done.output
 
 
-def test_a_direction_that_nothing_measured_is_said(folder: Path, tmp_path: Path) -> None:
+def test_a_direction_that_nothing_measured_is_stated(folder: Path, tmp_path: Path) -> None:
     along_y = (folder / "model.toml").read_text("utf-8").replace('direction = "x"', 'direction = "y"')
     (tmp_path / "y.toml").write_text(along_y, "utf-8")
     done = menshin("model", "compare", "y.toml", folder / "event1.mseed", "--building", folder / "building.toml")

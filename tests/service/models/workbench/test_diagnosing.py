@@ -87,7 +87,7 @@ def test_the_document_names_the_effect_with_its_evidence(document: dict[str, Any
     assert k3["unit"] == "N/m^3"
 
 
-def test_every_effect_that_was_offered_is_told_of(document: dict[str, Any]) -> None:
+def test_every_effect_that_was_offered_is_reported_with(document: dict[str, Any]) -> None:
     assert {one["effect"] for one in document["candidates"]} == set(OFFERED)
     assert all((one["reason"] is None) == one["plausible"] for one in document["candidates"])
 
@@ -144,18 +144,18 @@ def test_sentences_agree_with_the_numbers(
         candidates=(first, *hard.candidates[1:]),
     )
     for diagnosis in (found, replace(found, diagnosis=replace(found.diagnosis, outcome=Outcome.UNKNOWN))):
-        said = diagnosis.text
-        text = " ".join(said)
-        assert all(sentence[0] == sentence[0].upper() for sentence in said)
+        printed = diagnosis.text
+        text = " ".join(printed)
+        assert all(sentence[0] == sentence[0].upper() for sentence in printed)
         for was, now in re.findall(r"falls from ([\d.,]+) kN to ([\d.,]+) kN", text):
             assert float(now.replace(",", "")) < float(was.replace(",", ""))
         for was, now in re.findall(r"raises the error of the force from (\S+) kN to (\S+) kN", text):
             assert float(now.replace(",", "")) > float(was.replace(",", ""))
     is_worth_it, helps_elsewhere = 10**after < LOWERS, 10**elsewhere < LOWERS
-    said = found.text
-    assert any(" is missing." in sentence for sentence in said) == is_worth_it
-    assert any("but not where it was fitted" in one for one in said) == (not is_worth_it and helps_elsewhere)
-    assert any("is not worth its place" in one for one in said) == (not is_worth_it and not helps_elsewhere)
+    printed = found.text
+    assert any(" is missing." in sentence for sentence in printed) == is_worth_it
+    assert any("but not where it was fitted" in one for one in printed) == (not is_worth_it and helps_elsewhere)
+    assert any("is not worth its place" in one for one in printed) == (not is_worth_it and not helps_elsewhere)
     assert ("The nearest known effect is Hardening" in text) == (10**others < LOWERS and not first.implausible)
 
 
@@ -169,14 +169,14 @@ def test_an_effect_is_kept_that_lowers_the_error_where_it_was_fitted_or_elsewher
     assert lowers(before, errs(before, fitted, left_out), hard.result.earthquakes) == is_kept
 
 
-def test_an_impossible_effect_is_never_the_nearest_nor_said_to_help(diagnosed: DiagnosisResult) -> None:
+def test_an_impossible_effect_is_never_the_nearest_nor_stated_to_help(diagnosed: DiagnosisResult) -> None:
     hard = diagnosed
     first = replace(hard.candidates[0], implausible="it has no strength left", delta_bic=-1e6)
     unknown = replace(hard.diagnosis, outcome=Outcome.UNKNOWN, steps=())
-    said = " ".join(replace(hard, diagnosis=unknown, stages=(), candidates=(first, *hard.candidates[1:])).text)
-    assert "Not proposed, since it is doubtful: Hardening" in said
-    assert "The nearest known effect is Hardening" not in said
-    assert "With hardening" not in said
+    printed = " ".join(replace(hard, diagnosis=unknown, stages=(), candidates=(first, *hard.candidates[1:])).text)
+    assert "Not proposed, since it is doubtful: Hardening" in printed
+    assert "The nearest known effect is Hardening" not in printed
+    assert "With hardening" not in printed
 
 
 def test_an_effect_that_could_not_be_judged_is_named_with_its_reason(hard: Work[DiagnosisResult]) -> None:
@@ -217,7 +217,7 @@ def test_an_improved_model_has_what_was_missing_and_can_be_read_back(improved: W
     assert through_json(improving_output.as_json(improved))["taken"] == ["hardening"]
 
 
-def test_an_effect_that_nobody_asked_for_is_added_and_that_is_said() -> None:
+def test_an_effect_that_no_one_requested_is_added_and_that_is_stated() -> None:
     seen = records_from_observations(observations(BOUC_WEN, 0.02, 2, PEAKS), {"event 3"})
     found = add("hardening", GIVEN, "given.toml", seen, silent)
     text = " ".join(found.result.text)

@@ -12,8 +12,8 @@ from core.workbench.effect_sentences import explained
 @pytest.mark.parametrize("name", sorted(EFFECTS))
 def test_values_are_in_the_units_that_engineers_read(name: str) -> None:
     effect = EFFECTS[name]
-    said = explained(effect, {parameter.name: parameter.prior.median for parameter in effect.parameters})
-    assert not re.search(r"\d (N|m|kg)\b", said), said
+    printed = explained(effect, {parameter.name: parameter.prior.median for parameter in effect.parameters})
+    assert not re.search(r"\d (N|m|kg)\b", printed), printed
 
 
 def test_a_value_has_its_unit_or_by_a_format_the_si_number() -> None:
@@ -31,6 +31,6 @@ def test_a_value_has_its_unit_or_by_a_format_the_si_number() -> None:
         suspect_when="The pit is flooded.",
         source="Morison et al. (1950), eq 2",
     )
-    said = explained(drag, {"drag": 1.25e6, "F_0": 123456.0})
-    assert said == "Water resists with 1.25e+06 N at 1 m/s, that is 1,250,000 N s2/m2, and with 123 kN always."
+    printed = explained(drag, {"drag": 1.25e6, "F_0": 123456.0})
+    assert printed == "Water resists with 1.25e+06 N at 1 m/s, that is 1,250,000 N s2/m2, and with 123 kN always."
     assert explained(drag, None) == "Water resists with drag N at 1 m/s, that is drag, and with F_0 always."

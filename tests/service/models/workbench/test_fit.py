@@ -81,12 +81,12 @@ def test_the_covariance_is_that_of_the_deviations(fitted: Fitted) -> None:
         assert fitted.model.standard_deviations[effect][parameter] == pytest.approx(std, rel=0.01)
 
 
-def test_the_outcome_is_said_in_words(fitted: Fitted) -> None:
+def test_the_outcome_is_stated_in_words(fitted: Fitted) -> None:
     assert fitted.document["outcome"] == "settled"
     assert "Fitted: the misfit has a minimum here." in fitted.text
 
 
-def test_what_no_record_excites_is_said(folder: Path, tmp_path: Path) -> None:
+def test_what_no_record_excites_is_stated(folder: Path, tmp_path: Path) -> None:
     """The layer stays 30 mm away from this wall."""
     start = read((folder / "model.toml").read_text("utf-8"))
     wall = {"gap": 0.05, "gap_back": 0.05, "wall": 1e8, "wall_back": 1e8}

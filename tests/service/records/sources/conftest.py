@@ -20,7 +20,7 @@ def server() -> Iterator[Server]:
 
 
 @pytest.fixture
-def asking() -> Iterator[Client]:
+def api() -> Iterator[Client]:
     made = client(SETTINGS, Manners(threading.Event().wait, SETTINGS.polling.retries, inf))
     yield made
     made.http.close()

@@ -70,7 +70,7 @@ def test_a_file_too_large_is_not_read(folder: Folder) -> None:
     assert "2000000000 bytes, 1000 are accepted" in (step.arrivals[0].refusal or "")
 
 
-def test_a_folder_that_is_missing_is_told(tmp_path: Path) -> None:
+def test_a_folder_that_is_missing_is_reported(tmp_path: Path) -> None:
     with pytest.raises(SourceError, match="does not exist; make it"):
         list(Folder(tmp_path / "gone", 1000, 2, SourceMemory()).steps({}, NOW))
 

@@ -69,9 +69,9 @@ def error(sessions: sessionmaker[Session], kind: str, location: str, now: dateti
 
 @pytest.mark.parametrize("kind", ["archive", "fdsnws"])
 def test_a_refused_connection(database: sessionmaker[Session], kind: str, refused: str) -> None:
-    said = error(database, kind, refused)
-    assert "cannot be reached: the connection is refused, as no server listens at this port, 2 times" in said
-    assert said.endswith("check that the server runs, and the host and port of location in the building file")
+    printed = error(database, kind, refused)
+    assert "cannot be reached: the connection is refused, as no server listens at this port, 2 times" in printed
+    assert printed.endswith("check that the server runs, and the host and port of location in the building file")
 
 
 def test_an_unknown_host() -> None:
@@ -98,40 +98,42 @@ def test_an_unknown_host() -> None:
 def test_an_archive_that_refuses(database: sessionmaker[Session], server: Server, status: int, helps: str) -> None:
     server.pages["/events/"] = Page(status=status)
     address = server.address.replace("http://", "http://alice:s3cret@")
-    said = error(database, "archive", f"{address}/events/?token=t0ken")
-    assert said.startswith(f"{server.address}/events/ {helps}")
-    assert not any(secret in said for secret in ("alice", "s3cret", "t0ken"))
+    printed = error(database, "archive", f"{address}/events/?token=t0ken")
+    assert printed.startswith(f"{server.address}/events/ {helps}")
+    assert not any(secret in printed for secret in ("alice", "s3cret", "t0ken"))
 
 
 def test_a_certificate_that_is_not_trusted(database: sessionmaker[Session], tls: ssl.SSLContext) -> None:
     with webhook_server(tls) as receiver:
-        said = error(database, "archive", f"{receiver.address}/events/")
-    assert "its TLS certificate is not trusted (self-signed certificate)" in said
-    assert "give the server a certificate for this host that is trusted here" in said
+        printed = error(database, "archive", f"{receiver.address}/events/")
+    assert "its TLS certificate is not trusted (self-signed certificate)" in printed
+    assert "give the server a certificate for this host that is trusted here" in printed
 
 
 def test_tls_at_a_port_without_it(database: sessionmaker[Session], server: Server) -> None:
-    said = error(database, "archive", server.address.replace("http://", "https://") + "/")
-    assert "it does not speak TLS at this port" in said
-    assert "http:// in place of https://" in said
+    printed = error(database, "archive", server.address.replace("http://", "https://") + "/")
+    assert "it does not speak TLS at this port" in printed
+    assert "http:// in place of https://" in printed
 
 
 def test_a_server_without_fdsn_web_services(database: sessionmaker[Session], server: Server) -> None:
     server.is_fdsn = False
-    said = error(database, "fdsnws", server.address)
-    assert said.startswith(f"{server.address} is not an FDSN server: nothing is served at /fdsnws/dataselect/1/version")
+    printed = error(database, "fdsnws", server.address)
+    assert printed.startswith(
+        f"{server.address} is not an FDSN server: nothing is served at /fdsnws/dataselect/1/version"
+    )
 
 
 def test_a_web_site_in_place_of_an_fdsn_server(database: sessionmaker[Session], server: Server) -> None:
     server.pages["/fdsnws/station/1/query"] = Page(b"<!DOCTYPE html><title>Log in</title>")
-    said = error(database, "fdsnws", server.address)
-    assert "answered with an HTML page ('Log in') in place of StationXML: this is not an FDSN server" in said
+    printed = error(database, "fdsnws", server.address)
+    assert "answered with an HTML page ('Log in') in place of StationXML: this is not an FDSN server" in printed
 
 
 def test_a_catalogue_that_is_none(database: sessionmaker[Session], server: Server) -> None:
-    said = error(database, "fdsnws", server.address, more=f'catalogue = "{server.address}/events"')
-    assert "/events has no FDSN event service" in said
-    assert "correct catalogue in the building file" in said
+    printed = error(database, "fdsnws", server.address, more=f'catalogue = "{server.address}/events"')
+    assert "/events has no FDSN event service" in printed
+    assert "correct catalogue in the building file" in printed
 
 
 def test_an_address_that_an_earlier_version_accepted(database: sessionmaker[Session]) -> None:
@@ -142,8 +144,8 @@ def test_an_address_that_an_earlier_version_accepted(database: sessionmaker[Sess
         number = building.id
     SourcePoller(database, SETTINGS, lambda: NOW, lambda _: None).poll("TOWER")
     with database() as session:
-        said = session.get_one(SourceState, number).error
-    assert said == (
+        printed = session.get_one(SourceState, number).error
+    assert printed == (
         "location in the building file: this is not a web address: it begins with 'htp:'; http://host/path and "
         "https://host/path are allowed"
     )

@@ -24,7 +24,9 @@ PATIENCE = 60.0
 """s."""
 
 
-def test_a_loss_of_eight_percent_is_told_once_in_words_for_everybody_and_signed_for_programs(tmp_path: Path) -> None:
+def test_a_loss_of_eight_percent_is_reported_once_in_words_for_everybody_and_signed_for_programs(
+    tmp_path: Path,
+) -> None:
     url = databases.sqlite(tmp_path)
     sessions = opened.sessions(url)
     path = os.environ.get("PYTHONPATH", "")

@@ -27,7 +27,7 @@ def found_again(session: Session, of: Building, *found: AlertCandidate) -> list[
     return then
 
 
-def test_an_alert_that_another_earthquake_turns_out_to_have_raised_is_not_told_again(
+def test_an_alert_that_another_earthquake_turns_out_to_have_raised_is_not_reported_again(
     session: Session, of: Building
 ) -> None:
     """As when events come late: it is the same loss, which began with the same earthquake."""
@@ -37,19 +37,19 @@ def test_an_alert_that_another_earthquake_turns_out_to_have_raised_is_not_told_a
 
 
 @pytest.mark.parametrize(("onset", "percent"), [(1, 8.0), (0, 12.0)], ids=["it began later", "it is larger"])
-def test_what_was_told_of_an_alert_is_updated_where_it_no_longer_holds(
+def test_what_was_reported_with_an_alert_is_updated_where_it_no_longer_holds(
     session: Session, of: Building, onset: int, percent: float
 ) -> None:
     events = raise_softening(session, of)
     changed = softer_isolators(percent, sentences=("It is said in other words.",))
-    (told,) = found_again(session, of, with_events(changed, onset, 1, events))
-    assert (told.key, told.sequence, told.severity) == (f"event/{events[2]}", "updated", "alarm")
-    assert f"{percent:.0f} % softer" in told.subject
-    assert "in other words" in " ".join(told.sentences)
-    assert told.data["alerts"][0]["began_at"] == (START + onset * DAY).isoformat()
+    (reported,) = found_again(session, of, with_events(changed, onset, 1, events))
+    assert (reported.key, reported.sequence, reported.severity) == (f"event/{events[2]}", "updated", "alarm")
+    assert f"{percent:.0f} % softer" in reported.subject
+    assert "in other words" in " ".join(reported.sentences)
+    assert reported.data["alerts"][0]["began_at"] == (START + onset * DAY).isoformat()
 
 
-def test_what_began_after_the_earthquake_it_was_told_with_is_told_anew(session: Session, of: Building) -> None:
+def test_what_began_after_the_earthquake_it_was_reported_with_is_reported_anew(session: Session, of: Building) -> None:
     """A second loss, of which the series tells instead of the first."""
     events = raise_softening(session, of)
     more = tuple(earthquake(session, of, START + number * DAY).id for number in (3, 4))
@@ -61,22 +61,24 @@ def test_what_began_after_the_earthquake_it_was_told_with_is_told_anew(session: 
     )
 
 
-def test_a_direction_that_shows_it_too_updates_what_was_told(session: Session, of: Building) -> None:
+def test_a_direction_that_shows_it_too_updates_what_was_reported(session: Session, of: Building) -> None:
     """One alert, in the one thread of messages; not a second alert that holds the first back."""
     events = raise_softening(session, of)
     both = softer_isolators(
         7.8, cause="stiffness/xy", summary="The isolators are 7.8 % softer in both directions", raised_at=START + DAY
     )
-    (told,) = found_again(session, of, with_events(softer_isolators(), 0, 2, events), with_events(both, 0, 1, events))
-    assert (told.key, told.sequence, told.severity) == (f"event/{events[2]}", "updated", "alarm")
-    assert told.subject.endswith("The isolators are 7.8 % softer in both directions")
-    assert "The isolators are 8 % softer in direction x." in " ".join(told.sentences)
-    assert "another earthquake, with which it is now reported" not in " ".join(told.sentences)
-    (alert,) = told.data["alerts"]
+    (reported,) = found_again(
+        session, of, with_events(softer_isolators(), 0, 2, events), with_events(both, 0, 1, events)
+    )
+    assert (reported.key, reported.sequence, reported.severity) == (f"event/{events[2]}", "updated", "alarm")
+    assert reported.subject.endswith("The isolators are 7.8 % softer in both directions")
+    assert "The isolators are 8 % softer in direction x." in " ".join(reported.sentences)
+    assert "another earthquake, with which it is now reported" not in " ".join(reported.sentences)
+    (alert,) = reported.data["alerts"]
     assert [one["subject"] for one in alert["evidence"]["parts"]] == ["x", "xy"]
 
 
-def test_a_loss_that_surely_began_later_in_another_direction_is_told_anew(session: Session, of: Building) -> None:
+def test_a_loss_that_surely_began_later_in_another_direction_is_reported_anew(session: Session, of: Building) -> None:
     events = raise_softening(session, of)
     more = tuple(earthquake(session, of, START + number * DAY).id for number in (3, 4))
     y = with_events(softer_isolators(6.0, cause="stiffness/y", summary="6 % softer in y"), 3, 4, events + more)

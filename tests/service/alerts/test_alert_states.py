@@ -40,10 +40,10 @@ def test_what_was_acknowledged_and_grew_fires_again() -> None:
 
 
 def test_deterioration_ends_by_revised_data_only() -> None:
-    told = OpenAlert("stiffness", "deterioration", was_active=True, is_revised=False)
+    reported = OpenAlert("stiffness", "deterioration", was_active=True, is_revised=False)
     revised = OpenAlert("stiffness", "deterioration", was_active=True, is_revised=True)
-    assert states(standing=(told,)) == {}
-    assert states(softer_isolators(is_sure=False), standing=(told,)) == {}
+    assert states(standing=(reported,)) == {}
+    assert states(softer_isolators(is_sure=False), standing=(reported,)) == {}
     assert states(standing=(revised,)) == {"stiffness": "withdrawn"}
     assert states(softer_isolators(is_sure=False), standing=(revised,)) == {"stiffness": "pending"}
 
@@ -55,7 +55,7 @@ def test_what_never_was_active_is_withdrawn_and_data_resolve_by_themselves() -> 
     assert states(standing=(source,)) == {"source": "resolved"}
 
 
-def test_a_sensor_holds_back_what_is_found_with_it_until_it_is_settled() -> None:
+def test_a_sensor_holds_back_what_is_detected_with_it_until_it_is_settled() -> None:
     assert states(softer_isolators(), gain_error()) == {"stiffness": "on_hold", gain_error().cause: "active"}
     assert states(softer_isolators(), gain_error(), acts=(inspected(gain_error()),)) == {"stiffness": "active"}
     assert states(softer_isolators()) == {"stiffness": "active"}
