@@ -280,7 +280,7 @@ def _open(found: DiagnosisResult) -> Iterator[str]:
 
 def _dropped(found: DiagnosisResult) -> Iterator[str]:
     for one in found.dropped:
-        yield f"{titled(one.effect)} could not be judged: {one.reason}."
+        yield f"{titled(one.effect)} could not be checked: {one.reason}."
 
 
 def _nearest(found: DiagnosisResult) -> Iterator[str]:

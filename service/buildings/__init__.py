@@ -1,1 +1,1 @@
-"""Buildings under watch: their descriptions, recipients and reference periods."""
+"""Monitored buildings: their descriptions, recipients and reference periods."""

@@ -10,7 +10,7 @@ from service.verdict.schema import VerdictOut
 
 
 class BuildingRow(Answer):
-    """A building under watch."""
+    """A monitored building."""
 
     code: str = Field(description="Short name, as addresses have it.")
     name: str = Field(description="As the building file gives it.")
@@ -19,7 +19,7 @@ class BuildingRow(Answer):
 
 
 class Buildings(Page[BuildingRow]):
-    """All buildings under watch."""
+    """All monitored buildings."""
 
 
 class LevelOut(Answer):

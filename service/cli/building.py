@@ -1,4 +1,4 @@
-"""`menshin building`: the buildings under watch."""
+"""`menshin building`: the monitored buildings."""
 
 import os
 from collections.abc import Iterator
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from service.buildings.tables import Building
 
-app = typer.Typer(no_args_is_help=True, help="The buildings under watch.")
+app = typer.Typer(no_args_is_help=True, help="The monitored buildings.")
 
 File = Annotated[Path, typer.Argument(exists=True, dir_okay=False, readable=True, help="Building file (TOML).")]
 Code = Annotated[str, typer.Argument(help="Code of the building.")]
@@ -27,19 +27,19 @@ Code = Annotated[str, typer.Argument(help="Code of the building.")]
 
 @app.command()
 def add(context: typer.Context, file: File) -> None:
-    """Put a building under watch."""
+    """Add a building to be monitored."""
     from service.buildings import store as building_store
 
     text = read_text(file)
     with _session(context) as session:
         building = building_store.add(session, text, file.parent.resolve(), datetime.now(UTC))
-        Console().print(f"{building.code} is under watch: {building.name}")
+        Console().print(f"{building.code} is monitored: {building.name}")
         _warn(session, building)
 
 
 @app.command("list")
 def every(context: typer.Context) -> None:
-    """List the buildings under watch."""
+    """List the monitored buildings."""
     from sqlalchemy import select
 
     from service.buildings import store as building_store

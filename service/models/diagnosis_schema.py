@@ -49,7 +49,7 @@ class CandidateOut(Kept):
 
 
 class DroppedOut(Kept):
-    """An effect that could not be judged."""
+    """An effect that could not be checked."""
 
     effect: str = Field(description="Its name.")
     reason: str = Field(description="Why, in words.")
@@ -121,7 +121,7 @@ class DiagnosisOut(DiagnosisRow):
 
     findings: list[SuspectOut] = Field(description="Of sensors, superstructure and mass; they come first.")
     candidates: list[CandidateOut] = Field(description="Every effect that the model has not, the best first.")
-    dropped: list[DroppedOut] = Field(description="Effects that could not be judged, with the reason.")
+    dropped: list[DroppedOut] = Field(description="Effects that could not be checked, with the reason.")
     set: list[str] = Field(description="Effects that the events do not tell apart, the best first.")
     unknown_flag: bool = Field(description="Whether something is missing that the known effects do not explain.")
     unexplained: UnexplainedOut = Field(description="What is left with all steps taken.")

@@ -215,7 +215,7 @@ class EffectRow(Answer):
 
     name: str = Field(description="As models have it.")
     title: str = Field(description="What it is.")
-    family: str = Field(description="Effects of one family leave alike traces; records may not tell them apart.")
+    family: str = Field(description="Effects of one family leave similar traces, and records may not distinguish them.")
     suspect_when: str = Field(description="What in the measurements makes one think of it.")
 
 

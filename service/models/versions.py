@@ -26,7 +26,7 @@ class Draft:
     direction: str
     isolator: Isolator
     change: str
-    """What is new, and why."""
+    """Change and reason."""
     author: str
     revision_id: int
     """Of the building's description."""

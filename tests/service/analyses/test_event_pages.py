@@ -102,4 +102,4 @@ def test_an_earthquake_that_no_one_knows_is_not_found(database_url: str, stored:
 
 
 def test_a_building_without_an_earthquake_says_so(database_url: str, stored: Session, of: Building) -> None:
-    assert "No earthquake has come in yet." in shown(database_url, stored, f"/buildings/{of.code}/events")
+    assert "No earthquake has been recorded yet." in shown(database_url, stored, f"/buildings/{of.code}/events")

@@ -134,8 +134,8 @@ def test_without_a_building_the_page_says_how_to_begin(database_url: str, stored
 
 def test_without_an_earthquake_the_page_says_so(database_url: str, stored: Session) -> None:
     building(stored, "A", "Tower")
-    assert "No earthquake has come in yet." in home(database_url, stored)
-    assert "No earthquake has come in yet at A." in home(database_url, stored, "/?building=A")
+    assert "No earthquake has been recorded yet." in home(database_url, stored)
+    assert "No earthquake has been recorded yet at A." in home(database_url, stored, "/?building=A")
 
 
 def test_the_last_event_is_shown_with_its_results(database_url: str, stored: Session) -> None:

@@ -43,7 +43,7 @@ def test_a_form_makes_the_first_model_and_shows_it(api: TestClient) -> None:
     assert "model x 1, draft" in page
     assert "by the design values" in page
     assert "kN/mm stiffness of the rubber after yield (assumed: it only starts a fit)" in page
-    assert "held against no event yet" in page
+    assert "not been compared with any event yet" in page
     assert "x 1 draft" in shown(api, MODELS)
     assert api.post(MODELS, data={"direction": "up"}).status_code == 409
 

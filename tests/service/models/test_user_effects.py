@@ -232,6 +232,6 @@ def test_an_effect_whose_derivatives_diverge_is_dropped_and_named_and_the_diagno
     ended = run(folder, "diagnosed.py", str(folder))
     assert ended.stdout.splitlines() == [
         "['friction'] ['friction']",
-        "['runaway'] Runaway (runaway) could not be judged: the model's force, or its derivatives, grew beyond all "
+        "['runaway'] Runaway (runaway) could not be checked: the model's force, or its derivatives, grew beyond all "
         "bounds.",
     ], ended.stderr

@@ -182,10 +182,10 @@ def test_an_impossible_effect_is_never_the_nearest_nor_stated_to_help(diagnosed:
 def test_an_effect_that_could_not_be_judged_is_named_with_its_reason(hard: Work[DiagnosisResult]) -> None:
     diverging = (Dropped("moat", "its force grew beyond all bounds"),)
     found = replace(hard, result=replace(hard.result, diverging=diverging))
-    assert found.result.text[-1].endswith("(moat) could not be judged: its force grew beyond all bounds.")
+    assert found.result.text[-1].endswith("(moat) could not be checked: its force grew beyond all bounds.")
     document = through_json(diagnosis_json.as_json(found))
     assert document["dropped"] == [{"effect": "moat", "reason": "its force grew beyond all bounds"}]
-    assert "(moat) could not be judged" in page(found)
+    assert "(moat) could not be checked" in page(found)
 
 
 def test_nothing_is_missing_where_nothing_is() -> None:
