@@ -6,8 +6,8 @@ from datetime import datetime, timedelta
 from typing import Any
 from zoneinfo import ZoneInfo
 
-from sqlalchemy import select
-from sqlalchemy.orm import Session
+from sqlalchemy import bindparam, delete, insert, select, update
+from sqlalchemy.orm import Session, selectinload
 
 from core.drift.alarms import Alarm
 from core.drift.deviations import EventNotes, EventValue
@@ -118,34 +118,61 @@ def _update(
     session: Session, claim: Claim, building_id: int, pairs: Sequence[tuple[Watched, Monitoring]], now: datetime
 ) -> None:
     """Write what changed since the building was monitored last; unchanged values and alarms are left alone."""
+    of_building = select(WatchedSeries).where(WatchedSeries.building_id == building_id)
     stored = {
         (one.quantity, one.subject): one
-        for one in session.scalars(select(WatchedSeries).where(WatchedSeries.building_id == building_id))
+        for one in session.scalars(of_building.options(selectinload(WatchedSeries.alarms)))
     }
+    rows = []
     for watched, found in pairs:
         name = {"quantity": found.series.quantity, "subject": found.series.subject}
-        row = stored.pop((name["quantity"], name["subject"]), None) or WatchedSeries(building_id=building_id, **name)
+        row = stored.pop((name["quantity"], name["subject"]), None)
+        row = row or WatchedSeries(building_id=building_id, alarms=[], **name)
         row.job_id, row.created_at, row.version = claim.job_id, now, VERSION
         row.reference_id, row.wanted = watched.reference_id, found.events_needed
         row.baseline = None if found.baseline is None else written(found.baseline)
         session.add(row)
-        _update_values(session, row, found.values)
+        rows.append((row, found))
+    session.flush()  # new series have their numbers
+    _update_values(
+        session, building_id, {(row.id, one.event): _value(one) for row, found in rows for one in found.values}
+    )
+    for row, found in rows:
         _update_alarms(session, row, found.alarms)
     for row in stored.values():
-        _delete(session, [*row.values, *row.alarms])
+        _delete(session, row.alarms)
         session.delete(row)
 
 
-def _update_values(session: Session, row: WatchedSeries, values: Sequence[EventValue]) -> None:
-    stored = {value.event_id: value for value in row.values}
-    for value in values:
-        kept = stored.pop(value.event, None)
-        if kept is None:
-            kept = DriftValue(event_id=value.event)
-            row.values.append(kept)
-        for name, content in _value(value).items():
-            setattr(kept, name, content)  # no UPDATE unless it differs
-    _delete(session, stored.values())
+def _update_values(session: Session, building_id: int, values: Mapping[tuple[int, int], Mapping[str, Any]]) -> None:
+    """Bring the stored values in line, in one statement each for new, changed and superseded ones.
+
+    Args:
+        session: of the transaction.
+        building_id: of the building.
+        values: columns of every value by series and event.
+    """
+    table = DriftValue.__table__
+    of_building = select(table).join(WatchedSeries, WatchedSeries.id == table.c.series_id)
+    lines = session.execute(of_building.where(WatchedSeries.building_id == building_id)).mappings()
+    stored = {(line["series_id"], line["event_id"]): line for line in lines}
+    new = [
+        {"series_id": series, "event_id": event, **columns}
+        for (series, event), columns in values.items()
+        if (series, event) not in stored
+    ]
+    changed = [
+        {"id": stored[key]["id"], **columns}
+        for key, columns in values.items()
+        if key in stored and any(stored[key][name] != content for name, content in columns.items())
+    ]
+    superseded = [{"number": line["id"]} for key, line in stored.items() if key not in values]
+    if new:
+        session.execute(insert(DriftValue), new)
+    if changed:
+        session.execute(update(DriftValue), changed)
+    if superseded:
+        session.connection().execute(delete(DriftValue).where(DriftValue.id == bindparam("number")), superseded)
 
 
 def _update_alarms(session: Session, row: WatchedSeries, alarms: Sequence[Alarm]) -> None:
@@ -156,7 +183,7 @@ def _update_alarms(session: Session, row: WatchedSeries, alarms: Sequence[Alarm]
         row.alarms = [DriftAlarm(**columns) for columns in current]
 
 
-def _delete(session: Session, rows: Iterable[DriftValue | DriftAlarm]) -> None:
+def _delete(session: Session, rows: Iterable[DriftAlarm]) -> None:
     for row in list(rows):
         session.delete(row)
 

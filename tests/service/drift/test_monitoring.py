@@ -9,7 +9,7 @@ from datetime import timedelta
 import pytest
 import stored_histories
 from building_models import BASE, LAYER
-from sqlalchemy import event as sqlalchemy_event, select
+from sqlalchemy import delete, event as sqlalchemy_event, select, update
 from sqlalchemy.orm import Session, sessionmaker
 
 from core.drift.from_analyses import drift_series
@@ -222,6 +222,26 @@ def test_monitoring_again_writes_only_what_changed(sessions: sessionmaker[Sessio
     assert {name: after[name] for name in before} == before
     assert len(after) == len(before) + len({name[:2] for name in before})
     assert not [statement for statement in written if statement.startswith("DELETE FROM drift_value")]
+
+
+def test_the_statements_that_write_values_do_not_grow_with_the_events(
+    sessions: sessionmaker[Session], building: int
+) -> None:
+    """All values are new, then all have changed."""
+    stored_histories.store_and_monitor(sessions, building, stored_histories.store_history(24), NOW)
+    with sessions.begin() as session:
+        session.execute(delete(DriftValue))
+        job_queue.enqueue_monitoring(session, building, None, NOW)
+    with drift_writes(sessions) as written:
+        stored_histories.do_waiting_work(sessions, NOW)
+    assert len([one for one in written if one.startswith("INSERT INTO drift_value")]) == 1
+    with sessions.begin() as session:
+        session.execute(update(DriftValue).values(std=99.0))
+        job_queue.enqueue_monitoring(session, building, None, NOW)
+    with drift_writes(sessions) as written:
+        stored_histories.do_waiting_work(sessions, NOW)
+    assert [one.partition(" SET ")[0] for one in written] == ["UPDATE drift_value"]
+    assert numbers_of_values(sessions)
 
 
 def numbers_of_values(sessions: sessionmaker[Session]) -> dict[tuple[str, str, int], int]:
