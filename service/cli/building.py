@@ -55,7 +55,7 @@ def every(context: typer.Context) -> None:
 
 @app.command()
 def show(context: typer.Context, code: Code) -> None:
-    """Print the description of a building, as its latest file gave it but for secrets."""
+    """Print the latest description of a building, without secrets."""
     from service.addresses import without_credentials
     from service.buildings import recipients, store as building_store
 
@@ -68,7 +68,7 @@ def show(context: typer.Context, code: Code) -> None:
 
 @app.command()
 def update(context: typer.Context, code: Code, file: File) -> None:
-    """Give a building a new description; earlier results keep the one they were made with."""
+    """Update a building's description; earlier results keep theirs."""
     from service.buildings import description, store as building_store
 
     text, folder = read_text(file), file.parent.resolve()

@@ -16,22 +16,24 @@ app = typer.Typer(no_args_is_help=True)
 def demo(
     folder: Annotated[
         Path | None,
-        typer.Option(file_okay=False, help="Where the demonstration is kept; default: the user's data folder."),
+        typer.Option(file_okay=False, help="Folder of the demonstration; default: the user's data folder."),
     ] = None,
     port: Annotated[
         int,
-        typer.Option(min=0, max=65535, help="Port of the page and the API; another one if it is taken, 0: a free one."),
+        typer.Option(
+            min=0, max=65535, help="Port of the pages and the API; another one if it is in use, 0: a free one."
+        ),
     ] = 8000,
     earthquakes: Annotated[
         int | None,
         typer.Option(
             min=2,
             max=500,
-            help="Earthquakes of the past three years, where the folder holds none yet; default: 32, and 6 with "
+            help="Earthquakes of the past three years, if the folder has none yet; default: 32, and 6 with "
             "--hidden-effect.",
         ),
     ] = None,
-    next_after: Annotated[float, typer.Option(min=0, help="Seconds until one more earthquake happens.")] = 60.0,
+    next_after: Annotated[float, typer.Option(min=0, help="Seconds until the next earthquake.")] = 60.0,
     hidden_effect: Annotated[
         bool,
         typer.Option(
@@ -48,11 +50,11 @@ def demo(
             "see the alert, and what it rests on. Kept in a folder within the folder.",
         ),
     ] = False,
-    reset: Annotated[bool, typer.Option("--reset", help="Forget what the folder holds and start anew.")] = False,
+    reset: Annotated[bool, typer.Option("--reset", help="Delete the folder's contents and start again.")] = False,
 ) -> None:
-    """Watch a simulated base-isolated building: recorded ground motions, a real monitoring server, the whole service.
+    """Monitor a simulated base-isolated building: recorded ground motions, a real monitoring server, the whole service.
 
-    A second start carries on where the first one ended.
+    A second start continues where the first one ended.
     """
     from datetime import UTC, datetime, timedelta
     from functools import partial

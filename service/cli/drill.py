@@ -26,7 +26,7 @@ def drill(
 ) -> None:
     """Send a drill to every recipient of drills, through the outbox and the running notifier.
 
-    Every channel marks it as a test. Exit code 0: it arrived everywhere in time; 1: it did not.
+    Every channel marks it as a test. Exit code 0: it reached every recipient in time; 1: it did not.
     """
     import getpass
     from datetime import UTC, datetime

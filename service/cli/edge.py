@@ -1,4 +1,4 @@
-"""The edge of the command line: whatever ends a command, people read one or two lines of what was found and what helps.
+"""Error messages of commands: one or two lines with the problem and its remedy.
 
 A bug is the exception: its traceback goes into a file, or to where the log of a service goes, and a line says so.
 """
@@ -16,7 +16,7 @@ import typer
 from typer.core import TyperGroup
 
 CANNOT, BUG = 1, 70
-"""Exit codes: it cannot be done; a bug (EX_SOFTWARE of sysexits.h)."""
+"""Exit codes: an error that a user can remedy; a bug (EX_SOFTWARE of sysexits.h)."""
 HELPS: Mapping[int, str] = {
     errno.EACCES: "give this account the right to it, or name another path",
     errno.EPERM: "give this account the right to it, or name another path",
@@ -37,18 +37,18 @@ class Edge(TyperGroup):
     """The group of all commands."""
 
     def main(self, *args: Any, **kwargs: Any) -> Any:  # noqa: ANN401  as typer has it
-        """Run a command; what goes wrong ends it with words and an exit code other than 0."""
+        """Run a command; an error ends it with a message and an exit code other than 0."""
         try:
             warn_of_names()
             return super().main(*args, **kwargs)
-        except Exception as error:  # the one place that tells what people can mend from a bug
-            said = words(error)
-            typer.echo(said or _kept(error), err=True)
-            sys.exit(CANNOT if said else BUG)
+        except Exception as error:  # the one place that separates bugs from other errors
+            message = words(error)
+            typer.echo(message or _bug_report(error), err=True)
+            sys.exit(CANNOT if message else BUG)
 
 
 def warn_of_names() -> None:
-    """Name the environment variables that look like settings and are none, and the settings under old names."""
+    """Warn about environment variables that look like settings but are not, and about old names."""
     if not any(name.startswith("MENSHIN_") for name in os.environ) and not os.path.isfile("menshin.toml"):
         return  # the settings take long to load
     from service.settings import old_names, settings_file, unknown_variables
@@ -74,10 +74,10 @@ def words(error: BaseException) -> str | None:
         return str(error)
     if isinstance(error, UnicodeDecodeError):
         return f"a file is not text in UTF-8 ({error.reason} at byte {error.start}); save it as UTF-8, or name another"
-    return _of_system(error) if isinstance(error, OSError) else None
+    return _system_error(error) if isinstance(error, OSError) else None
 
 
-def _of_system(error: OSError) -> str | None:
+def _system_error(error: OSError) -> str | None:
     if error.errno is None:
         return str(error) or None
     found = error.strerror or str(error)
@@ -86,10 +86,10 @@ def _of_system(error: OSError) -> str | None:
     return f"{where}{found}" + (f"; {helps}" if helps else "")
 
 
-def _kept(error: Exception) -> str:
-    """A line about a bug; its traceback goes to who can mend it."""
+def _bug_report(error: Exception) -> str:
+    """A line about a bug; its traceback goes into a file or the log."""
     text = "".join(traceback.format_exception(error))
-    found = f"menshin stopped over a bug ({type(error).__name__})"
+    found = f"menshin stopped because of a bug ({type(error).__name__})"
     if not sys.stderr.isatty():
         return f"{text}{found}; the lines above show where"
     with tempfile.NamedTemporaryFile("w", prefix="menshin-bug-", suffix=".txt", delete=False) as file:

@@ -1,4 +1,4 @@
-"""`menshin key`: who may use the API."""
+"""`menshin key`: keys for the API."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -14,17 +14,17 @@ from service.cli.database import transaction
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
 
-app = typer.Typer(no_args_is_help=True, help="Who may use the API.")
+app = typer.Typer(no_args_is_help=True, help="Keys for the API.")
 
 Name = Annotated[str, typer.Argument(help="name of the key: who or what uses it")]
 RoleName = Annotated[
-    str, typer.Option("--role", help="viewer (reads), engineer (asks for analyses too) or admin (all)")
+    str, typer.Option("--role", help="viewer (reads), engineer (also requests analyses and model work) or admin (all)")
 ]
 
 
 @app.command()
 def create(context: typer.Context, name: Name, role: RoleName) -> None:
-    """Make a key and print it: it cannot be shown again."""
+    """Create a key and print it: it cannot be shown again."""
     from service.access import keys
     from service.access.roles import Role
 
@@ -37,7 +37,7 @@ def create(context: typer.Context, name: Name, role: RoleName) -> None:
 
 @app.command("list")
 def every(context: typer.Context) -> None:
-    """Every key, without its secret part."""
+    """List all keys, without their secret parts."""
     from service.access import keys
 
     table = Table("name", "role", "begins with", "created (UTC)", "revoked (UTC)")
@@ -51,7 +51,7 @@ def every(context: typer.Context) -> None:
 
 @app.command()
 def revoke(context: typer.Context, name: Name) -> None:
-    """Make a key worthless, within a second."""
+    """Revoke a key, within a second."""
     from service.access import keys
 
     with _session(context) as session:
@@ -62,9 +62,9 @@ def revoke(context: typer.Context, name: Name) -> None:
 @app.command("logout")
 def log_out(
     context: typer.Context,
-    name: Annotated[str | None, typer.Argument(help="name of one key; without it everybody is logged out")] = None,
+    name: Annotated[str | None, typer.Argument(help="name of one key; without it all browsers are logged out")] = None,
 ) -> None:
-    """Log out every browser that came in with a key, or with any key or link."""
+    """Log out all browsers, or those that used one key."""
     from service.access import keys
 
     with _session(context) as session:

@@ -66,13 +66,13 @@ def new(
     building: Building,
     output: Output,
     direction: Annotated[
-        Direction, typer.Option(help="x or y; xy for one set of values that holds in both, each seeing the other.")
+        Direction, typer.Option(help="x or y; xy for one set of values for both directions, which are coupled.")
     ] = Direction.x,
 ) -> None:
     """Write the first model of a building, from its file's design values.
 
-    Elastic, viscous and, where the yield force is given, hysteretic. Without design values it is a linear start, to be
-    fitted to records.
+    Elastic, viscous and, where the yield force is given, hysteretic. Without design values it is linear, with start
+    values for a fit to records.
     """
     from core.model.first_model import first_model
     from service.models.model_file import ModelFile, written
@@ -106,8 +106,8 @@ def fit(
 ) -> None:
     """Fit a model's values to records, all of them at once.
 
-    What the layer keeps passes from each earthquake to the next in the order of time. Shows the values with their
-    standard deviations, those that the records cannot tell apart or determine, and the error before and after.
+    The layer's lasting states pass from each earthquake to the next in order of time. Shows the values with their
+    standard deviations, those that the records cannot distinguish or determine, and the error before and after.
     Exit code 0: fitted, also where a value is at the end of its range or not determined, which is shown; 1: no record
     can be used.
     """
@@ -162,10 +162,10 @@ def diagnose(
     json: Json = None,
     html: Html = None,
 ) -> None:
-    """Name the physical effect that a model lacks, by records: one, none, or one that is not known.
+    """Name the physical effect that a model lacks, from records: one, none, or an unknown one.
 
     Each effect that the model does not have is added in turn, and everything is fitted again. Shows what could decide
-    where the records do not, and validates the result on earthquakes held out. Nothing is changed: see `menshin model
+    where the records do not, and validates the result on held-out earthquakes. Nothing is changed: see `menshin model
     add`. Exit code 0: diagnosed; 1: no record can be used.
     """
     from rich.console import Console
@@ -212,7 +212,7 @@ def add(
     hold_out: HoldOut = None,
     json: Json = None,
 ) -> None:
-    """Add an effect to a model and fit everything again; the error before and after shows its worth.
+    """Add an effect to a model and fit everything again; the error before and after shows its benefit.
 
     The effect is added whether or not the records support it, and the result says which.
     Exit code 0: added; 1: no record can be used; 2: no such effect, or the model has it already.
@@ -246,9 +246,9 @@ def improve(
     json: Json = None,
     html: Html = None,
 ) -> None:
-    """Diagnose a model and add the effect that the records support, again and again, until there is none.
+    """Diagnose a model and add the effect that the records support, repeatedly, until there is none.
 
-    An effect that does not lower the error on the earthquakes held out is not added; where something unknown
+    An effect that does not lower the error on held-out earthquakes is not added; where something unknown
     is missing, only one that lowers it is. The page is that of the first diagnosis.
     Exit code 0: done; 1: no record can be used.
     """
@@ -273,9 +273,9 @@ def improve(
 
 @effects_app.command()
 def effects(
-    name: Annotated[str | None, typer.Argument(help="Of one effect; without it all are listed, by family.")] = None,
+    name: Annotated[str | None, typer.Argument(help="Name of an effect; without it all are listed by family.")] = None,
 ) -> None:
-    """Explain the effects that a model of the isolation layer may have: law, parameters, when to suspect one."""
+    """Explain the effects that a model of the isolation layer may have: law, parameters, and signs of it."""
     from rich.console import Console
 
     from core.effects import EFFECTS
@@ -297,7 +297,7 @@ def _check_known(effect: str, argument: str) -> None:
 
 @contextmanager
 def _progress_bar() -> Iterator["Tell"]:
-    """A progress bar on a terminal, which disappears at the end; nothing where the output goes into a file."""
+    """A progress bar on a terminal, which disappears at the end; none where the output goes into a file."""
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 

@@ -51,16 +51,16 @@ def reproduce(
             "1996, which comes with ObsPy.",
         ),
     ] = None,
-    channel: Annotated[str | None, typer.Option(help="Which channel of --ground, if it holds several.")] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Of the sensors' noise in section 7.")] = 1,
+    channel: Annotated[str | None, typer.Option(help="Channel of --ground, if it has several.")] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the sensors' noise in section 7.")] = 1,
     output: Annotated[
         Path, typer.Option("--output", "-o", dir_okay=False, help="The figures, as one HTML file.")
     ] = Path("reproduction.html"),
     markdown: Annotated[
-        Path | None, typer.Option(dir_okay=False, help="Write what is printed into this file too, as Markdown.")
+        Path | None, typer.Option(dir_okay=False, help="Write the printed tables into this file too, as Markdown.")
     ] = None,
 ) -> None:
-    """Run the paper's sections 7 and 8: every number it prints beside ours, and its figures 6 to 16 and 18 to 24.
+    """Run the paper's sections 7 and 8: every printed number beside Menshin's, and its figures 6 to 16 and 18 to 24.
 
     Section 7 runs on the paper's simulated building and needs nothing else; section 8's steps are shown on the
     records of a real building, if some are given. It takes about a minute.

@@ -41,7 +41,7 @@ def up(
 
 @app.command()
 def login(context: typer.Context) -> None:
-    """Print a link that logs a browser in as an admin, once, within an hour; earlier links no longer do."""
+    """Print a link that logs a browser in as an admin, once, within an hour; earlier links become invalid."""
     from datetime import UTC, datetime
 
     from service.access import logins
@@ -103,7 +103,7 @@ def work(
     once: Annotated[bool, typer.Option("--once", "--until-idle", help="End when no job waits.")] = False,
     workers: Annotated[int | None, typer.Option(help="Analyses that run at the same time.")] = None,
 ) -> None:
-    """Analyse the events that wait."""
+    """Analyse the waiting events."""
     from service.roles import migrated, running, stop_signal, wait_for, work_until_idle
 
     settings = current_settings(workers=workers)
@@ -119,7 +119,7 @@ def work(
 def notify(
     once: Annotated[bool, typer.Option("--once", "--until-idle", help="End when no message is due.")] = False,
 ) -> None:
-    """Deliver the messages that wait."""
+    """Deliver the waiting messages."""
     from service.roles import migrated, running, stop_signal, wait_for
 
     settings = current_settings()
@@ -139,7 +139,7 @@ def import_files(
     files: Annotated[list[Path], typer.Argument(exists=True, dir_okay=False, help="Records or StationXML.")],
     building: Annotated[str, typer.Option(help="Code of the building.")],
 ) -> None:
-    """Put files into the database, as the poller does."""
+    """Import files into the database, as the poller does."""
     from service.buildings.store import BuildingError, find
     from service.records import events
     from service.records.polling import SourcePoller

@@ -15,7 +15,7 @@ app = typer.Typer(no_args_is_help=True, help="The key that encrypts secrets in t
 
 @app.command("new-key")
 def new_key() -> None:
-    """Print a new random key for the environment variable MENSHIN_SECRET_KEY; nothing is changed."""
+    """Print a new random key for the environment variable MENSHIN_SECRET_KEY; nothing else changes."""
     from service.db import encryption
 
     typer.echo(encryption.new_key())
@@ -25,7 +25,7 @@ def new_key() -> None:
 def encrypt(context: typer.Context) -> None:
     """Encrypt every secret in the database with the first key in MENSHIN_SECRET_KEY.
 
-    Run it after the key was set for the first time, and after a new key was put before the old one.
+    Run it after setting the key for the first time, and after putting a new key before the old one.
     """
     from service.db import encryption
 
