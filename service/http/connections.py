@@ -1,7 +1,7 @@
-"""Connections that keep nobody waiting: a time limit for every wait for the other side, and a limit of their number.
+"""Connections with a time limit for every wait, and a limit of their number.
 
-uvicorn closes connections that are idle after an answer, and no others: a head that never ends, a body that never
-comes and an answer that is never read each hold a connection, with its open file, for good.
+uvicorn closes only connections that are idle after a response. An endless head, a missing body or a response that is
+never read would each occupy a connection, with its open file, forever.
 """
 
 import asyncio
@@ -18,39 +18,39 @@ from uvicorn.server import ServerState
 log = logging.getLogger(__name__)
 
 RESERVED = 192
-"""Open files that are left for the database, the program itself, and connections that come at the same moment."""
+"""Open files reserved for the database, the program itself, and simultaneous new connections."""
 FULL = (
     b"HTTP/1.1 503 Service Unavailable\r\nContent-Type: text/plain\r\nRetry-After: 5\r\nConnection: close\r\n"
     b"Content-Length: 26\r\n\r\nAll connections are taken.\n"
 )
 LINGER = 2**20
-"""Bytes of an unwanted body that are read and dropped, so that the client gets to see the answer."""
+"""Bytes of an unwanted body that are read and discarded, so that the client can read the response."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Patience:
-    """s that a connection may take."""
+class TimeLimits:
+    """Time limits of a connection, s."""
 
     head: float = 10.0
-    """To its first request, and from the first byte of a request's head to the last."""
+    """Until its first request, and from the first to the last byte of a request's head."""
     body: float = 30.0
     """From a request's head to the end of its body."""
     answer: float = 60.0
-    """Without taking a byte of an answer that waits to be sent."""
+    """Without the client accepting a byte of a waiting response."""
     next: float = 15.0
     """To the first byte of the next request."""
     linger: float = 2.0
-    """To the end of a body that nobody wants."""
+    """Until the end of an unwanted body."""
 
 
 @dataclass(slots=True)
-class Crowd:
-    """The connections that are open."""
+class OpenConnections:
+    """All open connections."""
 
     most: int
     count: int = 0
     waiting: "OrderedDict[Connection, None]" = field(default_factory=OrderedDict)
-    """Those of which no request is being answered, the one that has waited longest first."""
+    """Connections whose request is not being answered, the one that has waited longest first."""
 
     def has_room(self) -> bool:
         """True if there is room for another connection; if necessary the one that has waited longest is closed."""
@@ -64,13 +64,13 @@ class Crowd:
 
 
 def most_connections(wanted: int) -> int:
-    """As many as wanted, and as the limit of open files allows."""
+    """The given number, as far as the limit of open files allows."""
     files, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
     return wanted if files == resource.RLIM_INFINITY else max(8, min(wanted, files - RESERVED))
 
 
 class Connection(H11Protocol):
-    """A connection of uvicorn's, with an end to every wait."""
+    """A connection of uvicorn with a limit for every wait."""
 
     def __init__(
         self,
@@ -79,11 +79,11 @@ class Connection(H11Protocol):
         app_state: dict[str, object],
         _loop: asyncio.AbstractEventLoop | None = None,
         *,
-        crowd: Crowd,
-        patience: Patience,
+        open_connections: OpenConnections,
+        time_limits: TimeLimits,
     ) -> None:
         super().__init__(config, server_state, app_state, _loop)
-        self._crowd, self._patience = crowd, patience
+        self._crowd, self._patience = open_connections, time_limits
         self._timer: asyncio.TimerHandle | None = None
         self._write_timer: asyncio.TimerHandle | None = None
         self._waits_for: str | None = None
@@ -91,7 +91,7 @@ class Connection(H11Protocol):
         self._is_counted = False
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
-        """Let it in if there is room."""
+        """Accept the connection if there is room."""
         if not self._crowd.has_room():
             transport.write(FULL)
             transport.close()
@@ -103,7 +103,7 @@ class Connection(H11Protocol):
         self._wait_for("head")
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Make room."""
+        """Release its place."""
         if not self._is_counted:
             return
         self._crowd.count -= 1
@@ -112,7 +112,7 @@ class Connection(H11Protocol):
         super().connection_lost(exc)
 
     def data_received(self, data: bytes) -> None:
-        """Read on, and wait for what is missing."""
+        """Continue reading, and wait for the missing rest."""
         if not self._is_counted:
             return
         if self._waits_for == "linger":
@@ -129,13 +129,13 @@ class Connection(H11Protocol):
         self._look()
 
     def pause_writing(self) -> None:
-        """The other side takes nothing: not for ever."""
+        """Limit the wait for a client that does not read."""
         super().pause_writing()
         self._unset(self._write_timer)
         self._write_timer = self.loop.call_later(self._patience.answer, self.drop)
 
     def resume_writing(self) -> None:
-        """It does again."""
+        """End that limit."""
         self._unset(self._write_timer)
         super().resume_writing()
 
@@ -145,7 +145,7 @@ class Connection(H11Protocol):
             self.transport.abort()
 
     def _look(self) -> None:
-        """See what there is to wait for."""
+        """Start the wait that applies now."""
         if self.transport.is_closing():
             self._wait_for(None)
         elif self.cycle is None or self.cycle.response_complete:
@@ -159,7 +159,7 @@ class Connection(H11Protocol):
             self._wait_for("body" if self.conn.their_state is h11.SEND_BODY else None)
 
     def _wait_for(self, what: str | None) -> None:
-        """Begin to wait, unless we do already; nothing that comes meanwhile makes the wait any longer."""
+        """Start a wait, unless it runs already; data that arrives meanwhile does not extend it."""
         if what == self._waits_for:
             return
         self._waits_for = what

@@ -1,4 +1,4 @@
-"""Forms of pages: read, checked, and shown again with what was typed and what is wrong, in words."""
+"""Forms of pages: read, checked, and shown again with the typed values and the problems."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -23,12 +23,12 @@ PATTERNS = {
     r"^[!-~]+$": "this must not contain spaces or accented letters",
     r"^[^\x00-\x1f]+$": "this must be one line of text",
 }
-"""By the expression that a text does not match, what people read instead of it."""
+"""Problem for people, by the pattern that a text does not match."""
 
 
 @dataclass(frozen=True, slots=True)
 class Refused:
-    """A form that is shown again; a page that shows none has the empty one."""
+    """A refused form, to be shown again; empty for a page without one."""
 
     form: str = ""
     """Its name on the page."""
@@ -48,7 +48,7 @@ class Refused:
         return self if self.form == form else NOT_REFUSED
 
     def typed(self, name: str, otherwise: str = "") -> str:
-        """The value of a field; `otherwise` where the form is shown for the first time."""
+        """The value of a field; `otherwise` when the form is shown for the first time."""
         return self.given.get(name, "") if self else otherwise
 
 
@@ -64,7 +64,7 @@ Form = Annotated[dict[str, str], Depends(posted)]
 
 
 def refused(name: str, form: Mapping[str, str], error: ServiceError) -> Refused:
-    """A form as it is shown again after an error."""
+    """A form to be shown again after an error."""
     problems = {of: _sentence(said) for of, said in error.problems.items()} if isinstance(error, FieldsError) else {}
     given = {of: value for of, value in form.items() if of not in SECRETS}
     return Refused(name, given, "" if problems else str(error), problems, error.status)
@@ -73,12 +73,12 @@ def refused(name: str, form: Mapping[str, str], error: ServiceError) -> Refused:
 def taken(
     name: str, form: Mapping[str, str], act: Callable[[], Response], page: Callable[[Refused], Response]
 ) -> Response:
-    """The answer to a form.
+    """The response to a form.
 
     Args:
         name: the form's name on its page.
-        form: what was typed.
-        act: does what is asked for.
+        form: the typed values.
+        act: carries out the request.
         page: the page that the form is on; it is shown again if the form is refused.
     """
     try:
@@ -88,12 +88,12 @@ def taken(
 
 
 def checked(model: type[Wanted], given: Mapping[str, object], others: Mapping[str, str | None] | None = None) -> Wanted:
-    """The fields of a form as a model, empty ones left out.
+    """The fields of a form as a model, without empty ones.
 
     Args:
         model: the model.
-        given: what was typed.
-        others: fields that are none of the model's, with what is wrong with them; None: nothing.
+        given: the typed values.
+        others: problems of fields outside the model; None: no problems.
 
     Raises:
         FieldsError: some fields do not fit.
@@ -111,7 +111,7 @@ def checked(model: type[Wanted], given: Mapping[str, object], others: Mapping[st
 
 
 def _in_words(error: ErrorDetails) -> str:
-    """An error of pydantic for people."""
+    """The text of a validation error for people."""
     about = error.get("ctx", {})
     match error["type"]:
         case "missing" | "string_too_short":

@@ -1,10 +1,10 @@
 """Admission of requests: callers are identified before a body is read, and each has a limited share of the server.
 
-- A request that changes something is refused by its head alone, unless it shows a key or a session in force.
-- Bodies are counted as they come, whatever their head says of them.
-- Each caller has a share of the requests under way and of the streams, so that one alone cannot stop the others.
+- A request that changes data is refused by its head alone, unless it has a valid key or session.
+- Bodies are counted as they arrive, whatever length their head declares.
+- Each caller has a share of the requests and streams in progress, so that one alone cannot block the others.
 - A stream ends when its key is revoked or its session ends, and when the server does.
-- Every answer says how a browser should treat it.
+- Every response has headers that restrict browsers.
 """
 
 import asyncio
@@ -24,23 +24,23 @@ from service.errors import ServiceError, TooLargeError
 from service.http import problems
 
 OPEN = frozenset({"/healthz", "/readyz", "/login", "/logout", "/openapi.json"})
-"""Paths that take no key, and `/static/`."""
+"""Paths that need no key; `/static/` needs none either."""
 BODY = 64 * 2**10
-"""Bytes of a body, but for a posted question to /fdsnws."""
+"""Largest body in bytes, except that of a posted request to /fdsnws."""
 FDSN_BODY = 2**20
-"""Bytes of a posted question to /fdsnws."""
+"""Largest body of a posted request to /fdsnws, bytes."""
 REQUESTS = 8
 """Requests of one caller in progress at the same time; fewer than the database has connections."""
 STREAMS = 16
 """Streams of one caller at the same time."""
 PATIENCE = 15.0
-"""s that a request waits for its caller's others."""
+"""s that a request waits for its caller's other requests."""
 LOOK = 1.0
-"""s between two looks whether a stream may go on."""
+"""s between two checks of a stream's permission."""
 PROTECTION = {
     "X-Content-Type-Options": "nosniff",
     "X-Frame-Options": "DENY",
-    "Referrer-Policy": "same-origin",  # with no-referrer our own forms would come with 'Origin: null'
+    "Referrer-Policy": "same-origin",  # with no-referrer the service's own forms would send 'Origin: null'
     "Cross-Origin-Opener-Policy": "same-origin",
     "Cross-Origin-Resource-Policy": "same-origin",
     "Permissions-Policy": "camera=(), geolocation=(), microphone=()",
@@ -53,7 +53,7 @@ BUSY = {"Retry-After": "5"}
 
 
 class TooManyError(ServiceError):
-    """More at once than one caller's share."""
+    """The caller exceeds its share."""
 
     status = 429
     headers = BUSY
@@ -69,7 +69,7 @@ class Share:
 
 
 class Guard:
-    """The application, behind what every request must pass."""
+    """The application, behind checks that every request must pass."""
 
     def __init__(
         self,
@@ -80,14 +80,14 @@ class Guard:
         """
         Args:
             app: behind the guard.
-            ending: set when the server ends, so that streams do as well.
-            refusal: the answer to a request that is not let in.
+            ending: set when the server ends, which ends streams too.
+            refusal: makes the response to a refused request.
         """
         self._app, self._ending, self._refusal = app, ending, refusal
         self._shares: dict[str, Share] = {}
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Let the request in, or refuse it."""
+        """Admit the request, or refuse it."""
         if scope["type"] != "http":
             await self._app(scope, receive, send)
             return
@@ -108,7 +108,7 @@ class Guard:
             return
 
     async def pass_on(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """To the application."""
+        """Pass the request to the application."""
         await self._app(scope, receive, send)
 
     @property
@@ -117,7 +117,7 @@ class Guard:
         return self._ending.is_set()
 
     async def _let_in(self, request: Request) -> str:
-        """Whose share the request takes from.
+        """The caller's share that the request belongs to.
 
         Raises:
             ServiceError: it changes something and nobody we know asks, or its body is too long by its own account.
@@ -130,7 +130,7 @@ class Guard:
         except ServiceError:
             if request.method not in auth.SAFE:
                 raise
-            return stranger  # what the path takes is its own to say: a page sends people to the form
+            return stranger  # the path decides: pages redirect people to the login form
         declared = request.headers.get("content-length", "0")
         if not _is_fdsn_request(request) and declared.isdigit() and int(declared) > _most(request):
             raise TooLargeError(TOO_LONG.format(_most(request)))
@@ -149,7 +149,7 @@ class Guard:
 
 
 class Turn:
-    """One request in its caller's share: it holds a place until it is answered, or turns out to be a stream."""
+    """One request in its caller's share: it occupies a place until it is answered or becomes a stream."""
 
     def __init__(self, guard: Guard, request: Request, share: Share) -> None:
         self._guard, self._request, self._share = guard, request, share
@@ -158,7 +158,7 @@ class Turn:
         self._watch: asyncio.Task[None] | None = None
 
     async def answer(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Wait for a place and let the application answer.
+        """Wait for a place and call the application.
 
         Raises:
             TooManyError: the caller's other requests take too long, or it has too many streams already.
@@ -181,7 +181,7 @@ class Turn:
         except ExceptionGroup as group:
             if group.subgroup(TooManyError) is None:
                 raise
-            raise TooManyError(TOO_MANY) from None  # a stream's own tasks wrap it
+            raise TooManyError(TOO_MANY) from None  # the stream's own tasks wrap it
         else:
             if self._scope.cancelled_caught and not self._has_ended:
                 await send({"type": "http.response.body", "body": b"", "more_body": False})
@@ -189,7 +189,7 @@ class Turn:
             self._leave()
 
     def _become_stream(self) -> None:
-        """A stream waits most of the time: it takes no place among the requests, but one among the streams."""
+        """Count a stream among the streams instead of the requests, because it waits most of the time."""
         if self._share.streams >= STREAMS:
             raise TooManyError(TOO_MANY)
         self._share.streams += 1
@@ -198,7 +198,7 @@ class Turn:
         self._watch = asyncio.create_task(self._end_in_time())
 
     async def _end_in_time(self) -> None:
-        """Cancel the stream once its caller may no longer ask, or the server ends."""
+        """Cancel the stream when its caller loses access, or the server ends."""
         looked = current_time()
         while not self._guard.is_ending:
             await sleep(LOOK / 10)
@@ -241,7 +241,7 @@ def _is_stream(message: Message) -> bool:
 
 
 def _counted(request: Request, receive: Receive) -> Receive:
-    """The body as it comes, and no more of it than is taken."""
+    """The body as it arrives, up to the limit."""
     count = 0
 
     async def counting() -> Message:
@@ -256,7 +256,7 @@ def _counted(request: Request, receive: Receive) -> Receive:
 
 
 def _protected(send: Send) -> Send:
-    """Answers with what browsers should know of them."""
+    """Responses with the default headers."""
 
     async def protecting(message: Message) -> None:
         if message["type"] == "http.response.start":

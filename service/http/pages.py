@@ -1,4 +1,4 @@
-"""Errors as people at a browser see them: a page with words and a way back; programs get a problem document."""
+"""Error pages for browsers, with a link back; programs receive problem documents."""
 
 import re
 from collections.abc import Awaitable, Callable
@@ -37,13 +37,13 @@ def wants_page(request: Request) -> bool:
 
 
 def service_problem(request: Request, error: ServiceError) -> Response:
-    """A refusal of ours, in the form that the caller takes."""
+    """The response to a rejected request, as a page or as a problem document."""
     answer = problems.service_problem(request, error)
     return as_page(request, answer, is_unknown=False) if wants_page(request) else answer
 
 
 def install(app: FastAPI) -> None:
-    """Let every error that has a problem document so far have a page beside it."""
+    """Add a page to every error that has a problem document."""
     of_requests = {k: h for k, h in app.exception_handlers.items() if k is not WebSocketRequestValidationError}
     for kind, handler in of_requests.items():
         app.add_exception_handler(kind, _paged(handler))
@@ -61,7 +61,7 @@ def _paged(handler: Callable[..., Any]) -> Callable[[Request, Exception], Awaita
 
 
 def as_page(request: Request, answer: Response, *, is_unknown: bool) -> Response:
-    """The page that says what a problem document says; of a form it leads back to the page that the form is on."""
+    """The page for a problem document; that of a form links back to the form's page."""
     status, is_form = answer.status_code, request.method not in SAFE
     document = orjson.loads(bytes(answer.body))
     is_malformed = "errors" in document
@@ -80,7 +80,7 @@ def as_page(request: Request, answer: Response, *, is_unknown: bool) -> Response
 def form_page(request: Request) -> str:
     """Address on this server of the page that a form was sent from; the first page where the browser does not say.
 
-    A form that was refused is shown at the address that it was sent to, which answers no GET: then the page above it.
+    A refused form is shown at the address that it was sent to, which has no GET: then it is the page above.
     """
     came = urlsplit(request.headers.get("referer", ""))
     if came.netloc != request.headers.get("host"):

@@ -1,4 +1,4 @@
-"""Pages of tables: their parameters, and a page as its model with the cursor of the next one."""
+"""Paging of tables: parameters, and a page as its model with the cursor of the next one."""
 
 from collections.abc import Iterable, Sequence
 from datetime import datetime
@@ -34,17 +34,17 @@ def place(cursor: str | None) -> Place | None:
 
 
 def next_place(rows: Sequence[tuple[datetime, int]], limit: int) -> str | None:
-    """The cursor of the next page by the times and numbers of this one's rows; None where it was not full."""
+    """The cursor of the next page from the times and numbers of these rows; None if the page is not full."""
     return str(Place(*rows[-1])) if len(rows) == limit else None
 
 
 def next_code(codes: Sequence[str], limit: int) -> str | None:
-    """The same of a list by code."""
+    """The same for a list by code."""
     return codes[-1] if len(codes) == limit else None
 
 
 def next_number(numbers: Sequence[int], limit: int) -> str | None:
-    """The same of a list by falling number."""
+    """The same for a list in descending order of numbers."""
     return str(numbers[-1]) if len(numbers) == limit and numbers[-1] > 1 else None
 
 
@@ -63,7 +63,7 @@ def rows_of(model: type[M], rows: Iterable[Sequence[Any]], following: str | None
 
 
 def page_by_number(model: type[M], items: Sequence[Any], limit: int, **context: object) -> M:
-    """A page of rows that have a falling `id`."""
+    """A page of rows in descending order of `id`."""
     following = next_number([row.id for row in items], limit)
     return model.model_validate(context | {"items": items, "next": following})
 

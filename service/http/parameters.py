@@ -64,7 +64,7 @@ def of_span(
     ] = None,
     before: Annotated[Time | None, Query(description="Only events that start before that.")] = None,
 ) -> Span:
-    """The span of time that a request names."""
+    """The span of time in a request."""
     return Span(after=after, before=before)
 
 
@@ -75,7 +75,7 @@ async def of_reading(request: Request) -> sessionmaker[Session]:
 
 
 async def of_writing(request: Request) -> sessionmaker[Session]:
-    """Sessions that may write; their changes go on the audit trail."""
+    """Sessions that may write; the audit trail records their changes."""
 
     def audit_context() -> AuditContext:
         address = request.client.host if request.client else "unknown"

@@ -1,4 +1,4 @@
-"""Errors as HTTP: every one of them is a problem document (RFC 9457)."""
+"""HTTP errors as problem documents (RFC 9457)."""
 
 from collections.abc import Mapping
 from http import HTTPStatus

@@ -28,7 +28,7 @@ POLICY = {
 
 
 def page(request: Request, name: str, status: int = 200, **context: object) -> Response:
-    """The page of a template; whoever came with a cookie gets a button to log out."""
+    """The page of a template, with a logout button for callers with a cookie."""
     context["logged_in"] = login(request) is not None
     return TEMPLATES.TemplateResponse(request, f"{name}.html", context, status, headers=POLICY)
 

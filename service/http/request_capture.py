@@ -1,4 +1,4 @@
-"""The beginning of each request body, captured as it comes in for the audit trail."""
+"""Capture of the beginning of each request body for the audit trail."""
 
 from typing import Any
 from urllib.parse import parse_qs
@@ -7,7 +7,7 @@ import orjson
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 MOST = 16 * 1024
-"""Bytes of a body that are captured; of a longer one the trail has no details."""
+"""Bytes of a body that are captured; the audit trail has no details of longer ones."""
 BODY = "menshin.body"
 READ_ONLY = frozenset({"GET", "HEAD", "OPTIONS"})
 
@@ -34,7 +34,7 @@ class RequestCapture:
 
 
 def captured(scope: Scope) -> dict[str, Any]:
-    """A JSON object or the fields of a form; empty where there is neither, or more than is captured."""
+    """A JSON object or the fields of a form; empty for anything else, or a longer body."""
     body = bytes(scope.get(BODY, b""))
     if not body or len(body) > MOST:
         return {}

@@ -1,4 +1,4 @@
-"""Responses: JSON or CSV, with an entity tag so that a client that has the answer already gets 304.
+"""Responses as JSON or CSV, with an entity tag, so that a client with a current copy receives 304.
 
 `TaggedRoute` is the route class of every router whose answers a client may keep. Its endpoints return models, which it
 writes as JSON or CSV and tags by their bytes; or, where the tag is cheaper to compute than the content, as for series
@@ -32,7 +32,7 @@ CSV = "text/csv"
 CSV_EXAMPLE = "A header line with the names of the columns, then one line a row; an empty field is null. A text "
 "that a spreadsheet would take for a formula begins with an apostrophe."
 FORMULAS = ("=", "+", "-", "@", "\t", "\r")
-"""Beginnings of a text that a spreadsheet would take for a formula and run."""
+"""First characters of a text that a spreadsheet would run as a formula."""
 CACHED = 32 * 2**20
 """Bytes of response bodies that a process keeps."""
 
@@ -47,14 +47,14 @@ class Answers:
         self._lock = Lock()
 
     def find(self, etag: str) -> bytes | None:
-        """The body with that tag, if it is still kept."""
+        """The body with that tag, if it is still in memory."""
         with self._lock:
             if etag in self._bodies:
                 self._bodies.move_to_end(etag)
             return self._bodies.get(etag)
 
     def keep(self, etag: str, body: bytes) -> None:
-        """Keep a body; those used longest ago make room for it."""
+        """Store a body; the least recently used ones make room for it."""
         with self._lock:
             self._size += len(body) - len(self._bodies.pop(etag, b""))
             self._bodies[etag] = body
@@ -63,7 +63,7 @@ class Answers:
 
 
 class Tagged(Response):
-    """An answer that some values determine, made only for a client that does not have it.
+    """A response that some values determine, computed only for a client without a current copy.
 
     Args:
         make: its content; runs in a thread.
@@ -78,7 +78,7 @@ class Tagged(Response):
 
 
 class TaggedRoute(APIRoute):
-    """A route that writes a model as JSON or, for a table, CSV on request, and gives every answer an entity tag."""
+    """A route that writes a model as JSON, or a table as CSV on request, with an entity tag."""
 
     def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
         """The handler of the framework, with its response tagged."""
@@ -110,7 +110,7 @@ async def _made(request: Request, answer: Tagged) -> Response:
 
 
 def _written(request: Request, body: bytes, media_type: str, headers: Mapping[str, str] | None = None) -> Response:
-    """An answer that its bytes identify, or 304."""
+    """A response with the tag of its bytes, or 304."""
     etag = tag(body)
     if _is_known(request, etag):
         return _unchanged(etag)
@@ -129,7 +129,7 @@ def _table(request: Request, model: type[BaseModel], body: bytes) -> Response:
 
 
 def _link(request: Request, following: str | None) -> dict[str, str]:
-    url = request.url.include_query_params(cursor=following)  # relative: the Host in it is the client's choice
+    url = request.url.include_query_params(cursor=following)  # relative, because the client chooses the Host header
     return {} if following is None else {"Link": f'<{url.path}?{url.query}>; rel="next"'}
 
 
@@ -142,7 +142,7 @@ def wants_csv(request: Request, format: str | None) -> bool:
 
 
 def tag(*identity: object) -> str:
-    """The entity tag of an answer that these values determine."""
+    """The entity tag of a response that these values determine."""
     return f'"{hashlib.sha256(repr(identity).encode()).hexdigest()[:32]}"'
 
 
@@ -153,12 +153,12 @@ def _is_known(request: Request, etag: str) -> bool:
 
 
 def _unchanged(etag: str) -> Response:
-    """304: the answer that the client has is still right."""
+    """304: the client's copy is current."""
     return Response(status_code=304, headers=_caching(etag))
 
 
 def _caching(etag: str) -> dict[str, str]:
-    """Kept by the client only, and requested again every time: a new analysis shows at once."""
+    """Caching headers: only the client keeps it, and revalidates it, so that a new analysis shows at once."""
     return {"ETag": etag, "Cache-Control": "private, no-cache", "Vary": "Accept, Authorization, Cookie, X-API-Key"}
 
 
@@ -171,7 +171,7 @@ def _csv(columns: Iterable[str], rows: Iterable[Iterable[Any]]) -> bytes:
 
 
 def _cell(value: object) -> object:
-    """Lists with semicolons, objects as JSON; an apostrophe before what a spreadsheet would run."""
+    """A cell: lists with semicolons, objects as JSON; an apostrophe before a text that a spreadsheet would run."""
     text = "; ".join(map(str, value)) if isinstance(value, list) else value
     text = orjson.dumps(value).decode() if isinstance(value, dict) else text
     return f"'{text}" if isinstance(text, str) and text.startswith(FORMULAS) else text
@@ -182,7 +182,7 @@ def _declared(format: Format = None) -> None:
 
 
 def responses(model: type[BaseModel], *statuses: int, csv: bool = False) -> dict[str, Any]:
-    """The OpenAPI description of an operation's answers: its content, 304, and each problem."""
+    """The OpenAPI description of an operation's responses: its content, 304, and each problem."""
     content: dict[str, Any] = {CSV: {"schema": {"type": "string", "description": CSV_EXAMPLE}}} if csv else {}
     tagged = {"ETag": {"description": "Tag of this answer, for If-None-Match.", "schema": {"type": "string"}}}
     special = {
@@ -193,5 +193,5 @@ def responses(model: type[BaseModel], *statuses: int, csv: bool = False) -> dict
 
 
 def table_responses(model: type[BaseModel], *statuses: int) -> dict[str, Any]:
-    """The same for a table, which comes as JSON or CSV by the parameter `format`."""
+    """The same for a table, which is JSON or CSV by the parameter `format`."""
     return responses(model, *statuses, csv=True) | {"dependencies": [Depends(_declared)]}

@@ -1,4 +1,4 @@
-"""Series as JSON or CSV, whole or thinned to what a picture needs.
+"""Series as JSON or CSV, complete or thinned for a picture.
 
 Numbers of one series share their last decimal place, so a long series is written as integers with one exponent:
 `-12345e-3` is a JSON number like any other, and such an answer is little more than half as long as with all digits.
@@ -23,14 +23,14 @@ DIGITS = 8
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Histories:
-    """Series of one rate and length, with the samples that are shown."""
+    """Series of one rate and length, with the selected samples."""
 
     rate: float
     """Hz."""
     count: int
     """Samples before thinning."""
     shown: Mapping[str, Vector]
-    """(m,) the samples shown, by the names of the series; any unit."""
+    """(m,) selected samples by the name of the series; any unit."""
     chosen: Indices | None
     """(m,) their indices; None: all."""
 
@@ -53,7 +53,7 @@ class Histories:
         return checked.model_dump(exclude_unset=True) | time | series
 
     def json(self, model: type[BaseModel], /, **described: object) -> bytes:
-        """The same, written."""
+        """The same as a response."""
         return written(self.content(model, **described))
 
     def csv(self) -> bytes:
@@ -118,7 +118,7 @@ def series_json(values: Vector) -> orjson.Fragment:
 
 
 def _is_regular(values: Vector) -> bool:
-    """True if one exponent suits all: finite, and neither empty nor all zero."""
+    """True if one exponent suits all: finite, not empty and not all zero."""
     peak = float(np.abs(values).max(initial=0.0))
     return 1e-14 < peak < 1e29  # false for NaN; within, every power of ten that is needed is exact
 

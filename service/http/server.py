@@ -1,4 +1,4 @@
-"""The HTTP server: uvicorn with our connections, on a socket that was opened before."""
+"""The HTTP server: uvicorn with limited connections, on a socket that is already open."""
 
 import contextlib
 import logging
@@ -11,19 +11,19 @@ from threading import Event as Signal
 import uvicorn
 from fastapi import FastAPI
 
-from service.http.connections import Connection, Crowd, Patience, most_connections
+from service.http.connections import Connection, OpenConnections, TimeLimits, most_connections
 from service.settings import Settings
 
 GRACE = 5
-"""s that answers which are under way have when the server ends."""
+"""s that responses in progress have when the server ends."""
 BACKLOG = 64
-"""Connections that wait at the socket until the server takes them, and that it takes before it looks at any."""
+"""Connections that wait at the socket until the server accepts them."""
 HEAD = 32 * 2**10
 """Bytes of a request's head."""
 
 
 class Server(uvicorn.Server):
-    """uvicorn's, which leaves the signals to us and says when it ends."""
+    """uvicorn's server, without signal handlers; it reports when it ends."""
 
     def __init__(self, config: uvicorn.Config, ending: Signal, answering: Callable[[], None]) -> None:
         super().__init__(config)
@@ -32,11 +32,11 @@ class Server(uvicorn.Server):
 
     @contextlib.contextmanager
     def capture_signals(self) -> Iterator[None]:
-        """Whoever runs it sets `should_exit`."""
+        """No signal handlers: the caller sets `should_exit`."""
         yield
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
-        """Begin, and say so once requests are answered."""
+        """Start, and report once requests are answered."""
         await super().startup(sockets)
         if not self.should_exit:
             self._answering()
@@ -47,30 +47,34 @@ class Server(uvicorn.Server):
         await super().shutdown(sockets)
 
 
-def server(app: FastAPI, patience: Patience | None = None, answering: Callable[[], None] = lambda: None) -> Server:
-    """A server of our application; `run(sockets=[...])` serves until `should_exit` is set.
+def server(app: FastAPI, time_limits: TimeLimits | None = None, answering: Callable[[], None] = lambda: None) -> Server:
+    """A server of the application; `run(sockets=[...])` serves until `should_exit` is set.
 
     Args:
-        app: ours.
-        patience: how long connections are waited for.
+        app: the application.
+        patience: time limits of connections.
         answering: called once requests are answered.
     """
     settings: Settings = app.state.settings
     throttle()
-    patience = patience or Patience()
-    made = partial(Connection, crowd=Crowd(most_connections(settings.max_connections)), patience=patience)
+    time_limits = time_limits or TimeLimits()
+    made = partial(
+        Connection,
+        open_connections=OpenConnections(most_connections(settings.max_connections)),
+        time_limits=time_limits,
+    )
     config = uvicorn.Config(
         app,
         http=made,  # type: ignore[arg-type]  # a class that is called, or what is called as one
         ws="none",
         log_level="warning",
         log_config=None,
-        access_log=False,  # its lines would hold the tokens of login links
+        access_log=False,  # its lines would contain the tokens of login links
         server_header=False,
         backlog=BACKLOG,
-        proxy_headers=bool(settings.trusted_proxies),  # else who asks is told by the connection alone
+        proxy_headers=bool(settings.trusted_proxies),  # otherwise only the closed connection shows the error
         forwarded_allow_ips=list(settings.trusted_proxies),
-        timeout_keep_alive=int(patience.next),
+        timeout_keep_alive=int(time_limits.next),
         timeout_graceful_shutdown=GRACE,
         h11_max_incomplete_event_size=HEAD,
     )
@@ -78,14 +82,14 @@ def server(app: FastAPI, patience: Patience | None = None, answering: Callable[[
 
 
 WINDOW = 60.0
-"""s."""
+"""s in which lines are counted."""
 MOST = 5
-"""Lines from one place in the program in a WINDOW; the first of the next one says how many were left out."""
+"""Lines from one place in the program per WINDOW; the first line of the next one gives the number omitted."""
 LOGGERS = ("service.http.connections", "uvicorn.error", "asyncio")
 
 
 class Throttle(logging.Filter):
-    """Lets the first lines of each kind in a window pass."""
+    """Passes the first lines of each kind in a window."""
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         super().__init__()
@@ -108,7 +112,7 @@ class Throttle(logging.Filter):
 
 
 def throttle() -> None:
-    """Throttle the loggers that write whatever the network brings about; those that are throttled stay so."""
+    """Throttle the loggers whose lines the network can cause."""
     for name in LOGGERS:
         logger = logging.getLogger(name)
         if not any(isinstance(one, Throttle) for one in logger.filters):

@@ -1,4 +1,4 @@
-"""Server-sent events about what is under way: what it is now, then whenever it changes, until it is over."""
+"""Server-sent events on the progress of something: its state now, then every change until it ends."""
 
 from collections.abc import AsyncIterator, Callable
 from typing import TypeVar
@@ -10,19 +10,19 @@ from fastapi import Request
 T = TypeVar("T")
 
 LOOK = 0.3
-"""s between two looks at what is followed."""
+"""s between two reads of the state."""
 
 
 async def followed(request: Request, read: Callable[[], T], is_over: Callable[[T], bool]) -> AsyncIterator[T]:
-    """Each new answer of `read`, which is called in a thread.
+    """Each new result of `read`, which is called in a thread.
 
     Ends when it is over, and after the setting `progress_patience` without news; browsers then ask again by themselves.
     service.http.guard ends it with its caller's key or session and with the service. Comments that keep proxies from
     closing the connection are FastAPI's own.
     """
-    patience, seen = request.app.state.settings.progress_timeout, None
+    time_limits, seen = request.app.state.settings.progress_timeout, None
     told = anyio.current_time()
-    while anyio.current_time() - told < patience:
+    while anyio.current_time() - told < time_limits:
         found = await to_thread.run_sync(read)
         if found != seen:
             seen, told = found, anyio.current_time()

@@ -10,19 +10,19 @@ from api_client import VISITOR
 
 from service.access.roles import Caller
 from service.app import create
-from service.http.connections import Patience
+from service.http.connections import TimeLimits
 from service.http.server import server
 from service.settings import Settings
 
 
 @contextmanager
 def api_server(
-    url: str, visitor: Caller | None = VISITOR, patience: Patience | None = None, **settings: object
+    url: str, visitor: Caller | None = VISITOR, time_limits: TimeLimits | None = None, **settings: object
 ) -> Iterator[str]:
     """Address of a service at this database."""
     app = create(Settings(database_url=url, **settings), visitor)
     with socket.create_server(("127.0.0.1", 0)) as door:
-        running = server(app, patience)
+        running = server(app, time_limits)
         thread = Thread(target=running.run, args=([door],))
         thread.start()
         while not running.started:

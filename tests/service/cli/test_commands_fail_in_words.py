@@ -240,7 +240,9 @@ def test_a_bug_is_shown_where_it_can_be_mended(folder: Path) -> None:
     done = subprocess.run([sys.executable, "-c", broken], capture_output=True, text=True, cwd=folder)
     assert done.returncode == 70
     assert "Traceback" in done.stderr
-    assert done.stderr.splitlines()[-1] == "menshin stopped because of a bug (AttributeError); the lines above show where"
+    assert (
+        done.stderr.splitlines()[-1] == "menshin stopped because of a bug (AttributeError); the lines above show where"
+    )
 
 
 def test_a_taken_port(folder: Path) -> None:

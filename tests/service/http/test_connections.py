@@ -15,10 +15,10 @@ from sqlalchemy.orm import Session, sessionmaker
 
 from service.access import keys
 from service.access.roles import Role
-from service.http.connections import Patience
+from service.http.connections import TimeLimits
 from service.http.server import MOST, WINDOW, Throttle
 
-QUICK = Patience(head=1.0, body=1.0, answer=1.0, next=1.0, linger=0.5)
+QUICK = TimeLimits(head=1.0, body=1.0, answer=1.0, next=1.0, linger=0.5)
 MOST_CONNECTIONS = 20
 SILENCES = "/api/v1/buildings/B/silences"
 LATEST = 4.0
@@ -33,7 +33,7 @@ def key(stored: sessionmaker[Session]) -> str:
 
 @pytest.fixture(scope="module")
 def address(url: str, key: str) -> Iterator[str]:
-    with api_server(url, visitor=None, patience=QUICK, max_connections=MOST_CONNECTIONS) as found:
+    with api_server(url, visitor=None, time_limits=QUICK, max_connections=MOST_CONNECTIONS) as found:
         assert httpx.get(f"{found}/healthz", timeout=30).status_code == 200
         yield found
 
