@@ -25,7 +25,7 @@ from service.analyses.tables import (
 )
 from service.buildings import store as building_store
 from service.buildings.tables import Revision
-from service.db.blobs import decode, encode
+from service.db.blobs import decode, encode_history
 from service.jobs.queue import Claim
 from service.records.tables import Event, EventRecording, Recording, Waveform
 from service.settings import Settings
@@ -176,10 +176,10 @@ def _direction_result(
         force_std=peak_std,
         reliance=None if force.assessment is None else asdict(force.assessment),
         **({} if direction.motion is None else _motion(direction.motion)),
-        force=encode(force.force),
-        force_rigid=encode(force.rigid),
-        force_modal=encode(force.modal),
-        force_std_history=encode(force.std),
+        force=encode_history(force.force, force.std),
+        force_rigid=encode_history(force.rigid, force.std),
+        force_modal=encode_history(force.modal, force.std),
+        force_std_history=encode_history(force.std),
         modes=[_mode_result(number, mode, description) for number, mode in enumerate(force.modes, start=1)],
         cycles=[CycleResult(**asdict(segment)) for segment in direction.equivalent],
     )
@@ -196,10 +196,10 @@ def _motion(motion: MeasuredMotion) -> dict[str, Any]:
         "highest_frequency": motion.band[1],
         "residual_displacement": None if residual is None else residual.value,
         "residual_displacement_std": None if residual is None else residual.std,
-        "displacement": encode(motion.displacement),
-        "velocity": encode(motion.velocity),
-        "displacement_std_history": encode(motion.displacement_std),
-        "velocity_std_history": encode(motion.velocity_std),
+        "displacement": encode_history(motion.displacement, motion.displacement_std),
+        "velocity": encode_history(motion.velocity, motion.velocity_std),
+        "displacement_std_history": encode_history(motion.displacement_std),
+        "velocity_std_history": encode_history(motion.velocity_std),
     }
 
 
@@ -220,9 +220,9 @@ def _layer_result(result: EventAnalysis) -> LayerResult | None:
         axial_load_level=load and load.level,
         lowest_axial_load=load and float(load.ratio.min()),
         highest_axial_load=load and float(load.ratio.max()),
-        torsion=torsion and encode(torsion.displacement),
-        torsion_std_history=torsion and encode(torsion.displacement_std),
-        axial_load=load and encode(load.ratio),
+        torsion=torsion and encode_history(torsion.displacement, torsion.displacement_std),
+        torsion_std_history=torsion and encode_history(torsion.displacement_std),
+        axial_load=load and encode_history(load.ratio),
     )
 
 

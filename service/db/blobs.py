@@ -8,11 +8,17 @@ from typing import Any
 
 import numpy as np
 
+from core.arrays import Vector
+
 Series = np.ndarray[tuple[int], np.dtype[Any]]
 
 COUNTS = np.dtype(np.int32)
 KINDS: Mapping[bytes, np.dtype[Any]] = {b"i": COUNTS, b"f": np.dtype(np.float32), b"d": np.dtype(np.float64)}
 KIND_OF: Mapping[np.dtype[Any], bytes] = {dtype: kind for kind, dtype in KINDS.items()}
+SINGLE = 2.0**-24
+"""Largest relative error of rounding to single precision."""
+ROUNDING = 0.01
+"""Largest rounding error over the standard deviation: together they are 0.005 % larger than the deviation alone."""
 BITSHUFFLE, SHUFFLE = "BITSHUFFLE", "SHUFFLE"
 
 
@@ -46,6 +52,25 @@ def decode(blob: bytes) -> Series:
     unpacked: Any = blosc2.decompress2(memoryview(blob)[1:], nthreads=1)
     series = np.frombuffer(unpacked, dtype)
     return twice_summed(series) if dtype == COUNTS else series
+
+
+def encode_history(values: Vector, std: Vector | None = None) -> bytes:
+    """An estimated history as bytes, in single precision where its uncertainty allows it.
+
+    Args:
+        values: (n,) any unit.
+        std: (n,) its standard deviation; None for a history that is known to a few digits anyway, such as a standard
+            deviation. Where rounding to single precision could change a value by more than `ROUNDING` of it, the
+            history keeps double precision.
+    """
+    largest = float(np.abs(values).max(initial=0.0))
+    is_fine = std is None or SINGLE * largest <= ROUNDING * float(np.min(std, initial=np.inf))
+    return encode(np.asarray(values, np.float32 if is_fine else np.float64))
+
+
+def decode_history(blob: bytes) -> Vector:
+    """(n,) history in double precision; histories of earlier versions were stored so."""
+    return np.asarray(decode(blob), np.float64)
 
 
 def _packed(series: Series, order: str) -> bytes:

@@ -8,7 +8,7 @@ from sqlalchemy import delete
 from sqlalchemy.orm import Session
 
 from core.comparison.misfit import Misfit
-from service.db.blobs import encode
+from service.db.blobs import encode_history
 from service.jobs import queue as job_queue
 from service.jobs.queue import COMPARE
 from service.jobs.tables import Job
@@ -47,7 +47,7 @@ def store_comparisons(
                 misfit=asdict(one.misfit),
                 displacement=None if one.displacement is None else asdict(one.displacement),
                 accelerations=_kept(one.accelerations),
-                force=encode(one.force),
+                force=encode_history(one.force),
             )
         )
 

@@ -15,7 +15,7 @@ from service.alerts.tables import Alert
 from service.analyses import queries as analysis_queries
 from service.buildings import store as building_store
 from service.buildings.recipient_rules import VARIABLE
-from service.db.blobs import decode
+from service.db.blobs import decode_history
 from service.errors import NotFoundError
 from service.notify import texts
 from service.notify.tables import Delivery, Message, Receiver
@@ -242,7 +242,7 @@ def _picture(session: Session, message: Message) -> bytes | None:
         rate, displacement, force = analysis_queries.loop(session, result.id)
     except NotFoundError:
         return None
-    displacement, force = decode(displacement), decode(force)
+    displacement, force = decode_history(displacement), decode_history(force)
     mark = texts.MARKS.get(message.kind)
     picture = charts.loop(
         time=np.arange(force.size) / rate,

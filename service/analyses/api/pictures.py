@@ -15,7 +15,7 @@ from service.access.auth import viewer
 from service.analyses import history, mode_charts, mode_tracks, queries
 from service.analyses.history import CYCLE
 from service.buildings import queries as building_queries
-from service.db.blobs import decode
+from service.db.blobs import decode_history
 from service.db.select import Span
 from service.errors import NotFoundError
 from service.http.parameters import LARGEST, Reading
@@ -48,7 +48,7 @@ def loop(sessions: Reading, result: Number) -> Tagged:
     def draw() -> charts.Picture:
         with sessions() as session:
             rate, *stored = queries.loop(session, result)
-        displacement, force = (decode(one) for one in stored)
+        displacement, force = (decode_history(one) for one in stored)
         time = np.arange(force.size) / rate
         return charts.loop(time=time, displacement=displacement, force=force, title="Restoring force")
 
@@ -85,7 +85,7 @@ def _of_layer(
     def draw() -> charts.Picture:
         with sessions() as session:
             found = queries.layer_motion_of(session, layer)
-        histories = [decode(blob) for one in wanted if (blob := found._mapping[one]) is not None]
+        histories = [decode_history(blob) for one in wanted if (blob := found._mapping[one]) is not None]
         if len(histories) < len(wanted):
             raise NotFoundError(f"{name} of layer result", layer)
         return chart(np.arange(found.length) / found.rate, *histories)

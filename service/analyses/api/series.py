@@ -8,7 +8,7 @@ from fastapi import APIRouter, Query, Request
 from service.analyses import queries
 from service.analyses.series_schema import ForceSeries, LayerMotionSeries, Piece, WaveformSeries
 from service.buildings.store import described
-from service.db.blobs import decode
+from service.db.blobs import decode, decode_history
 from service.http.parameters import AnalysisId, ChannelId, HorizontalDirection, Id, Points, Reading
 from service.http.responses import CSV, JSON, Format, Tagged, TaggedRoute, responses, wants_csv
 from service.http.series import Histories, histories, joined_lines, written
@@ -58,7 +58,7 @@ def restoring_force(
     def make() -> bytes:
         with sessions() as session:
             stored = queries.histories(session, result.id, [COLUMN.get(name, name) for name in names])
-        found = {name: decode(blob) for name, blob in zip(names, stored, strict=True) if blob is not None}
+        found = {name: decode_history(blob) for name, blob in zip(names, stored, strict=True) if blob is not None}
         shown = histories(found, result.rate, result.length, points)
         if csv:
             return shown.csv()
@@ -98,7 +98,7 @@ def layer_motion(
         result = queries.layer_motion(session, event_id, analysis)
 
     def make() -> bytes:
-        found = {name: decode(blob) for name in names if (blob := result._mapping[name]) is not None}
+        found = {name: decode_history(blob) for name in names if (blob := result._mapping[name]) is not None}
         shown = histories(found, result.rate, result.length, points)
         if csv:
             return shown.csv()

@@ -4,7 +4,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, Path, Request
 
-from service.db.blobs import decode
+from service.db.blobs import decode_history
 from service.http.paging import Before, Limit, page_by_number
 from service.http.parameters import LARGEST, ModelId, Points, Reading
 from service.http.responses import CSV, JSON, Format, Tagged, TaggedRoute, responses, wants_csv
@@ -42,7 +42,7 @@ def force(
 
     def make() -> bytes:
         blobs = {"displacement": measured.displacement, "measured": measured.force, "modelled": found.force}
-        series = {name: decode(blob) for name, blob in blobs.items()}
+        series = {name: decode_history(blob) for name, blob in blobs.items()}
         shown = histories(series, measured.rate, series["modelled"].size, points)
         if csv:
             return shown.csv()

@@ -5,7 +5,7 @@ from typing import Annotated
 from fastapi import APIRouter, Depends, Query
 
 from service.access.auth import viewer
-from service.db.blobs import decode
+from service.db.blobs import decode_history
 from service.http.parameters import LARGEST, Reading
 from service.http.rendering import SVG, picture
 from service.http.responses import Tagged, TaggedRoute
@@ -25,9 +25,9 @@ def loop(sessions: Reading, comparison: Annotated[int, Query(ge=1, le=LARGEST)])
 
     def draw() -> Picture:
         return charts.loops(
-            displacement=decode(measured.displacement),
-            measured=decode(measured.force),
-            modelled=decode(found.force),
+            displacement=decode_history(measured.displacement),
+            measured=decode_history(measured.force),
+            modelled=decode_history(found.force),
             title=title,
         )
 
