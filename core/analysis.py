@@ -131,7 +131,7 @@ class EventAnalysis:
 
     @property
     def peak_resultant(self) -> float | None:
-        """m, farthest that the isolation layer went in plan; None unless both directions are known."""
+        """m, largest displacement of the isolation layer in plan; None unless both directions are known."""
         return None if self.orbit is None else float(np.hypot(*self.orbit).max())
 
 

@@ -49,7 +49,7 @@ class ShearBuilding:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FixedBaseModes:
-    """Modes of the superstructure with the base slab held, by rising frequency (eq 3)."""
+    """Modes of the superstructure on a fixed base slab, by rising frequency (eq 3)."""
 
     angular_frequency: Vector
     """(modes,) rad/s, ω, undamped."""

@@ -180,7 +180,7 @@ def layer_motion(
 ) -> MotionHistory:
     """Displacement and velocity of the isolation layer, from a transducer, from accelerations, or from both.
 
-    A displacement that somebody integrated from the same accelerations counts as integrated.
+    A displacement that was integrated from the same accelerations counts as integrated.
 
     Args:
         rate: Hz.

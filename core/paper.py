@@ -39,9 +39,9 @@ RATE = 100.0
 PEAK = 0.7013
 """m/s², of the ground acceleration observed at Hiyoshi (Figure 6)."""
 DURATION = 180.0
-"""s, of a ground motion and the time at rest around it. A choice."""
+"""s, of a ground motion and the time at rest around it. Not tuned."""
 LEAD = 10.0
-"""s at rest before the ground moves. A choice."""
+"""s at rest before the ground moves. Not tuned."""
 BAND = (0.1, 30.0)
 """Hz, pass band of a ground motion: that of the analysis."""
 

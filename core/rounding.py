@@ -15,13 +15,13 @@ the rule of the Review of Particle Physics (2024), introduction, section 5.3.
 import math
 
 LONG = 1e7
-"""Smallest number that is written with a power of ten for its size. A choice."""
+"""Smallest number that is written with a power of ten for its size. Not tuned."""
 SHORT = 1e-4
-"""Number below which a power of ten is written. A choice."""
+"""Number below which a power of ten is written. Not tuned."""
 LEAST = -300
 """Least power of ten: smaller ones are not exact, and then 0."""
 SIGNIFICANT = 3
-"""Digits of a value whose uncertainty is unknown. A choice."""
+"""Digits of a value whose uncertainty is unknown. Not tuned."""
 TWO_DIGITS = 354
 """Largest first three digits of a standard deviation of which two are written."""
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")

@@ -51,9 +51,9 @@ TAGS = [
     {"name": "events", "description": "One earthquake at one building."},
     {"name": "series", "description": "Long series of an event."},
     {"name": "drift", "description": "What changed over the years, against what was expected."},
-    {"name": "models", "description": "Models of the isolation layer, held against what was measured."},
+    {"name": "models", "description": "Models of the isolation layer, compared with measurements."},
     {"name": "alerts", "description": "What people should know, and what was done about it."},
-    {"name": "messages", "description": "Who is told of a building, what they were told, and whether it arrived."},
+    {"name": "messages", "description": "Recipients of a building's messages, the messages, and their deliveries."},
     {"name": "operations", "description": "Sources, jobs and the service's health."},
 ]
 SECURITY = {

@@ -23,16 +23,16 @@ from core.signals.noise import flicker, noise_std, record_flicker
 
 NAME = "cms"
 LOWEST = 0.1
-"""Hz, below which noise is taken to rise no further: what is slower is filtered out of records."""
+"""Hz, below which noise is assumed not to rise further: slower parts are filtered out of records."""
 
 
 def estimate(superstructure: InstrumentedSuperstructure) -> RestoringForce:
     """Restoring force from the base slab's and any set of floors' accelerations, with or without the roof.
 
     The superstructure's modes are identified, expanded to all floors and inverted over the measured ones. Where a
-    record holds fewer modes than there are sensors, static deflections that complete the measured motion stand in for
+    record holds fewer modes than there are sensors, static deflections that complete the measured motion replace
     those missing, so that what was measured is never thrown away: the force is then still F = -Σ m_i a_i over
-    statically interpolated floors, as it is with enough modes. `modes` tells how many were identified, perhaps none.
+    statically interpolated floors, as it is with enough modes. `modes` is the number identified, possibly zero.
 
     Raises:
         RecordError: the record holds gaps, is shorter than 10 s, or its shape does not fit the measured floors.

@@ -65,7 +65,7 @@ class Assessment:
     """Assumptions of an estimator, and how far they hold on a record."""
 
     assumption: str
-    """Assumption about superstructure and sensors that the record asks for, in words."""
+    """Assumption about superstructure and sensors that the record supports, for display."""
     chi_square: float | None
     """Chi-square per degree of freedom of the calibration by noise alone: about 1 where noise explains the misfit; None
     where no superstructure was calibrated."""
@@ -84,7 +84,7 @@ def assessment_findings(assessment: Assessment | None, direction: Direction) -> 
     if assessment.fallback is not None:
         message = (
             f"direction {direction}: the calibrated superstructure was not used: {assessment.fallback}; the force is "
-            "the paper's, with static interpolation between measured floors. A sensor on another floor would do"
+            "the paper's, with static interpolation between measured floors. A sensor on another floor would help"
         )
         return (Finding("estimator", "warning", message, value=assessment.chi_square),)
     if assessment.chi_square is not None and assessment.chi_square > EXPLAINED:

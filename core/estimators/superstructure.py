@@ -56,7 +56,7 @@ def check(superstructure: InstrumentedSuperstructure) -> None:
             f"{measured.size} measured floors of {base.size} samples"
         )
     if not (np.isfinite(base).all() and np.isfinite(floors).all()):
-        raise RecordError("accelerations hold gaps (NaN); a record without gaps, or without that channel, would do")
+        raise RecordError("accelerations have gaps (NaN); give a record without gaps, or without that channel")
     if not (superstructure.base_mass > 0 and np.all(superstructure.floor_mass > 0)):
         raise ModelError("every mass must be positive")
 
@@ -91,7 +91,7 @@ def instrumented_superstructure(
         if level.name in chosen and (samples := record.find(level.name, "acceleration", direction)) is not None
     }
     if not floors:
-        raise RecordError("no floor above the base slab was recorded; one, best the roof, would do")
+        raise RecordError("no floor above the base slab was recorded; at least one is needed, preferably the roof")
     accelerations = band_passed(np.array([base, *floors.values()]), record.rate, band)
     return InstrumentedSuperstructure(
         rate=record.rate,
@@ -155,7 +155,7 @@ def known_superstructure(forces: Sequence[RestoringForce], description: Building
     if description.storey_stiffness is None:
         raise IdentificationError(
             "no mode was identified in any record, and the design gives no storey stiffness; that of "
-            "every storey in the building file would do"
+            "every storey in the building file would help"
         )
     design = _shear(description, description.storey_stiffness, USUAL_DAMPING)
     return KnownSuperstructure(design, "the superstructure is the design's; no record determines it")

@@ -165,7 +165,7 @@ def least_squares_coefficients(
 ) -> ModalTransfer:
     """The transfer with the same poles whose coefficients fit the spectra by weighted least squares.
 
-    The base slab's spectrum is taken as exact and all delays as zero.
+    The base slab's spectrum is assumed exact and all delays zero.
 
     Args:
         transfer: its poles are kept.

@@ -21,7 +21,7 @@ RANK_TOLERANCE = 1e-10
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WeightedProjection:
-    """The weighted projection W1 L32 W2, of which the singular value decomposition is taken.
+    """The weighted projection W1 L32 W2, whose singular value decomposition gives the model.
 
     A weighting that is None is the identity matrix.
     """

@@ -21,7 +21,7 @@ NOT_HARMONIC = 0.5
 Measured on a real building: one half keeps two thirds of the cycles, one quarter only a third, and of
 those the stiffer ones."""
 UNDETERMINED = 0.2
-"""Relative standard deviation of k_eq above which a segment is dropped. A choice."""
+"""Relative standard deviation of k_eq above which a segment is dropped. Not tuned."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +47,7 @@ class EquivalentSegment:
 def cycles(displacement: Vector, threshold: float) -> tuple[Span, ...]:
     """Complete cycles between zero up-crossings.
 
-    An up-crossing counts once the displacement has gone from below −threshold/2 to above +threshold/2, so that noise
+    An up-crossing counts once the displacement has risen from below −threshold/2 to above +threshold/2, so that noise
     around zero makes no cycle. A cycle counts if its amplitude, √2 · RMS about its mean, reaches the threshold and if
     it is one oscillation: where two frequencies mix, or the layer mostly rests, k_eq belongs to no single amplitude.
 

@@ -17,7 +17,7 @@ periods of the layer."""
 START_SHARE, END_SHARE = 0.02, 0.1
 """Largest shares of the record for beginning and end. A choice: 2 s and 10 s of a record of 100 s."""
 END_MEAN = 0.05
-"""s, at each end of the record, whose mean is the end of the straight line. A choice: the layer hardly moves in it."""
+"""s, at each end of the record, whose mean is the end of the straight line. Not tuned: the layer barely moves in it."""
 FILTER_POWER = 8
 """Exponent of the squared gain of a Butterworth filter of order 4, which is its gain forwards and backwards."""
 
@@ -78,7 +78,7 @@ def differentiate(displacement: Vector, rate: float, *, displacement_noise: floa
 
     Above that frequency the history is damped as by a Butterworth filter of order 4 (zero phase). The standard
     deviation is that of the noise which passes the filter, and of the motion which does not: the acceleration above the
-    corner is taken to be as strong as in the octave below.
+    corner is assumed as strong as in the octave below.
 
     Args:
         displacement: (n,) m, of the base slab relative to the ground.
@@ -123,7 +123,7 @@ def integrate(
     The integral is damped below the lowest clear frequency (`core.signals.noise.clear_band`) as by a Butterworth filter
     of order 4 (zero phase): a residual offset and all slower motion are lost. The standard deviation is that of the
     noise, white and drifting, that passes the filter, and of the motion that does not: below the corner its spectrum is
-    taken to stay as high as in the octave above, as far as the record allows, and its variance to follow the motion.
+    assumed as high as in the octave above, as far as the record allows, and its variance to follow the motion.
 
     Args:
         relative_acceleration: (n,) m/s², base slab minus ground.
@@ -202,7 +202,7 @@ def _line_between_the_ends(samples: Vector, rate: float) -> Vector:
 
 
 def _power_of_the_line(size: int, rate: float) -> Vector:
-    """(size − 2,) periodogram of the error of the line taken out of samples of variance 1."""
+    """(size − 2,) periodogram of the error of the line removed from samples of variance 1."""
     return 2 / _ends(rate) * sine_series.power(sine_series.falling_line(size))
 
 

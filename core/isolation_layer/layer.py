@@ -60,7 +60,7 @@ def layer_motion(
 def layer_torsion(levels: RigidLevels, description: BuildingDescription) -> tuple[MeasuredMotion | None, Findings]:
     """Torsion of the base slab relative to the ground, rad; None where the sensors' positions do not determine it.
 
-    A ground whose torsion is not measured is taken as fixed.
+    A ground whose torsion is not measured is assumed fixed.
     """
     base, ground = description.base.name, description.ground.name
     displacement = levels.torsion.get((base, "displacement"))

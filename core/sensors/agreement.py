@@ -22,7 +22,7 @@ COHERENT = 0.8
 GAIN = 2.0
 """Largest factor between two levels, beyond their quasi-static deflection. A choice: units err by ten and more."""
 LEAST_EXPECTED = 3.0
-"""Power of the expected motion over that of its noise, below which the channel is not judged. A choice."""
+"""Power of the expected motion over that of its noise, below which the channel is not judged. Not tuned."""
 
 
 @dataclass(frozen=True, slots=True)

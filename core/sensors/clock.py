@@ -24,7 +24,7 @@ from core.signals.spectra import hann_spectra, second_derivative
 BAND = (0.2, 0.7)
 """Hz, above the accelerometers' drift and below the first fixed-base frequency."""
 UNEXPLAINED = 0.03
-"""Share of a window's power that may remain with the delays removed. A choice."""
+"""Share of a window's power that may remain with the delays removed. Not tuned."""
 LATE = 0.03
 """s, delay that is reported; the damping of a real building causes 0.007 s."""
 JUMP = 0.06
@@ -32,7 +32,7 @@ JUMP = 0.06
 WINDOW = 20.0
 """s, duration of a window. A choice: ten lines in the band."""
 STRONG = 1e-3
-"""Power over that of the strongest window, below which a window is residue of earlier processing. A choice."""
+"""Power over that of the strongest window, below which a window is residue of earlier processing. Not tuned."""
 LARGEST_STD = 0.01
 """s, standard deviation up to which a delay counts. A choice: a third of LATE."""
 ROUNDS = 3

@@ -2,7 +2,7 @@
 
 Up to slightly above the first fixed-base frequency a floor moves as the base slab, with the first mode and with the
 quasi-static part of higher ones: a = g (a_base + c q'' − γ a_base''), with an oscillator q driven by a_base that all
-floors have in common. Where the frequency goes to 0 both vanish: what remains is the gain g, and a delay.
+floors have in common. Where the frequency goes to 0 both vanish: only the gain g and a delay remain.
 """
 
 from dataclasses import dataclass, replace
@@ -18,9 +18,9 @@ from core.signals.noise import noise_density
 from core.signals.spectra import HANN_CORRELATION
 
 LOWEST = 0.15
-"""Hz, above the drift of accelerometers. A choice."""
+"""Hz, above the drift of accelerometers. Not tuned."""
 HIGHEST = 1.2
-"""Highest frequency over the first fixed-base frequency: sufficiently below the second. A choice."""
+"""Highest frequency over the first fixed-base frequency: sufficiently below the second. Not tuned."""
 FREQUENCIES = np.geomspace(0.6, 4.0, 28)
 """Hz, first fixed-base frequencies from which the search begins. A choice: steps of 7 %."""
 DAMPING = 0.02
@@ -29,14 +29,14 @@ SAMPLED = 25.0
 """Hz, rate at which the mode's motion is computed: the lines end at 4.8 Hz, and motion beyond half this rate leaks into
 them, through the window, by less than 1e-8."""
 BEGINNING = 2.0
-"""s, in which a record that begins at rest hardly moves. A choice."""
+"""s, in which a record that begins at rest shows little motion. Not tuned."""
 AT_REST = 0.1
-"""Standard deviation of the beginning over that of the channel, beside its noise, below which it is at rest. A choice.
+"""Standard deviation of the beginning over that of the channel, beside its noise, below which it is at rest. Not tuned.
 
 A weaker limit than core.signals.conditioning.AT_REST, which decides on a baseline, and beside the noise, which is known
 here: earlier motion only biases a gain."""
 FEWEST_LINES = 20
-"""Fewest lines of the spectra. A choice."""
+"""Fewest lines of the spectra. Not tuned."""
 PER_FLOOR = 5
 """Unknowns of each floor: g, g c, g γ, the delay in the middle of the record and its rate."""
 

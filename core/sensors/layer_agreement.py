@@ -30,32 +30,32 @@ BANDS = ((0.3, 1.5), (0.3, 6.0))
 WINDOW = 20.0
 """s; each window overlaps the next by half. A choice: five periods of the slowest isolation layers."""
 ROUNDS = 8
-"""Gauss-Newton iterations in each band at most. A choice."""
+"""Gauss-Newton iterations in each band at most. Not tuned."""
 OCTAVE = 0.5
-"""Octaves over which squared residuals are averaged. A choice."""
+"""Octaves over which squared residuals are averaged. Not tuned."""
 FEWEST_LINES = 40
-"""Fewest lines of the spectra, for six unknowns. A choice."""
+"""Fewest lines of the spectra, for six unknowns. Not tuned."""
 SETTLED = 0.02
-"""Standard deviations, largest step of the last iteration. A choice."""
+"""Standard deviations, largest step of the last iteration. Not tuned."""
 CORRELATED = HANN_CORRELATION * (1 + 2 / 36)
 """Factor by which the lines of half-overlapping Hann windows hold less information than independent ones: windows have
 a correlation of 1/6 (Harris, 1978)."""
 LARGEST_STEP = np.array([0.5, 0.05, 1e-3] * 2)
-"""Largest change of each unknown in an iteration. A choice."""
+"""Largest change of each unknown in an iteration. Not tuned."""
 PRIOR = np.array([0.02, 5e-3, 1e-4])
-"""Standard deviations of the gain (1), delay (s) and rate of delay (s/s) of sound sensors. A choice."""
+"""Standard deviations of the gain (1), delay (s) and rate of delay (s/s) of sound sensors. Not tuned."""
 FOLLOWED = 12.0
 """Hz; no transducer in use has less noise than the accelerometers' integral up to this frequency."""
 SLOW = (0.05, 0.5)
 """Hz, range in which an integral's filter begins to remove motion."""
 STARTS = 9
-"""Bands that begin in SLOW, evenly spaced in the logarithm. A choice."""
+"""Bands that begin in SLOW, evenly spaced in the logarithm. Not tuned."""
 FEWEST_BAND_LINES = 4
-"""Fewest lines of the spectrum in a band; a quarter of an octave if that is more. A choice."""
+"""Fewest lines of the spectrum in a band; a quarter of an octave if that is more. Not tuned."""
 FILTERED = 0.8
-"""Share of a slow motion below which a channel has been filtered. A choice."""
+"""Share of a slow motion below which a channel has been filtered. Not tuned."""
 COHERENT = 0.9
-"""Least coherence of two records that contain the same motion. A choice."""
+"""Least coherence of two records that contain the same motion. Not tuned."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -89,7 +89,7 @@ def layer_agreement(displacement: Vector, base: Vector, ground: Vector, rate: fl
         rate: Hz.
 
     Returns:
-        None if the record is too short, the layer hardly moves, or base slab and ground contain noise alone.
+        None if the record is too short, the layer barely moves, or base slab and ground contain noise alone.
 
     Raises:
         RecordError: the record is shorter than 10 s.

@@ -28,13 +28,13 @@ BAND = (0.1, 1.0)
 BINS = 8
 """Lines of the spectrum over which a transfer function is constant. A choice: 0.1 Hz of 80 s."""
 UNEXPLAINED = 0.2
-"""Share of the sensor's power that may remain at the best angle. A choice."""
+"""Share of the sensor's power that may remain at the best angle. Not tuned."""
 TURNED = np.deg2rad(3.0)
 """rad; smaller angles are mounting tolerance, with which a twentieth of the other direction's motion is read."""
 ALIKE = np.deg2rad(3.0)
 """rad, difference within which two angles agree: of x and y alone, and of the floors relative to the base slab."""
 LARGEST_STD = np.deg2rad(10.0)
-"""rad, largest standard deviation of the angle from x or y alone. A choice."""
+"""rad, largest standard deviation of the angle from x or y alone. Not tuned."""
 CERTAIN_ANGLE = 5.0
 """Standard deviations by which an angle must exceed 0. A choice (docs, decision 7)."""
 FEWEST_FLOORS = 2

@@ -21,7 +21,7 @@ SAME_VALUE = 1e-6
 """Difference, over the channel's largest value, within which two records of one sample agree. A choice: the resolution
 of a 20-bit recorder."""
 SHARE_OF_SPAN = 0.9
-"""Share of the longest channel's duration below which a channel does not shorten the common time base. A choice."""
+"""Share of the longest channel's duration below which a channel does not shorten the common time base. Not tuned."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -24,7 +24,7 @@ from core.sensors.rigid import RigidLevels, rigid_levels, unlike_neighbours
 KEPT = ("delay", "clock", "neighbour")
 """Kinds of finding with which a channel remains in use."""
 CERTAIN_ORDER = 5.0
-"""Standard deviations by which a lower level must move more than a higher one to be out of order. A choice."""
+"""Standard deviations by which a lower level must move more than a higher one to be out of order. Not tuned."""
 MOST_DEFLECTION = 1.5
 """Quasi-static deflection over the base slab's motion at the highest frequency, at most: that of a roof whose first
 fixed-base frequency is 1 Hz."""

@@ -17,18 +17,18 @@ from core.record import Channel, Quantity, Trace
 from core.signals.conditioning import position_at_rest
 
 NOTABLE: Mapping[Quantity, float] = {"acceleration": 0.01, "velocity": 0.01, "displacement": 0.001}
-"""SI units, offset from zero that is noted: 1 gal, 1 cm/s, 1 mm. A choice."""
+"""SI units, offset from zero that is noted: 1 gal, 1 cm/s, 1 mm. Not tuned."""
 SHARE_OF_PEAK = 0.5
-"""Offset over the largest motion that is noted too, for weak records. A choice."""
+"""Offset over the largest motion that is noted too, for weak records. Not tuned."""
 SMALLEST_JUMP = 0.005
-"""m/s² (0.5 gal), jump of an acceleration's level below which no estimate is affected. A choice."""
+"""m/s² (0.5 gal), jump of an acceleration's level below which no estimate is affected. Not tuned."""
 BLOCK = 5.0
 """s, duration of a block. A choice: two periods of a usual isolation layer."""
 SWAY = 0.2
 """Uncertainty of a level over the block's standard deviation: the mean of 5 s of motion at 0.5 Hz is at most
 √2 / (5 · 0.5 π) of it."""
 FEWEST_BLOCKS = 4
-"""Blocks of a record whose jumps are searched for. A choice."""
+"""Blocks of a record whose jumps are searched for. Not tuned."""
 RELATIVE_RESOLUTION = 1e-4
 """Uncertainty of a level over the record's largest value, at least, in the search for jumps. A choice: 80 dB."""
 CERTAIN_JUMP = 8.0
@@ -37,7 +37,7 @@ tested, and motion is not normal."""
 RESOLUTION = 1e-5
 """m or m/s², uncertainty of a level at least, in the search for drift: the resolution of a good sensor."""
 QUIET = 0.1
-"""Standard deviation over that of the strongest block below which a block is at rest. A choice.
+"""Standard deviation over that of the strongest block below which a block is at rest. Not tuned.
 
 A weaker limit than core.signals.conditioning.AT_REST: motion that is left here enlarges the level's uncertainty."""
 

@@ -18,14 +18,14 @@ from core.record import Channel, Quantity, Record
 from core.sensors.agreement import Fault, against, low_spectra
 
 SHORTEST_ARM = 0.5
-"""m, distance of two sensors below which they do not determine a torsion. A choice."""
+"""m, distance of two sensors below which they do not determine a torsion. Not tuned."""
 MAJORITY = 3
 """Fewest sensors whose median represents the slab: with two, neither outvotes the other."""
 TORSIONAL = 0.15
 """Power over that of a level's motion in x and y by which a sensor may differ from the expected motion, as torsion may
-cause at a corner. A choice."""
+cause at a corner. Not tuned."""
 RIGID = 0.1
-"""Share of a level's motion that its sensors may read beside one translation and one torsion. A choice."""
+"""Share of a level's motion that its sensors may read beside one translation and one torsion. Not tuned."""
 CLEARLY = 0.5
 """Ratio of the remainders without the best and without the second-best sensor, below which the best one is at fault. A
 choice."""

@@ -14,34 +14,34 @@ from core.sensors.resting_level import without_jump
 MENDED_GAP = 0.1
 """s, longest gap that is interpolated. A choice: a tenth of the period of 1 Hz."""
 MENDED_SHARE = 0.01
-"""Share of missing samples up to which gaps are interpolated. A choice."""
+"""Share of missing samples up to which gaps are interpolated. Not tuned."""
 SILENT_GAP = 0.03
 """s, longest gap whose interpolation does not show in the results. A choice: three samples at 100 Hz."""
 SPIKE = 20.0
 """Distance from the running median, over the 97th percentile of the distances nearby, above which a sample is a spike.
-A choice."""
+Not tuned."""
 SPIKE_SHARE = 0.1
-"""Smallest spike over the record's largest motion (its 99.9th percentile). A choice."""
+"""Smallest spike over the record's largest motion (its 99.9th percentile). Not tuned."""
 SPIKE_WINDOW = 7
 """Samples of the running median: a spike of up to three samples does not affect it."""
 MOST_SPIKES = 10
-"""Spikes of a channel that are interpolated at most. A choice."""
+"""Spikes of a channel that are interpolated at most. Not tuned."""
 LARGEST = {"acceleration": 30.0, "velocity": 10.0, "displacement": 2.0, "temperature": 80.0}
-"""SI units (°C for a temperature), largest plausible values; beyond, the unit is wrong. A choice."""
+"""SI units (°C for a temperature), largest plausible values; beyond, the unit is wrong. Not tuned."""
 RUN = 3
-"""Successive samples at a channel's largest value, which no analogue signal has. A choice."""
+"""Successive samples at a channel's largest value, which no analogue signal has. Not tuned."""
 RESOLVED = 50
-"""Largest value in steps of the digitiser, below which a run of equal samples is only coarse. A choice."""
+"""Largest value in steps of the digitiser, below which a run of equal samples is only coarse. Not tuned."""
 HIDDEN = 5.0
 """Steps of the digitiser by which a motion may fall within a run of equal samples: the sensor's own noise is one."""
 VISITS = 3
-"""Separate peaks that end at the very same value, which a finely resolved motion does not have either. A choice."""
+"""Separate peaks that end at the very same value, which a finely resolved motion does not have either. Not tuned."""
 FINE = 1e4
-"""Largest value in steps of the digitiser, above which peaks of equal height are not due to resolution. A choice."""
+"""Largest value in steps of the digitiser, above which peaks of equal height are not due to resolution. Not tuned."""
 APART = 0.9
-"""Share of the largest value below which the channel falls between two separate peaks. A choice."""
+"""Share of the largest value below which the channel falls between two separate peaks. Not tuned."""
 LIMIT_SHARE = 0.2
-"""Smallest value of a limit over the channel's whole range. A choice."""
+"""Smallest value of a limit over the channel's whole range. Not tuned."""
 SMALLEST_STEPS = 0.01
 """Quantile of the changes from sample to sample that is the step of the digitiser; interpolated samples are finer."""
 

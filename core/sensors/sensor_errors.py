@@ -24,7 +24,7 @@ SOUND_STD = np.array([0.01, 1e-3, 2e-5])
 """1, s and s/s: prior standard deviations of gain, delay and rate of delay of a sound sensor. A choice: 1 %, a tenth of
 a sample at 100 Hz, 20 ppm."""
 ERRING_STD = np.array([0.2, 0.03, 1e-3])
-"""The same of a sensor that errs. A choice."""
+"""The same of a sensor that errs. Not tuned."""
 PARTS: Mapping[str, slice] = {"gain": slice(0, 1), "delay": slice(1, 2), "clock": slice(1, 3)}
 """Parts of a sensor that may err. A clock runs at another rate, and is late for that reason."""
 DECISIVE = 6.0
@@ -125,7 +125,7 @@ def sensor_differences(
 def sensor_health(record: Record, levels: Record, description: BuildingDescription) -> tuple[SensorHealth, ...]:
     """Noise and gain of every channel in one event.
 
-    The median gain of a direction is taken as right: as long as most sensors are sound, one whose gain has changed
+    The median gain of a direction counts as right: as long as most sensors are sound, one whose gain has changed
     shows the change and the others do not.
 
     Args:

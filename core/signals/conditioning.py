@@ -14,9 +14,9 @@ Samples = TypeVar("Samples", Vector, Matrix)
 QUIET_SHARE = 0.02
 """Share of the record whose beginning counts as the time before the event. A choice: 2 s of 100 s."""
 LONGEST_QUIET = 2.0
-"""s, longest time before the event that is averaged. A choice."""
+"""s, longest time before the event that is averaged. Not tuned."""
 AT_REST = 0.05
-"""Standard deviation of the beginning over that of the record below which the record begins at rest. A choice.
+"""Standard deviation of the beginning over that of the record below which the record begins at rest. Not tuned.
 
 Stricter than the limits of core.sensors for a start or a stretch at rest, since the baseline of every estimate follows
 from it: there the noise is known and allowed for, or a wrong answer only leaves a sensor unjudged."""

@@ -12,12 +12,12 @@ WINDOW = 2.0
 FEWEST_WINDOWS = 5
 """Windows without overlap that a record must have, so that its quietest fifth is one of them."""
 QUIET = 0.2
-"""Share of the record, in one piece, that is taken as quiet: before the event or in its tail. A choice."""
+"""Share of the record, in one piece, that counts as quiet: before the event or in its tail. Not tuned."""
 STRUCTURE_ENDS = 15.0
 """Hz, above which building and ground move little. A choice: above the modes that carry an isolated building's
 force."""
 HIGH_SHARE = 0.6
-"""Share of the Nyquist frequency that replaces STRUCTURE_ENDS at low sampling rates. A choice."""
+"""Share of the Nyquist frequency that replaces STRUCTURE_ENDS at low sampling rates. Not tuned."""
 NEXT = 4 / 3
 """Ratio of the upper to the lower end of the density's band: 15 to 20 Hz, below the slope of a filter at 30 Hz."""
 FILTERED_AWAY = 0.25

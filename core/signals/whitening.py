@@ -2,8 +2,8 @@
 
 The cosine transform of a record of stationary noise has nearly independent coefficients, each with the variance of the
 noise's spectrum at its frequency (Brillinger 1981, theorem 4.4.1 for the Fourier transform). What lies below the band,
-where an estimated force knows nothing, and above it, where the layer does nothing, is left out: of the measured force
-and of a model's alike, which is a projection and no filter.
+where an estimated force has no information, and above it, where the layer has no effect, is left out: of the
+measured force and of a model's alike, which is a projection and no filter.
 """
 
 from collections.abc import Callable, Sequence
@@ -20,7 +20,7 @@ BAND = (0.2, 12.5)
 """Hz: an analysis passes accelerations from 0.1 Hz, and isolators do nothing beyond."""
 NEGLIGIBLE = 1e-5
 """Fraction of the measured force's power that may be omitted at high frequencies: it belongs to the superstructure's
-higher modes rather than to the layer. Not tuned: an engineering choice."""
+higher modes rather than to the layer. Not tuned."""
 AVERAGED = 41
 """Coefficients over which the force's power is averaged."""
 LEAST_TOP = 3.0
@@ -50,7 +50,7 @@ class Whitening:
     strengths: Vector
     """(p,) s."""
     window: Vector
-    """(n,) by which every history is multiplied first: less than 1 where the record is not to be relied on."""
+    """(n,) by which every history is multiplied first: less than 1 where the record is unreliable."""
 
     @property
     def frequency(self) -> Vector:
@@ -106,7 +106,7 @@ def whitening(
         density: one-sided, N²/Hz, at (k,) frequencies in Hz.
         patterns: (p, n) N, what one standard deviation of each independent cause does to the force; None if none is
             known.
-        passed: Hz, pass band of the filter that the measured force went through; None if there was none.
+        passed: Hz, pass band of the measured force's filter; None without one.
         window: (n,) by which every history is multiplied first; None for 1.
     """
     count, per_hertz = force.size, 2 * force.size / rate
@@ -126,8 +126,8 @@ def whitening(
 def shrunk(weights: Whitening, force: Vector, density: Callable[[Vector], Vector]) -> Whitening:
     """For a force that is a posterior mean: of a frequency it holds S / (S + P), its power over the true force's.
 
-    A model's force is shrunk alike, else the little that is estimated of high frequencies would be taken for a property
-    of the layer, an inertance before all (Wiener 1949; the regression of what is estimated on what is true).
+    A model's force is shrunk alike; otherwise the little that is estimated at high frequencies would be mistaken for a
+    property of the layer, above all an inertance (Wiener 1949; the regression of what is estimated on what is true).
 
     Args:
         weights: not yet shrunk.

@@ -36,7 +36,7 @@ def presented(request: Request) -> set[str]:
 def is_secure(request: Request) -> bool:
     """True if the browser uses https, directly or to a proxy that the settings trust or that says so.
 
-    A form's Origin tells it as well; a request that reads has none.
+    A form's Origin also shows it; a request that only reads has none.
     """
     public = urlsplit(request.app.state.settings.public_url or "")
     is_public = public.scheme == "https" and public.netloc == request.headers.get("host")

@@ -22,7 +22,7 @@ def create(session: Session, name: str, role: Role, now: datetime) -> str:
         KeyNameError: the name is in use, or was that of a revoked key: names are never used again.
     """
     if _find(session, name) is not None:
-        raise KeyNameError(f"There is a key {name!r} already; another name would do.")
+        raise KeyNameError(f"There is a key {name!r} already; choose another name.")
     key = new_secret("mk")
     session.add(ApiKey(name=name, role=role.name, hash=digest(key), created_at=now))
     return key

@@ -28,7 +28,7 @@ class PeakOut(Answer):
     level: str | None = Field(description="Null where the building file no longer has the channel.")
     quantity: str | None = Field(description="What it measures; null where not known.")
     direction: str | None = Field(description="x, y or z; null where not known or without one.")
-    peak: Number | None = Field(description="m/s², m/s, m or °C, by quantity; null where the channel held no number.")
+    peak: Number | None = Field(description="m/s², m/s, m or °C, by quantity; null if the channel has no numbers.")
 
 
 class SensorOut(Answer):
@@ -55,7 +55,7 @@ class ModeOut(Answer):
     damping_ratio_std: Number | None = Field(description="Null where the estimator gives none.")
     shape: dict[str, float] = Field(description="By level, relative to the base slab.")
     shape_std: dict[str, float] | None = Field(
-        description="By level; null where noise in the base slab's record could not be taken into account."
+        description="By level; null where noise in the base slab's record could not be considered."
     )
     misfit: Number | None = Field(
         description="Chi-square per degree of freedom of the fit with noise in every channel: 1 where noise explains "
@@ -73,7 +73,7 @@ class RelianceOut(Answer):
     )
     is_at_rest: bool = Field(description="Whether the record begins and ends at rest.")
     prior_share: Number = Field(
-        description="Of what is known of the storeys' stiffness: 0 if all is from the record, 1 if all was believed."
+        description="Share of the prior in the storeys' stiffness: 0 if all comes from the record, 1 if all is prior."
     )
     fallback: str | None = Field(description="Why the force is another estimator's; null if it is its own.")
 
@@ -105,7 +105,7 @@ class LayerOut(Answer):
     peak_resultant: Number | None = Field(
         description="m, largest displacement in plan; null unless the displacement is known in x and y."
     )
-    peak_torsion: Number | None = Field(description="rad; null where the sensors' positions do not tell it.")
+    peak_torsion: Number | None = Field(description="rad; null if the sensors' positions do not determine it.")
     peak_torsion_std: Number | None = Field(description="rad; null where there is no torsion.")
     torsion_lowest_frequency: Number | None = Field(
         description="Hz, from which on the torsion is good: 0 where transducers measured it; null without torsion."

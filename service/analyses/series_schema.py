@@ -69,7 +69,7 @@ class LayerMotionSeries(Answer):
     time: Series | None = Field(description="s after `start`, where thinned; else null: sample i is at i · step.")
     displacement_x: Series | None = Field(None, description="m; null where nothing measures it.")
     displacement_y: Series | None = Field(None, description="m; null where nothing measures it.")
-    torsion: Series | None = Field(None, description="rad; null where the sensors' positions do not tell it.")
+    torsion: Series | None = Field(None, description="rad; null if the sensors' positions do not determine it.")
     torsion_std: Series | None = Field(None, description="rad, standard deviation of the torsion.")
     axial_load: Series | None = Field(
         None, description="Vertical force on the isolators over the weight; null where nothing measures it."

@@ -104,7 +104,7 @@ class LayerResult(Base):
     peak_resultant: Mapped[float | None]
     """m, of the displacement in x and y; None unless both are known."""
     peak_torsion: Mapped[float | None]
-    """rad; None where positions do not tell it."""
+    """rad; None if positions do not determine it."""
     peak_torsion_std: Mapped[float | None]
     torsion_lowest_frequency: Mapped[float | None]
     """Hz, from which on the torsion is good."""

@@ -25,7 +25,7 @@ def _duplicates(rows: list[Mapping[str, Any]], table: str, key: str) -> Iterator
     seen: dict[object, int] = {}
     for index, row in enumerate(rows):
         if isinstance(value := row.get(key), str) and seen.setdefault(value, index) != index:
-            yield (table, index, key), f"{value!r} is taken by {table}[{seen[value] + 1}]; each needs its own"
+            yield (table, index, key), f"{value!r} is already used by {table}[{seen[value] + 1}]; each needs its own"
 
 
 def _wrong_levels(document: Mapping[str, Any]) -> Iterator[Problem]:
@@ -105,7 +105,7 @@ def _wrong_rotation(index: int, channel: Mapping[str, Any], channels: list[Mappi
     pair = [at for at, found in zip(channels, beside, strict=True) if at.get("direction") == other and found == sensor]
     if len(pair) != 1:
         message = f"axes are turned in pairs, but {len(pair)} channels in direction {other or 'x or y'} have this level"
-        yield ("channel", index, "rotation"), f"{message}, quantity, position and rotation; one would do"
+        yield ("channel", index, "rotation"), f"{message}, quantity, position and rotation; keep one"
 
 
 def _wrong_unit(index: int, channel: Mapping[str, Any]) -> Iterator[Problem]:

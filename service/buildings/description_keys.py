@@ -102,9 +102,11 @@ class SourceTable(Table):
         description="fdsnws only: address of an FDSN event service that names the earthquakes; default: location, "
         "if it offers one",
     )
-    minimum_magnitude: float | None = Field(default=None, description="smallest earthquake asked of the catalogue")
+    minimum_magnitude: float | None = Field(
+        default=None, description="smallest earthquake requested from the catalogue"
+    )
     maximum_radius: Annotated[float, Field(gt=0, le=180)] | None = Field(
-        default=None, description="degrees from the building, of earthquakes asked of the catalogue"
+        default=None, description="degrees, greatest distance of earthquakes requested from the catalogue"
     )
     before: Annotated[float, Field(ge=0)] = Field(
         default=30.0, description="s, fetched before an earthquake's origin time in the catalogue"
@@ -138,7 +140,7 @@ class ChannelTable(Table):
     )
     gain: float | None = Field(
         default=None,
-        description="of `unit` per stored number; goes before StationXML; negative for a sensor mounted reversed",
+        description="of `unit` per stored number; overrides StationXML; negative for a sensor mounted reversed",
     )
     unit: Annotated[str, AfterValidator(_unit)] | None = Field(
         default=None, description="unit of gain: m/s**2, cm/s**2, gal, g, m/s, cm/s, m, cm, mm, degC; default SI"
@@ -160,11 +162,11 @@ class ReceiverTable(Table):
     )
     kinds: Annotated[list[WantedKind], Field(min_length=1)] | None = Field(
         default=None,
-        description="of event, alert, data (that stopped) and drill, those it is told of; default: all, and all but "
-        "event for an alertmanager",
+        description="of event, alert, data (that stopped) and drill, the kinds of messages it receives; default: all, "
+        "and all but event for an alertmanager",
     )
     severities: Annotated[list[Named], Field(min_length=1)] | None = Field(
-        default=None, description="of normal, note, warning and alarm, those it is told of; default: all"
+        default=None, description="of normal, note, warning and alarm, the severities it receives; default: all"
     )
 
 
@@ -186,4 +188,4 @@ class BuildingTable(Table):
     isolation: IsolationTable = Field(default=IsolationTable(), description="the isolation layer")
     source: SourceTable | None = Field(default=None, description="where records are fetched")
     channel: Annotated[list[ChannelTable], Field(min_length=1)] = Field(description="the sensors")
-    receiver: list[ReceiverTable] = Field(default=[], description="who is told of the building; see messages.md")
+    receiver: list[ReceiverTable] = Field(default=[], description="recipients of messages; see messages.md")

@@ -61,7 +61,7 @@ def wrong_secret(kind: str, secret: str | None) -> str | None:
     if kind != "webhook":
         return None if secret is None else "only a webhook is signed; leave it out"
     if secret is None:
-        return "a webhook is signed; whsec_ and the base64 of 24 to 64 random bytes would do"
+        return "a webhook is signed; give whsec_ and the base64 of 24 to 64 random bytes"
     if secret.startswith(VARIABLE):
         return _wrong_variable(secret)
     try:

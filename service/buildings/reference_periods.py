@@ -34,7 +34,7 @@ def begin(
         start: aware; None: from the first event on.
         end: aware; None: the first events from the start on, until the curve is determined.
         reason: why, for those who come later.
-        by: name of the key that asks for it.
+        by: name of the key that requests it.
         now: aware time.
 
     Raises:

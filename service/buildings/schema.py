@@ -78,7 +78,7 @@ class SourceOut(Answer):
     attempted_at: datetime | None = Field(description="Null before the first attempt.")
     succeeded_at: datetime | None = Field(description="Null before the first success.")
     failing_since: datetime | None = Field(description="Null while it answers.")
-    error: str | None = Field(description="What went wrong last; null where nothing did.")
+    error: str | None = Field(description="Latest error; null without one.")
 
 
 class Sources(Page[SourceOut]):

@@ -29,7 +29,7 @@ def add(session: Session, text: str, folder: Path, now: datetime) -> Building:
         now: aware time.
 
     Raises:
-        BuildingError: its code is taken.
+        BuildingError: its code is in use.
         BuildingFileError: the file is wrong.
     """
     described = description.read_new(text, folder).description

@@ -76,7 +76,7 @@ def update(context: typer.Context, code: Code, file: File) -> None:
         building_store.find(session, code)
         described = description.read(text, folder).description.code
         if described != code:
-            raise building_store.BuildingError(f"{file} describes building {described!r}; a file of {code!r} would do")
+            raise building_store.BuildingError(f"{file} describes building {described!r}; name a file of {code!r}")
         revision = building_store.update_description(session, text, folder, datetime.now(UTC))
         Console().print(f"{code} is described by revision {revision.number}")
         _warn(session, revision.building)

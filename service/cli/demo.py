@@ -72,7 +72,7 @@ def demo(
 
     console = Console()
     if hidden_effect and stiffness_loss:
-        typer.echo("--hidden-effect and --stiffness-loss are two buildings; one of them at a time would do", err=True)
+        typer.echo("--hidden-effect and --stiffness-loss are two buildings; choose one of them", err=True)
         raise typer.Exit(2)
     scenario = HIDDEN_EFFECT if hidden_effect else STIFFNESS_LOSS if stiffness_loss else BY_DESIGN
     count = earthquakes or scenario.earthquakes
@@ -99,7 +99,7 @@ def demo(
         console.print(f"[yellow]{name} is not used: the demonstration has a value of its own[/]")
     free = free_port(port)
     if port not in {0, free}:
-        console.print(f"[yellow]port {port} is taken: port {free} is used instead[/]")
+        console.print(f"[yellow]port {port} is in use: port {free} is used instead[/]")
     console.print(f"kept in {kept}", soft_wrap=True)
     settings = settings_of(kept, free)
     soon = timedelta(seconds=next_after)

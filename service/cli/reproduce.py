@@ -111,7 +111,7 @@ def _real(files: list[Path], building: Path | None, sensors: str | None, tell: C
 
 
 def _command(context: typer.Context) -> str:
-    """The command as it could be typed again, without where its output went."""
+    """The command to repeat, without the options for its output."""
     words = ["menshin", context.info_name or ""]
     for parameter in context.command.params:
         value = context.params.get(parameter.name or "")

@@ -186,7 +186,7 @@ def check_port(settings: "Settings") -> None:
 def _port_problem(host: str, port: int, error: OSError) -> str:
     another = "choose another by MENSHIN_PORT or --port"
     if error.errno == errno.EADDRINUSE:
-        return f"port {port} of {host} is taken by another process; end that one, or {another}"
+        return f"port {port} of {host} is in use by another process; end that process, or {another}"
     if error.errno in (errno.EACCES, errno.EPERM):
         return f"this account may not listen at port {port} of {host}; {another}, of 1024 or more"
     if error.errno == errno.EADDRNOTAVAIL:

@@ -22,7 +22,7 @@ STANDARD_GRAVITY = 9.80665
 SETS = ("farfield", "nearfield_no_pulse", "nearfield_pulse")
 POLARISATION = np.array([[0.8], [0.6]])
 """Direction of AKT013 in x and y: a straight line, since only one component exists."""
-BAND = (0.1, 30.0)  # Hz, where the oldest of the records can still be believed
+BAND = (0.1, 30.0)  # Hz, reliable band of the oldest records
 
 
 class MotionsMissingError(Exception):

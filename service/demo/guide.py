@@ -42,7 +42,7 @@ def current_version(session: Session) -> CurrentVersion | None:
 def accept_model(sessions: sessionmaker[Session], stop: Signal) -> None:
     """Create a model, fit it to the earlier half of the events, and compare it with the others; once only.
 
-    Ends early when it is asked to stop.
+    Ends early when stopped.
     """
     with reading(sessions)() as session:
         if current_version(session) is not None:
@@ -72,7 +72,7 @@ def finished(sessions: sessionmaker[Session], job: int, stop: Signal) -> Mapping
         with reading(sessions)() as session:
             found = job_queries.job(session, job)
         if found.state == "failed" or found.refusal:
-            raise RuntimeError(f"the demonstration's own {found.kind} went wrong: {found.refusal or found.error}")
+            raise RuntimeError(f"the demonstration's own {found.kind} failed: {found.refusal or found.error}")
         if found.state == "done":
             return found.result or {}
     return None

@@ -44,7 +44,7 @@ LOST = """\
 [bold]The isolators lost {loss:.0%} of their stiffness in the earthquake of {when:%Y-%m-%d %H:%M} UTC.[/] What the \
 service makes of it:
   {address}/buildings/{code}/drift   what was expected, and what came
-  {address}/buildings/{code}/alerts  what people are told"""
+  {address}/buildings/{code}/alerts  messages to people"""
 
 
 def bars(console: Console) -> Progress:

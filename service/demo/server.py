@@ -180,7 +180,7 @@ def _earthquakes(archive: Archive, named: dict[str, str], selections: list[Selec
 def _refuse_unheeded(named: dict[str, str], heeded: set[str]) -> None:
     """Reject parameters of the specification that this archive does not support: a wrong response would look right."""
     if unheeded := sorted(set(named) - heeded):
-        raise QueryError(f"this archive does not select by {', '.join(unheeded)}; {', '.join(sorted(heeded))} would do")
+        raise QueryError(f"this archive does not select by {', '.join(unheeded)}; use {', '.join(sorted(heeded))}")
 
 
 ANSWERS: dict[str, Answer] = {"station": _stations, "dataselect": _waveforms, "event": _earthquakes}

@@ -1,6 +1,6 @@
 """Units by name: their quantity and their factor to SI units.
 
-The only place that knows units: everything behind the formats is SI.
+All units are defined here: everything behind the formats is SI.
 """
 
 from collections.abc import Mapping
@@ -61,7 +61,7 @@ SPELLINGS: Mapping[str, str] = {
 
 
 def canonical(unit: str) -> str:
-    """The spelling under which UNITS knows a unit: `M/S^2`, `m/s/s`, `m/sec2` and `m s-2` are all `m/s**2`."""
+    """The spelling of a unit in UNITS: `M/S^2`, `m/s/s`, `m/sec2` and `m s-2` are all `m/s**2`."""
     name = unit.strip().lower().replace("µ", "u").replace("μ", "u").replace("sec", "s").replace("²", "**2")
     name = name.replace("^2", "**2").replace("/s/s", "/s**2").replace("(m/s)/s", "m/s**2")
     if name.endswith("/s2"):

@@ -1,7 +1,7 @@
 """Common parts of the volume 2 files of all strong-motion networks: records with an end line, numbers in columns.
 
-Fortran programs write them: numbers stand in columns of fixed width and may touch, and a format such as (8F10.5) says
-how. A header prints the peak of each series, which tells a damaged file from a sound one.
+Fortran programs write them: numbers are in columns of fixed width and may touch, and a format such as (8F10.5) says
+how. A header prints the peak of each series, which distinguishes a damaged file from a sound one.
 """
 
 import re

@@ -21,7 +21,7 @@ RESERVED = 192
 """Open files reserved for the database, the program itself, and simultaneous new connections."""
 FULL = (
     b"HTTP/1.1 503 Service Unavailable\r\nContent-Type: text/plain\r\nRetry-After: 5\r\nConnection: close\r\n"
-    b"Content-Length: 26\r\n\r\nAll connections are taken.\n"
+    b"Content-Length: 26\r\n\r\nAll connections are in use\n"
 )
 LINGER = 2**20
 """Bytes of an unwanted body that are read and discarded, so that the client can read the response."""

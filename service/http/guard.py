@@ -47,8 +47,8 @@ PROTECTION = {
     "Content-Security-Policy": "default-src 'none'; style-src 'unsafe-inline'; frame-ancestors 'none'; sandbox",
 }
 """Default headers of responses; pages have their own policy."""
-TOO_LONG = "The body is longer than {} bytes, which is all that is taken here."
-TOO_MANY = "Too many requests of the same caller are under way; asking again when they have been answered would do."
+TOO_LONG = "The body is longer than the {} bytes accepted here."
+TOO_MANY = "Too many requests of the same caller are in progress; try again when they have been answered."
 BUSY = {"Retry-After": "5"}
 
 
@@ -120,7 +120,7 @@ class Guard:
         """The caller's share that the request belongs to.
 
         Raises:
-            ServiceError: it changes something and nobody we know asks, or its body is too long by its own account.
+            ServiceError: it changes data without a known caller, or its declared body is too long.
         """
         stranger = f"at {request.client.host if request.client else 'an unknown address'}"
         if _is_open(request.url.path):

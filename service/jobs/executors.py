@@ -43,7 +43,7 @@ def without_interrupts() -> Iterator[None]:
     """Start processes within this context without SIGINT, so that Ctrl-C, which reaches the whole terminal, leaves
     them alone.
 
-    Else one that waits for work, or still starts, dies of it and breaks the pool, and a job is said to have failed.
+    Otherwise an idle or starting process would die, break the pool and fail a job.
     """
     resource_tracker.ensure_running()  # otherwise Python starts it within, and unmasks the signal
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # inherited by children and threads

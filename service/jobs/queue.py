@@ -216,7 +216,7 @@ def _end_event(session: Session, held: Claim, state: str, reason: str, now: date
 def _queued(session: Session, job: Job) -> Job:
     """The job, or an equal one that still waits and comes after all running ones of its kind.
 
-    Two transactions that queue work on the same thing come one after the other. A job that will do is locked: nobody
+    Two transactions that queue work on the same object run one after the other. A suitable job is locked: no worker
     takes it before what this transaction stores can be seen. One before a job that was begun later will not do, for
     that one's result is the one that counts, and it has seen less.
     """

@@ -254,7 +254,7 @@ class Worker:
             with self.sessions.begin() as session:
                 queue.refuse(session, claim, str(error), self.clock())
             return
-        log.error("attempt %d at job %d went wrong", claim.failures + 1, claim.job_id, exc_info=error)
+        log.error("attempt %d at job %d failed", claim.failures + 1, claim.job_id, exc_info=error)
         text = "".join(format_exception(error))
         with self.sessions.begin() as session:
             queue.fail(session, claim, text, self.clock(), self.settings.jobs.attempts)

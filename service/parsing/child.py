@@ -95,7 +95,7 @@ def _end_with_parent(requests: BinaryIO, wanted: bool) -> None:
     fcntl.fcntl(requests, fcntl.F_SETFL, flags | os.O_ASYNC if wanted else flags & ~os.O_ASYNC)
     poll = select.poll()
     poll.register(requests, select.POLLHUP)
-    if wanted and poll.poll(0):  # it went away before the system was asked
+    if wanted and poll.poll(0):  # it ended before the signal was set
         raise SystemExit
 
 

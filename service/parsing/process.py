@@ -55,7 +55,7 @@ def read(name: str, data: bytes, gains: Mapping[str, Gain], limits: Limits) -> C
     """The contents of a file, or of a zip archive of files: `formats.read` within limits.
 
     Raises:
-        FormatError: what was found and what would do.
+        FormatError: the file cannot be used.
         ParserDiedError: the file is too much for its parser.
         ParserFailedError: a bug of a reader.
     """
@@ -136,7 +136,7 @@ class Parser:
             self.end()
             raise ParserDiedError(
                 f"{name} needs more than {self.limits.memory // 2**20} MiB of memory to be read; a smaller file, or a "
-                f"larger parser_memory, would do"
+                f"larger parser.memory_limit, would help"
             )
         return message, blocks
 
@@ -155,7 +155,7 @@ class Parser:
         if number in OUT_OF_TIME:
             return (
                 f"{name} takes more than {self.limits.seconds:g} s to be read; a smaller file, or a larger "
-                f"parser_time, would do"
+                f"parser.time_limit, would help"
             )
         if number == signal.SIGKILL:
             return f"the parser was killed while it read {name}: the machine may have too little memory"

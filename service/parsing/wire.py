@@ -36,7 +36,7 @@ def receive(stream: IO[bytes], most: int) -> tuple[Json, list[bytearray]]:
         most: bytes that its blocks may have together.
 
     Raises:
-        EOFError: the other side has gone, or what it wrote is no message.
+        EOFError: the other side has closed, or sent an invalid message.
     """
     size = int.from_bytes(_exactly(stream, 8), "big")
     if size > LONGEST_JSON:
@@ -53,7 +53,7 @@ def _exactly(stream: IO[bytes], size: int) -> bytearray:
     while view:
         count = stream.readinto(view)  # type: ignore[attr-defined]  # every buffered stream has it
         if not count:
-            raise EOFError("the other side has gone")
+            raise EOFError("the other side has closed")
         view = view[count:]
     return found
 

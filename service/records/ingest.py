@@ -130,7 +130,7 @@ def _usable(
 def reading_failed(recording: Recording, error: Exception, *, settings: Settings) -> None:
     """Note a failed attempt at a recording: it is tried again at the next look, and rejected after the last attempt."""
     is_too_much = isinstance(error, ParserDiedError)
-    found = str(error) if is_too_much else f"reading it went wrong ({type(error).__name__}: {error})"
+    found = str(error) if is_too_much else f"reading it failed ({type(error).__name__}: {error})"
     if recording.failures < settings.jobs.attempts:
         recording.reason = f"{storable(found)}; it is tried again at the next look"
         return
@@ -190,7 +190,7 @@ def _check_length(traces: Iterable[Trace], described: BuildingFile, settings: Se
         if (length := (end - start).total_seconds()) > settings.event.longest:
             raise FormatError(
                 f"the record lasts {length / 3600:.3g} h, from {start:%Y-%m-%d %H:%M:%S} to {end:%Y-%m-%d %H:%M:%S} "
-                f"UTC; at most {settings.event.longest / 3600:.3g} h are taken for one earthquake. If it is a "
+                f"UTC; at most {settings.event.longest / 3600:.3g} h count as one earthquake. If it is a "
                 f'continuous record, data = "continuous" in [source] of the building file cuts the earthquakes out'
             )
 

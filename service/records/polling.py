@@ -155,7 +155,7 @@ class SourcePoller:
                 if isinstance(error, ParserDiedError):
                     log.warning("recording %d of %s: %s", recording.id, building.code, error)
                 else:
-                    log.exception("reading recording %d of %s went wrong", recording.id, building.code)
+                    log.exception("reading recording %d of %s failed", recording.id, building.code)
                 failed.append(recording.id)
                 with self.sessions.begin() as session:
                     reading_failed(session.get_one(Recording, recording.id), error, settings=self.settings)

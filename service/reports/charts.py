@@ -194,7 +194,7 @@ def _colour(events: Sequence[datetime]) -> alt.Color:
         form, shown = "%Y-%m-%d", [first, first + (last - first) / 2, last]
     ticks = [_milliseconds(moment) for moment in shown]
     legend = alt.Legend(values=ticks, labelExpr=f"utcFormat(datum.value, '{form}')")
-    scheme = alt.SchemeParams(name="viridis", extent=[0, 0.85])  # its last yellow is hardly seen on white
+    scheme = alt.SchemeParams(name="viridis", extent=[0, 0.85])  # its last yellow is barely visible on white
     return alt.Color("moment:Q", title="event (UTC)").scale(scheme=scheme).legend(legend)
 
 

@@ -22,7 +22,7 @@ def extremes(values: Vector, points: int) -> Indices:
         ValueError: fewer points than FEWEST.
     """
     if points < FEWEST:
-        raise ValueError(f"a series cannot be thinned to {points} points; {FEWEST} or more would do")
+        raise ValueError(f"a series cannot be thinned to {points} points; {FEWEST} or more are needed")
     if values.size <= points:
         return np.arange(values.size)
     pixels = (points - 2) // 2

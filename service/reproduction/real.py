@@ -63,7 +63,7 @@ class RealBuilding:
 
     @property
     def middle(self) -> int:
-        """Index among the floors of the one that stands where the paper has its fourth storey."""
+        """Index of the floor that corresponds to the paper's fourth storey."""
         return int(self.events[0].superstructure.measured[0])
 
 
@@ -89,7 +89,7 @@ def real(
         description: of it.
         sensors: names of the levels to use; None for those of `papers_sensors`.
         settings: rate and band.
-        tell: called with what is about to be done.
+        tell: called with the next step.
 
     Raises:
         RecordError: no event can be used.

@@ -40,14 +40,14 @@ def real_remarks(found: RealBuilding) -> tuple[str, ...]:
 def _missing(found: RealBuilding) -> Iterator[str]:
     shown = found.strongest.by_estimator[cms.NAME]
     if shown.displacement is None:
-        yield LEFT_OUT.format("19, 23 and 24", "no sensor tells the layer's motion")
+        yield LEFT_OUT.format("19, 23 and 24", "no sensor measures the layer's motion")
     if not shown.restoring_force.modes:
         yield LEFT_OUT.format("20 and 21", "no mode was identified")
 
 
 def _ground(found: Simulated) -> str:
     return (
-        "The record observed at Hiyoshi on 2005-07-23 does not come with this program. In its place stands "
+        "The record observed at Hiyoshi on 2005-07-23 does not come with this program. It is replaced by "
         f"{found.ground.name}: at 100 Hz, 0.1-30 Hz, at rest before and after, scaled to 70.13 gal. Another record "
         "moves every fitting rate by some points. The paper does not say how its noise is scaled; here it is white, "
         "its standard deviation the given part of each channel's RMS, on all channels, one draw "
@@ -66,8 +66,8 @@ def _forces(found: Simulated) -> tuple[str, ...]:
         f"({low:.1f} to {high:.1f}), and {_added(low, quiet):.1f} % with noise above the base slab only. The paper's "
         "fit is therefore not reproduced; it does not say how its noise was made, or filtered.",
         "With as many modes as sensors the identified shapes cancel out of the force: it is F = -Σ m_i a_i over "
-        "statically interpolated floors. So noise in the shapes hardly matters, and what limits the fit without noise "
-        "is the inertia of the floors without a sensor.",
+        "statically interpolated floors. So noise in the shapes has little effect, and the fit without noise is "
+        "limited by the inertia of the floors without a sensor.",
     )
 
 

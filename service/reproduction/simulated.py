@@ -22,7 +22,7 @@ from service.reproduction.published import MASS_SCALE, SCATTERED_MASS
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Ground:
-    """A recorded motion, made ready to stand in for the paper's."""
+    """A recorded motion, prepared to replace the paper's."""
 
     name: str
     acceleration: Vector
@@ -127,9 +127,9 @@ class Simulated:
     by_modes: Mapping[int, Vector]
     """(n,) N at noise LOW from the first one, two, three modes that CMS identified; fewer where it found fewer."""
     light: Forces
-    """Noise LOW, all masses taken for MASS_SCALE times theirs."""
+    """Noise LOW, all masses assumed MASS_SCALE times their own."""
     scattered: Forces
-    """Noise LOW, the masses taken for those of Figure 16."""
+    """Noise LOW, the masses assumed as in Figure 16."""
 
     @property
     def time(self) -> Vector:
@@ -143,7 +143,7 @@ def simulated(ground: Ground, seed: int, tell: Callable[[str], None]) -> Simulat
     Args:
         ground: the motion.
         seed: of the noise.
-        tell: called with what is about to be done.
+        tell: called with the next step.
 
     Raises:
         CoreError: the motion cannot be used.

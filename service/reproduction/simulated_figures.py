@@ -28,7 +28,7 @@ GAL, KN, MM = 1e2, 1e-3, 1e3
 ROOT_T = 1e3**-0.5
 """√kg in √t: of a coordinate of a mass-normalised mode."""
 WINDOW = 20.0
-"""s, of the histories in which two curves are to be told apart."""
+"""s, length of the histories in which two curves must be distinguishable."""
 SHOWN = f"the strongest {WINDOW:g} s; the fitting rate is of the whole record"
 
 
@@ -182,7 +182,7 @@ def _light(found: Simulated) -> Figure:
     scale = published.MASS_SCALE
     corrected = {name: force / scale for name, force in forces.items()}
     caption = (
-        f"All masses taken for {scale:g} times theirs, {with_noise(LOW)}; {SHOWN}: {_fits(found, forces)}, and "
+        f"All masses assumed {scale:g} times their own, {with_noise(LOW)}; {SHOWN}: {_fits(found, forces)}, and "
         f"{_fits(found, corrected)} once divided by {scale:g}. The paper says that the "
         "shape is kept and scaled by the same degree."
     )
@@ -193,7 +193,7 @@ def _scattered(found: Simulated) -> Figure:
     forces = _series(found.scattered)
     corrected = {name: force / scattered_total() for name, force in forces.items()}
     caption = (
-        f"The masses taken for the paper's draw, {with_noise(LOW)}; {SHOWN}: paper {published.SCATTERED_FIT}, ours "
+        f"The masses assumed as the paper's draw, {with_noise(LOW)}; {SHOWN}: paper {published.SCATTERED_FIT}, ours "
         f"{_fits(found, forces)}, and {_fits(found, corrected)} with the right total mass."
     )
     return Figure(16, "Effect of mass estimation: masses scattered by 20 %", caption, _with_differences(found, forces))

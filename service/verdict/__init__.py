@@ -1,1 +1,1 @@
-"""The verdict: what may be said of a building after an earthquake, as one pure function of stored facts."""
+"""The verdict on a building after an earthquake: one pure function of stored facts."""

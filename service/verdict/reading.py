@@ -191,7 +191,7 @@ def _stiffness(facts: StoredFacts) -> dict[str, Measured | Lacking]:
 
 
 def _change(wanted: int, value: DriftValue | None) -> Measured | Lacking:
-    """The event's change of stiffness from what its amplitude and temperature let expect."""
+    """The event's change of stiffness from the value expected at its amplitude and temperature."""
     if value is None:
         return REFERENCE if wanted else NO_CYCLE
     for applies, lacking in (

@@ -30,7 +30,7 @@ def estimate(superstructure: InstrumentedSuperstructure) -> RestoringForce:
     """Restoring force F = -Σ m_i a_i, every level's acceleration estimated from all that were measured.
 
     The superstructure is a frame on a rocking base whose stiffness and damping are calibrated from the record, with
-    noise allowed for in every channel. Where the record asks for it, the distribution of the floors' mass and the
+    noise allowed for in every channel. If the record supports it, the distribution of the floors' mass and the
     sensors' gains and clocks are corrected; where noise does not explain the residual, unmodelled motion is estimated
     too, and measured floors stay as measured. `assessment` names the assumptions. If the calibrated superstructure
     predicts left-out floors worse than static interpolation does, the paper's estimate replaces it.

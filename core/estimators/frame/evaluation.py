@@ -188,7 +188,7 @@ def _whitened(problem: Problem, given: Responses, variances: Variances, scale: M
 
 
 def _by_determinant(here: Evaluation) -> Vector:
-    """(structural,) by how much a parameter lowers the determinant."""
+    """(structural,) decrease of the determinant by a parameter."""
     lines, design = here.problem.lines, here.problem.design
     weights = here.variances.at(lines)[[0] + [1] * design.layout.floors]
     inverse = here.whitened.back(here.unmodelled)

@@ -32,7 +32,7 @@ DELAYS = 0.01
 FLEXIBILITIES = ((0.1, 1.5), (0.3, 1.0), (0.05, 1.5))
 """Median and standard deviation of the logarithm: of rocking, of the joints, of bending as a whole."""
 JOINTS_IDENTIFIED_FROM = 3
-"""Channels needed to tell the joints' rotation apart from the storeys' own shear; with fewer, joints are rigid."""
+"""Channels needed to distinguish the joints' rotation from the storeys' own shear; with fewer, joints are rigid."""
 RIGID = 1e-3
 """Flexibility of practically rigid joints."""
 DAMPING = ((0.002, 1.5), (0.02, 1.5), (0.1, 1.5))
@@ -49,8 +49,8 @@ MISSED = 75.0
 """Most log evidence that parameters from some of the lines lack, about half of their number times one less than the
 lines for each that is used; in simulation it was 18 to 59."""
 EVIDENT = 100.0
-"""Log evidence that a damping of its own for every mode must bring: with less it may stand in for wrong floor masses,
-with an error of some percent of the force; where a building asked for it, it brought thousands."""
+"""Log evidence that separate damping of every mode must gain: with less it may compensate for wrong floor masses,
+with an error of some percent of the force; buildings that need it gained thousands."""
 UNEXPLAINED = 4.0
 """Standard deviations of a band's misfit above the record's, beyond which noise alone does not explain it."""
 TEMPERATURE = 100.0
@@ -130,7 +130,7 @@ class Choice:
 
 
 def best_hypothesis(lines: Lines, design: Design, transient: float) -> Choice:
-    """The hypothesis that the record asks for, by its evidence.
+    """The hypothesis that the record supports, by its evidence.
 
     Modes with a damping of their own, and then unmodelled motion, are considered only where some band of frequencies is
     not explained by noise.
@@ -152,7 +152,7 @@ def best_hypothesis(lines: Lines, design: Design, transient: float) -> Choice:
 
 
 def _choice(found: list[Calibration], given: Problem) -> Choice:
-    """The calibration of most evidence, by the least noise that one of them asks for."""
+    """The calibration with most evidence, with the smallest noise that any of them needs."""
     chi_square = min(calibration.chi_square for calibration in found)
     noisier = replace(given.lines, noise=given.lines.noise * float(np.clip(chi_square, 1.0, NOISE_TOLERANCE)))
     return Choice(_most_evident(found, replace(given, lines=noisier)), noisier, chi_square)

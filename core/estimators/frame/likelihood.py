@@ -42,7 +42,7 @@ class Responses:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Whitened:
-    """The lines as independent unit variables, h taken out."""
+    """The lines as independent unit variables, without h."""
 
     whitening: ComplexTensor | None
     """(lines, channels, channels) W; None where V is the noise alone, of which all is in units."""

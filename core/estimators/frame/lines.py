@@ -13,7 +13,7 @@ BANDS = np.geomspace(0.3, 25.0, 16)
 AT_REST = 0.02
 """Share of the largest root mean square over EDGE; a record's end no further above the quietest is at rest."""
 LOWEST = 0.1
-"""Hz, below which the noise is taken to rise no further: what is slower is filtered out of records."""
+"""Hz, below which the noise is assumed not to rise further: slower parts are filtered out of records."""
 NOISELESS = 1e-6
 """Share of a channel's power below which its noise is not set: with less the misfit has too many local minima."""
 EDGE = 0.5

@@ -134,7 +134,7 @@ def _by_parameters(model: LinearModel) -> Matrix:
 
 
 def _changes(model: LinearModel, moves: Matrix) -> ComplexMatrix:
-    """(moves, lines) by how much each move of the parameters changes the force's spectrum."""
+    """(moves, lines) change of the force's spectrum by each move of the parameters."""
 
     def force(parameters: Vector) -> ComplexVector:
         structure = superstructure(parameters, model.design)

@@ -22,7 +22,7 @@ OPEN: dict[str, Any] = {"security": []}
 
 OTHER_TABLES = "the tables of the database are not those of this version"
 NEWEST = "'menshin up', 'menshin api', 'menshin poll' or 'menshin work' of the newest version makes them so"
-STARTS = "start the database server, or check database_url; the service goes on by itself"
+STARTS = "start the database server, or check database_url; the service then continues by itself"
 METRICS = "The metrics in Prometheus' text format, each with its meaning."
 
 

@@ -153,7 +153,7 @@ def add_recipient(
         The recipient, and the secret that was made for it, if any.
 
     Raises:
-        FieldsError: the name is taken, the address or the secret is not valid, or no mail can be sent.
+        FieldsError: the name is in use, the address or the secret is not valid, or no mail can be sent.
     """
     if wanted.kind == "email" and not can_mail:
         raise FieldsError({"kind": NO_MAIL})

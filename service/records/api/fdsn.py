@@ -134,7 +134,7 @@ def stations(
     level = one_of(named, "level", ("station", "network", "channel", "response"))
     form = one_of(named, "format", ("xml", "text"))
     if form == "text" and level == "response":
-        raise QueryError("format=text goes with level=network, station or channel")
+        raise QueryError("format=text needs level=network, station or channel")
     with sessions() as session:
         found = fdsn.inventory(session, selections or [selection(named)], area(named))
     if not found.networks:

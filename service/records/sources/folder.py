@@ -128,7 +128,7 @@ class Folder:
 
 
 def _mark(file: Path) -> Mark | None:
-    """None if the file is gone, or is no regular file."""
+    """None if the file was removed, or is not a regular file."""
     try:
         status = file.stat()
     except FileNotFoundError:

@@ -164,7 +164,7 @@ class Client:
             found, helps = unreachable(error)
             raise BrokenError(f"{url} {found}", helps=helps) from error
         except httpx.HTTPError as error:
-            raise SourceError(f"{url} cannot be asked: {error}; correct {LOCATION}") from error
+            raise SourceError(f"{url} cannot be requested: {error}; correct {LOCATION}") from error
         _check_redirect(url, target, redirects)
         return self._attempt(target, unless, partial, redirects + 1)
 
@@ -217,7 +217,7 @@ def _check_redirect(url: httpx.URL, target: httpx.URL, redirects: int) -> None:
     """Refuse a redirect to another server: the building file does not name it, and it may be an internal one."""
     if origin(target) != origin(url):
         raise SourceError(
-            f"{url} redirects to another server, {target}, which is not asked; if that is the right one, give its "
+            f"{url} redirects to another server, {target}, which is not requested; if that is the right one, give its "
             f"address in the building file"
         )
     if redirects >= MOST_REDIRECTS:

@@ -59,5 +59,5 @@ def test_masses_alone_and_a_mode_make_a_shear_building() -> None:
 
 
 def test_nothing_is_reported_as_nothing() -> None:
-    with pytest.raises(IdentificationError, match="that of every storey in the building file would do"):
+    with pytest.raises(IdentificationError, match="that of every storey in the building file would help"):
         known_superstructure([force()], paper())

@@ -193,13 +193,13 @@ WRONG = {
         "XX.TOWER.03.HNX",
         "XX.TOWER.01.HNX",
         None,
-        "channel[3].id: 'XX.TOWER.01.HNX' is taken by channel[2]",
+        "channel[3].id: 'XX.TOWER.01.HNX' is already used by channel[2]",
     ),
     "same level twice": (
         'name = "2F"',
         'name = "roof"',
         None,
-        "level[4].name: 'roof' is taken by level[3]",
+        "level[4].name: 'roof' is already used by level[3]",
     ),
     "level of a channel": (
         'level = "roof"',

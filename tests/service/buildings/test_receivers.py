@@ -58,7 +58,7 @@ def test_reads_what_each_needs_to_hear_of() -> None:
 
 
 WRONG = {
-    "twice": (SMALL + MANAGER + MANAGER, "receiver[2].name: 'manager' is taken by receiver[1]"),
+    "twice": (SMALL + MANAGER + MANAGER, "receiver[2].name: 'manager' is already used by receiver[1]"),
     "unknown kind": (SMALL + MANAGER.replace('"email"', '"pigeon"'), "receiver[1].kind"),
     "no mail address": (SMALL + MANAGER.replace("manager@", "manager at "), "receiver[1].address: one mail address"),
     "no web address": (SMALL + PROGRAM.replace("https://", "ftp://"), "receiver[1].address: an address such as https"),

@@ -68,7 +68,7 @@ def test_a_building_is_not_updated_with_another_ones_file(folder: Path) -> None:
     (folder / "other.toml").write_text(SMALL.replace('"TOWER"', '"OTHER"'), "utf-8")
     done = building("update", "TOWER", "other.toml")
     assert done.exit_code == 1
-    assert "describes building 'OTHER'; a file of 'TOWER' would do" in done.output
+    assert "describes building 'OTHER'; name a file of 'TOWER'" in done.output
     assert building("show", "TOWER").output == SMALL
 
 

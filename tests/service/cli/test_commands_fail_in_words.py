@@ -252,7 +252,7 @@ def test_a_taken_port(folder: Path) -> None:
             done = run(folder, f"sqlite:///{folder / 'menshin.sqlite'}", command, "--port", port)
             assert (done.returncode, done.stdout) == (1, "")
             assert done.stderr == (
-                f"port {port} of 127.0.0.1 is taken by another process; end that one, or choose another by "
+                f"port {port} of 127.0.0.1 is in use by another process; end that process, or choose another by "
                 f"MENSHIN_PORT or --port\n"
             )
 

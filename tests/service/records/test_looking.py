@@ -167,7 +167,7 @@ def test_what_the_code_fails_at_is_given_up_and_holds_up_no_other(
             failed = session.get_one(Recording, stumbling)
             assert failed.failures == min(looks, SETTINGS.jobs.attempts)
             assert failed.state == ("stored" if looks < SETTINGS.jobs.attempts else "refused")
-            assert "reading it went wrong" in (failed.reason or "")
+            assert "reading it failed" in (failed.reason or "")
             assert session.scalars(select(Recording).where(Recording.name == "sound")).one().state == "read"
             assert len(session.scalars(select(Event)).all()) == 2
 

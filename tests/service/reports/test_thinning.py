@@ -46,7 +46,7 @@ def test_what_is_no_number_is_no_extreme() -> None:
 
 
 def test_too_few_points_are_refused() -> None:
-    with pytest.raises(ValueError, match="cannot be thinned to 3 points; 4 or more would do"):
+    with pytest.raises(ValueError, match="cannot be thinned to 3 points; 4 or more are needed"):
         extremes(np.zeros(10), 3)
 
 
