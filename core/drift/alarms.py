@@ -30,11 +30,12 @@ from core.drift.rules import (
 )
 
 PENDING_MARGIN = -0.7
-"""Standard deviations from a rule's threshold at which an alarm is pending."""
+"""Standard deviations from a rule's threshold at which an alarm is pending; it sends no message. A choice."""
 HINDSIGHT = 10
-"""Events after an alarm was raised that still decide which kind it is and where it began."""
+"""Events after an alarm was raised that still decide which kind it is and where it began. A choice."""
 NUISANCE_STD = 0.5
-"""Prior standard deviation of the size of a change that was found; relative."""
+"""Prior standard deviation of the size of a change that was found; relative. Wide, so that the later events alone
+decide the level that the change left."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,14 +20,15 @@ from core.drift.scatter import CURVATURES, Scatter, estimated_scatter, normal_eq
 from core.drift.series import SeriesArrays
 
 FEWEST_EVENTS = 20
-"""Events of a reference at least: with fewer, their scatter is not known."""
+"""Events of a reference at least: a standard deviation from 20 values is known to ± 16 %. A choice."""
 CURVE_ERROR = 0.5
 """Standard deviation of the curve over the scatter of events up to which the curve counts as determined: it then adds
 at most a quarter to the variance of an event's value."""
 HUBER = 2.0
-"""Standard deviations beyond which a measurement, or an event, gets less weight."""
+"""Standard deviations beyond which a measurement, or an event, gets less weight. A choice: with normal errors the
+estimate keeps 99 % of its efficiency."""
 ROUNDS = 3
-"""Rounds of reweighting."""
+"""Rounds of reweighting. A choice."""
 KNOT_SPACING = 0.5
 """Distance of the knots in the natural logarithm of amplitude: the curve of a yielding layer bends over one to two."""
 KNOT_MARGIN = 2.5
@@ -39,9 +40,9 @@ LEVEL_STD = 3.0
 """Prior standard deviation of each coefficient about the median of the reference: wide, so that the data alone decide
 level and slope."""
 SEASONAL_STD = 10.0
-"""K, standard deviation of the layer's temperature over the year, where it was not measured."""
+"""K, standard deviation of the layer's temperature over the year, where it was not measured. A choice."""
 MEASURED_SHARE = 0.8
-"""Share of the reference's measurements that need a temperature for its coefficient to be estimated."""
+"""Share of the reference's measurements that need a temperature for its coefficient to be estimated. A choice."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -13,7 +13,8 @@ from core.drift.quantities import LAYER_QUANTITIES, Quantity
 from core.drift.series import SeriesArrays, SeriesEvent
 
 LARGER = 0.2
-"""Natural logarithm of an event's largest amplitude over all before from which on scragging is a possible cause."""
+"""Natural logarithm of an event's largest amplitude over all before from which on scragging is a possible cause.
+A choice: a fifth larger than anything before."""
 RECOVERY_TIME = timedelta(days=90)
 """Time in which most softening recovers: three half-lives of `core.drift.deviations`."""
 MASS = "a change of the building's mass, which scales the force, stiffness and damping of every direction alike"

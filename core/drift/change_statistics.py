@@ -17,15 +17,17 @@ from core.arrays import Indices, Matrix, Vector
 from core.drift.series import SeriesEvent
 
 CLIP = 4.0
-"""Standard deviations that an innovation counts at most in the decision whether there is a change."""
+"""Standard deviations that an innovation counts at most in the decision whether there is a change. A choice; the
+rates of `core.drift.rules` hold with it."""
 LOCATING_CLIP = 8.0
-"""Standard deviations that it counts at most in the decision where a change began."""
+"""Standard deviations that it counts at most in the decision where a change began. A choice: twice `CLIP`."""
 SUPPORT = 1.5
-"""Standard deviations by which an event must deviate to support a change."""
+"""Standard deviations by which an event must deviate to support a change. A choice; the rates of
+`core.drift.rules` hold with it. A healthy event deviates so far to one side in 7 % of cases."""
 LEVEL = 0.95
 """Probability of the interval of a change."""
 ROUNDS = 3
-"""Rounds of reweighting in the size of a change."""
+"""Rounds of reweighting in the size of a change. A choice."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

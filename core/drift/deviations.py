@@ -18,13 +18,15 @@ from core.drift.series import SeriesArrays, SeriesEvent
 from core.quality import Finding
 
 MARGIN = 0.05
-"""Natural logarithm of amplitude by which a measurement may lie outside the range of the baseline."""
+"""Natural logarithm of amplitude by which a measurement may lie outside the range of the baseline.
+A choice: 5 %, a tenth of the distance of the knots."""
 ROUNDS = 2
-"""Rounds of reweighting of an event's mean."""
+"""Rounds of reweighting of an event's mean. A choice."""
 RECOVERY_HALF_LIFE = timedelta(days=30)
-"""Time in which half of the softening recovers."""
+"""Time in which half of the softening recovers. A choice; the histories of benchmarks/drift.py recover at this pace, so
+that no benchmark tests another one."""
 SOFTENING_WITHIN = 0.5
-"""Share of the softening that the earthquake's own cycles show: those after its largest."""
+"""Share of the softening that the earthquake's own cycles show: those after its largest. A choice."""
 
 
 @dataclass(frozen=True, slots=True)

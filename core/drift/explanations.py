@@ -19,7 +19,8 @@ from core.drift.monitor import Monitoring
 from core.drift.quantities import LAYER_QUANTITIES
 
 SIGNIFICANCE = 0.05
-"""Probability of a chi-square as large as this or larger below which an explanation is ruled out."""
+"""Probability of a chi-square as large as this or larger below which an explanation is ruled out. The
+usual level; no benchmark tests it."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,7 +20,8 @@ from core.drift.quantities import Quantity
 SUDDEN, SLOW, RECOVERY = "sudden", "slow", "recovery"
 """Names of the rules, as stored."""
 SUPPORTING, SUPPORTING_SLOPE = 2, 4
-"""Events that must each support a step, and a ramp: one event alone never raises an alarm."""
+"""Events that must each support a step, and a ramp: one event alone never raises an alarm.
+A choice; the rates below hold with it."""
 SUDDEN_THRESHOLD, SLOW_THRESHOLD, RECOVERY_THRESHOLD = 3.85, 3.85, 4.1
 """Chosen on the even seeds of benchmarks/drift.py for false alarms of 5 % by all rules together."""
 SUDDEN_RATE, SLOW_RATE, RECOVERY_RATE = 0.05, 0.005, 0.035
@@ -29,7 +30,8 @@ recoveries follow a false loss."""
 ONSET_LEVEL = 0.95
 """Posterior probability of an onset interval; docs/operate/drift.md says how often the interval contains the truth."""
 ONSET_SIZE = 0.2
-"""Prior standard deviation of the size of a change; relative."""
+"""Prior standard deviation of the size of a change; relative. A choice; docs/operate/drift.md has the coverage of the
+intervals that it leads to."""
 
 
 def steps(count: int) -> Matrix:

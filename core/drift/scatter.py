@@ -15,13 +15,15 @@ from core.drift.quantities import Quantity
 EVENT_FACTORS = np.geomspace(1 / 6, 8.0, 12)
 """Grid of the scatter between events, over the quantity's typical one."""
 EVENT_SPREAD = 0.7
-"""Prior standard deviation of the logarithm of the scatter between events, among buildings and quantities."""
+"""Prior standard deviation of the logarithm of the scatter between events, among buildings and quantities: a factor of
+two either way. A choice."""
 WITHIN_FACTORS = np.geomspace(1 / 16, 4.0, 5)
 """Grid of the scatter within an event, over the quantity's typical one."""
 WITHIN_SPREAD = 1.2
-"""Prior standard deviation of the logarithm of the scatter within an event."""
+"""Prior standard deviation of the logarithm of the scatter within an event: a factor of three either way. A choice."""
 CURVATURES = np.array([0.01, 0.03, 0.1, 0.3])
-"""Grid of the standard deviation of the second differences of the curve's coefficients."""
+"""Grid of the standard deviation of the second differences of the curve's coefficients.
+A choice: from nearly straight lines to bends of 30 % within a knot's distance."""
 FEWEST_DEGREES = 5.0
 """Degrees of freedom at least: more than four, else the variance of a scaled inverse chi-square is not finite."""
 MOST_DEGREES = 1000.0

@@ -24,18 +24,19 @@ from core.drift.series import SeriesArrays, SeriesEvent
 WITHIN = "within"
 """Name of the rule, as stored."""
 WITHIN_RATE = 0.003
-"""Share of sequences of `HUNDRED` healthy events in which the rule raises an alarm: its threshold is set for that."""
+"""Share of sequences of `HUNDRED` healthy events in which the rule raises an alarm: its threshold is set for that.
+A choice; docs/operate/drift.md has the share that was measured."""
 FEWEST_CYCLES = 3
-"""Cycles needed before the largest, and after it."""
+"""Cycles needed before the largest, and after it. A choice: the fewest whose median disregards one outlier."""
 USUAL_STD = 0.02
-"""Prior standard deviation, among buildings, of the mean change within a healthy event; relative."""
+"""Prior standard deviation, among buildings, of the mean change within a healthy event; relative. A choice."""
 PRIOR_EVENTS = 4.0
-"""Events that the quantity's typical scatter counts for beside those of the reference."""
+"""Events that the quantity's typical scatter counts for beside those of the reference. A choice."""
 SOFTENING_STD = 0.03
 """Standard deviation of healthy softening, per unit of the natural logarithm by which the largest cycle exceeds the
-reference; relative."""
+reference; relative. A choice: twice the softening that `core.drift.quantities` states between events."""
 OUTLYING = 3.0
-"""Typical scatters that an event of the reference counts at most."""
+"""Typical scatters that an event of the reference counts at most. A choice."""
 HUNDRED = 100
 """Events of the sequences for which false-alarm rates are stated."""
 
