@@ -94,14 +94,14 @@ def api_in_own_process(
         visitor: see service.app.create.
         answering: called once, in this process, as soon as the server answers requests.
     """
-    pause, answers, is_told = FIRST_PAUSE, get_context("spawn").Event(), False
+    pause, answers, is_reported = FIRST_PAUSE, get_context("spawn").Event(), False
     while not stop.is_set():
         start = monotonic()
         process = _start_process(settings, door, visitor, answers)
         try:
             while process.is_alive() and not stop.wait(LOOK_UP):
-                if answers.is_set() and not is_told:
-                    is_told = True
+                if answers.is_set() and not is_reported:
+                    is_reported = True
                     answering()
         finally:
             _end(process, terminate=stop.is_set())

@@ -136,7 +136,7 @@ def diagnosed(
     observations: Sequence[Observation],
     model: Isolator,
     effects: Collection[str] | None = None,
-    tell: Callable[[str], None] = _to_nobody,
+    report_step: Callable[[str], None] = _to_nobody,
 ) -> Diagnosis:
     """Of a model and the records of some earthquakes.
 
@@ -158,11 +158,11 @@ def diagnosed(
     steps: list[Step] = []
     while (more := _more(steps, last)) is not None:
         steps.append(more)
-        tell(f"{_named(steps)}; looking for another effect")
+        report_step(f"{_named(steps)}; looking for another effect")
         now = steps[-1].chosen.fit.model
         last = ranked(by_noise, now, _absent(effects, now))
     if len(steps) > 1:
-        steps, last = _swapped(by_noise, steps, last, effects, tell)
+        steps, last = _swapped(by_noise, steps, last, effects, report_step)
     steps, last = _without_idle(by_noise, steps, last, effects)
     allowed = ABOVE_FLOOR if steps else ABOVE_COLOURED
     before, left = (_unexplained(ranking, allowed) for ranking in (first, last))
@@ -208,14 +208,14 @@ def _is_another(step: Step) -> bool:
 
 
 def _swapped(
-    by_noise: FitData, steps: list[Step], last: Ranking, effects: Collection[str], tell: Callable[[str], None]
+    by_noise: FitData, steps: list[Step], last: Ranking, effects: Collection[str], report_step: Callable[[str], None]
 ) -> tuple[list[Step], Ranking]:
     """Each effect but the last one added, once more against all others, now that those after it are there.
 
     It goes if nothing is asked for in its place, and if another is, that comes instead.
     """
     for step in tuple(steps[:-1]):
-        tell(f"{_named(steps)}; asking again for {step.chosen.effect}, beside the later ones")
+        report_step(f"{_named(steps)}; asking again for {step.chosen.effect}, beside the later ones")
         without = Isolator({n: v for n, v in last.base.model.effects.items() if n != step.chosen.effect})
         ranking = ranked(by_noise, without, _absent(effects, without))
         again = _step(ranking)

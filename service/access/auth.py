@@ -105,7 +105,7 @@ async def identify(request: Request) -> Caller:
     return found
 
 
-async def is_in_force(request: Request) -> bool:
+async def is_valid(request: Request) -> bool:
     """True if an admitted caller may still read; for long responses, such as streams."""
     try:
         return _caller(request, await request.app.state.callers.known()) == caller(request)

@@ -88,9 +88,9 @@ class Callers:
     def _snapshot(self) -> Snapshot:
         now = self._now()
         with self._reading() as session:
-            active = queries.logins_in_force(session, now - self._idle, now - self._lifetime)
+            active = queries.valid_logins(session, now - self._idle, now - self._lifetime)
             return Snapshot(
-                keys={key.hash: Caller(key.name, Role[key.role]) for key in queries.keys_in_force(session)},
+                keys={key.hash: Caller(key.name, Role[key.role]) for key in queries.valid_keys(session)},
                 logins={
                     one.hash: LINKED if one.key is None else Caller(one.key.name, Role[one.key.role]) for one in active
                 },

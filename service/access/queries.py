@@ -9,7 +9,7 @@ from sqlalchemy.orm import Session, joinedload
 from service.access.tables import ApiKey, LoginSession
 
 
-def keys_in_force(session: Session) -> Sequence[ApiKey]:
+def valid_keys(session: Session) -> Sequence[ApiKey]:
     """Keys that are not revoked."""
     return session.scalars(select(ApiKey).where(ApiKey.revoked_at.is_(None))).all()
 
@@ -19,7 +19,7 @@ def has_had_keys(session: Session) -> bool:
     return session.scalar(select(ApiKey.id).limit(1)) is not None
 
 
-def logins_in_force(session: Session, used_after: datetime, created_after: datetime) -> Sequence[LoginSession]:
+def valid_logins(session: Session, used_after: datetime, created_after: datetime) -> Sequence[LoginSession]:
     """Valid browser sessions with their keys: not ended, idle or expired, and with a valid key."""
     query = select(LoginSession).outerjoin(LoginSession.key).options(joinedload(LoginSession.key))
     living = (

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from core.description import BuildingDescription
     from core.workbench.earthquakes import Earthquakes
     from service.buildings.description import BuildingFile
-    from service.jobs.stages import Tell
+    from service.jobs.stages import ReportStep
     from service.models.model_file import ModelFile
     from service.settings import Settings
 
@@ -107,7 +107,7 @@ def levels_by_name(sensors: str, description: "BuildingDescription") -> tuple[st
 
 
 def read_records(
-    model: Path, files: list[Path], building: Path, tell: "Tell", held_out: Sequence[Path] = ()
+    model: Path, files: list[Path], building: Path, report_step: "ReportStep", held_out: Sequence[Path] = ()
 ) -> tuple["ModelFile", "Earthquakes"]:
     """A model and the records for it; some or all of the records may be unusable.
 
@@ -133,14 +133,16 @@ def read_records(
         raise typer.BadParameter(message, param_hint="MODEL")
     settings = AnalysisSettings(estimator=own.estimator, rate=own.rate, band=own.band)
     with refusals():
-        return read, records(files, held_out, described, Reading(read.directions, read.reference, settings), tell)
+        return read, records(
+            files, held_out, described, Reading(read.directions, read.reference, settings), report_step
+        )
 
 
 def read_usable_records(
-    model: Path, files: list[Path], building: Path, tell: "Tell", held_out: Sequence[Path] = ()
+    model: Path, files: list[Path], building: Path, report_step: "ReportStep", held_out: Sequence[Path] = ()
 ) -> tuple["ModelFile", "Earthquakes"]:
     """The same; the command ends with the reasons if no record is usable."""
-    read, records = read_records(model, files, building, tell, held_out)
+    read, records = read_records(model, files, building, report_step, held_out)
     if not records.observations:
         end_without_records(records)
     return read, records

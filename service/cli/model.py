@@ -21,7 +21,7 @@ from service.cli.inputs import (
 
 if TYPE_CHECKING:
     from core.workbench.earthquakes import Earthquakes
-    from service.jobs.stages import Tell
+    from service.jobs.stages import ReportStep
 
 app = typer.Typer(
     no_args_is_help=True, help="Models of the isolation layer, compared with records.", callback=add_user_effects
@@ -118,10 +118,10 @@ def fit(
     from service.models.workbench.fit_summary import summary
     from service.models.workbench.work import fit as fit_model
 
-    with _progress_bar() as tell:
-        described, records = read_usable_records(model, files, building, tell, hold_out or ())
+    with _progress_bar() as report_step:
+        described, records = read_usable_records(model, files, building, report_step, hold_out or ())
         with refusals():
-            fitted = fit_model(described, model.name, records, tell)
+            fitted = fit_model(described, model.name, records, report_step)
     write_text(written(fitted.model), output)
     Console().print(summary(fitted))
     if json is not None:
@@ -142,10 +142,10 @@ def compare(model: Model, files: Files, building: Building, json: Json = None, h
     from service.models.workbench.summary import summary
     from service.models.workbench.work import compare as compare_model
 
-    with _progress_bar() as tell:
-        described, records = read_usable_records(model, files, building, tell)
+    with _progress_bar() as report_step:
+        described, records = read_usable_records(model, files, building, report_step)
         with refusals():
-            compared = compare_model(described, records, tell)
+            compared = compare_model(described, records, report_step)
     Console().print(summary(compared))
     if json is not None:
         write_json(as_json(compared), json)
@@ -175,12 +175,12 @@ def diagnose(
     from service.models.workbench.diagnosis_summary import summary
     from service.models.workbench.work import diagnose as diagnose_model
 
-    with _progress_bar() as tell:
-        described, records = read_records(model, files, building, tell, hold_out or ())
+    with _progress_bar() as report_step:
+        described, records = read_records(model, files, building, report_step, hold_out or ())
         if not records.observations:
             _end_with_suspicions(described.building, records, json)
         with refusals():
-            diagnosed = diagnose_model(described, model.name, records, tell)
+            diagnosed = diagnose_model(described, model.name, records, report_step)
     Console().print(summary(diagnosed))
     if json is not None:
         write_json(as_json(diagnosed), json)
@@ -224,12 +224,12 @@ def add(
     from service.models.workbench.work import add as added
 
     _check_known(effect, "EFFECT")
-    with _progress_bar() as tell:
-        described, records = read_usable_records(model, files, building, tell, hold_out or ())
+    with _progress_bar() as report_step:
+        described, records = read_usable_records(model, files, building, report_step, hold_out or ())
         if effect in described.isolator.effects:
             raise typer.BadParameter(f"{model} has {effect} already; `menshin model fit` fits it", param_hint="EFFECT")
         with refusals():
-            extended = added(effect, described, model.name, records, tell)
+            extended = added(effect, described, model.name, records, report_step)
     write_text(written(extended.model), output)
     Console().print(summary(extended))
     if json is not None:
@@ -259,10 +259,10 @@ def improve(
     from service.models.workbench.improving_output import as_json, summary
     from service.models.workbench.work import diagnosis, improve as improved
 
-    with _progress_bar() as tell:
-        described, records = read_usable_records(model, files, building, tell, hold_out or ())
+    with _progress_bar() as report_step:
+        described, records = read_usable_records(model, files, building, report_step, hold_out or ())
         with refusals():
-            better = improved(described, model.name, records, tell)
+            better = improved(described, model.name, records, report_step)
     write_text(written(better.model), output)
     Console().print(summary(better))
     if json is not None:
@@ -296,7 +296,7 @@ def _check_known(effect: str, argument: str) -> None:
 
 
 @contextmanager
-def _progress_bar() -> Iterator["Tell"]:
+def _progress_bar() -> Iterator["ReportStep"]:
     """A progress bar on a terminal, which disappears at the end; none where the output goes into a file."""
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
@@ -305,7 +305,7 @@ def _progress_bar() -> Iterator["Tell"]:
     with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
         task = progress.add_task("")
 
-        def tell(doing: str, done: int, of: int) -> None:
+        def report_step(doing: str, done: int, of: int) -> None:
             progress.update(task, description=doing, completed=done, total=of)
 
-        yield tell
+        yield report_step

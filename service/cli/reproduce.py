@@ -96,7 +96,9 @@ def _ground(path: Path | None, channel: str | None) -> "Ground":
     return default_ground() if path is None else ground_of_file(path, channel)
 
 
-def _real(files: list[Path], building: Path | None, sensors: str | None, tell: Callable[[str], None]) -> "RealBuilding":
+def _real(
+    files: list[Path], building: Path | None, sensors: str | None, report_step: Callable[[str], None]
+) -> "RealBuilding":
     from core.analysis import AnalysisSettings
     from service.records.event_files import events
     from service.reproduction.real import real
@@ -107,7 +109,7 @@ def _real(files: list[Path], building: Path | None, sensors: str | None, tell: C
     described = read_building(building)
     levels = None if sensors is None else levels_by_name(sensors, described.description)
     settings = AnalysisSettings(rate=own.rate, band=own.band)
-    return real(events(files, described), described.description, levels, settings, tell)
+    return real(events(files, described), described.description, levels, settings, report_step)
 
 
 def _command(context: typer.Context) -> str:

@@ -150,10 +150,10 @@ def _show_predictions(
     errors = [_latest_error(model, sessions, stop) for model in models]
     if stop.is_set():
         return
-    told = " and ".join(
+    results = " and ".join(
         f"x {model.number} misses its force by {error:.1%}" for model, error in zip(models, errors, strict=True)
     )
-    console.print(f"[bold]no model was fitted to it: {told}[/]; reload the page of the model", highlight=False)
+    console.print(f"[bold]no model was fitted to it: {results}[/]; reload the page of the model", highlight=False)
 
 
 def _latest_error(model: CurrentVersion, sessions: sessionmaker[Session], stop: Signal) -> float | None:

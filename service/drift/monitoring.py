@@ -85,7 +85,7 @@ def inputs(session: Session, claim: Claim, settings: Settings) -> WatchInputs:
 
 def stages(inputs: WatchInputs) -> Sequence[Stage]:
     """All series at once: each takes a fraction of a second."""
-    return (Stage("Looking for drift", monitored, lambda _, tell: (inputs.watched,)),)
+    return (Stage("Looking for drift", monitored, lambda _, report_step: (inputs.watched,)),)
 
 
 def monitored(watched: Sequence[Watched]) -> tuple[tuple[Watched, Monitoring], ...]:

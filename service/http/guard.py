@@ -205,7 +205,7 @@ class Turn:
             if current_time() - looked > LOOK:
                 looked = current_time()
                 try:
-                    if not await auth.is_in_force(self._request):
+                    if not await auth.is_valid(self._request):
                         break
                 except problems.UNREACHABLE:
                     continue

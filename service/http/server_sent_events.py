@@ -16,16 +16,16 @@ LOOK = 0.3
 async def followed(request: Request, read: Callable[[], T], is_over: Callable[[T], bool]) -> AsyncIterator[T]:
     """Each new result of `read`, which is called in a thread.
 
-    Ends when it is over, and after the setting `progress_patience` without news; browsers then ask again by themselves.
+    It ends when `is_over` is true, and after the setting `progress_timeout` without news; browsers then reconnect.
     service.http.guard ends it with its caller's key or session and with the service. Comments that keep proxies from
     closing the connection are FastAPI's own.
     """
-    time_limits, seen = request.app.state.settings.progress_timeout, None
-    told = anyio.current_time()
-    while anyio.current_time() - told < time_limits:
+    timeout, seen = request.app.state.settings.progress_timeout, None
+    reported_at = anyio.current_time()
+    while anyio.current_time() - reported_at < timeout:
         found = await to_thread.run_sync(read)
         if found != seen:
-            seen, told = found, anyio.current_time()
+            seen, reported_at = found, anyio.current_time()
             yield found
         if is_over(found):
             return

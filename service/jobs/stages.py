@@ -13,7 +13,7 @@ from sqlalchemy.orm import Session
 from service.jobs.queue import Claim
 from service.settings import Settings
 
-Tell = Callable[[str, int, int], None]
+ReportStep = Callable[[str, int, int], None]
 """Reports progress: the current step in words, the number of finished steps, and of all steps."""
 
 
@@ -54,7 +54,7 @@ class Stage:
     """Description for people."""
     function: Callable[..., Any]
     """A module's function."""
-    arguments: Callable[[Sequence[Any], Tell], tuple[Any, ...]]
+    arguments: Callable[[Sequence[Any], ReportStep], tuple[Any, ...]]
     """Arguments of the function, from the results of earlier stages and a progress report."""
 
 

@@ -9,7 +9,7 @@ from sqlalchemy.orm import Session
 
 from core.workbench.earthquakes import Earthquakes
 from service.jobs.queue import Claim
-from service.jobs.stages import Stage, Tell
+from service.jobs.stages import ReportStep, Stage
 from service.jobs.tables import Job
 from service.models.inputs import WorkInputs
 from service.models.model_file import ModelFile
@@ -41,7 +41,7 @@ class Diagnosis:
     pictures: tuple[Picture, ...]
 
 
-def diagnosis(model: ModelFile, parent: str, events: Earthquakes, tell: Tell) -> Diagnosis:
+def diagnosis(model: ModelFile, parent: str, events: Earthquakes, report_step: ReportStep) -> Diagnosis:
     """Every effect that the model has not, added to it and fitted to the events.
 
     Raises:
@@ -53,7 +53,7 @@ def diagnosis(model: ModelFile, parent: str, events: Earthquakes, tell: Tell) ->
     from service.models.workbench.diagnosis_page import figures
     from service.reports.charts import CONFIG
 
-    found = diagnose(model, parent, events, tell)
+    found = diagnose(model, parent, events, report_step)
     drawn = tuple(
         Picture(one.title, one.caption, vl_convert.vegalite_to_svg(one.picture.to_dict(), config=CONFIG))
         for one in figures(found.result)
@@ -68,7 +68,7 @@ def stages(inputs: WorkInputs) -> Sequence[Stage]:
         Stage(
             "Asking every effect what it would explain",
             diagnosis,
-            lambda seen, tell: (given(inputs), f"model {inputs.model_id}", records(inputs, seen), tell),
+            lambda seen, report_step: (given(inputs), f"model {inputs.model_id}", records(inputs, seen), report_step),
         ),
     )
 

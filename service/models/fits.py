@@ -9,7 +9,7 @@ from sqlalchemy.orm import Session
 
 from core.workbench.earthquakes import Earthquakes
 from service.jobs.queue import Claim
-from service.jobs.stages import Stage, Tell
+from service.jobs.stages import ReportStep, Stage
 from service.jobs.tables import Job
 from service.models import results, versions
 from service.models.inputs import FITTED, LEFT_OUT, WorkInputs
@@ -33,25 +33,25 @@ class Fitted:
     """All numbers, as JSON."""
 
 
-def fitted(model: ModelFile, parent: str, events: Earthquakes, tell: Tell) -> Fitted:
+def fitted(model: ModelFile, parent: str, events: Earthquakes, report_step: ReportStep) -> Fitted:
     """The same effects at the values that the events ask for.
 
     Raises:
         RecordError: no event is left to fit to.
         ModelError: the model's force grew beyond all bounds.
     """
-    found = fit(model, parent, events, tell)
+    found = fit(model, parent, events, report_step)
     return Fitted(found.model, " ".join(found.result.fit_text), fit_json.as_json(found))
 
 
-def extended(effect: str, model: ModelFile, parent: str, events: Earthquakes, tell: Tell) -> Fitted:
+def extended(effect: str, model: ModelFile, parent: str, events: Earthquakes, report_step: ReportStep) -> Fitted:
     """The model with one more effect, everything fitted to the events.
 
     Raises:
         RecordError: no event is left to fit to.
         ModelError: a model's force grew beyond all bounds.
     """
-    found = add(effect, model, parent, events, tell)
+    found = add(effect, model, parent, events, report_step)
     return Fitted(found.model, " ".join(found.result.fit_text), adding_output.as_json(found))
 
 
@@ -62,7 +62,7 @@ def fit_stages(inputs: WorkInputs) -> Sequence[Stage]:
         Stage(
             "Fitting the model",
             fitted,
-            lambda seen, tell: (given(inputs), _parent(inputs), records(inputs, seen), tell),
+            lambda seen, report_step: (given(inputs), _parent(inputs), records(inputs, seen), report_step),
         ),
     )
 
@@ -75,7 +75,7 @@ def extension_stages(inputs: WorkInputs) -> Sequence[Stage]:
         Stage(
             f"Fitting the model with {effect}",
             extended,
-            lambda seen, tell: (effect, given(inputs), _parent(inputs), records(inputs, seen), tell),
+            lambda seen, report_step: (effect, given(inputs), _parent(inputs), records(inputs, seen), report_step),
         ),
     )
 
@@ -102,12 +102,12 @@ def _stages(inputs: WorkInputs, fitting: Stage) -> Sequence[Stage]:
         Stage(
             "Holding the model as it was against every event",
             compared,
-            lambda found, tell: held(inputs.isolator, found[:count]),
+            lambda found, report_step: held(inputs.isolator, found[:count]),
         ),
         Stage(
             "Holding the new one against every event",
             compared,
-            lambda found, tell: held(found[count].model.isolator, found[:count]),
+            lambda found, report_step: held(found[count].model.isolator, found[:count]),
         ),
     )
 

@@ -87,7 +87,7 @@ def stages(inputs: WorkInputs) -> Sequence[Stage]:
         Stage(
             "Holding the model against every event",
             compared,
-            lambda seen, tell: (inputs.isolator, seen, inputs.description, inputs.band),
+            lambda seen, report_step: (inputs.isolator, seen, inputs.description, inputs.band),
         ),
     )
 
@@ -98,7 +98,9 @@ def observing(inputs: WorkInputs) -> list[Stage]:
 
 
 def _observing(event: EventInputs, inputs: WorkInputs) -> Stage:
-    return Stage(f"Reading {event.held.name}", observed, lambda _, tell: (event, inputs.directions, inputs.reference))
+    return Stage(
+        f"Reading {event.held.name}", observed, lambda _, report_step: (event, inputs.directions, inputs.reference)
+    )
 
 
 def _compared(event: HeldEvent, force: ForceComparison, prediction: Prediction | None) -> Compared:

@@ -63,9 +63,9 @@ class RenderedMessage:
     """PNG."""
     has_ended: bool = False
     """True if what it reports had ended when it was written."""
-    standing_since: datetime | None = None
+    active_since: datetime | None = None
     """For a recipient added after it was written: when the open alert that it reports began; None otherwise."""
-    standing: str = ""
+    note: str = ""
     """Note to that recipient; empty otherwise."""
 
     @property
@@ -92,14 +92,14 @@ class RenderedMessage:
     @property
     def order(self) -> str:
         """Its relation to earlier messages, before the subject."""
-        if self.standing_since is None:
+        if self.active_since is None:
             return texts.SEQUENCES[self.sequence]
-        return texts.OPEN_SINCE.format(since=self.standing_since.astimezone(ZoneInfo(self.timezone)))
+        return texts.OPEN_SINCE.format(since=self.active_since.astimezone(ZoneInfo(self.timezone)))
 
     @property
     def paragraphs(self) -> tuple[str, ...]:
         """All paragraphs, notes first."""
-        before = (texts.NOT_REAL.get(self.kind, ""), self.standing)
+        before = (texts.NOT_REAL.get(self.kind, ""), self.note)
         after = (texts.MAY_BE_SECOND,) if self.is_repeat else ()
         return (*filter(None, before), *self.sentences, *after)
 
@@ -167,8 +167,8 @@ def rendered(
         is_repeat=is_repeat,
         picture=_picture(session, message) if kind in WITH_PICTURE else None,
         has_ended=message.is_over,
-        standing_since=since,
-        standing=note,
+        active_since=since,
+        note=note,
     )
 
 

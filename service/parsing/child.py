@@ -46,8 +46,8 @@ def _answer(requests: BinaryIO, answers: BinaryIO, request: wire.Json, data: byt
     except MemoryError:
         message, blocks = {"died": "memory"}, []
     except Exception as error:  # a bug of a reader's, which the service reports as one
-        told = "".join(traceback.format_exception(error))
-        message, blocks = {"bug": f"{type(error).__name__}: {error}", "traceback": told[-4000:]}, []
+        text = "".join(traceback.format_exception(error))
+        message, blocks = {"bug": f"{type(error).__name__}: {error}", "traceback": text[-4000:]}, []
     _end_with_parent(requests, False)
     signal.setitimer(signal.ITIMER_REAL, 0)
     wire.send(answers, message, blocks)

@@ -80,7 +80,7 @@ def real(
     description: BuildingDescription,
     sensors: tuple[str, ...] | None,
     settings: AnalysisSettings,
-    tell: Callable[[str], None],
+    report_step: Callable[[str], None],
 ) -> RealBuilding:
     """Section 8 on a building's records, in the first direction in which its base slab is measured.
 
@@ -100,7 +100,7 @@ def real(
     chosen = replace(settings, sensors=sensors or papers_sensors(description, direction))
     usable, refused = [], []
     for event in events:
-        tell(f"analysing the event of {event.start:%Y-%m-%d %H:%M:%S}")
+        report_step(f"analysing the event of {event.start:%Y-%m-%d %H:%M:%S}")
         found = _event(event, description, direction, chosen)
         if isinstance(found, str):
             refused.append(f"{event.start:%Y-%m-%d %H:%M:%S}: {found}")

@@ -137,7 +137,7 @@ class Simulated:
         return np.arange(self.response.force.size) / RATE
 
 
-def simulated(ground: Ground, seed: int, tell: Callable[[str], None]) -> Simulated:
+def simulated(ground: Ground, seed: int, report_step: Callable[[str], None]) -> Simulated:
     """Section 7 under a ground motion.
 
     Args:
@@ -148,18 +148,18 @@ def simulated(ground: Ground, seed: int, tell: Callable[[str], None]) -> Simulat
     Raises:
         CoreError: the motion cannot be used.
     """
-    tell("simulating the paper's building")
+    report_step("simulating the paper's building")
     response = simulate(BUILDING, ISOLATOR, ground.acceleration, RATE)
     shapes = fixed_base_modes(BUILDING).shape
     draw = np.random.default_rng(seed).standard_normal((1 + MEASURED.size, response.force.size))
     cases = {}
     for noise in (LOW, HIGH):
-        tell(f"estimating the force with {noise:.0%} noise")
+        report_step(f"estimating the force with {noise:.0%} noise")
         cases[noise] = _case(_measured(response, noise * draw))
-    tell("estimating the force with noise above the base slab only")
+    report_step("estimating the force with noise above the base slab only")
     quiet_base = _forces(_measured(response, HIGH * draw * np.array([[0.0], [1.0], [1.0]])))
     low = cases[LOW]
-    tell("estimating the force with other masses")
+    report_step("estimating the force with other masses")
     return Simulated(
         ground=ground,
         seed=seed,

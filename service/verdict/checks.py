@@ -132,7 +132,7 @@ def checked(
         return undecided(name, NOT_A_NUMBER, limits=limits, unit=unit, subject=subject)
     exceeded, unclear = _against(measured, limits)
     outcome = Outcome.EXCEEDED if exceeded else Outcome.UNDECIDED if unclear else Outcome.PASSED
-    deciding = max(exceeded.values()) if exceeded else min(unclear.values()) if unclear else limits.watch
+    deciding_text = max(exceeded.values()) if exceeded else min(unclear.values()) if unclear else limits.watch
     return Check(
         name=name,
         subject=subject,
@@ -142,7 +142,7 @@ def checked(
         value=measured.value,
         uncertainty=measured.uncertainty,
         limits=limits,
-        limit=deciding,
+        limit=deciding_text,
         reason=_doubt(measured) if unclear else "",
         remedy=_remedy(measured) if unclear else "",
     )

@@ -12,7 +12,7 @@ from core.errors import CoreError, RecordError
 from core.record import Direction
 from core.workbench.earthquakes import EPOCH, AnalysedEarthquake, Earthquakes, analysed, joined
 from service.buildings.description import BuildingFile
-from service.jobs.stages import Tell
+from service.jobs.stages import ReportStep
 from service.records.event_files import EventFiles, events
 
 
@@ -28,7 +28,7 @@ class Reading:
 
 
 def records(
-    paths: Sequence[Path], left_out: Sequence[Path], building: BuildingFile, reading: Reading, tell: Tell
+    paths: Sequence[Path], left_out: Sequence[Path], building: BuildingFile, reading: Reading, report_step: ReportStep
 ) -> Earthquakes:
     """Analyse every earthquake in the files.
 
@@ -50,9 +50,9 @@ def records(
     reference = reading.reference or (found[0][0].start if found else EPOCH)
     each: list[AnalysedEarthquake] = []
     for number, (event, _) in enumerate(found):
-        tell(f"reading the earthquake of {named(event.start)}", number, len(found))
+        report_step(f"reading the earthquake of {named(event.start)}", number, len(found))
         each.append(_analysed(event, building.description, reading, reference))
-    tell("read", len(found), len(found))
+    report_step("read", len(found), len(found))
     held_out = [named(event.start) for event, is_held_out in found if is_held_out]
     return joined(each, building.description, reading.settings.band, reference=reference, held_out=held_out)
 

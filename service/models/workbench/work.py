@@ -12,7 +12,7 @@ from core.workbench.earthquakes import Earthquakes
 from core.workbench.fitting import FitResult
 from core.workbench.improving import ExtensionResult, ImprovementResult
 from core.workbench.tables import Deviations
-from service.jobs.stages import Tell
+from service.jobs.stages import ReportStep
 from service.models.model_file import ModelFile
 
 Result = TypeVar("Result")
@@ -28,7 +28,7 @@ class Work(Generic[Result]):
     result: Result
 
 
-def fit(given: ModelFile, parent: str, earthquakes: Earthquakes, tell: Tell) -> Work[FitResult]:
+def fit(given: ModelFile, parent: str, earthquakes: Earthquakes, report_step: ReportStep) -> Work[FitResult]:
     """Fit a model's values to all earthquakes but those held out.
 
     Args:
@@ -41,26 +41,32 @@ def fit(given: ModelFile, parent: str, earthquakes: Earthquakes, tell: Tell) -> 
         RecordError: no earthquake is left to fit to.
         ModelError: the model's force grew beyond all bounds.
     """
-    found = workbench.fit(given.isolator, earthquakes, progress=tell)
+    found = workbench.fit(given.isolator, earthquakes, progress=report_step)
     return Work(given, made(found.model, found.std, given, parent, earthquakes), found)
 
 
-def compare(given: ModelFile, earthquakes: Earthquakes, tell: Tell) -> Work[ComparisonResult]:
+def compare(given: ModelFile, earthquakes: Earthquakes, report_step: ReportStep) -> Work[ComparisonResult]:
     """Compare a model with all earthquakes; errors as of `fit`."""
-    return Work(given, given, workbench.compare(given.isolator, earthquakes, progress=tell))
+    return Work(given, given, workbench.compare(given.isolator, earthquakes, progress=report_step))
 
 
-def add(effect: str, given: ModelFile, parent: str, earthquakes: Earthquakes, tell: Tell) -> Work[ExtensionResult]:
+def add(
+    effect: str, given: ModelFile, parent: str, earthquakes: Earthquakes, report_step: ReportStep
+) -> Work[ExtensionResult]:
     """Add an effect to a model and fit everything anew; arguments and errors as of `fit`."""
-    found = workbench.add(effect, given.isolator, earthquakes, progress=tell)
+    found = workbench.add(effect, given.isolator, earthquakes, progress=report_step)
     return Work(given, made(found.model, found.std, given, parent, earthquakes), found)
 
 
 def diagnose(
-    given: ModelFile, parent: str, earthquakes: Earthquakes, tell: Tell, effects: Collection[str] | None = None
+    given: ModelFile,
+    parent: str,
+    earthquakes: Earthquakes,
+    report_step: ReportStep,
+    effects: Collection[str] | None = None,
 ) -> Work[DiagnosisResult]:
     """Try every effect that a model does not have, or those of some names; errors as of `fit`."""
-    found = workbench.diagnose(given.isolator, earthquakes, effects=effects, progress=tell)
+    found = workbench.diagnose(given.isolator, earthquakes, effects=effects, progress=report_step)
     return diagnosis(found, given, parent)
 
 
@@ -70,10 +76,14 @@ def diagnosis(found: DiagnosisResult, given: ModelFile, parent: str) -> Work[Dia
 
 
 def improve(
-    given: ModelFile, parent: str, earthquakes: Earthquakes, tell: Tell, effects: Collection[str] | None = None
+    given: ModelFile,
+    parent: str,
+    earthquakes: Earthquakes,
+    report_step: ReportStep,
+    effects: Collection[str] | None = None,
 ) -> Work[ImprovementResult]:
     """Diagnose and add, by turns; errors as of `fit`."""
-    found = workbench.improve(given.isolator, earthquakes, effects=effects, progress=tell)
+    found = workbench.improve(given.isolator, earthquakes, effects=effects, progress=report_step)
     return Work(given, made(found.model, found.std, given, parent, earthquakes), found)
 
 

@@ -75,7 +75,7 @@ def _data(message: RenderedMessage) -> dict[str, Any]:
         "sequence": message.sequence,
         "number": message.number,
         "repeat": message.is_repeat,
-        "standing_since": message.standing_since and message.standing_since.isoformat(),
+        "standing_since": message.active_since and message.active_since.isoformat(),
         "severity": message.severity,
         "is_over": message.is_over,
         "heading": message.heading,

@@ -180,9 +180,9 @@ def test_a_last_event_without_a_result_says_why_and_hides_no_result(
     assert "/charts/loop.svg" in page
 
 
-@pytest.mark.parametrize(("error", "is_told"), [(0.1, True), (0.001, False)])
+@pytest.mark.parametrize(("error", "is_reported"), [(0.1, True), (0.001, False)])
 def test_a_model_in_force_that_misses_the_latest_events_is_reported(
-    database_url: str, stored: Session, error: float, is_told: bool
+    database_url: str, stored: Session, error: float, is_reported: bool
 ) -> None:
     """It was fitted to an event that it met to 0.1 % of the force, by noise alone."""
     tower = building(stored, "A", "Tower")
@@ -196,7 +196,9 @@ def test_a_model_in_force_that_misses_the_latest_events_is_reported(
         held = Compared(analysis.event_id, analysis.id, "x", np.zeros(TIME.size), misfit, None, {})
         results.store_comparisons(stored, model.id, [held], {analysis.event_id: role}, START)
     page = home(database_url, stored)
-    assert (f'<a href="/models/{model.id}">Model x 1</a> of A: The model misses the latest 2 events' in page) == is_told
+    assert (
+        f'<a href="/models/{model.id}">Model x 1</a> of A: The model misses the latest 2 events' in page
+    ) == is_reported
 
 
 def test_the_only_event_was_refused(database_url: str, stored: Session) -> None:

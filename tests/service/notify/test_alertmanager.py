@@ -34,12 +34,12 @@ def pushed(there: WebhookServer, one: RenderedMessage, now: datetime = NOW) -> d
     return dict(alert)
 
 
-def standing(**other: object) -> RenderedMessage:
+def note(**other: object) -> RenderedMessage:
     return rendered_message(**({"kind": "alert", "key": "alert/5", "severity": "alarm", "gravest": "alarm"} | other))
 
 
 def test_what_stands_has_an_end_ahead_of_several_repetitions(there: WebhookServer) -> None:
-    alert = pushed(there, standing())
+    alert = pushed(there, note())
     assert alert["labels"] == {
         "alertname": "MenshinAlert",
         "building": "TOWER",
@@ -54,8 +54,8 @@ def test_what_stands_has_an_end_ahead_of_several_repetitions(there: WebhookServe
 
 @pytest.mark.parametrize("end", [{"severity": "note", "has_ended": True}, {"sequence": "cancelled"}])
 def test_what_is_over_ends_the_same_alert(there: WebhookServer, end: dict[str, object]) -> None:
-    over = pushed(there, standing(number=2, identity="msg_9", subject="Resolved", **end))
-    assert over["labels"] == pushed(there, standing())["labels"]
+    over = pushed(there, note(number=2, identity="msg_9", subject="Resolved", **end))
+    assert over["labels"] == pushed(there, note())["labels"]
     assert datetime.fromisoformat(over["endsAt"]) == NOW
 
 
