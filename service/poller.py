@@ -1,9 +1,16 @@
-"""The poller: one process at a time polls every building's source at its own interval."""
+"""The poller: polls buildings' sources, each at its own interval; several pollers share the buildings.
 
+A building belongs to the living poller whose name and the building's code have the largest common hash (rendezvous
+hashing; Thaler and Ravishankar, 1998), so that a poller that joins or dies moves no other building. A poller that joins
+polls nothing until every other one has renewed its lease, and with that has seen it. One poller, which has the lease
+for it, does the periodic checks and queues events.
+"""
+
+import hashlib
 import logging
 import os
 import socket
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
 from threading import Event as Signal
@@ -18,7 +25,7 @@ from sqlalchemy.orm import Session, sessionmaker
 from service.alerts import periodic_checks
 from service.buildings.tables import Building
 from service.db import leases
-from service.db.leases import POLLING, POLLING_LEASE
+from service.db.leases import POLLING, POLLING_LEASE, SHARING
 from service.db.problems import Attempts
 from service.records.lanes import Lanes
 from service.records.polling import SourcePoller
@@ -49,6 +56,11 @@ class Every(BaseTrigger):  # type: ignore[misc]  # APScheduler has no types
         return now if previous is None else now + self.interval
 
 
+def owner(code: str, pollers: Collection[str]) -> str:
+    """The poller that a building belongs to."""
+    return max(pollers, key=lambda one: hashlib.sha256(f"{one}/{code}".encode()).digest())
+
+
 @dataclass(slots=True)
 class Poller:
     """The poller.
@@ -61,6 +73,11 @@ class Poller:
     holder: str = field(default_factory=lambda: f"{socket.gethostname()}:{os.getpid()}")
     clock: Callable[[], datetime] = lambda: datetime.now(UTC)
     holds: bool = False
+    """True while it does the periodic checks."""
+    share: frozenset[str] = frozenset()
+    """Codes of the buildings that it polls."""
+    met: dict[str, datetime] | None = None
+    """End of the lease of every other poller in the first round; empty once they all have renewed it, or died."""
     attempts: Attempts = field(default_factory=lambda: Attempts(log))
     """Database attempts of rounds, polls and checks."""
     checked: dict[int, periodic_checks.Checked] = field(default_factory=dict)
@@ -88,16 +105,24 @@ class Poller:
                 log.warning("stopped before the sources of %s had answered; no data is lost", ", ".join(left))
             with self.attempts.one(), self.sessions.begin() as session:
                 leases.give_up(session, POLLING, self.holder)
+                leases.give_up(session, SHARING + self.holder, self.holder)
 
     def _round(self, scheduler: BackgroundScheduler, sources: SourcePoller, lanes: Lanes, stop: Signal) -> None:
-        """Renew the lease, and schedule one job for every building while this process holds it."""
+        """Renew the leases, and schedule one job for every building of this poller's share."""
+        now = self.clock()
         with self.sessions.begin() as session:
-            holds = leases.hold(session, POLLING, self.holder, self.clock(), POLLING_LEASE)
-            codes = set(session.scalars(select(Building.code))) if holds else set()
-        if holds != self.holds:
-            log.info("polling here" if holds else "another process polls")
-            self.holds = holds
-        running, due = {job.id for job in scheduler.get_jobs()}, codes | ({CHECKS} if holds else set())
+            holds = leases.hold(session, POLLING, self.holder, now, POLLING_LEASE)
+            leases.hold(session, SHARING + self.holder, self.holder, now, POLLING_LEASE)
+            pollers = leases.sharing(session, now)
+            codes = session.scalars(select(Building.code)).all()
+        own = [] if self._is_joining(pollers) else [one for one in codes if owner(one, pollers) == self.holder]
+        share = frozenset(own)
+        if holds and not self.holds:
+            log.info("polling here")
+        if share != self.share and len(pollers) > 1:
+            log.info("%d of %d buildings are polled here, by one of %d pollers", len(share), len(codes), len(pollers))
+        self.holds, self.share = holds, share
+        running, due = {job.id for job in scheduler.get_jobs()}, share | ({CHECKS} if holds else set())
         for name in running - due:
             scheduler.remove_job(name)
         if new := due - running:
@@ -108,6 +133,12 @@ class Poller:
         lanes.go_on()
         if holds:
             sources.queue_ready()
+
+    def _is_joining(self, pollers: Mapping[str, datetime]) -> bool:
+        """True until every poller that was there before has seen this one."""
+        met = {name: end for name, end in pollers.items() if name != self.holder} if self.met is None else self.met
+        self.met = {name: end for name, end in met.items() if pollers.get(name) == end}
+        return bool(self.met)
 
     def _start(self, scheduler: BackgroundScheduler, lanes: Lanes, name: str, stopped: Callable[[], bool]) -> None:
         """Schedule a building, or the checks, which take long and have their own thread."""

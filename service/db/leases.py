@@ -2,14 +2,16 @@
 
 from datetime import datetime, timedelta
 
-from sqlalchemy import ColumnElement, delete
+from sqlalchemy import ColumnElement, delete, select
 from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.orm import InstrumentedAttribute, Session
 
 from service.jobs.tables import Lease
 
 POLLING = "polling"
-"""Lease of the poller."""
+"""Lease of the one poller that does the periodic checks and queues events."""
+SHARING = "poller/"
+"""Beginning of the lease by which each poller says that it is alive, before its name."""
 POLLING_LEASE = timedelta(seconds=60)
 WORKING = "working"
 """Lease of one of the workers while any worker is alive."""
@@ -31,6 +33,15 @@ def hold(session: Session, name: str, holder: str, now: datetime, duration: time
 def give_up(session: Session, name: str, holder: str) -> None:
     """Release a lease, so that another process can acquire it at once."""
     session.execute(delete(Lease).where(Lease.name == name, Lease.holder == holder))
+
+
+def sharing(session: Session, now: datetime) -> dict[str, datetime]:
+    """End of the lease of every poller that is alive, by its name; expired leases are removed."""
+    leases = session.scalars(select(Lease).where(Lease.name.startswith(SHARING, autoescape=True))).all()
+    expired = [one for one in leases if has_passed(one.until, now, POLLING_LEASE)]
+    for one in expired:
+        give_up(session, one.name, one.holder)
+    return {one.holder: one.until for one in leases if one not in expired}
 
 
 AHEAD = 2

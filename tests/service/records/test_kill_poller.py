@@ -2,7 +2,8 @@
 
 import random
 import sqlite3
-from collections.abc import Iterator
+import tomllib
+from collections.abc import Callable, Iterator
 from contextlib import closing
 from datetime import timedelta
 from pathlib import Path
@@ -17,7 +18,9 @@ from sqlalchemy.orm import Session, sessionmaker
 
 from service.buildings import store as building_store
 from service.db import migrate, sessions as opened
+from service.db.leases import SHARING
 from service.jobs.tables import Job, Lease
+from service.poller import owner
 from service.records.tables import Event, FetchedFile, Recording, Waveform
 
 if TYPE_CHECKING:
@@ -138,3 +141,37 @@ def test_sqlite_that_is_locked_by_another_program(server: Server, tmp_path: Path
     assert "out of reach" in (tmp_path / "output").read_text()
     assert_each_once(sessions, FILES)
     sessions.kw["bind"].dispose()
+
+
+def test_a_process_takes_over_the_sources_of_a_killed_one(
+    sessions: sessionmaker[Session], database_url: str, tmp_path: Path
+) -> None:
+    folder, codes = tmp_path / "records", [f"B{number}" for number in range(6)]
+    folder.mkdir()
+    text = building_file("folder", str(folder))
+    with sessions.begin() as session:
+        for one in codes:
+            building_store.add(session, text.replace(f'"{tomllib.loads(text)["code"]}"', f'"{one}"', 1), folder, START)
+
+    def pollers() -> dict[str, int]:
+        """Number of buildings that belong to each poller."""
+        with sessions() as session:
+            names = [lease.holder for lease in session.query(Lease) if lease.name.startswith(SHARING)]
+        return {name: [owner(one, names) for one in codes].count(name) for name in names}
+
+    def until(met: Callable[[], bool]) -> None:
+        end = monotonic() + 60
+        while not met():
+            assert monotonic() < end, "it did not happen in time"
+            sleep(0.05)
+
+    fast = QUICK | {"MENSHIN_POLLING__SETTLE_TIME": "0"}
+    with running_command(tmp_path, database_url, "poll", **fast) as one:
+        with running_command(tmp_path, database_url, "poll", **fast):
+            until(lambda: len(pollers()) == 2)
+        (dead,) = (name for name in pollers() if not name.endswith(f":{one.pid}"))
+        with sessions.begin() as session:
+            session.get_one(Lease, SHARING + dead).until = START  # as if its time had passed
+        (folder / "a.mseed").write_bytes(miniseed(stream(START)))
+        until_read(sessions, len(codes))
+        assert interrupt(one) == 0

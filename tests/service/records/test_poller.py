@@ -1,6 +1,7 @@
-"""The poller: one at a time, on its own clock, through a database that is away, to a clean end."""
+"""The poller: several share the buildings, each on its own clock, through a database that is away, to a clean end."""
 
 import threading
+import tomllib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from datetime import UTC, datetime, timedelta
@@ -13,9 +14,9 @@ from sqlalchemy.orm import Session, sessionmaker
 
 from service.buildings import store as building_store
 from service.db import leases
-from service.db.leases import POLLING, POLLING_LEASE as LEASE
+from service.db.leases import POLLING, POLLING_LEASE as LEASE, SHARING
 from service.jobs.tables import Lease
-from service.poller import Poller
+from service.poller import Poller, owner
 from service.records.tables import Event
 from service.settings import Settings
 
@@ -80,9 +81,37 @@ def test_new_files_and_new_buildings_are_detected_while_it_runs(
         assert session.scalars(select(Lease)).all() == []
 
 
-def test_a_second_poller_waits_for_the_first(sessions: sessionmaker[Session]) -> None:
+def test_pollers_share_the_buildings_and_a_dead_ones_are_taken_over(
+    sessions: sessionmaker[Session], tmp_path: Path
+) -> None:
+    codes = frozenset(f"B{number}" for number in range(8))
+    (folder := tmp_path / "records").mkdir()
+    text = building_file("folder", str(folder))
+    code = tomllib.loads(text)["code"]
+    with sessions.begin() as session:
+        for one in codes:
+            building_store.add(session, text.replace(f'"{code}"', f'"{one}"', 1), tmp_path, NOW)
     with polling(sessions, "first") as first:
-        until(lambda: first.holds)
+        until(lambda: first.share == codes)
         with polling(sessions, "second") as second:
-            sleep(0.3)
+            until(lambda: bool(second.share))
+            until(lambda: first.share | second.share == codes and not first.share & second.share)
+            assert first.share
+            assert second.share
+            assert first.holds
             assert not second.holds
+        until(lambda: first.share == codes)
+        with sessions.begin() as session:
+            leases.hold(session, SHARING + "dead", "dead", datetime.now(UTC), LEASE)
+        until(lambda: first.share < codes)
+        with sessions.begin() as session:
+            session.get_one(Lease, SHARING + "dead").until = datetime.now(UTC) - LEASE
+        until(lambda: first.share == codes)
+
+
+def test_a_poller_that_joins_takes_buildings_from_every_other_and_moves_no_other() -> None:
+    codes = [f"B{number}" for number in range(300)]
+    before = {one: owner(one, {"a", "b"}) for one in codes}
+    after = {one: owner(one, {"a", "b", "c"}) for one in codes}
+    assert {one for one in codes if before[one] != after[one]} == {one for one in codes if after[one] == "c"}
+    assert all(list(after.values()).count(name) > 60 for name in "abc")
