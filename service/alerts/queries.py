@@ -141,8 +141,8 @@ def messages_of_alerts(session: Session, building_id: int) -> Sequence[Message]:
 
 def recipients_of(session: Session, building_id: int, keys: Collection[str]) -> Collection[int]:
     """Numbers of the recipients of messages under these keys."""
-    of_keys = (Message.building_id == building_id, Message.key.in_(keys))
-    return set(session.scalars(select(Delivery.receiver_id).join(Delivery.message).where(*of_keys)))
+    has_keys = (Message.building_id == building_id, Message.key.in_(keys))
+    return set(session.scalars(select(Delivery.receiver_id).join(Delivery.message).where(*has_keys)))
 
 
 def events_to_report(session: Session, building_id: int, since: datetime) -> Sequence[int]:

@@ -121,12 +121,12 @@ class Connection(H11Protocol):
                 self.drop()
                 return
         super().data_received(data)
-        self._look()
+        self._start_wait()
 
     def on_response_complete(self) -> None:
         """Wait for the next request, or for the end of a body that was not read."""
         super().on_response_complete()
-        self._look()
+        self._start_wait()
 
     def pause_writing(self) -> None:
         """Limit the wait for a client that does not read."""
@@ -144,7 +144,7 @@ class Connection(H11Protocol):
         if self.transport is not None:
             self.transport.abort()
 
-    def _look(self) -> None:
+    def _start_wait(self) -> None:
         """Start the wait that applies now."""
         if self.transport.is_closing():
             self._wait_for(None)

@@ -92,14 +92,14 @@ class Guard:
             await self._app(scope, receive, send)
             return
         request = Request(scope)
-        send = _protected(send)
+        send = _with_default_headers(send)
         if request.url.path == "/healthz":
-            await self._app(scope, _counted(request, receive), send)
+            await self._app(scope, _limited_body(request, receive), send)
             return
         try:
-            who = await self._let_in(request)
+            who = await self._admit(request)
             async with self._share(who) as share:
-                await Turn(self, request, share).answer(scope, _counted(request, receive), send)
+                await Turn(self, request, share).answer(scope, _limited_body(request, receive), send)
         except ServiceError as error:
             await self._refusal(request, error)(scope, receive, send)
         except problems.UNREACHABLE as error:
@@ -107,7 +107,7 @@ class Guard:
         except ClientDisconnect:
             return
 
-    async def pass_on(self, scope: Scope, receive: Receive, send: Send) -> None:
+    async def forward(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass the request to the application."""
         await self._app(scope, receive, send)
 
@@ -116,7 +116,7 @@ class Guard:
         """True if the server is shutting down."""
         return self._ending.is_set()
 
-    async def _let_in(self, request: Request) -> str:
+    async def _admit(self, request: Request) -> str:
         """The caller's share that the request belongs to.
 
         Raises:
@@ -177,7 +177,7 @@ class Turn:
 
         try:
             with self._scope:
-                await self._guard.pass_on(scope, receive, noting)
+                await self._guard.forward(scope, receive, noting)
         except ExceptionGroup as group:
             if group.subgroup(TooManyError) is None:
                 raise
@@ -194,7 +194,7 @@ class Turn:
             raise TooManyError(TOO_MANY)
         self._share.streams += 1
         self._is_stream = True
-        self._give_place_back()
+        self._release_place()
         self._watch = asyncio.create_task(self._end_in_time())
 
     async def _end_in_time(self) -> None:
@@ -211,13 +211,13 @@ class Turn:
                     continue
         self._scope.cancel()
 
-    def _give_place_back(self) -> None:
+    def _release_place(self) -> None:
         if self._holds_place:
             self._share.requests.release()
             self._holds_place = False
 
     def _leave(self) -> None:
-        self._give_place_back()
+        self._release_place()
         if self._is_stream:
             self._share.streams -= 1
         if self._watch is not None:
@@ -240,7 +240,7 @@ def _is_stream(message: Message) -> bool:
     return Headers(raw=message["headers"]).get("content-type", "").startswith("text/event-stream")
 
 
-def _counted(request: Request, receive: Receive) -> Receive:
+def _limited_body(request: Request, receive: Receive) -> Receive:
     """The body as it arrives, up to the limit."""
     count = 0
 
@@ -255,7 +255,7 @@ def _counted(request: Request, receive: Receive) -> Receive:
     return counting
 
 
-def _protected(send: Send) -> Send:
+def _with_default_headers(send: Send) -> Send:
     """Responses with the default headers."""
 
     async def protecting(message: Message) -> None:

@@ -58,7 +58,7 @@ Points = Annotated[
 ]
 
 
-def of_span(
+def span_of_request(
     after: Annotated[
         Time | None, Query(description="Only events that start then or later (UTC unless a zone is given).")
     ] = None,
@@ -68,13 +68,13 @@ def of_span(
     return Span(after=after, before=before)
 
 
-async def of_reading(request: Request) -> sessionmaker[Session]:
+async def reading_sessions(request: Request) -> sessionmaker[Session]:
     """Sessions that only read."""
     sessions: sessionmaker[Session] = request.app.state.reading
     return sessions
 
 
-async def of_writing(request: Request) -> sessionmaker[Session]:
+async def writing_sessions(request: Request) -> sessionmaker[Session]:
     """Sessions that may write; the audit trail records their changes."""
 
     def audit_context() -> AuditContext:
@@ -86,6 +86,6 @@ async def of_writing(request: Request) -> sessionmaker[Session]:
     return audited(request.app.state.sessions, audit_context)
 
 
-EventSpan = Annotated[Span, Depends(of_span)]
-Reading = Annotated[sessionmaker[Session], Depends(of_reading)]
-Writing = Annotated[sessionmaker[Session], Depends(of_writing)]
+EventSpan = Annotated[Span, Depends(span_of_request)]
+Reading = Annotated[sessionmaker[Session], Depends(reading_sessions)]
+Writing = Annotated[sessionmaker[Session], Depends(writing_sessions)]

@@ -85,7 +85,7 @@ class Worker:
         finished = 0
         while self.fill() or self.running:
             finished += self.collect(IDLE)
-            self.pass_on()
+            self.store_progress()
             self.stop_cancelled()
             self.hold()
         return finished
@@ -94,7 +94,7 @@ class Worker:
         """Claim jobs for free processes and store results; False if there is nothing to do."""
         self.fill()
         self.collect(IDLE)
-        self.pass_on()
+        self.store_progress()
         self.stop_cancelled()
         self.hold()
         return bool(self.running)
@@ -123,7 +123,7 @@ class Worker:
                 job.note.erase()
         return finished
 
-    def pass_on(self) -> None:
+    def store_progress(self) -> None:
         """Store the progress that computations report."""
         for future, job in list(self.running.items()):
             if news := job.news:

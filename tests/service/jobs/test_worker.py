@@ -97,11 +97,11 @@ def test_who_waits_learns_what_a_computation_is_doing(
     telling.fill()
     (job,) = telling.running.values()
     assert job.note
-    telling.pass_on()
+    telling.store_progress()
     assert progress(sessions) == {"done": 0, "stages": 1, "doing": "Analysing the event"}
     job.note("looking at the floors", 0, 2)
     job.note("looking at the layer", 1, 2)
-    telling.pass_on()
+    telling.store_progress()
     assert progress(sessions) == {"done": 0, "stages": 1, "doing": "looking at the layer"}
     while telling.running:
         telling.collect(1.0)
