@@ -6,6 +6,7 @@ from functools import lru_cache
 from sqlalchemy import bindparam, func, select
 from sqlalchemy.orm import Session, aliased, selectinload
 
+from service.analyses.retention import DELETED
 from service.analyses.tables import Analysis, CycleResult, DirectionResult, LayerResult
 from service.buildings.tables import Building
 from service.db.select import Line, Question
@@ -56,6 +57,7 @@ def _forces() -> Question:
             direction.rate,
             direction["count"].label("length"),
             direction.peak_displacement,
+            func.length(direction.force).label("stored"),
         )
         .join(Analysis.__table__, analysis.id == direction.analysis_id)
         .join(Event.__table__, event.id == analysis.event_id)
@@ -81,6 +83,8 @@ def restoring_force(session: Session, event_id: int, direction: str, analysis_id
         found = session.execute(NAMED_FORCE, wanted | {"analysis": analysis_id}).one_or_none()
     if found is None:
         raise NotFoundError("result", f"event {event_id}, direction {direction}, analysis {analysis_id or 'latest'}")
+    if found.stored <= len(DELETED):
+        raise NotFoundError("history any more", f"analysis {found.analysis}, which a later one superseded")
     return found
 
 

@@ -2,6 +2,7 @@
 
 import errno
 import socket
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -160,6 +161,27 @@ def import_files(
         with sessions.begin() as session:
             events.queue_now(session, found, poller.clock())
     raise typer.Exit(1 if refused else 0)
+
+
+@app.command()
+def prune(
+    context: typer.Context,
+    dry_run: Annotated[bool, typer.Option(help="Only say what would be deleted.")] = False,
+) -> None:
+    """Delete what the settings of [retention] allow to delete: histories of superseded analyses.
+
+    Their numbers, and everything of the latest analysis of each earthquake, are kept.
+    """
+    from service.analyses import retention
+
+    settings, now = current_settings(), datetime.now(UTC)
+    if settings.retention.superseded_histories is None:
+        typer.echo("Nothing is deleted: retention.superseded_histories is not set.")
+        return
+    with opened(context) as sessions, sessions.begin() as session:
+        found = (retention.prunable if dry_run else retention.prune)(session, settings, now)
+    verb = "would be deleted" if dry_run else "are deleted"
+    typer.echo(f"The histories of {found.analyses} superseded analyses {verb}, {found.size / 1e6:.1f} MB.")
 
 
 @app.command("settings")

@@ -38,6 +38,7 @@ from service.settings.groups import (
     Notify,
     Parser,
     Polling,
+    Retention,
     Seconds,
     Smtp,
     Trigger,
@@ -94,6 +95,7 @@ class Settings(BaseSettings):
     jobs: Jobs = Field(default_factory=Jobs)
     analysis: Analysis = Analysis()
     data_health: DataHealth = DataHealth()
+    retention: Retention = Retention()
     smtp: Smtp = Smtp()
     notify: Notify = Notify()
     heartbeat: Heartbeat = Heartbeat()

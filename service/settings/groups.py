@@ -164,6 +164,16 @@ class DataHealth(Group):
     )
 
 
+class Retention(Group):
+    """What `menshin prune` may delete; by default nothing."""
+
+    superseded_histories: Annotated[float, Field(ge=0)] | None = Field(
+        default=None,
+        description="s after which 'menshin prune' deletes the histories of an analysis that a later one superseded; "
+        "none: they are kept",
+    )
+
+
 class Smtp(Group):
     """The outgoing mail server."""
 

@@ -1,0 +1,76 @@
+"""Histories of superseded analyses are deleted on request, and nothing else is."""
+
+from datetime import timedelta
+from pathlib import Path
+
+import pytest
+import stored_histories
+from processes import run
+from sqlalchemy import select
+from sqlalchemy.orm import Session, sessionmaker, undefer
+
+from service.analyses import queries, retention
+from service.analyses.tables import Analysis, CycleResult, DirectionResult
+from service.db.blobs import decode_history
+from service.errors import NotFoundError
+from service.settings import Settings
+
+NOW = stored_histories.start(40)
+DAY = timedelta(days=1)
+KEEPS, PRUNES = Settings(), Settings(retention={"superseded_histories": 3600})
+
+
+@pytest.fixture
+def analysed_twice(sessions: sessionmaker[Session]) -> None:
+    """Two earthquakes; the first of them was analysed again a day later."""
+    with sessions.begin() as session:
+        building = stored_histories.building(session).id
+    found = stored_histories.store_history(2)
+    stored_histories.store_and_monitor(sessions, building, found, NOW)
+    stored_histories.store_and_monitor(sessions, building, found[:1], NOW + DAY)
+
+
+def forces(sessions: sessionmaker[Session]) -> dict[bool, list[int]]:
+    """Samples of the stored forces, of superseded and of current analyses."""
+    question = select(Analysis.current, DirectionResult).join(Analysis).options(undefer(DirectionResult.force))
+    with sessions() as session:
+        sizes: dict[bool, list[int]] = {False: [], True: []}
+        for current, result in session.execute(question.order_by(Analysis.id)):
+            sizes[current].append(decode_history(result.force).size)
+    return sizes
+
+
+@pytest.mark.usefixtures("analysed_twice")
+def test_only_histories_of_superseded_analyses_go(sessions: sessionmaker[Session]) -> None:
+    with sessions.begin() as session:
+        cycles = session.query(CycleResult).count()
+        assert retention.prune(session, KEEPS, NOW + 2 * DAY).analyses == 0
+        assert retention.prune(session, PRUNES, NOW).analyses == 0  # it is not old enough
+        first = retention.prunable(session, PRUNES, NOW + 2 * DAY)
+        assert first.analyses == 1
+        assert first.size > 0
+    assert forces(sessions) == {False: [4], True: [4, 4]}
+    with sessions.begin() as session:
+        assert retention.prune(session, PRUNES, NOW + 2 * DAY) == first
+        assert retention.prune(session, PRUNES, NOW + 2 * DAY).analyses == 0
+    assert forces(sessions) == {False: [0], True: [4, 4]}
+    with sessions() as session:
+        assert session.query(CycleResult).count() == cycles
+        superseded = session.scalars(select(Analysis).where(~Analysis.current)).one()
+        assert queries.restoring_force(session, superseded.event_id, "x", None).length == 4
+        with pytest.raises(NotFoundError, match="which a later one superseded"):
+            queries.restoring_force(session, superseded.event_id, "x", superseded.id)
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("analysed_twice")
+def test_the_command_says_what_it_would_delete(
+    sessions: sessionmaker[Session], database_url: str, tmp_path: Path
+) -> None:
+    assert "is not set" in run(tmp_path, database_url, "prune").stdout
+    age = {"MENSHIN_RETENTION__SUPERSEDED_HISTORIES": "3600"}
+    would = run(tmp_path, database_url, "prune", "--dry-run", **age).stdout
+    assert would.startswith("The histories of 1 superseded analyses would be deleted")
+    assert forces(sessions)[False] == [4]
+    assert "are deleted" in run(tmp_path, database_url, "prune", **age).stdout
+    assert forces(sessions)[False] == [0]
