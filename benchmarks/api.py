@@ -44,7 +44,7 @@ BLOCKS, REQUESTS = 9, 40
 NOW = datetime(2026, 1, 1, tzinfo=UTC)
 FORCE = "/api/v1/events/1/restoring-force?direction=x"
 NEW = count(POINTS)
-"""As `points` it thins nothing, and makes an answer that nobody has asked for."""
+"""Without thinning as `points`; the response was not requested before."""
 ASKED = {
     "empty answer": "/peer/empty",
     "FastAPI's default, force alone": "/peer/lists",

@@ -124,7 +124,7 @@ def _wrong(rows: Sequence[Row]) -> Table:
 
 
 def _asked(rows: Sequence[Row]) -> list[tuple[Criterion, list[Row]]]:
-    """Each question with the trials that it is asked of."""
+    """Each criterion with its trials."""
     return [(one, [row for row in rows if row.case in one.cases and one.is_asked(row)]) for one in QUESTIONS]
 
 

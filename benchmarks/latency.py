@@ -1,4 +1,4 @@
-"""From a file dropped into a folder until its result stands in the database: the whole service, nothing left out.
+"""From a file dropped into a folder until its result is in the database: the whole service, nothing left out.
 
     python benchmarks/latency.py
 

@@ -103,7 +103,7 @@ def in_parallel(parts: Sequence[Callable[[], object]], console: Console) -> list
 
 
 def written_between_markers(page: str, tables: str) -> str:
-    """The page with the tables in place of those that stood there."""
+    """The page with new tables in place of the old ones."""
     before, rest = page.split(BEGIN)
     after = rest.split(END)[1]
     return f"{before}{BEGIN}\n\n{tables}\n{END}{after}"

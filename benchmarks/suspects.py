@@ -1,4 +1,4 @@
-"""`python -m benchmarks.suspects` tells how often erring sensors, softened storeys and wrong masses are named."""
+"""`python -m benchmarks.suspects` measures how often faulty sensors, softened storeys and wrong masses are named."""
 
 import sys
 from argparse import ArgumentParser

@@ -56,7 +56,7 @@ class Trial(Generic[Result]):
     seconds: float
     """Processor time of a call, median of the rounds."""
     megabytes: float
-    """By which the process grew beyond what it held before."""
+    """Bytes by which the process grew."""
     result: Result
 
 

@@ -27,7 +27,7 @@ PUBLIC = "https://menshin.example.org"
 
 
 def page(database: str, message: int) -> str:
-    """A message as HTML, as its first recipient gets it; its picture stands in the text.
+    """A message as HTML, as its first recipient gets it; its picture is part of the text.
 
     Raises:
         typer.BadParameter: the message went to no recipient.

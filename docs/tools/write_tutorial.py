@@ -85,7 +85,7 @@ class Demonstration:
 
 @contextmanager
 def demonstration(folder: Path) -> Iterator[Demonstration]:
-    """A demonstration of its own, begun anew and ended by Ctrl-C."""
+    """A separate demonstration, started anew and ended by Ctrl-C."""
     said = folder / "said.txt"
     menshin = Path(sys.executable).with_name("menshin")
     with said.open("wb") as output:

@@ -1,4 +1,4 @@
-"""`menshin demo --stiffness-loss` as its spectator runs it: what people and programs are told of the loss."""
+"""`menshin demo --stiffness-loss` as its spectator runs it: the messages about the loss."""
 
 from pathlib import Path
 
@@ -13,7 +13,7 @@ from service.demo.stiffness_loss import LAST_HEALTHY, LOSS
 
 pytestmark = pytest.mark.slow
 PAST = LAST_HEALTHY + 3
-"""Earthquakes: a loss of this size shows within two, and one more tells whether it is told again."""
+"""Earthquakes: a loss of this size shows within two, and one more shows whether it is reported again."""
 PATIENCE = 900.0
 """s; it takes 4 to 6 minutes on two cores that have other work too."""
 PICTURE_BYTES = 10_000

@@ -35,7 +35,7 @@ def hidden() -> Trial:
 
 
 class Engineer:
-    """Asks the API for work, and waits until it is done."""
+    """Request work from the API, and wait until it is done."""
 
     def __init__(self, api: TestClient, worker: Worker) -> None:
         self.api, self.worker = api, worker

@@ -38,7 +38,7 @@ def calibrated_structure(motion: str, noise: float) -> Superstructure:
 @pytest.mark.accuracy
 @pytest.mark.parametrize(("motion", "noise"), CASES)
 def test_as_near_as_a_smoother_in_time(motion: str, noise: float) -> None:
-    """By the same superstructure, and though the one in time is told the noise's level."""
+    """By the same superstructure, although the smoother in time knows the noise's level."""
     channels, force = recorded(CUT, motion, noise, seed=0), exact_response(CUT, motion).force
     found = estimate(estimator_input(channels))
     assert found.assessment is not None

@@ -74,7 +74,7 @@ def analysed(
 
 
 def direction(event: Event, displacement: float | None) -> DirectionResult:
-    """Direction x; what is not asked about here is empty."""
+    """Direction x; values without a role here are empty."""
     none = encode(paper_records.BUILDING.floor_mass[:0])
     return DirectionResult(
         direction="x",

@@ -25,7 +25,7 @@ def client(
     visitor: Caller | None = VISITOR,
     **settings: object,
 ) -> Iterator[TestClient]:
-    """Asks the application on this database from `host`, by the name that the address has; redirects stay visible."""
+    """A client of the application on this database, from `host`, by the name in the address; redirects stay visible."""
     app = create(Settings(database_url=url, **settings), visitor)
     with TestClient(app, base_url=f"{scheme}://{name}", client=(host, 40000), follow_redirects=False) as made:
         yield made

@@ -81,7 +81,7 @@ def floor_sensors(rng: np.random.Generator, noise: float, errors: Vector) -> tup
 
 
 def sensor_times(time: Vector, error: Vector) -> Vector:
-    """(n,) s, of which instants a sensor tells that has the gain, delay and rate of delay."""
+    """(n,) s, instants recorded by a sensor with the gain, delay and rate of delay."""
     return np.asarray(time - error[1] - error[2] * time)
 
 

@@ -23,7 +23,7 @@ Answer = TypeVar("Answer")
 
 
 class Demo:
-    """A running demonstration, and what it has said."""
+    """A running demonstration and its printed text."""
 
     def __init__(self, folder: Path, printed: Path, *more: str, **settings: str) -> None:
         self.printed = printed

@@ -1,6 +1,6 @@
 """Exact responses of buildings like the paper's and unlike it, and what its sensors would have recorded of them.
 
-An estimator is always told the paper's design: its masses, its floors, and no stiffness. Truths keep F = −Σ m_i a_i.
+An estimator always knows the paper's design: its masses, its floors, and no stiffness. Truths keep F = −Σ m_i a_i.
 """
 
 from collections.abc import Callable, Mapping

@@ -49,7 +49,7 @@ Edit = Callable[[bytes], bytes]
 
 @st.composite
 def edits(draw: st.DrawFn, size: int) -> Edit:
-    """One change: a stretch is left out, doubled, moved, or something else stands in its place."""
+    """One change: a stretch is removed, doubled, moved or replaced."""
     at = draw(st.integers(0, size))
     length = draw(st.sampled_from([0, 1, 1, 2, 4, 8, 40, 512]))
     into = draw(st.integers(0, size))

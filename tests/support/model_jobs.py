@@ -1,4 +1,4 @@
-"""An engineer at the API: asks for work on models of the paper's building, and waits until it is done."""
+"""Work on models of the paper's building, requested at the API and awaited."""
 
 import json
 from concurrent.futures import ThreadPoolExecutor
@@ -47,7 +47,7 @@ def create_model(api: TestClient, effects: dict[str, dict[str, float]]) -> int:
 def finished_job(
     api: TestClient, sessions: sessionmaker[Session], address: str, wanted: dict[str, Any]
 ) -> dict[str, Any]:
-    """The job that was asked for at an address, once it is done."""
+    """The job at an address, once it is done."""
     requested = api.post(address, json=wanted)
     assert requested.status_code == 202, requested.text
     work(sessions)

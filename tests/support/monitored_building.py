@@ -1,6 +1,6 @@
 """The paper's building after some earthquakes, with all data from records.
 
-A folder source was looked at, files were ingested, and the worker analysed what they held.
+A folder source was polled, its files were ingested, and the worker analysed the events.
 """
 
 import os

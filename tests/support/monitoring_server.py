@@ -114,7 +114,7 @@ class Page:
 
 @dataclass
 class Server:
-    """The pages by path, and what was asked."""
+    """The pages by path, and the requests."""
 
     address: str = ""
     pages: dict[str, Page] = field(default_factory=dict)
@@ -171,7 +171,7 @@ def monitoring_server() -> Iterator[Server]:
             send_page(self, server)
 
         def log_message(self, format: str, *values: object) -> None:
-            """Silence: what was asked is kept in `asked`."""
+            """No output: requests are kept in `requested`."""
 
     http = QuietServer(("127.0.0.1", 0), Handler)
     server.address = f"http://127.0.0.1:{http.server_port}"
@@ -220,7 +220,7 @@ def send_page(request: BaseHTTPRequestHandler, server: Server) -> None:
 
 
 def send_body(request: BaseHTTPRequestHandler, page: Page, body: bytes, server: Server) -> None:
-    """Write the body, or what of it the page lets out."""
+    """Write the body, or the part that the page allows."""
     try:
         if page.stalls:
             request.wfile.write(body[:1])

@@ -131,7 +131,7 @@ class MailServer:
 
 @contextmanager
 def mail_server(tls: ssl.SSLContext | None = None, password: str | None = None) -> Iterator[MailServer]:
-    """One on a free port of this machine; with a context it wants STARTTLS, with a password it wants a login."""
+    """A server on a free port of this machine; with a context it requires STARTTLS, with a password a login."""
     made = MailServer()
 
     def login(server: SMTP, session: Session, envelope: Envelope, mechanism: str, given: LoginPassword) -> AuthResult:

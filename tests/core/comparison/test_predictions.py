@@ -29,7 +29,7 @@ def predictions(seen: tuple[Observation, ...]) -> Predictions:
 
 
 def test_both_directions_are_predicted_from_their_grounds_alone(seen: tuple[Observation, Observation]) -> None:
-    """Whatever was measured of the layer: no direction is told how the other one moved. 0.1 %: as test_prediction."""
+    """No direction knows how the other one moved. 0.1 %: as test_prediction."""
     x, y = (replace(one, conditions=replace(one.conditions, u_cross=0 * one.conditions.u_cross)) for one in seen)
     found = predictions((x, replace(y, conditions=replace(y.conditions, v_cross=-y.conditions.v_cross))))
     assert [one.observation.direction for one in found.each] == ["x", "y"]

@@ -1,4 +1,4 @@
-"""A fault counts that comes again; gains, clocks and drift are found by all records; each is told in words."""
+"""A fault counts if it recurs; gains, clocks and drift are estimated from all records; each is reported in words."""
 
 import numpy as np
 import pytest
@@ -47,7 +47,7 @@ def test_sound_sensors_are_not_suspected() -> None:
 def test_gains_and_clocks_are_reported_with_their_std(
     error: list[float], kind: str, value: float, printed: str
 ) -> None:
-    """Four standard deviations of a value that two records tell."""
+    """Four standard deviations of a value from two records."""
     suspect = the_only(sensor_faults(earthquakes({ROOF: np.array(error)}), paper()))
     assert (suspect.channel, suspect.kind) == (ROOF, kind)
     assert suspect.std is not None

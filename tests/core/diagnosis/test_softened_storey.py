@@ -13,7 +13,7 @@ STEPS = np.tril(np.ones((FLOORS, FLOORS)))
 
 
 def reported(deviation: Vector, error: float, rng: np.random.Generator) -> StoreyStiffness:
-    """By a record that tells every storey with that error, and a prior of storeys as stiff as those below."""
+    """A record that determines every storey with that error, and a prior of storeys as stiff as those below."""
     believed = (STEPS * np.array([10.0, *[0.3] * (FLOORS - 1)]) ** 2) @ STEPS.T
     information = np.eye(FLOORS) / error**2
     covariance: Matrix = np.asarray(np.linalg.inv(information + np.linalg.inv(believed)), dtype=float)

@@ -1,4 +1,4 @@
-"""Sensors are suspected before storeys, storeys before the mass, and each says what cannot be told."""
+"""Sensors are suspected before storeys, storeys before the mass; each suspicion states what cannot be distinguished."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -33,7 +33,7 @@ def described() -> BuildingDescription:
 
 
 def earthquakes(errors: Mapping[str, Vector], storeys: Vector, *quality: Finding) -> list[EventAnalysis]:
-    """Two, in which the storeys' stiffness is told to 2 %."""
+    """Two analyses, in which the storeys' stiffness is known to 2 %."""
     known = StoreyStiffness(storeys, np.eye(7) * 0.02**2, np.eye(7) * 100.0)
     nothing = np.zeros(COUNT)
     force = RestoringForce("smoother", nothing, nothing, nothing, nothing, (), storeys=known)
@@ -56,7 +56,7 @@ def earthquakes(errors: Mapping[str, Vector], storeys: Vector, *quality: Finding
 
 
 def fitted(mass: float) -> Fit:
-    """The design's values but for a mass that was told too large by a factor."""
+    """The design's values except for a mass that is too large by a factor."""
     model = first_model(described()).isolator
     free = (("elastic", "k_b"), ("viscous", "c_b"), ("bouc_wen", "F_y"), ("bouc_wen", "D_y"))
     effects = {

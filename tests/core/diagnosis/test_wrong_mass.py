@@ -1,4 +1,4 @@
-"""A wrong mass is told from design values that scatter and from those that are wrong by themselves."""
+"""A wrong mass is distinguished from scattered design values and from wrong ones."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, replace
@@ -22,7 +22,7 @@ FREE = (("elastic", "k_b"), ("viscous", "c_b"), ("bouc_wen", "F_y"), ("bouc_wen"
 
 
 def fitted(factors: Vector, beta: float = 0.5, error: float = 0.005) -> Fit:
-    """The design's values times the factors, whatever β they are told with."""
+    """The design's values times the factors, for any given β."""
     k_b, c_b, F_y, D_y = np.array([DESIGN.k_b, DESIGN.c_b, DESIGN.F_y, DESIGN.D_y]) * factors
     scale = beta + 0.5
     yielding = {**MODEL.effects["bouc_wen"], "F_y": float(F_y * scale), "D_y": float(D_y * scale), "beta": beta}

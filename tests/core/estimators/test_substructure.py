@@ -45,7 +45,7 @@ def loads(building: ShearBuilding, seed: int) -> tuple[Vector, Vector]:
 def test_hybrid_and_physical_equations_give_the_same_response(
     building: ShearBuilding, k: float, c: float, seed: int
 ) -> None:
-    """Eq 7 against eq 1, to 1e-9 of the largest displacement, as is asked of them."""
+    """Eq 7 against eq 1, to 1e-9 of the largest displacement, as required."""
     ground, f_nl = loads(building, seed)
     M = mass_matrix(building)
     beyond = np.append(np.zeros(building.floor_mass.size), 1.0)

@@ -59,7 +59,7 @@ def test_a_linear_model_is_least_squares() -> None:
 
 
 def test_a_value_stays_within_its_bounds_and_that_is_stated() -> None:
-    """A force against the spring asks for a negative stiffness, which rubber has not."""
+    """A force against the spring needs a negative stiffness, which rubber does not have."""
     seen = [replace(one, layer=replace(one.layer, force=-one.layer.force)) for one in observations(BOUC_WEN, 0.02, 4)]
     found = fitted(FitData.by_noise(seen), Isolator({"elastic": {"k_b": 1e8}}))
     assert found.model.effects["elastic"]["k_b"] == 0.0

@@ -139,7 +139,8 @@ def test_deviations_grow_with_a_misfit_that_noise_does_not_explain() -> None:
 
 
 def test_a_fit_claims_no_more_than_it_has_reached() -> None:
-    """From starts far off, in a record without noise: the truth, or no convergence, or a chi-square that tells."""
+    """From distant start values, in a record without noise: the truth, no convergence, or a chi-square that shows the
+    failure."""
     rng = np.random.default_rng(9)
     truth = transfer(rng, modes=2, floors=1, is_cut=False)
     seen = replace(lines(rng, truth, 0.0), noise=np.full(2, 1e-6))

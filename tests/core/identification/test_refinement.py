@@ -88,7 +88,7 @@ def test_damping_of_the_first_mode_with_a_tenth_of_noise_on_every_channel() -> N
 
 @pytest.mark.parametrize("motion", MOTIONS)
 def test_without_noise_the_modes_are_exact(motion: str) -> None:
-    """1e-4 of what the motion tells well: the first four frequencies and the first three damping ratios."""
+    """1e-4 of what the motion determines well: the first four frequencies and the first three damping ratios."""
     _, result = both(clean(motion))
     assert [mode.frequency for mode in result.modes[:4]] == pytest.approx(EXACT.frequency[:4], rel=1e-4)
     assert [mode.damping_ratio for mode in result.modes[:3]] == pytest.approx(EXACT.damping_ratio[:3], rel=1e-4)

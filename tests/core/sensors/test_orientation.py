@@ -86,7 +86,7 @@ ANGLES = (-150.0, -45.0, 4.0, 10.0, 30.0, 90.0)
 @pytest.mark.parametrize("degrees", ANGLES)
 @pytest.mark.parametrize("sensor", [GROUND, BASE, FOURTH, ROOF, LAYER])
 def test_turned_axes_are_detected_and_turned_back(sensor: str, degrees: float) -> None:
-    """To 0.3 degrees; the base slab's are told by all others, and the ground's by the displacement transducers."""
+    """To 0.3 degrees; the base slab's axes follow from all others, the ground's from the displacement transducers."""
     description, samples = biaxial_records()
     record = record_of(description.channels, turned(samples, sensor, degrees))
     straight, findings = oriented(record, description)

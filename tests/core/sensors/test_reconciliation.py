@@ -1,4 +1,4 @@
-"""A floor's quasi-static deflection, and a layer that hardly moves, are no faults of sensors."""
+"""A floor's quasi-static deflection, and a layer that barely moves, are not sensor faults."""
 
 from dataclasses import replace
 from pathlib import Path

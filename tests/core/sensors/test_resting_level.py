@@ -1,4 +1,4 @@
-"""A transducer that drifts is told from a layer that comes to rest elsewhere, and from one that still moves."""
+"""A drifting transducer is distinguished from a layer that comes to rest elsewhere, and from one that still moves."""
 
 import numpy as np
 import pytest
@@ -26,7 +26,7 @@ def motion(peak: float, offset: float, seed: int) -> Vector:
 
 @given(st.floats(0.004, 0.2), st.floats(-0.01, 0.01), st.integers(0, 10**6))
 def test_a_residual_offset_is_no_drift(peak: float, offset: float, seed: int) -> None:
-    """Three standard deviations: the bound that each block's sway is reckoned with is hardly ever reached."""
+    """Three standard deviations: the bound used for each block's sway is rarely reached."""
     found = baseline_drift(motion(peak, offset, seed), RATE)
     assert found is not None
     assert abs(found.change) < 3 * found.std

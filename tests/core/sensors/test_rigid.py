@@ -139,7 +139,8 @@ def test_of_two_alone_both_are_named() -> None:
 
 @pytest.mark.parametrize("corners", [2, 3])
 def test_what_is_no_rigid_motion_is_detected_and_with_enough_sensors_named(corners: int) -> None:
-    """A gain 1.6 times too large: no gross fault, but four sensors know three motions, and six can tell which it is."""
+    """A gain 1.6 times too large: no gross fault, but four sensors determine three motions, and six identify the
+    sensor."""
     description, samples = with_corners(LAYER, corners)
     samples[f"{LAYER}XA"] *= 1.6
     (finding,) = unlike_neighbours(record_with(description, samples), description)

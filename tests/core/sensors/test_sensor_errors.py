@@ -79,7 +79,7 @@ def test_the_sensor_that_was_swapped_reads_more_and_no_other_does(erring: str) -
 
 
 def test_noise_is_that_of_each_sensor_at_rest() -> None:
-    """The paper's building in AKT013, which hardly comes to rest within its record: the level is an upper bound."""
+    """The paper's building in AKT013, which barely comes to rest within its record: the level is an upper bound."""
     exact = records(3, noise=0.0)
     levels = {GROUND: 1e-2, BASE: 2e-2, FOURTH: 4e-2, ROOF: 8e-2, LAYER: 1e-4}
     rng = np.random.default_rng(4)
@@ -91,7 +91,7 @@ def test_noise_is_that_of_each_sensor_at_rest() -> None:
 
 
 def test_two_sensors_share_what_they_differ_by() -> None:
-    """Nothing tells which of two it is that reads more."""
+    """Nothing shows which of two sensors reads more."""
     health = found(consistent_record({ROOF: np.array([np.log(GAIN), 0.0, 0.0])}, 0.01, [1], (GROUND, FOURTH, LAYER)))
     assert health[ROOF].gain == pytest.approx(np.sqrt(GAIN), abs=0.005)
     assert health[BASE].gain == pytest.approx(1 / np.sqrt(GAIN), abs=0.005)

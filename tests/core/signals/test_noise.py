@@ -17,7 +17,8 @@ LINES = 0.01 * np.arange(1, 2001)
 
 
 def test_white_noise_has_its_own_std() -> None:
-    """A fifth of 180 s: 36 spectra of 70 lines, half overlapping, are good to some 3 %; three times that is asked."""
+    """A fifth of 180 s: 36 spectra of 70 lines, half overlapping, are accurate to about 3 %; three times that is
+    required."""
     rng = np.random.default_rng(1)
     given_std = np.array([1e-3, 0.2, 7.0])
     assert noise_std(given_std[:, None] * rng.standard_normal((3, 18000)), RATE) == pytest.approx(given_std, rel=0.1)

@@ -29,7 +29,7 @@ PATHS = (BUILDINGS, "/", "/docs", "/fdsnws/dataselect/1/version", "/metrics")
 def test_without_a_key_no_one_is_answered_wherever_the_request_seems_to_come_from(
     database_url: str, sessions: sessionmaker[Session], ever: str, host: str, name: str, headers: dict[str, str]
 ) -> None:
-    """A proxy on this machine may say `Host: 127.0.0.1` and nothing of whom it asks for."""
+    """A proxy on this machine may send `Host: 127.0.0.1` and hide its client."""
     if ever == "the only key revoked":
         with sessions.begin() as session:
             keys.create(session, "first", Role.admin, NOW)

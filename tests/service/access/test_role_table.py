@@ -151,7 +151,7 @@ LEAST: dict[str, Role | None] = {
     for route in routes.split("\n")
     if route
 }
-"""The least role of each route; None where nobody needs a key."""
+"""The lowest role of each route; None if no key is needed."""
 VALUES = {"code": "B", "name": "friction", "channel": "XX.B.01.HNX", "service": "station"}
 """Values of the parameters in paths; all others are numbers."""
 NOT_LET_IN = {401, 403}

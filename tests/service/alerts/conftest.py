@@ -1,4 +1,4 @@
-"""A building in a database, for tests of what is told of it."""
+"""A building in a database, for tests of its messages."""
 
 from collections.abc import Iterator
 

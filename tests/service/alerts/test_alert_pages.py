@@ -44,7 +44,7 @@ def lost(session: Session) -> None:
 
 @pytest.fixture
 def api(database_url: str, sessions: sessionmaker[Session], tmp_path: Path) -> Iterator[TestClient]:
-    """Asks as an engineer would in a browser."""
+    """An engineer's browser."""
     (tmp_path / "records").mkdir()
     monitored_building.watch(sessions, tmp_path / "records")
     with sessions.begin() as session:

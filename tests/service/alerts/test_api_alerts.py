@@ -30,7 +30,7 @@ ALERTS = "/api/v1/alerts"
 
 @pytest.fixture
 def code(sessions: sessionmaker[Session]) -> str:
-    """A building that lost stiffness, of which somebody was told, and whose server does not answer."""
+    """A building with a reported loss of stiffness, whose server does not answer."""
     with sessions.begin() as session:
         of = building(session)
         session.add(

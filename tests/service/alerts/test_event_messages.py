@@ -117,7 +117,7 @@ def test_an_event_that_is_still_analysed_is_not_reported(session: Session, of: B
 
 
 def test_an_earthquake_that_comes_late_is_not_called_harmless(session: Session, of: Building) -> None:
-    """It lies between the onset of a loss that was told and the earthquake that it was told with."""
+    """It lies between the onset of a reported loss and the earthquake that it was reported with."""
     events, now = raise_softening(session, of), START + 3 * DAY
     write_messages(session, of.id, timedelta(minutes=1), now)
     late = earthquake(session, of, START + DAY / 2)

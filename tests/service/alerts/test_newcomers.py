@@ -1,4 +1,4 @@
-"""Recipients who were none when an alert was reported hear of it once, and messages to nobody say why."""
+"""Recipients added after an alert was reported receive it once; messages without recipients state the reason."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -33,7 +33,7 @@ MANAGER = {"name": "manager", "kind": "email", "address": "manager@example.org"}
 
 @dataclass(slots=True)
 class Stage:
-    """A building that lost stiffness in 2024, which was reported to nobody; its pages, its poller and its notifier."""
+    """A building that lost stiffness in 2024, reported to no one; its pages, its poller and its notifier."""
 
     sessions: sessionmaker[Session]
     api: TestClient
@@ -127,7 +127,7 @@ def test_a_new_recipient_hears_once_of_what_is_open_and_then_what_becomes_of_it(
 
 
 def test_a_recipient_whose_rule_or_address_changes_hears_of_what_it_now_should(stage: Stage) -> None:
-    """A rule that does not want alarms, then one that does; another address, then the same rule again."""
+    """A rule without alarms, then one with alarms; another address, then the same rule again."""
     number = stage.add(severities=["note"])
     assert stage.goes_on() == []
     for wanted, count in (

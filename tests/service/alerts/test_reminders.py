@@ -1,4 +1,4 @@
-"""Reminders go by the clock, to those who were told, of what nobody has taken on."""
+"""Reminders of unacknowledged alerts go at intervals to those who received the alert."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -52,7 +52,7 @@ def untaken(reported_at: datetime, **differently: object) -> Unacknowledged:
     ],
 )
 def test_when_a_reminder_is_due(reported: list[float], last: float | None, due: bool) -> None:
-    """By the days since each alert was told, and since the last reminder."""
+    """By the days since each alert was reported, and since the last reminder."""
     waiting = [untaken(NOW - days * DAY) for days in reported]
     assert is_reminder_due(waiting, None if last is None else NOW - last * DAY, WEEK, NOW) is due
 
@@ -65,7 +65,7 @@ def test_when_a_reminder_is_due(reported: list[float], last: float | None, due: 
 def test_reminders_are_never_closer_than_a_day_and_none_is_forgotten(
     reported: list[float], interval: float, looks: list[float]
 ) -> None:
-    """Whenever somebody looks: after the interval and a day without a reminder there is one."""
+    """At any time of a check: after the interval and a day without a reminder there is one."""
     waiting, every, sent = [untaken(START + days * DAY) for days in reported], timedelta(days=interval), [START]
     for now in (START + max(40.0, days) * DAY for days in sorted(looks)):
         if is_reminder_due(waiting, sent[-1], every, now):
@@ -95,7 +95,7 @@ def test_a_reminder_says_what_waits_since_when_and_what_to_do() -> None:
 
 @pytest.fixture
 def of(sessions: sessionmaker[Session]) -> Iterator[Building]:
-    """It lost stiffness, and a sensor reads too much; people were told of both at NOW."""
+    """It lost stiffness, and a sensor reads too much; both were reported at NOW."""
     with sessions.begin() as session:
         made = building(session)
         for name, kind, address, kinds in (
@@ -114,7 +114,7 @@ def of(sessions: sessionmaker[Session]) -> Iterator[Building]:
 
 
 def looked(sessions: sessionmaker[Session], settings: Settings, *days: float) -> list[Message]:
-    """The reminders, after looks so many days after people were told."""
+    """The reminders, after checks a number of days after the report."""
     for one in days:
         check_buildings(sessions, settings, NOW + one * DAY)
     with sessions() as session:

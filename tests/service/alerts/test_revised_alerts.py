@@ -50,7 +50,7 @@ def test_what_was_reported_with_an_alert_is_updated_where_it_no_longer_holds(
 
 
 def test_what_began_after_the_earthquake_it_was_reported_with_is_reported_anew(session: Session, of: Building) -> None:
-    """A second loss, of which the series tells instead of the first."""
+    """A second loss, which the series shows instead of the first."""
     events = raise_softening(session, of)
     more = tuple(earthquake(session, of, START + number * DAY).id for number in (3, 4))
     then = found_again(session, of, with_events(softer_isolators(16.0), 3, 4, events + more))

@@ -1,4 +1,4 @@
-"""Data that stop are told when their time has come, once, and that they are back."""
+"""Stopped data is reported once, in time, and so is its return."""
 
 from collections.abc import Callable
 from datetime import UTC, datetime, timedelta

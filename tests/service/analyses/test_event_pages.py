@@ -63,7 +63,7 @@ def test_the_list_goes_on_where_a_page_ends(database_url: str, stored: Session, 
 def test_an_earthquake_leads_to_those_before_and_after_it_at_its_building(
     database_url: str, stored: Session, of: Building
 ) -> None:
-    """Two at the same time are told apart, and another building's are not met."""
+    """Two events at the same time are distinguished, and another building's do not appear."""
     elsewhere = building(stored)
     made = [earthquake(stored, of, START + number * DAY) for number in (0, 1, 1, 2)]
     earthquake(stored, elsewhere, START + DAY)

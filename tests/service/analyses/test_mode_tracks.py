@@ -1,4 +1,4 @@
-"""Modes over events: what the API tells of them, the page and its picture."""
+"""Modes over events: the API, the page and its picture."""
 
 import re
 from datetime import UTC, datetime, timedelta

@@ -1,4 +1,4 @@
-"""An address at which no server can be asked is refused in words that repeat no secret."""
+"""An invalid address of a server is rejected with a message that repeats no secret."""
 
 import pytest
 

@@ -56,7 +56,7 @@ def test_a_statement_takes_its_index(sessions: sessionmaker[Session], name: str)
 
 
 def plans(sessions: sessionmaker[Session], read: Callable[[Session], object]) -> list[str]:
-    """The plan of each statement that reads; a table without rows would be read whole without being told otherwise."""
+    """The plan of each statement that reads; without statistics an empty table would be read in full."""
     executed: list[tuple[str, object]] = []
 
     def note(_1: object, _2: object, statement: str, parameters: object, *_3: object) -> None:

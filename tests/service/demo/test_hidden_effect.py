@@ -1,4 +1,4 @@
-"""The layer that does more than its engineer was told: as the paper's but for its hardening."""
+"""The layer that does more than its engineer knows: as the paper's but for its hardening."""
 
 from dataclasses import fields
 
@@ -28,7 +28,7 @@ def test_without_its_hardening_it_is_the_papers_building() -> None:
 
 
 def test_what_hardens_is_the_force_and_only_at_large_displacement() -> None:
-    """The force that the floors' inertia tells is the layer's law, whatever the motion: 1e-9 is rounding."""
+    """The force from the floors' inertia is the layer's law, whatever the motion: 1e-9 is rounding."""
     found = response(shaking())
     u = found.isolator_displacement
     inertia = BUILDING.base_mass * found.base_acceleration + BUILDING.floor_mass @ found.floor_acceleration

@@ -1,4 +1,4 @@
-"""The monitoring server, asked over a real socket by ObsPy's own client and by plain HTTP."""
+"""The monitoring server, through a real socket by ObsPy's own client and by plain HTTP."""
 
 from collections.abc import Iterator
 from datetime import UTC, datetime

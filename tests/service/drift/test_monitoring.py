@@ -195,7 +195,7 @@ def test_a_sensor_with_more_gain_raises_an_alert_about_itself(sessions: sessionm
 
 
 def test_a_transducer_with_more_gain_is_no_loss_of_stiffness(sessions: sessionmaker[Session], building: int) -> None:
-    """It makes the layer look softer by as much; both are found, and only the sensor is told."""
+    """It makes the layer look equally softer; both changes are detected, and only the sensor is reported."""
     changed = {"loss": 1 - 1 / 1.08, "gain": 1.08, "swapped": LAYER}
     found = [stored_histories.earthquake(number, **(changed if number >= 20 else {})) for number in range(25)]
     stored_histories.store_and_monitor(sessions, building, found, NOW)

@@ -50,7 +50,7 @@ class Step:
     number: int
     """Number of the event."""
     found: tuple[EventAnalysis, ...]
-    """By the analyses that are asked for, the last of them with all data."""
+    """Requested analyses, the last of them with all data."""
     is_overtaken: bool = False
     """True if the first of them ends after the last."""
 

@@ -1,4 +1,4 @@
-"""Written answers are kept as long as there is room for them, the last ones asked for."""
+"""Response bodies are cached as long as there is room, the most recently used ones."""
 
 from service.http.responses import Answers
 

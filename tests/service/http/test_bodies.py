@@ -1,4 +1,4 @@
-"""A stranger's body is not read, and nobody's is read without end."""
+"""A stranger's body is not read, and no body is read without limit."""
 
 import re
 from collections.abc import Iterator

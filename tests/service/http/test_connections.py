@@ -90,7 +90,7 @@ def test_a_body_that_no_one_needs_is_not_waited_for(address: str) -> None:
 
 
 def test_an_answer_that_is_not_taken_is_given_up(address: str, key: str) -> None:
-    """Thousands of answers are asked for, and none is read."""
+    """Thousands of responses are requested, and none is read."""
     with connect(address) as connection:
         connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
         connection.sendall(request_head("GET", "/openapi.json") * 1000)

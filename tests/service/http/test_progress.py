@@ -182,7 +182,7 @@ def job(asked_by: str | None) -> Job:
 
 
 def waiting(sessions: sessionmaker[Session]) -> str:
-    """Path of the stream of a job that nobody works on."""
+    """Path of the stream of a job that no worker has."""
     with sessions.begin() as session:
         job = Job(kind="compare", model_id=1, arguments={}, state="waiting", created_at=NOW)
         session.add(job)

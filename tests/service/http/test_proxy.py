@@ -1,4 +1,4 @@
-"""The proxy that docs/operate/security.md shows, as a real nginx: nobody is an admin for coming through it."""
+"""The proxy of docs/operate/security.md, as a real nginx: it makes no one an admin."""
 
 import re
 import shutil

@@ -24,7 +24,7 @@ LINEAR = {"elastic": {"k_b": 4.75e8}, "viscous": {"c_b": 6e6}}
 
 @pytest.fixture
 def api(database_url: str, sessions: sessionmaker[Session]) -> Iterator[TestClient]:
-    """Asks for the paper's building, which nothing has shaken yet."""
+    """A client for the paper's building, without an earthquake so far."""
     with sessions.begin() as session:
         building_store.add(session, paper_records.building_file(), Path("/"), NOW)
     with client(database_url) as made:

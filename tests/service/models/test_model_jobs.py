@@ -1,4 +1,4 @@
-"""From an engineer's wish to a comparison, and what a new event asks for by itself."""
+"""From an engineer's request to a comparison, and the jobs that a new event queues by itself."""
 
 import re
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""An event whose analysis was refused: no model is held against it, but it tells of the sensors."""
+"""An event whose analysis was rejected: no model is compared with it, but it gives evidence on the sensors."""
 
 from collections.abc import Sequence
 from datetime import timedelta

@@ -1,4 +1,4 @@
-"""An Alertmanager: what its API wants, what stands, what is over."""
+"""An Alertmanager: the requests of its API, active alerts and ended ones."""
 
 import json
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""Receivers and messages by API and page: who is told, what arrived, drills, replays; and what stays secret."""
+"""Recipients and messages by API and page: deliveries, drills, replays, and hidden secrets."""
 
 import json
 import re

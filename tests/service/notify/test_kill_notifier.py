@@ -38,7 +38,7 @@ def until(met: Callable[[], bool], seconds: float = 60) -> None:
 
 
 def prepared(sessions: sessionmaker[Session], program: WebhookServer, count: int) -> None:
-    """A building with a mail address and a program that are told, and as many messages."""
+    """A building with a mail address and a program as recipients, and as many messages."""
     now = datetime.now(UTC)
     rules = (
         ReceiverRule("manager", "email", "manager@example.org", None, WANTED_KINDS, SEVERITIES),

@@ -48,7 +48,7 @@ class Clock:
 
 @dataclass(slots=True)
 class Stage:
-    """A building, its notifier, and who is told."""
+    """A building, its notifier, and its recipients."""
 
     sessions: sessionmaker[Session]
     building: int

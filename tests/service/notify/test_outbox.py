@@ -1,4 +1,4 @@
-"""The outbox: what is news, who is told of it, and that it stands or falls with what it tells of."""
+"""The outbox: news, recipients, and one transaction with the news itself."""
 
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta

@@ -136,7 +136,7 @@ def test_no_redirect_is_followed(there: WebhookServer, status: int) -> None:
 
 
 def test_the_name_is_resolved_once_and_what_was_checked_is_connected_to(there: WebhookServer) -> None:
-    """A name that means another address a moment later (DNS rebinding) is of no use: nobody asks again."""
+    """A name whose address changes a moment later (DNS rebinding) has no effect: it is resolved only once."""
     seen: list[tuple[str, object]] = []
     watching = True
 

@@ -1,4 +1,4 @@
-"""A real Alertmanager, where Debian's package of it is installed: what it makes of what it is told."""
+"""A real Alertmanager, if Debian's package of it is installed."""
 
 import shutil
 import subprocess
@@ -26,7 +26,7 @@ QUIET = "route: {receiver: nobody}\nreceivers: [{name: nobody}]\n"
 
 @pytest.fixture
 def there(tmp_path: Path) -> Iterator[str]:
-    """Address of one that tells nobody."""
+    """Address of one without receivers."""
     if PROGRAM is None:
         pytest.skip("no prometheus-alertmanager is installed; Debian's package of that name would do")
     (tmp_path / "quiet.yml").write_text(QUIET)

@@ -152,7 +152,7 @@ def test_data_problems_leave_it_undecided(session: Session, of: Building) -> Non
 
 
 def test_the_message_of_a_later_earthquake_is_no_good_news_while_a_loss_is_open(session: Session, of: Building) -> None:
-    """The isolators are 8 % softer, nobody has acknowledged it, and a moderate earthquake comes."""
+    """The isolators are 8 % softer, the alert is not acknowledged, and a moderate earthquake occurs."""
     events = tuple(earthquake(session, of, day(number)).id for number in (1, 2, 3))
     reconcile(session, of.id, [with_stored_events(softer_isolators(), events)], "events", day(3) + SOON)
     later = earthquake(session, of, day(10))

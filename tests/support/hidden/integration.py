@@ -1,7 +1,7 @@
 """Response of the building: the isolation layer step by step, implicitly, the superstructure exactly.
 
-The slab's acceleration is taken to run straight over a step. The superstructure's oscillators then follow exactly
-(Nigam and Jennings, 1969), the layer's laws are asked for their increments, and the slab's equation of motion at the
+The slab's acceleration is assumed linear over a step. The superstructure's oscillators then follow exactly
+(Nigam and Jennings, 1969), the layer's laws give their increments, and the slab's equation of motion at the
 end of the step is met by turns. Second order.
 """
 
@@ -24,7 +24,7 @@ TURNS = 40
 CLOSE = 1e-10
 """m/s² per m/s²: turns end when the slab's acceleration moves by less."""
 KINDS = ("strength", "yielding", "force")
-"""In the order in which laws are asked."""
+"""Order in which laws are evaluated."""
 
 Hidden = tuple[Law, Mapping[str, float]]
 """A law and its values."""

@@ -28,7 +28,7 @@ class Plan:
     motion: int
     """Index in hidden.ground.MOTIONS, along x; the record's other component is along y."""
     vertical: int
-    """The motion that stands in for the vertical one: the package has none."""
+    """Index of the motion that replaces the vertical one, which the package lacks."""
     temperature: float
     """°C."""
 

@@ -1,4 +1,4 @@
-"""A model of both directions, which see each other: diagnosed, and told of direction by direction."""
+"""A model of both directions, which are coupled: diagnosed, and reported direction by direction."""
 
 from dataclasses import replace
 from datetime import timedelta

@@ -1,4 +1,4 @@
-"""`menshin model fit` by the front door: values with their deviations, and honesty where records do not tell."""
+"""`menshin model fit` by the front door: values with their deviations, and what records cannot determine."""
 
 import json
 import re

@@ -1,4 +1,4 @@
-"""A server that misbehaves, and how it is asked."""
+"""A server that misbehaves, and clients for it."""
 
 import threading
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""A server is asked with patience and within bounds: what is there is fetched, what is not is said."""
+"""Requests to a server, with repetitions and limits: available data is fetched, missing data is reported."""
 
 import gc
 import ssl

@@ -76,7 +76,7 @@ def swinging(p, s, s1, step, past):
 
 
 def swinging_on_slab(p, s, s1, step, past):
-    """A tuned mass that stands on the slab, and so feels the slab's absolute acceleration; states as above."""
+    """A tuned mass on the slab, driven by the slab's absolute acceleration; states as above."""
     mass, omega, zeta, h = p[0], p[1], p[2], step.h
     free_u, free_v = s[0] + h * s[1] + 0.25 * h * h * s[2], s[1] + 0.5 * h * s[2]
     a = -step.slab - omega * omega * free_u - 2.0 * zeta * omega * free_v

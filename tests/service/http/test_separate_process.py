@@ -1,4 +1,4 @@
-"""`menshin up` serves from a process of its own, whose end is nobody else's."""
+"""`menshin up` serves from a separate process, whose end affects no other part."""
 
 import re
 import resource

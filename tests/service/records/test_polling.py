@@ -1,4 +1,4 @@
-"""Looks at sources: the same results by every way in, failures told once, nothing lost in between."""
+"""Polls of sources: the same results by every way in, failures reported once, nothing lost in between."""
 
 import logging
 import os
