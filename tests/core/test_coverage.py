@@ -5,7 +5,7 @@ Seeds are odd: constants of the estimators were chosen on even ones.
 
 import numpy as np
 import pytest
-from band_coverage import Case, coverage, real_building_coverage, recorded
+from band_coverage import Case, coverage, demonstration_coverage, real_building_coverage, recorded
 from building_models import bncs, bncs_segments, paper, segments
 from shared_data import needs_shared
 
@@ -87,6 +87,14 @@ def test_the_force_of_a_record_that_begins_and_ends_in_motion(noise: float) -> N
     assert all(one.inside >= LOW for one in found)
     assert np.mean([one.inside for one in found]) <= HIGH
     assert all(one.width < 2.0 * one.error for one in found)
+
+
+def test_the_force_where_left_out_floors_show_noise_alone() -> None:
+    """The demonstration has sensors with little noise and a building of the model's class."""
+    _, found = demonstration_coverage(0)
+    for _, strong in found.values():
+        assert strong.inside >= LOW
+        assert strong.width < 2.0 * strong.error
 
 
 @needs_shared

@@ -1,7 +1,8 @@
 """How much of what happened lies within the 95 % bands of an analysis, and how wide are they?"""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from datetime import UTC, datetime
 from functools import cache
 from types import MappingProxyType
 
@@ -25,15 +26,24 @@ from independent_simulation import LinearSuperstructure, independent_response
 from real_building import inertia, superstructure
 from scipy.linalg import eigh
 
+import core
 from core.analysis import AnalysisSettings, DirectionAnalysis, analyse
 from core.arrays import Matrix, Vector
 from core.building import storey_stiffness_matrix
 from core.description import BuildingDescription
+from core.estimates import ForceHistory
 from core.estimators import ESTIMATORS
 from core.paper import BUILDING
 from core.signals.conditioning import without_baseline
+from service.demo.earthquakes import Earthquake, prepared, recorded as demonstration_motions
+from service.demo.scenario import BY_DESIGN, FOURTH_STOREY
+from service.demo.site import SENSORS as DEMONSTRATION_SENSORS
 
 GAL = 0.01
+"""m/s²."""
+DEMONSTRATION_PEAK = 100.0
+"""gal, of the ground."""
+DEMONSTRATION_NOISE = next(sensor.noise for sensor in DEMONSTRATION_SENSORS if sensor.quantity == "acceleration")
 """m/s²."""
 CUT = 25.0
 """s, of a record that begins and ends in motion: the strongest."""
@@ -215,6 +225,35 @@ def real_building_coverage(test: str, floors: tuple[str, ...], estimator: str = 
     """Share of the force from the base slab and these floors."""
     found = ESTIMATORS[estimator](superstructure(test, floors))
     return share(inertia(test), found.force, found.std)
+
+
+def demonstration_coverage(place: int) -> tuple[str, dict[str, tuple[Share, Share]]]:
+    """A motion's name, and shares of the whole and of the strong part of the force in both directions.
+
+    Args:
+        place: of the motion among the demonstration's.
+    """
+    motion = demonstration_motions()[place]
+    ground = prepared(motion, RATE, *BY_DESIGN.rest)
+    ground *= DEMONSTRATION_PEAK * GAL / np.abs(ground).max()
+    rng = np.random.default_rng([37, place])
+    event = Earthquake(0, datetime(2024, 1, 1, tzinfo=UTC), motion.name, 1.0, 5e4)
+    found = {}
+    for direction, along in zip(("x", "y"), ground, strict=True):
+        response = BY_DESIGN.response(along, event)
+        base, floors = response.base_acceleration, response.floor_acceleration
+        truth = _demonstration_force(base, floors, range(len(floors))).force
+        noisy = [rows + DEMONSTRATION_NOISE * rng.standard_normal(rows.shape) for rows in (base, floors)]
+        force = _demonstration_force(noisy[0], noisy[1], (FOURTH_STOREY, len(floors) - 1))
+        strong = np.abs(truth) > 0.2 * np.abs(truth).max()
+        whole = share(truth, force.force, force.std)
+        found[direction] = whole, share(truth[strong], force.force[strong], force.std[strong])
+    return motion.name, found
+
+
+def _demonstration_force(base: Vector, floors: Matrix, measured: Sequence[int]) -> ForceHistory:
+    masses = [BUILDING.base_mass, *BUILDING.floor_mass]
+    return core.restoring_force(RATE, base=base, floors=floors[list(measured)], measured=measured, masses=masses)
 
 
 def share(truth: Vector, estimate: Vector, std: Vector) -> Share:

@@ -2,10 +2,10 @@
 
 The modes' shapes are then wrong too, and floors without a sensor err by more than the sensors' noise. Measured floors
 between others show by how much: each is estimated from all channels but its own, by the model and by static
-interpolation. The model leaves a share r of the interpolation's error there. At the floors without a sensor it leaves
-between r and all of its correction; the standard deviation is the geometric mean √r of the two times the force's
-correction over static interpolation at each instant. Where no measured floor lies between others, errors are those of
-uneven storeys: independent from storey to storey and zero at the sensors.
+interpolation. Beyond the sensors' noise the model leaves a share r of the interpolation's error there. At the floors
+without a sensor it leaves between r and all of its correction; the standard deviation is the geometric mean √r of the
+two times the force's correction over static interpolation at each instant. Where no measured floor lies between
+others, errors are those of uneven storeys: independent from storey to storey and zero at the sensors.
 """
 
 from dataclasses import dataclass
@@ -101,11 +101,8 @@ class LeftOut:
     """By the calibrated superstructure."""
     static: float
     """By static interpolation (Guyan 1965)."""
-
-    @property
-    def share(self) -> float | None:
-        """Share of the interpolation's error that the model leaves; None where the record does not show it."""
-        return self.model / self.static if self.static > 0 else None
+    share: float | None
+    """Share of the interpolation's error that the model leaves, both beyond noise; None where no floor is left out."""
 
 
 def left_out(lines: Lines, design: Design, calibration: Calibration) -> LeftOut:
@@ -118,18 +115,25 @@ def left_out(lines: Lines, design: Design, calibration: Calibration) -> LeftOut:
     """
     inner = np.arange(1, design.measured.size)
     if inner.size == 0 or not calibration.hypothesis.is_random:
-        return LeftOut(0.0, 0.0)
+        return LeftOut(0.0, 0.0, None)
     spectra = without_free_vibration(lines, design, calibration.structure, calibration.parameters)
     covariance = channel_covariance(lines, design, calibration)
     model, static, power = 0.0, 0.0, 0.0
+    model_noise, static_noise = 0.0, 0.0
+    each = lines.noise_at.sum(axis=1)
     for left in inner:
         others = np.delete(np.arange(len(spectra)), left)
         crossed = covariance[:, [left]][:, :, others]
         weights = np.linalg.solve(covariance[:, others][:, :, others].transpose(0, 2, 1), crossed.transpose(0, 2, 1))
-        model += _power(spectra[left] - np.einsum("lo,ol->l", weights[:, :, 0], spectra[others]))
-        static += _power(spectra[left] - _interpolation(design, int(left), others) @ spectra[others])
+        by_others, between = weights[:, :, 0], _interpolation(design, int(left), others)
+        model += _power(spectra[left] - np.einsum("lo,ol->l", by_others, spectra[others]))
+        static += _power(spectra[left] - between @ spectra[others])
         power += _power(spectra[left])
-    return LeftOut(float(np.sqrt(model / power)), float(np.sqrt(static / power)))
+        model_noise += float(each[left] + np.sum(np.abs(by_others.T) ** 2 * lines.noise_at[others]))
+        static_noise += float(each[left] + between**2 @ each[others])
+    beyond = max(model - model_noise, 0.0), static - static_noise
+    share = float(np.sqrt(min(beyond[0] / beyond[1], 1.0))) if beyond[1] > 0 else 0.0
+    return LeftOut(float(np.sqrt(model / power)), float(np.sqrt(static / power)), share)
 
 
 def _interpolation(design: Design, left: int, others: np.ndarray) -> Vector:

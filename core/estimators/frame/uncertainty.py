@@ -51,7 +51,7 @@ class Reconstruction:
 
 
 def reconstructed(
-    lines: Lines, design: Design, calibration: Calibration, base_mass: float, share: float | None = 0.0
+    lines: Lines, design: Design, calibration: Calibration, base_mass: float, share: float | None = None
 ) -> Reconstruction:
     """The force F = -Σ m_i a_i over all levels, by the posterior mean of every level's acceleration.
 
@@ -63,7 +63,7 @@ def reconstructed(
         design: of the building.
         calibration: of the superstructure.
         base_mass: kg.
-        share: as of `shape_error`; where the record shows it, errors of shape replace unmodelled motion.
+        share: LeftOut.share; where the record shows it, errors of shape replace unmodelled motion.
     """
     model = LinearModel(lines, design, calibration, calibration.parameters, calibration.structure, base_mass)
     weights, spectra = (
@@ -79,7 +79,7 @@ def reconstructed(
     noise = _stationary(weights.noise, lines.samples)
     patterns = np.sqrt(max(1.0, calibration.chi_square)) * _by_parameters(model)
     unknown = np.sum(patterns**2, axis=0)
-    unmodelled = shapes if share and calibration.hypothesis.is_random else np.maximum(motion, shapes)
+    unmodelled = shapes if share is not None and calibration.hypothesis.is_random else np.maximum(motion, shapes)
     variance = _excess_noise(lines, calibration) * noise + unmodelled + unknown
     return Reconstruction(
         np.asarray(np.fft.irfft(force, lines.samples)),
