@@ -5,10 +5,11 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from math import ceil
 from typing import Annotated, Literal, TypedDict
-from urllib.parse import parse_qs, urlencode
+from urllib.parse import urlencode
 
 from anyio import to_thread
-from fastapi import APIRouter, Query, Request, Response
+from fastapi import APIRouter, Depends, Query, Request, Response
+from pydantic import BaseModel
 from sqlalchemy.orm import Session
 from starlette.responses import RedirectResponse
 
@@ -16,7 +17,7 @@ from service.access import logins
 from service.access.auditing import AuditContext, note
 from service.access.auth import COOKIE, SAFE_COOKIE, Caller, is_cross_site, is_secure, login, viewer
 from service.errors import ForbiddenError, LoginRequiredError, UnauthorizedError
-from service.http.forms import NOT_REFUSED, Refused, read_body
+from service.http.forms import NOT_REFUSED, Posted, Refused, posted
 from service.http.rendering import page
 
 OURS = re.compile(r"/([a-z]+(/[\w-]+)*)?(\?[\w=&%.-]*)?", re.ASCII)
@@ -74,19 +75,32 @@ async def form(
     return await start_session(request, token, is_link=True, wanted=next)
 
 
-@router.post("/login")
-async def log_in(request: Request) -> Response:
+class LoginForm(BaseModel):
+    """A key, and the page to go on to."""
+
+    key: str = ""
+    next: str = ""
+
+
+async def of_this_site(request: Request) -> None:
+    """Refuse posts from other sites' pages, which could log people in or out."""
+    if is_cross_site(request):
+        raise ForbiddenError("The form was sent by a page of another site.")
+
+
+LoginPosted = Annotated[Posted[LoginForm], Depends(posted(LoginForm, MOST))]
+
+
+@router.post("/login", dependencies=[Depends(of_this_site)])
+async def log_in(request: Request, sent: LoginPosted) -> Response:
     """Start a session for a valid key and redirect; otherwise show the form again."""
-    refuse_other_sites(request)
-    posted = parse_qs(await read_body(request, MOST))
-    key, wanted = ((posted.get(name) or [""])[-1].strip() for name in ("key", "next"))
-    return await start_session(request, key, is_link=False, wanted=wanted)
+    wanted = sent.checked()
+    return await start_session(request, wanted.key, is_link=False, wanted=wanted.next)
 
 
-@router.post("/logout")
+@router.post("/logout", dependencies=[Depends(of_this_site)])
 async def log_out(request: Request) -> Response:
     """End the session on the server and in the browser."""
-    refuse_other_sites(request)
     if (session := login(request)) is not None:
         await to_thread.run_sync(_end, request, session)
         request.app.state.callers.forget()
@@ -145,12 +159,6 @@ def _note(session: Session, request: Request, by: str, what: str) -> None:
 def address_of(request: Request) -> str:
     """Address of the client."""
     return request.client.host if request.client else "unknown"
-
-
-def refuse_other_sites(request: Request) -> None:
-    """Refuse posts from other sites' pages, which could log people in or out."""
-    if is_cross_site(request):
-        raise ForbiddenError("The form was sent by a page of another site.")
 
 
 def flags(*, secure: bool) -> Flags:

@@ -12,15 +12,13 @@ from service.alerts import texts
 from service.alerts.lifecycle import ACKNOWLEDGED, ACTIVE, OUTCOMES, OperatorAction, Outcome
 from service.alerts.messages import write_messages
 from service.alerts.reconciliation import record_acknowledgement, record_change
+from service.alerts.schema import AS_BEFORE, FROM_NOW, SINCE_IT_BEGAN
 from service.alerts.tables import Alert, Inspection, Silence
 from service.analyses import history
 from service.buildings import reference_periods
 from service.buildings.tables import Building
 from service.errors import ConflictError
 from service.jobs import queue as job_queue
-
-AS_BEFORE, FROM_NOW, SINCE_IT_BEGAN = "as_before", "from_now", "since_it_began"
-"""Choices of the reference period after an inspection."""
 
 
 def person_name(by: Caller, name: str | None) -> str:

@@ -14,14 +14,14 @@ from service.access.auth import Caller, Role
 from service.access.pages import reader
 from service.alerts import operator_actions, queries, texts
 from service.alerts.api import AlertId, By, SilenceId
-from service.alerts.schema import AcknowledgeRequest, InspectRequest, PartOut, SilenceRequest, alert_out
+from service.alerts.schema import AcknowledgeRequest, InspectForm, PartOut, SilenceForm, alert_out
 from service.alerts.tables import Alert
 from service.analyses import queries as analysis_queries
 from service.analyses.tables import DirectionResult
 from service.buildings import queries as building_queries
 from service.buildings.store import described
 from service.buildings.tables import Building
-from service.http.forms import NOT_REFUSED, Form, Refused, checked, taken
+from service.http.forms import NOT_REFUSED, Posted, Refused, answered, posted
 from service.http.parameters import Code, Reading, Writing
 from service.http.rendering import page
 from service.records import queries as record_queries
@@ -32,10 +32,9 @@ router = APIRouter(include_in_schema=False)
 Reader = Annotated[Caller, Depends(reader)]
 LISTED = 200
 """Alerts of a building that its page lists, the latest first."""
-REFERENCES = (operator_actions.AS_BEFORE, operator_actions.FROM_NOW, operator_actions.SINCE_IT_BEGAN)
-"""Choices of the reference period in the form."""
-LONGEST = 24 * 365
-"""h that a silence may last."""
+Acknowledging = Annotated[Posted[AcknowledgeRequest], Depends(posted(AcknowledgeRequest))]
+Inspecting = Annotated[Posted[InspectForm], Depends(posted(InspectForm))]
+Silencing = Annotated[Posted[SilenceForm], Depends(posted(SilenceForm))]
 
 
 @router.get("/buildings/{code}/alerts")
@@ -97,53 +96,46 @@ def _shown(
 
 
 @router.post("/alerts/{alert_id}/acknowledge")
-def acknowledge(request: Request, alert_id: AlertId, sessions: Writing, by: By, form: Form) -> Response:
+def acknowledge(request: Request, alert_id: AlertId, sessions: Writing, by: By, form: Acknowledging) -> Response:
     """Acknowledge the alert, and show it."""
 
-    def act() -> Response:
-        wanted = checked(AcknowledgeRequest, form)
+    def act(wanted: AcknowledgeRequest) -> Response:
         with sessions.begin() as session:
             found, who = queries.alert(session, alert_id), operator_actions.person_name(by, wanted.name)
             operator_actions.acknowledge(session, found, who, wanted.note, datetime.now(UTC))
         return RedirectResponse(f"/alerts/{alert_id}", 303)
 
-    return taken("acknowledge", form, act, lambda refused: _shown(request, alert_id, sessions, by, refused))
+    return answered("acknowledge", form, act, lambda refused: _shown(request, alert_id, sessions, by, refused))
 
 
 @router.post("/alerts/{alert_id}/inspect")
-def inspect(request: Request, alert_id: AlertId, sessions: Writing, by: By, form: Form) -> Response:
+def inspect(request: Request, alert_id: AlertId, sessions: Writing, by: By, form: Inspecting) -> Response:
     """End the alert by an inspection, and show it."""
     now, age = datetime.now(UTC), timedelta(seconds=request.app.state.settings.notify.max_event_age)
-    reference = form.get("reference", operator_actions.AS_BEFORE)
 
-    def act() -> Response:
-        strange = None if reference in REFERENCES else "choose one of these reference periods"
-        wanted = checked(InspectRequest, form, {"reference": strange})
+    def act(wanted: InspectForm) -> Response:
         with sessions.begin() as session:
             found, who = queries.alert(session, alert_id), operator_actions.person_name(by, wanted.name)
-            begins = operator_actions.reference_from(found, reference, now)
+            begins = operator_actions.reference_from(found, wanted.reference, now)
             operator_actions.inspect_and_notify(session, found, who, wanted.outcome, wanted.note, begins, age, now)
         return RedirectResponse(f"/alerts/{alert_id}", 303)
 
-    return taken("inspect", form, act, lambda refused: _shown(request, alert_id, sessions, by, refused))
+    return answered("inspect", form, act, lambda refused: _shown(request, alert_id, sessions, by, refused))
 
 
 @router.post("/buildings/{code}/silences")
-def silence(request: Request, code: Code, sessions: Writing, by: By, form: Form) -> Response:
+def silence(request: Request, code: Code, sessions: Writing, by: By, form: Silencing) -> Response:
     """Silence some alerts for a while, and show all alerts."""
-    now, hours = datetime.now(UTC), form.get("hours", "")
+    now = datetime.now(UTC)
 
-    def act() -> Response:
-        fits = hours.isascii() and hours.isdigit() and 0 < int(hours[:6]) <= LONGEST
-        until = now + timedelta(hours=int(hours) if fits else 1)
-        wrong = None if fits else f"give a whole number of hours from 1 to {LONGEST}"
-        wanted = checked(SilenceRequest, form | {"until": f"{until:%Y-%m-%dT%H:%M:%SZ}"}, {"hours": wrong})
+    def act(wanted: SilenceForm) -> Response:
+        until = (now + timedelta(hours=wanted.hours)).replace(microsecond=0)
         with sessions.begin() as session:
             found, _ = building_queries.building(session, code)
-            operator_actions.silence(session, found, wanted.pattern, wanted.until, wanted.reason, by.name, now)
+            operator_actions.silence(session, found, wanted.pattern, until, wanted.reason, by.name, now)
         return RedirectResponse(f"/buildings/{code}/alerts", 303)
 
-    return taken("silence", form, act, lambda refused: _listed(request, code, sessions, by, refused))
+    return answered("silence", form, act, lambda refused: _listed(request, code, sessions, by, refused))
 
 
 @router.post("/silences/{silence_id}/end")

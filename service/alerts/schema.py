@@ -4,10 +4,10 @@ from collections.abc import Iterable, Mapping
 from datetime import datetime
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
 from sqlalchemy.orm import Session
 
-from service.alerts import queries
+from service.alerts import queries, texts
 from service.alerts.lifecycle import CLOSED
 from service.alerts.message_content import REMINDER_KEY
 from service.alerts.message_facts import message_key, reports_by_alert, silence_of
@@ -143,6 +143,24 @@ class AlertOut(AlertLine):
     told: list[AlertMessageOut] = Field(description="Messages about it and their deliveries.")
 
 
+AS_BEFORE, FROM_NOW, SINCE_IT_BEGAN = "as_before", "from_now", "since_it_began"
+"""Choices of the reference period after an inspection."""
+LONGEST = 24 * 365
+"""h that a silence may last."""
+
+
+def _reference(choice: str) -> str:
+    if choice not in (AS_BEFORE, FROM_NOW, SINCE_IT_BEGAN):
+        raise ValueError(texts.UNKNOWN_REFERENCE)
+    return choice
+
+
+def _hours(typed: str) -> int:
+    if not (typed.isascii() and typed.isdigit() and 0 < int(typed[:6]) <= LONGEST):
+        raise ValueError(texts.HOURS_OF_SILENCE.format(most=LONGEST))
+    return int(typed)
+
+
 class RequestBody(BaseModel):
     """A request about an alert."""
 
@@ -158,8 +176,8 @@ class AcknowledgeRequest(RequestBody):
     )
 
 
-class InspectRequest(RequestBody):
-    """Inspection that ends an alert."""
+class Inspected(RequestBody):
+    """Result of an inspection."""
 
     outcome: Literal["confirmed", "unfounded"] = Field(
         description="`confirmed`, or `unfounded`: it was never the case.", examples=["confirmed"]
@@ -168,13 +186,24 @@ class InspectRequest(RequestBody):
     name: PersonName | None = Field(
         None, description="Name of the person, where several share a key.", examples=["A. Engineer"]
     )
+
+
+class InspectRequest(Inspected):
+    """Inspection that ends an alert."""
+
     reference_from: Time | None = Field(
         None, description="Start of a new reference period; without it the reference period stays."
     )
 
 
-class SilenceRequest(RequestBody):
-    """Silence for some alerts of a building."""
+class InspectForm(Inspected):
+    """The same by the form of the page."""
+
+    reference: Annotated[str, AfterValidator(_reference)] = AS_BEFORE
+
+
+class Silenced(RequestBody):
+    """Alerts of a building to silence."""
 
     pattern: str = Field(
         description="Pattern of causes, with * for any text and ? for any character; `*` matches all.",
@@ -183,8 +212,19 @@ class SilenceRequest(RequestBody):
         pattern=r"^[!-~]+$",
         examples=["stiffness/*"],
     )
-    until: Time = Field(description="When it ends.")
     reason: Note = Field(description="Why.", examples=["A load test."])
+
+
+class SilenceRequest(Silenced):
+    """Silence for some alerts of a building."""
+
+    until: Time = Field(description="When it ends.")
+
+
+class SilenceForm(Silenced):
+    """The same by the form of the page."""
+
+    hours: Annotated[int, BeforeValidator(_hours)]
 
 
 class SilenceOut(Answer):

@@ -140,6 +140,8 @@ ON_HOLD_FOR_SOURCE = "On hold: {summary}, which explains it."
 ON_HOLD_FOR_SENSOR = "On hold: {summary}, which may be the only reason for this change."
 NOT_ACTIVE = "Alert {id} is {state}: {meaning}; only an active alert can be acknowledged."
 HAS_ENDED = "Alert {id} has been {state} since {closed_at:%Y-%m-%d %H:%M} UTC."
+UNKNOWN_REFERENCE = "choose one of these reference periods"
+HOURS_OF_SILENCE = "give a whole number of hours from 1 to {most}"
 SILENCE_IN_THE_PAST = "The silence would end at {until:%Y-%m-%d %H:%M} UTC, which is in the past; give a later time."
 REFERENCE_REASON = "Inspection of alert {id}: {note}"
 

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from threading import Event as Signal
-from typing import Any
+from typing import Any, Final
 
 from rich.console import Console
 from sqlalchemy.orm import Session, sessionmaker
@@ -17,10 +17,11 @@ from service.demo.site import CODE
 from service.demo.stage import Stage, until_next, write_records
 from service.jobs import queries as job_queries
 from service.models import queries as model_queries, requests as model_requests, versions as model_versions
+from service.models.schema import FitRequest, ModelRequest, WorkRequest
 from service.models.tables import ModelVersion
 
 BY = "the demonstration"
-DIRECTION = "x"
+DIRECTION: Final = "x"
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,18 +49,25 @@ def accept_model(sessions: sessionmaker[Session], stop: Signal) -> None:
         if current_version(session) is not None:
             return
     with sessions.begin() as session:
-        design = model_requests.make(session, CODE, DIRECTION, None, "", BY, datetime.now(UTC))
+        by_design = ModelRequest(direction=DIRECTION, effects=None, change="")
+        design = model_requests.make(session, CODE, by_design, BY, datetime.now(UTC))
         earlier, later = _halves(session, design)
-        fit = model_requests.fit(session, design, earlier, None, BY, datetime.now(UTC)).id
+        wanted = FitRequest(events=list(earlier), hold_out=None)
+        fit = model_requests.fit(session, design.id, wanted, BY, datetime.now(UTC)).id
     found = finished(sessions, fit, stop)
     if found is None:
         return
     with sessions.begin() as session:
         made = model_queries.version(session, found["made"])
         model_versions.accept(session, made, BY, datetime.now(UTC))
-        compared = [model_requests.compare(session, made, [event], BY, datetime.now(UTC)).id for event in later]
+        compared = [_compare(session, made.id, event) for event in later]
     for job in compared:  # one job each, so that several run at a time
         finished(sessions, job, stop)
+
+
+def _compare(session: Session, model_id: int, event: int) -> int:
+    """Queue the comparison of a model with one event; the job's number."""
+    return model_requests.compare(session, model_id, WorkRequest(events=[event]), BY, datetime.now(UTC)).id
 
 
 def finished(sessions: sessionmaker[Session], job: int, stop: Signal) -> Mapping[str, Any] | None:
@@ -161,7 +169,7 @@ def _latest_error(model: CurrentVersion, sessions: sessionmaker[Session], stop: 
     with sessions.begin() as session:
         version = model_queries.version(session, model.id)
         latest = model_queries.comparable(session, version.building_id, (DIRECTION,), None)[-1].id
-        job = model_requests.compare(session, version, [latest], BY, datetime.now(UTC)).id
+        job = _compare(session, version.id, latest)
     if finished(sessions, job, stop) is None:
         return None
     with reading(sessions)() as session:

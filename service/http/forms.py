@@ -1,11 +1,11 @@
 """Forms of pages: read, checked, and shown again with the typed values and the problems."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Coroutine, Mapping
 from dataclasses import dataclass, field
-from typing import Annotated, TypeVar
+from typing import Any, Generic, TypeVar
 from urllib.parse import parse_qs
 
-from fastapi import Depends, Request, Response
+from fastapi import Request, Response
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
@@ -55,12 +55,52 @@ class Refused:
 NOT_REFUSED = Refused()
 
 
-async def posted(request: Request) -> dict[str, str]:
-    """The fields of a form, each once."""
-    return {name: values[-1].strip() for name, values in parse_qs(await read_body(request, MOST)).items()}
+@dataclass(frozen=True, slots=True)
+class Posted(Generic[Wanted]):
+    """A form as it was sent."""
+
+    model: type[Wanted]
+    """What it has to be."""
+    fields: Mapping[str, str]
+    """What was typed, each field once."""
+
+    def checked(self) -> Wanted:
+        """The form as its model; empty fields are left out.
+
+        Raises:
+            FieldsError: some fields do not fit.
+        """
+        try:
+            return self.model.model_validate({name: value for name, value in self.fields.items() if value})
+        except ValidationError as error:
+            wrong = error.errors(include_input=False, include_url=False)
+            raise FieldsError({str(one["loc"][0]): _in_words(one) for one in wrong}) from None
 
 
-Form = Annotated[dict[str, str], Depends(posted)]
+def posted(model: type[Wanted], most: int = MOST) -> Callable[[Request], Coroutine[Any, Any, Posted[Wanted]]]:
+    """A dependency that reads the form of a page.
+
+    FastAPI's own `Form()` refuses a form before the endpoint runs; here the endpoint shows it again as it was typed.
+
+    Args:
+        model: what the form has to be.
+        most: bytes that are read.
+    """
+
+    async def read(request: Request) -> Posted[Wanted]:
+        return Posted(model, fields_of(await read_body(request, most)))
+
+    return read
+
+
+def fields_of(body: str) -> dict[str, str]:
+    """The fields of a posted form, each once, without spaces around them."""
+    return {name: values[-1].strip() for name, values in parse_qs(body).items()}
+
+
+def ticked(fields: Mapping[str, object], prefix: str) -> list[str]:
+    """What is ticked among boxes that are named by a prefix and a value."""
+    return [name.removeprefix(prefix) for name in fields if name.startswith(prefix)]
 
 
 def refused(name: str, form: Mapping[str, str], error: ServiceError) -> Refused:
@@ -70,44 +110,21 @@ def refused(name: str, form: Mapping[str, str], error: ServiceError) -> Refused:
     return Refused(name, given, "" if problems else str(error), problems, error.status)
 
 
-def taken(
-    name: str, form: Mapping[str, str], act: Callable[[], Response], page: Callable[[Refused], Response]
+def answered(
+    name: str, form: Posted[Wanted], act: Callable[[Wanted], Response], page: Callable[[Refused], Response]
 ) -> Response:
     """The response to a form.
 
     Args:
         name: the form's name on its page.
-        form: the typed values.
+        form: the form as it was sent.
         act: carries out the request.
         page: the page that the form is on; it is shown again if the form is refused.
     """
     try:
-        return act()
+        return act(form.checked())
     except (ConflictError, TooManyRequestsError) as error:
-        return page(refused(name, form, error))
-
-
-def checked(model: type[Wanted], given: Mapping[str, object], others: Mapping[str, str | None] | None = None) -> Wanted:
-    """The fields of a form as a model, without empty ones.
-
-    Args:
-        model: the model.
-        given: the typed values.
-        others: problems of fields outside the model; None: no problems.
-
-    Raises:
-        FieldsError: some fields do not fit.
-    """
-    others = others or {}
-    problems = {name: problem for name, problem in others.items() if problem}
-    try:
-        made = model.model_validate({name: value for name, value in given.items() if value and name not in others})
-    except ValidationError as error:
-        wrong = error.errors(include_input=False, include_url=False)
-        raise FieldsError({str(one["loc"][0]): _in_words(one) for one in wrong} | problems) from None
-    if problems:
-        raise FieldsError(problems)
-    return made
+        return page(refused(name, form.fields, error))
 
 
 def _in_words(error: ErrorDetails) -> str:
@@ -122,6 +139,8 @@ def _in_words(error: ErrorDetails) -> str:
             return PATTERNS.get(about["pattern"], "this is not in the form that is needed")
         case "literal_error":
             return f"choose {about['expected']}"
+        case "value_error":
+            return str(about["error"])
         case "extra_forbidden":
             return "there is no such field"
     return "this is not in the form that is needed"

@@ -1,10 +1,11 @@
 """Capture of the beginning of each request body for the audit trail."""
 
 from typing import Any
-from urllib.parse import parse_qs
 
 import orjson
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from service.http.forms import fields_of
 
 MOST = 16 * 1024
 """Bytes of a body that are captured; the audit trail has no details of longer ones."""
@@ -41,5 +42,5 @@ def captured(scope: Scope) -> dict[str, Any]:
     try:
         content = orjson.loads(body)
     except orjson.JSONDecodeError:
-        return {name: values[-1] for name, values in parse_qs(body.decode("utf-8", "replace")).items()}
+        return fields_of(body.decode("utf-8", "replace"))
     return content if isinstance(content, dict) else {}

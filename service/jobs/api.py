@@ -9,12 +9,11 @@ from fastapi import APIRouter, Depends, Query, Request
 from fastapi.sse import EventSourceResponse
 from sqlalchemy.orm import Session, sessionmaker
 
-from service.access.auth import Caller, Role, engineer
+from service.access.auth import Caller, engineer
 from service.addresses import without_credentials
 from service.buildings import queries as building_queries
 from service.buildings.schema import Sources
 from service.buildings.store import parsed
-from service.errors import ForbiddenError
 from service.http.paging import AfterCode, Before, Limit, next_code, page_by_number, rows_of
 from service.http.parameters import LARGEST, JobId, Reading, Writing
 from service.http.problems import openapi_responses
@@ -23,7 +22,6 @@ from service.http.server_sent_events import followed
 from service.jobs import queries, queue
 from service.jobs.queue import UNDER_WAY
 from service.jobs.schema import JobOut, Jobs
-from service.jobs.tables import Job
 
 router = APIRouter(tags=["operations"], route_class=TaggedRoute)
 
@@ -87,25 +85,7 @@ def cancel(job_id: JobId, sessions: Writing, by: By) -> JobOut:
     What Menshin queued by itself, such as the first analysis of an earthquake, cannot be cancelled.
     """
     with sessions.begin() as session:
-        return JobOut.model_validate(cancelled(session, queries.job(session, job_id), by))
-
-
-def cancelled(session: Session, job: Job, by: Caller) -> Job:
-    """The job, cancelled for this caller.
-
-    Raises:
-        ForbiddenError: another key requested it, and the caller is no admin.
-        ConflictError: it has ended, or Menshin queued it itself.
-    """
-    if job.asked_by is not None and not may_cancel(job, by):
-        raise ForbiddenError(f"Job {job.id} was requested by {job.asked_by!r}; only they or an admin cancel it.")
-    queue.cancel(session, job, datetime.now(UTC))
-    return job
-
-
-def may_cancel(job: Job, by: Caller) -> bool:
-    """True if the caller may cancel the job while it is in progress."""
-    return job.asked_by is not None and by.role >= Role.engineer and (job.asked_by == by.name or by.role >= Role.admin)
+        return JobOut.model_validate(queue.cancel_for(session, job_id, by, datetime.now(UTC)))
 
 
 def existing(job_id: JobId, sessions: Reading) -> int:

@@ -8,10 +8,12 @@ from typing import Any
 from sqlalchemy import and_, case, func, or_, select, update
 from sqlalchemy.orm import Session
 
+from service.access.roles import Caller, Role
 from service.analyses.tables import Analysis
 from service.buildings.tables import Building
 from service.db.leases import is_wrong
-from service.errors import ConflictError, TooManyRequestsError
+from service.errors import ConflictError, ForbiddenError, TooManyRequestsError
+from service.jobs import queries
 from service.jobs.tables import Job
 from service.models.tables import ModelVersion
 from service.records.tables import Event
@@ -165,6 +167,26 @@ def fail(session: Session, held: Claim, error: str, now: datetime, attempts: int
         return False
     _end_event(session, held, "failed", _last_line(error), now)
     return True
+
+
+def cancel_for(session: Session, job_id: int, by: Caller, now: datetime) -> Job:
+    """Cancel a job for a person.
+
+    Raises:
+        NotFoundError: there is no such job.
+        ForbiddenError: another key requested it, and the caller is no admin.
+        ConflictError: it has ended, or Menshin queued it itself.
+    """
+    job = queries.job(session, job_id)
+    if job.asked_by is not None and not may_cancel(job, by):
+        raise ForbiddenError(f"Job {job.id} was requested by {job.asked_by!r}; only they or an admin cancel it.")
+    cancel(session, job, now)
+    return job
+
+
+def may_cancel(job: Job, by: Caller) -> bool:
+    """True if the caller may cancel the job while it is in progress."""
+    return job.asked_by is not None and by.role >= Role.engineer and (job.asked_by == by.name or by.role >= Role.admin)
 
 
 def cancel(session: Session, job: Job, now: datetime) -> None:

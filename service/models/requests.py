@@ -1,6 +1,6 @@
 """What an engineer may ask of a model, and when that is refused."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from datetime import datetime
 
 from sqlalchemy.orm import Session
@@ -17,19 +17,12 @@ from service.jobs import queue as job_queue
 from service.jobs.queue import COMPARE, DIAGNOSE, EXTEND, FIT
 from service.jobs.tables import Job
 from service.models import queries, versions as model_versions
+from service.models.schema import EffectRequest, FitRequest, ModelRequest, WorkRequest
 from service.models.tables import ModelVersion
 from service.models.versions import DIRECTIONS, Draft
 
 
-def make(
-    session: Session,
-    code: str,
-    direction: str,
-    effects: Mapping[str, Mapping[str, float]] | None,
-    change: str,
-    by: str,
-    now: datetime,
-) -> ModelVersion:
+def make(session: Session, code: str, wanted: ModelRequest, by: str, now: datetime) -> ModelVersion:
     """A model of given values, or without any the first one by the building's design values.
 
     Raises:
@@ -39,13 +32,13 @@ def make(
     building, revision = building_queries.building(session, code)
     description = described(session, building).description
     measured = description.horizontal_directions
-    if missing := [one for one in DIRECTIONS[direction] if one not in measured]:
+    if missing := [one for one in DIRECTIONS[wanted.direction] if one not in measured]:
         raise ConflictError(
             f"{code} does not measure direction {' and '.join(missing)}; it measures {' and '.join(measured)}."
         )
-    isolator, assumed = _begun(description, effects)
-    reason = change or ("by the design values" if effects is None else "by values that were given")
-    draft = Draft(direction, isolator, reason, by, revision.id, assumed=assumed)
+    isolator, assumed = _begun(description, wanted.effects)
+    reason = wanted.change or ("by the design values" if wanted.effects is None else "by values that were given")
+    draft = Draft(wanted.direction, isolator, reason, by, revision.id, assumed=assumed)
     return model_versions.add(session, building.id, draft, now)
 
 
@@ -62,84 +55,64 @@ def _begun(
         raise ConflictError(f"The values make no model: {error}.") from None
 
 
-def compare(session: Session, model: ModelVersion, events: Sequence[int] | None, by: str, now: datetime) -> Job:
+def compare(session: Session, model_id: int, wanted: WorkRequest, by: str, now: datetime) -> Job:
     """Queue a comparison with these events, or with all that can be compared.
 
     Raises:
         ConflictError: one of them cannot be compared, or none at all can.
     """
-    _check(session, model, events)
-    return job_queue.enqueue_work(session, model, COMPARE, {"events": _kept(events)}, by, now)
+    model = queries.version(session, model_id)
+    _check(session, model, wanted.events)
+    return job_queue.enqueue_work(session, model, COMPARE, {"events": _kept(wanted.events)}, by, now)
 
 
-def fit(
-    session: Session,
-    model: ModelVersion,
-    events: Sequence[int] | None,
-    hold_out: Sequence[int] | None,
-    by: str,
-    now: datetime,
-) -> Job:
+def fit(session: Session, model_id: int, wanted: FitRequest, by: str, now: datetime) -> Job:
     """Queue a fit to these events, or to all that can be compared, but those held out.
 
     Raises:
         ConflictError: one of them cannot be compared, or is asked for both ways, or none is left to fit to.
     """
-    return job_queue.enqueue_work(session, model, FIT, _fitting(session, model, events, hold_out), by, now)
+    model = queries.version(session, model_id)
+    return job_queue.enqueue_work(session, model, FIT, _fitting(session, model, wanted), by, now)
 
 
-def extend(
-    session: Session,
-    model: ModelVersion,
-    effect: str,
-    events: Sequence[int] | None,
-    hold_out: Sequence[int] | None,
-    by: str,
-    now: datetime,
-) -> Job:
+def extend(session: Session, model_id: int, wanted: EffectRequest, by: str, now: datetime) -> Job:
     """Queue a fit with one more effect, as `fit` does without.
 
     Raises:
         ConflictError: there is no such effect, the model has it, or the events are not as `fit` wants them.
     """
+    model, effect = queries.version(session, model_id), wanted.effect
     if effect not in EFFECTS:
         raise ConflictError(f"There is no effect {effect!r}; there are {', '.join(sorted(EFFECTS))}.")
     if effect in model.effects:
         raise ConflictError(f"The model has {effect} already; a fit finds its values.")
-    arguments = _fitting(session, model, events, hold_out) | {"effect": effect}
+    arguments = _fitting(session, model, wanted) | {"effect": effect}
     return job_queue.enqueue_work(session, model, EXTEND, arguments, by, now)
 
 
-def diagnose(
-    session: Session,
-    model: ModelVersion,
-    events: Sequence[int] | None,
-    hold_out: Sequence[int] | None,
-    by: str,
-    now: datetime,
-) -> Job:
+def diagnose(session: Session, model_id: int, wanted: FitRequest, by: str, now: datetime) -> Job:
     """Queue the question what the model lacks, by these events or by all, but those held out.
 
     Raises:
         ConflictError: the events are not as `fit` wants them.
     """
-    return job_queue.enqueue_work(session, model, DIAGNOSE, _fitting(session, model, events, hold_out), by, now)
+    model = queries.version(session, model_id)
+    return job_queue.enqueue_work(session, model, DIAGNOSE, _fitting(session, model, wanted), by, now)
 
 
-def _fitting(
-    session: Session, model: ModelVersion, events: Sequence[int] | None, hold_out: Sequence[int] | None
-) -> dict[str, object]:
+def _fitting(session: Session, model: ModelVersion, wanted: FitRequest) -> dict[str, object]:
     """Arguments of a job that fits."""
-    out = set(hold_out or ())
-    if both := sorted(out & set(events or ())):
+    out = set(wanted.hold_out or ())
+    if both := sorted(out & set(wanted.events or ())):
         raise ConflictError(
             f"Events {', '.join(map(str, both))} are held out, and among those to fit to; one of it would do."
         )
     _check(session, model, sorted(out))
-    there = _check(session, model, events)
+    there = _check(session, model, wanted.events)
     if not there - out:
         raise ConflictError("Every event is held out; one to fit to would do.")
-    return {"events": _kept(events), "hold_out": sorted(out)}
+    return {"events": _kept(wanted.events), "hold_out": sorted(out)}
 
 
 def _kept(events: Collection[int] | None) -> list[int] | None:

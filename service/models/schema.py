@@ -3,11 +3,12 @@
 from datetime import datetime
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
 from core import paper
 from core.effects import EFFECTS
 from service.analyses.schema import FindingOut
+from service.http.forms import ticked
 from service.schema import Answer, Number, Page, Series
 
 
@@ -20,6 +21,10 @@ Numbers = Annotated[
     list[Annotated[int, Field(ge=1, le=2**31 - 1), BeforeValidator(whole)]], Field(min_length=1, max_length=1000)
 ]
 Wanted = Annotated[dict[str, dict[str, Number]], Field(max_length=50)]
+
+
+HOLD_OUT = "hold_out_"
+"""Begins the names of a form's boxes for the events to leave out."""
 
 
 class ErrorOut(Answer):
@@ -208,6 +213,28 @@ class EffectRequest(FitRequest):
     effect: str = Field(
         description="Name of an effect that the model has not.", max_length=64, examples=[next(iter(EFFECTS))]
     )
+
+
+class FitForm(FitRequest):
+    """The same by the form of the page, which has a box for each event; it has fields of other buttons as well."""
+
+    model_config = ConfigDict(extra="ignore", strict=True)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _boxes(cls, fields: dict[str, object]) -> dict[str, object]:
+        lists = {"events": ticked(fields, "event_"), "hold_out": ticked(fields, HOLD_OUT)}
+        return fields | {name: [_number(one) for one in numbers] for name, numbers in lists.items() if numbers}
+
+
+class EffectForm(FitForm, EffectRequest):
+    """The same with an effect to add."""
+
+    model_config = ConfigDict(extra="ignore", strict=True)
+
+
+def _number(typed: str) -> int | str:
+    return int(typed) if typed.isascii() and typed.isdigit() else typed
 
 
 class EffectRow(Answer):

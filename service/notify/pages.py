@@ -9,16 +9,16 @@ from starlette.responses import RedirectResponse
 
 from service.access.auth import Caller, Role, admin, engineer
 from service.access.pages import reader
+from service.alerts.recipients import add_recipient
 from service.buildings import queries as building_queries, recipients
 from service.buildings.recipient_rules import SEVERITIES, WANTED_KINDS, ReceiverKind
-from service.http.forms import NOT_REFUSED, Form, Refused, checked, taken
+from service.http.forms import NOT_REFUSED, Posted, Refused, answered, posted
 from service.http.parameters import Code, DeliveryId, MessageId, Reading, ReceiverId, Writing
 from service.http.rendering import page
 from service.notify import claims, drill, queries
-from service.notify.api.recipients import add_recipient
 from service.notify.schema import (
     DeliveryRow,
-    ReceiverRequest,
+    ReceiverForm,
     delivery_out,
     delivery_rows,
     message_out,
@@ -33,6 +33,7 @@ router = APIRouter(include_in_schema=False)
 Reader = Annotated[Caller, Depends(reader)]
 ByAdmin = Annotated[Caller, Depends(admin)]
 ByEngineer = Annotated[Caller, Depends(engineer)]
+Adding = Annotated[Posted[ReceiverForm], Depends(posted(ReceiverForm))]
 LATEST = 100
 """Messages that a building's page lists, sent or not."""
 
@@ -85,24 +86,19 @@ def of_message(request: Request, message_id: MessageId, sessions: Reading, by: R
 
 
 @router.post("/buildings/{code}/receivers")
-def add(request: Request, code: Code, sessions: Writing, by: ByAdmin, form: Form) -> Response:
+def add(request: Request, code: Code, sessions: Writing, by: ByAdmin, form: Adding) -> Response:
     """Add a recipient; a secret that was made is shown this once."""
-    given: dict[str, object] = {name: form.get(name) for name in ("name", "kind", "address", "secret")}
-    for name, values in (("kinds", WANTED_KINDS), ("severities", SEVERITIES)):
-        given[name] = [value for value in values if f"{name}_{value}" in form]
     can_mail = request.app.state.settings.smtp.host is not None
 
-    def act() -> Response:
-        wanted, now = checked(ReceiverRequest, given), datetime.now(UTC)
+    def act(wanted: ReceiverForm) -> Response:
         with sessions.begin() as session:
-            found, _ = building_queries.building(session, code)
-            row, secret = add_recipient(session, found.id, wanted, by.name, now, can_mail=can_mail)
-            shown = receiver_out(row)
+            row, secret = add_recipient(session, code, wanted, by.name, datetime.now(UTC), can_mail=can_mail)
+            building, shown = row.building, receiver_out(row)
         if secret is not None:
-            return page(request, "receiver_secret", 201, building=found, receiver=shown, secret=secret)
+            return page(request, "receiver_secret", 201, building=building, receiver=shown, secret=secret)
         return RedirectResponse(f"/buildings/{code}/messages", 303)
 
-    return taken("receiver", form, act, lambda refused: _listed(request, code, sessions, by, refused))
+    return answered("receiver", form, act, lambda refused: _listed(request, code, sessions, by, refused))
 
 
 @router.post("/receivers/{receiver_id}/remove")

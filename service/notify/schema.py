@@ -4,11 +4,12 @@ from collections.abc import Sequence
 from datetime import datetime
 from typing import Annotated, Any, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 from sqlalchemy.orm import Session
 
 from service.access.roles import Role
 from service.buildings.recipient_rules import ReceiverKind, Severity, WantedKind, shown_address
+from service.http.forms import ticked
 from service.notify import queries
 from service.notify.tables import Delivery, DeliveryAttempt, Message, Receiver
 from service.notify.texts import HIDDEN
@@ -41,6 +42,17 @@ class ReceiverRequest(BaseModel):
     )
     kinds: Kinds | None = Field(None, description="Kinds of messages; null: all, except events for an alertmanager.")
     severities: Severities | None = Field(None, description="Severities of messages; null: all.")
+
+
+class ReceiverForm(ReceiverRequest):
+    """The same by the form of the page, where kinds and severities are boxes."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _boxes(cls, fields: dict[str, object]) -> dict[str, object]:
+        lists = {name: ticked(fields, f"{name}_") for name in ("kinds", "severities")}
+        texts = {name: one for name, one in fields.items() if not name.startswith(("kinds_", "severities_"))}
+        return texts | {name: one for name, one in lists.items() if one}
 
 
 class ReceiverChange(BaseModel):

@@ -74,7 +74,7 @@ def make(
     What is asked must fit the building and the effects there are; else 409 says what would.
     """
     with sessions.begin() as session:
-        made = requests.make(session, code, wanted.direction, wanted.effects, wanted.change, by.name, datetime.now(UTC))
+        made = requests.make(session, code, wanted, by.name, datetime.now(UTC))
         answer = answers.whole(session, made)
     response.headers["Location"] = f"/api/v1/models/{answer.id}"
     return answer
@@ -149,9 +149,7 @@ def compare(
 ) -> JobOut:
     """Hold the model against events; its comparisons then have their errors. A like job that waits is answered."""
     with sessions.begin() as session:
-        model = queries.version(session, model_id)
-        job = requests.compare(session, model, wanted.events, by.name, datetime.now(UTC))
-        return _queued(job, response)
+        return _queued(requests.compare(session, model_id, wanted, by.name, datetime.now(UTC)), response)
 
 
 @router.post(
@@ -163,9 +161,7 @@ def fit(model_id: ModelId, sessions: Writing, response: Response, by: By, wanted
     The job's `result` has the number of the version `made`, and all numbers of the `fit`.
     """
     with sessions.begin() as session:
-        model = queries.version(session, model_id)
-        job = requests.fit(session, model, wanted.events, wanted.hold_out, by.name, datetime.now(UTC))
-        return _queued(job, response)
+        return _queued(requests.fit(session, model_id, wanted, by.name, datetime.now(UTC)), response)
 
 
 @router.post(
@@ -188,10 +184,7 @@ def extend(
     the `fit` the errors before and after, on events fitted and held out, and in words whether it was asked for.
     """
     with sessions.begin() as session:
-        model = queries.version(session, model_id)
-        by_name, now = by.name, datetime.now(UTC)
-        job = requests.extend(session, model, wanted.effect, wanted.events, wanted.hold_out, by_name, now)
-        return _queued(job, response)
+        return _queued(requests.extend(session, model_id, wanted, by.name, datetime.now(UTC)), response)
 
 
 @router.post(
@@ -207,9 +200,7 @@ def diagnose(model_id: ModelId, sessions: Writing, response: Response, by: By, w
     The job's `result` has the number of the `diagnosis`. Nothing is changed: to add an effect is another wish.
     """
     with sessions.begin() as session:
-        model = queries.version(session, model_id)
-        job = requests.diagnose(session, model, wanted.events, wanted.hold_out, by.name, datetime.now(UTC))
-        return _queued(job, response)
+        return _queued(requests.diagnose(session, model_id, wanted, by.name, datetime.now(UTC)), response)
 
 
 def _queued(job: Job, response: Response) -> JobOut:

@@ -14,16 +14,16 @@ from service.access.auth import Caller, Role, engineer
 from service.access.pages import reader
 from service.buildings import queries as building_queries
 from service.buildings.store import described
-from service.errors import ConflictError, FieldsError, NotFoundError
-from service.http.forms import NOT_REFUSED, Form, Refused, taken
+from service.errors import ConflictError, NotFoundError
+from service.http.forms import NOT_REFUSED, Posted, Refused, Wanted, answered, posted, refused, ticked
 from service.http.parameters import LARGEST, Code, JobId, ModelId, Reading, Writing
 from service.http.rendering import page
 from service.jobs import queries as job_queries
-from service.jobs.api import cancelled, may_cancel
-from service.jobs.queue import UNDER_WAY
+from service.jobs.queue import UNDER_WAY, cancel_for, may_cancel
 from service.models import answers, queries, queries as model_queries, requests, versions as model_versions
-from service.models.api.effects import EffectName, answered
-from service.models.tables import ModelComparison, ModelVersion
+from service.models.api.effects import EffectName, answered as effect_out
+from service.models.schema import HOLD_OUT, EffectForm, FitForm, ModelRequest
+from service.models.tables import ModelComparison
 from service.models.workbench.effect_sheets import families
 
 router = APIRouter(include_in_schema=False)
@@ -36,8 +36,9 @@ JOBS = 5
 """Of a model that its page lists."""
 OFFERED = 50
 """Events that a page offers to leave out, the latest first."""
-HOLD_OUT = "hold_out_"
-"""Begins the names of a form's boxes for the events to leave out."""
+Making = Annotated[Posted[ModelRequest], Depends(posted(ModelRequest))]
+Fitting = Annotated[Posted[FitForm], Depends(posted(FitForm))]
+Extending = Annotated[Posted[EffectForm], Depends(posted(EffectForm))]
 
 
 @router.get("/buildings/{code}/models")
@@ -144,125 +145,108 @@ def effect(request: Request, name: EffectName, _: Reader) -> Response:
     """One of them, explained."""
     if name not in EFFECTS:
         raise NotFoundError("effect", name)
-    return page(request, "effect", effect=answered(name, EFFECTS[name]))
+    return page(request, "effect", effect=effect_out(name, EFFECTS[name]))
 
 
 @router.post("/buildings/{code}/models")
-def make(request: Request, code: Code, sessions: Writing, by: By, form: Form) -> Response:
+def make(request: Request, code: Code, sessions: Writing, by: By, form: Making) -> Response:
     """Make the first model of a direction by the design, and show it."""
-    direction = form.get("direction", "")
 
-    def act() -> Response:
-        if direction not in model_versions.DIRECTIONS:
-            raise FieldsError({"direction": f"there is no direction {direction!r}; choose x, y or xy"})
+    def act(wanted: ModelRequest) -> Response:
         with sessions.begin() as session:
-            made = requests.make(session, code, direction, None, "", by.name, datetime.now(UTC))
+            made = requests.make(session, code, wanted, by.name, datetime.now(UTC))
         return RedirectResponse(f"/models/{made.id}", 303)
 
-    return taken("model", form, act, lambda refused: _listed(request, code, sessions, by, refused))
+    return answered("model", form, act, lambda refused: _listed(request, code, sessions, by, refused))
 
 
 @router.post("/models/{model_id}/accept")
-def accept(request: Request, model_id: ModelId, sessions: Writing, by: By, form: Form) -> Response:
+def accept(request: Request, model_id: ModelId, sessions: Writing, by: By, form: Fitting) -> Response:
     """Put the model in force, and show it."""
 
-    def ask(session: Session, model: ModelVersion) -> None:
-        model_versions.accept(session, model, by.name, datetime.now(UTC))
+    def work(session: Session, _: FitForm, now: datetime) -> None:
+        model_versions.accept(session, queries.version(session, model_id), by.name, now)
 
-    return _asked(request, model_id, sessions, by, form, ask)
+    return _worked(request, model_id, sessions, by, form, work)
 
 
 @router.post("/models/{model_id}/compare")
-def compare(request: Request, model_id: ModelId, sessions: Writing, by: By, form: Form) -> Response:
-    """Hold the model against every event, and show how far that is."""
+def compare(request: Request, model_id: ModelId, sessions: Writing, by: By, form: Fitting) -> Response:
+    """Compare the model with every event, and show how far that is."""
 
-    def ask(session: Session, model: ModelVersion) -> None:
-        requests.compare(session, model, None, by.name, datetime.now(UTC))
+    def work(session: Session, wanted: FitForm, now: datetime) -> None:
+        requests.compare(session, model_id, wanted, by.name, now)
 
-    return _asked(request, model_id, sessions, by, form, ask)
+    return _worked(request, model_id, sessions, by, form, work)
 
 
 @router.post("/models/{model_id}/fit")
-def fit(request: Request, model_id: ModelId, sessions: Writing, by: By, form: Form) -> Response:
-    """Fit the model to the events but those left out, and show how far that is."""
+def fit(request: Request, model_id: ModelId, sessions: Writing, by: By, form: Fitting) -> Response:
+    """Fit the model to the events except those left out, and show how far that is."""
 
-    def ask(session: Session, model: ModelVersion) -> None:
-        requests.fit(session, model, *_events(form), by.name, datetime.now(UTC))
+    def work(session: Session, wanted: FitForm, now: datetime) -> None:
+        requests.fit(session, model_id, wanted, by.name, now)
 
-    return _asked(request, model_id, sessions, by, form, ask)
+    return _worked(request, model_id, sessions, by, form, work)
 
 
 @router.post("/models/{model_id}/diagnose")
-def diagnose(request: Request, model_id: ModelId, sessions: Writing, by: By, form: Form) -> Response:
-    """Ask what the model lacks by the events but those left out, and show how far that is."""
+def diagnose(request: Request, model_id: ModelId, sessions: Writing, by: By, form: Fitting) -> Response:
+    """Diagnose the model by the events except those left out, and show how far that is."""
 
-    def ask(session: Session, model: ModelVersion) -> None:
-        requests.diagnose(session, model, *_events(form), by.name, datetime.now(UTC))
+    def work(session: Session, wanted: FitForm, now: datetime) -> None:
+        requests.diagnose(session, model_id, wanted, by.name, now)
 
-    return _asked(request, model_id, sessions, by, form, ask)
+    return _worked(request, model_id, sessions, by, form, work)
 
 
 @router.post("/models/{model_id}/extend")
-def extend(request: Request, model_id: ModelId, sessions: Writing, by: By, form: Form) -> Response:
+def extend(request: Request, model_id: ModelId, sessions: Writing, by: By, form: Extending) -> Response:
     """Add an effect to the model, and show how far that is."""
 
-    def ask(session: Session, model: ModelVersion) -> None:
-        effect = form.get("effect", "")
-        requests.extend(session, model, effect, *_events(form), by.name, datetime.now(UTC))
+    def work(session: Session, wanted: EffectForm, now: datetime) -> None:
+        requests.extend(session, model_id, wanted, by.name, now)
 
-    return _asked(request, model_id, sessions, by, form, ask)
+    return _worked(request, model_id, sessions, by, form, work)
 
 
 @router.post("/jobs/{job_id}/cancel")
-def cancel(request: Request, job_id: JobId, sessions: Writing, by: By, form: Form) -> Response:
+def cancel(request: Request, job_id: JobId, sessions: Writing, by: By) -> Response:
     """Cancel a job, and show what it worked on."""
     with sessions() as session:
         job = job_queries.job(session, job_id)
         model_id, event_id = job.model_id, job.event_id
-
-    def act() -> Response:
+    try:
         with sessions.begin() as session:
-            cancelled(session, job_queries.job(session, job_id), by)
-        found = (f"/models/{model_id}", model_id), (f"/events/{event_id}", event_id)
-        return RedirectResponse(next((path for path, number in found if number is not None), "/"), 303)
+            cancel_for(session, job_id, by, datetime.now(UTC))
+    except ConflictError as error:
+        if model_id is None:
+            raise
+        return _shown_model(request, model_id, sessions, by, refused=refused("work", {}, error))
+    found = (f"/models/{model_id}", model_id), (f"/events/{event_id}", event_id)
+    return RedirectResponse(next((path for path, number in found if number is not None), "/"), 303)
 
-    if model_id is None:
-        return act()
-    return taken("work", form, act, lambda refused: _shown_model(request, model_id, sessions, by, refused=refused))
 
-
-def _asked(
+def _worked(
     request: Request,
     model_id: int,
     sessions: sessionmaker[Session],
     by: Caller,
-    form: Mapping[str, str],
-    ask: Callable[[Session, ModelVersion], None],
+    form: Posted[Wanted],
+    work: Callable[[Session, Wanted, datetime], None],
 ) -> Response:
-    """Do something with a model; the form keeps what was ticked, and where that is refused the page says why."""
+    """Work on a model; the form keeps what was ticked, and where the work is refused the page says why."""
 
-    def act() -> Response:
+    def act(wanted: Wanted) -> Response:
         with sessions.begin() as session:
-            ask(session, queries.version(session, model_id))
-        kept = urlencode({"hold_out": ",".join(map(str, sorted(_ticked(form))))}) if "offered" in form else ""
-        return RedirectResponse(f"/models/{model_id}{'?' if kept else ''}{kept}", 303)
+            work(session, wanted, datetime.now(UTC))
+        hold_out = ",".join(map(str, sorted(_ticked(form.fields))))
+        kept = f"?{urlencode({'hold_out': hold_out})}" if "offered" in form.fields else ""
+        return RedirectResponse(f"/models/{model_id}{kept}", 303)
 
-    return taken("improve", form, act, lambda refused: _shown_model(request, model_id, sessions, by, refused=refused))
+    return answered("improve", form, act, lambda why: _shown_model(request, model_id, sessions, by, refused=why))
 
 
-def _ticked(form: Mapping[str, str]) -> set[int]:
+def _ticked(fields: Mapping[str, str]) -> set[int]:
     """The events that a form leaves out, as far as it names any."""
-    names = (name.removeprefix(HOLD_OUT) for name in form if name.startswith(HOLD_OUT))
-    return {int(name) for name in names if name.isascii() and name.isdigit()}
-
-
-def _events(form: Mapping[str, str]) -> tuple[list[int] | None, list[int] | None]:
-    """Events to fit to and to leave out, of a form whose fields are named `event_1` and `hold_out_2`."""
-    return _numbers(form, "event_"), _numbers(form, HOLD_OUT)
-
-
-def _numbers(form: Mapping[str, str], prefix: str) -> list[int] | None:
-    written = [name.removeprefix(prefix) for name in form if name.startswith(prefix)]
-    if strange := [one for one in written if not (one.isascii() and one.isdigit() and len(one) < 10)]:
-        raise ConflictError(f"There is no event {strange[0]!r}; its number would do.")
-    return [int(one) for one in written] or None
+    return {int(one) for one in ticked(fields, HOLD_OUT) if one.isascii() and one.isdigit()}

@@ -178,7 +178,7 @@ FORMS = {
         "/buildings/TOWER/silences", {"pattern": "stiff ness", "hours": "12"}, "silence-reason", "must not be empty"
     ),
     "a model of no direction": Sent(
-        "/buildings/TOWER/models", {}, "model-direction", "There is no direction 'up'", hidden={"direction": "up"}
+        "/buildings/TOWER/models", {}, "model-direction", "Choose 'x', 'y' or 'xy'", hidden={"direction": "up"}
     ),
     "a key that is none": Sent(
         "/login",

@@ -19,6 +19,7 @@ from service.jobs.stages import silent
 from service.kinds import KINDS
 from service.models import diagnoses, requests as model_requests
 from service.models.inputs import WorkInputs
+from service.models.schema import FitRequest, ModelRequest
 from service.models.stored_records import records
 
 EFFECTS = {name: dict(values) for name, values in ISOLATOR.effects.items()}
@@ -41,8 +42,16 @@ def building(sessions: sessionmaker[Session], tmp_path: Path) -> sessionmaker[Se
 def requested(sessions: sessionmaker[Session], events: Sequence[int] | None) -> tuple[WorkInputs, Earthquakes]:
     """Input of a diagnosis, up to the search for a missing effect."""
     with sessions.begin() as session:
-        model = model_requests.make(session, "PAPER", "x", EFFECTS, "", "engineer", monitored_building.NOW)
-        model_requests.diagnose(session, model, events, None, "engineer", monitored_building.NOW)
+        model = model_requests.make(
+            session, "PAPER", ModelRequest(direction="x", effects=EFFECTS), "engineer", monitored_building.NOW
+        )
+        model_requests.diagnose(
+            session,
+            model.id,
+            FitRequest(events=None if events is None else list(events)),
+            "engineer",
+            monitored_building.NOW,
+        )
     with sessions.begin() as session:
         claim = job_queue.claim(session, monitored_building.NOW, timedelta(minutes=1))
         assert claim is not None
