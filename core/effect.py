@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from inspect import signature
 from math import log
 from types import MappingProxyType
+from typing import Any
 
 from core.errors import ModelError
 from core.frozen import FrozenDict
@@ -29,8 +30,9 @@ CHANNELS: Mapping[str, Channel] = MappingProxyType(
     {
         "force": Channel(0.0, "N, of the layer"),
         "inertance": Channel(0.0, "kg, force per unit relative acceleration of the layer"),
-        "stiffness": Channel(1.0, "scale of the elastic forces"),
+        "stiffness": Channel(1.0, "scale of the rubber's forces"),
         "strength": Channel(1.0, "scale of the yield force"),
+        "load": Channel(1.0, "scale of yield and sliding forces by the vertical load"),
         "sharpness": Channel(1.0, "scale of the exponent of the yield"),
         "slope": Channel(1.0, "scale of the hysteresis' initial slope"),
         "flow": Channel(1.0, "scale of the rate of the hysteretic variable"),
@@ -115,6 +117,9 @@ class Effect:
     """Parameters that a fit leaves alone, since the others can do the same."""
     carried: tuple[str, ...] = ()
     """States that the layer keeps from one earthquake to the next; the others begin each at zero."""
+    design: Mapping[str, Callable[..., Any]] = field(default_factory=FrozenDict)
+    """Design values that follow from the effect's parameters, by their names in core.description.IsolationDesign:
+    functions of parameters, by name, which also accept complex numbers for the sake of derivatives."""
     publishes: str | None = None
     """State that other laws read as `yielded`; one effect has it."""
     needs: tuple[str, ...] = field(init=False)
@@ -130,10 +135,12 @@ class Effect:
             raise ModelError(f"{self.title}: a state or parameter takes the name of another offer, in {offered}")
         if self.acts_on not in CHANNELS:
             raise ModelError(f"{self.title}: acts on {self.acts_on!r}; it must act on one of {', '.join(CHANNELS)}")
-        if strange := sorted({*self.absent, *self.linear, *self.held} - set(named)):
+        of_design = {name for value in self.design.values() for name in signature(value).parameters}
+        if strange := sorted({*self.absent, *self.linear, *self.held, *of_design} - set(named)):
             raise ModelError(f"{self.title}: {strange} are no parameters of its own; those are {sorted(named)}")
         kept = {*self.carried, *([self.publishes] if self.publishes else [])}
         if strange := sorted(kept - set(self.states)):
             raise ModelError(f"{self.title}: {strange} are no states of its own; those are {sorted(self.states)}")
         object.__setattr__(self, "needs", needs)
         object.__setattr__(self, "absent", FrozenDict(self.absent))
+        object.__setattr__(self, "design", FrozenDict(self.design))

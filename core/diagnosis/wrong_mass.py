@@ -1,55 +1,60 @@
-"""Is the mass wrong that forces were estimated with, rather than the isolation layer unlike its design?
+"""A wrong mass, distinguished from isolators that differ from their design.
 
-A force is mass times acceleration: with a total mass told too large by some share every force is, and so are the
-stiffness, the damping and the yield force that a model finds in the records, while its yield displacement stays. That
-hypothesis is held against values that are as designed and against values that differ each by itself.
+A force is mass times acceleration: if the building file states too large a mass, all forces are too large by the same
+factor, and so are the stiffness, the damping and the yield force of a fitted model. Its yield displacement is not. This
+hypothesis competes with values that are as designed and with values that differ each by itself.
 """
 
-from collections.abc import Mapping
+import inspect
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from core.arrays import Matrix, Vector
+from core.effects import EFFECTS
 from core.fitting.fit import Fit
 from core.model.isolator import Isolator, Key
 
+LENGTHS = ("D_y",)
+"""Design values that do not scale with the mass."""
 DESIGN = 0.04
-"""Of the logarithm of each design value: standard deviation about what was built."""
+"""Standard deviation of the logarithm of a value as built about its design value."""
 COMMON = 0.15
-"""Of the logarithm of the factor that a wrong mass makes."""
+"""Standard deviation of the logarithm of the factor that a wrong mass makes."""
 OFF = 0.2
-"""Of the logarithm of a design value that is wrong by itself."""
+"""Standard deviation of the logarithm of a design value that is wrong by itself."""
 DECISIVE = 2.5
-"""Of log evidence, by which a wrong mass must explain more than the design's usual scatter does."""
+"""Smallest log evidence of a wrong mass over the design's usual scatter."""
 FEWEST = 2
-"""Values that a mass scales, without which nothing tells it from one wrong value."""
+"""Smallest number of values that a mass scales: fewer cannot distinguish it from one wrong value."""
 
 
 @dataclass(frozen=True, slots=True)
 class WrongMass:
-    """The factor that all forces have in common."""
+    """Common factor of all forces."""
 
     change: float
-    """Of the mass as told against what the design of the layer asks for, relative."""
+    """Relative difference of the stated mass from the one that agrees with the layer's design."""
     std: float
 
 
 def wrong_mass(fit: Fit, design: Isolator, given: Mapping[str, float | None]) -> WrongMass | None:
-    """By how much the told mass is off, None unless that is what explains the values best.
+    """Error of the stated mass; None unless it explains the fitted values best.
 
-    A model that lacks an effect finds other values than the design's for that reason: the fit should leave nothing.
+    A model that lacks an effect differs from the design for that reason: the residual of the fit should be noise.
 
     Args:
-        fit: of a model of stiffness, damping and, perhaps, Bouc-Wen hysteresis.
-        design: the same with the building's design values.
-        given: names of the design's values, None for those that nobody gave.
+        fit: of a model whose effects have design values; see core.effect.Effect.design.
+        design: the same model at the building's design values.
+        given: the design values by name, None for those that the building file does not give.
     """
-    names = [name for name in ("k_b", "c_b", "F_y", "D_y") if given.get(name) is not None]
+    names = [name for name, value in given.items() if value is not None]
     here, change = _logarithms(fit.model, fit.free)
     there, _ = _logarithms(design, fit.free)
     kept = [name for name in names if name in here and name in there]
-    forces = np.array([name != "D_y" for name in kept])
+    forces = np.array([name not in LENGTHS for name in kept])
     if forces.sum() < FEWEST:
         return None
     deviation = np.array([here[name] - there[name] for name in kept])
@@ -66,29 +71,21 @@ def wrong_mass(fit: Fit, design: Isolator, given: Mapping[str, float | None]) ->
 
 
 def _logarithms(model: Isolator, free: tuple[Key, ...]) -> tuple[dict[str, float], dict[str, Vector]]:
-    """Of stiffness, damping, yield force and yield displacement, and (free,) their derivatives by fitted values.
-
-    The hysteretic variable ends at z = (A / (β + γ))^(1/n), so that the force is F_y z and the displacement D_y z / A.
-    """
-    effects = model.effects
+    """Logarithms of the model's positive design values, and their (free,) derivatives by fitted parameters."""
     values, slopes = dict[str, float](), dict[str, Vector]()
-
-    def add(name: str, value: float, by: Mapping[Key, float]) -> None:
-        values[name], slopes[name] = value, np.array([by.get(key, 0.0) for key in free])
-
-    of = {parameter: effect for effect, held in effects.items() for parameter in held}
-    for name in ("k_b", "c_b"):
-        if name in of and effects[of[name]][name] > 0:
-            add(name, float(np.log(effects[of[name]][name])), {(of[name], name): 1 / effects[of[name]][name]})
-    if "F_y" in of and effects[of["F_y"]]["F_y"] > 0:
-        law, yielding = of["F_y"], effects[of["F_y"]]
-        softening = yielding["beta"] + yielding["gamma"]
-        end = float(np.log(yielding["A"] / softening)) / yielding["n"]
-        by_beta = {(law, "beta"): -1 / (softening * yielding["n"])}
-        add("F_y", float(np.log(yielding["F_y"])) + end, {(law, "F_y"): 1 / yielding["F_y"], **by_beta})
-        far = float(np.log(yielding["D_y"] / yielding["A"])) + end
-        add("D_y", far, {(law, "D_y"): 1 / yielding["D_y"], **by_beta})
+    for effect, parameters in model.effects.items():
+        for name, value_of in EFFECTS[effect].design.items():
+            own = {key: parameters[key] for key in inspect.signature(value_of).parameters}
+            if (value := value_of(**own)) > 0:
+                by = {(effect, key): _derivative(value_of, own, key) / value for key in own}
+                values[name], slopes[name] = float(np.log(value)), np.array([by.get(key, 0.0) for key in free])
     return values, slopes
+
+
+def _derivative(value_of: Callable[..., Any], parameters: Mapping[str, float], key: str) -> float:
+    """Exact to rounding, by a step into the complex plane (Squire and Trapp 1998)."""
+    step = 1e-20 * parameters[key]
+    return float(value_of(**{**parameters, key: parameters[key] + 1j * step}).imag / step) if step else 0.0
 
 
 def _evidence(deviation: Vector, covariance: Matrix) -> float:
@@ -99,7 +96,7 @@ def _evidence(deviation: Vector, covariance: Matrix) -> float:
 
 
 def _common(deviation: Vector, covariance: Matrix, forces: Vector) -> tuple[float, float]:
-    """The factor's logarithm by least squares, and its standard deviation."""
+    """Logarithm of the factor by least squares, and its standard deviation."""
     weighted = np.linalg.solve(covariance, forces.astype(float))
     variance = 1 / float(weighted @ forces)
     return variance * float(weighted @ deviation), float(np.sqrt(variance))

@@ -3,8 +3,8 @@
 from core.effect import Effect, Normal, Parameter
 
 
-def law(u, tilt, curve):
-    return tilt * abs(u) + curve * u * u
+def law(u, stiffness, tilt, curve):
+    return stiffness * (tilt * abs(u) + curve * u * u)
 
 
 EFFECT = Effect(

@@ -11,13 +11,23 @@ TINY = 1e-9
 """Below, z counts as this under a power, which is infinite at zero for n < 1."""
 
 
-def law(v, z, strength, sharpness, slope, flow, cross_flow, F_y, D_y, A, beta, gamma, n):
+def law(v, z, strength, load, sharpness, slope, flow, cross_flow, F_y, D_y, A, beta, gamma, n):
     exponent = n * sharpness
     # a power in a compiled loop is ten times as slow
     bend = 1.0 if exponent == 1.0 else max(abs(z), TINY) ** (exponent - 1.0)
     plastic = bend * (z * (gamma * abs(v)) + abs(z) * (beta * v)) + z * cross_flow
     reach = max(D_y, SHORTEST * (exponent * abs(v) + cross_flow))
-    return strength * F_y * z, flow * (slope * A * v - plastic) / reach
+    return strength * load * F_y * z, flow * (slope * A * v - plastic) / reach
+
+
+def yield_force(F_y, A, beta, gamma, n):
+    """N, where the hysteretic variable ends: z = (A / (β + γ))^(1/n)."""
+    return F_y * (A / (beta + gamma)) ** (1 / n)
+
+
+def yield_displacement(D_y, A, beta, gamma, n):
+    """m, where the initial slope A / D_y reaches that end."""
+    return D_y / A * (A / (beta + gamma)) ** (1 / n)
 
 
 EFFECT = Effect(
@@ -26,6 +36,7 @@ EFFECT = Effect(
     states=("z",),
     publishes="z",
     linear=("F_y",),
+    design={"F_y": yield_force, "D_y": yield_displacement},
     held=("A", "gamma", "n"),  # the scale of z, and what the sharpness' own effect varies
     parameters=(
         Parameter("F_y", "N", (0.0, 1e10), LogNormal(1e6, 2.0), "yield force"),

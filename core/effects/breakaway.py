@@ -11,10 +11,10 @@ SHORTEST = 4e-3
 """s: a slip faster than that is slowed down to it, since no step of a few milliseconds follows it."""
 
 
-def law(v, z_b, excess, v_s, slip):
+def law(v, z_b, load, excess, v_s, slip):
     speed = abs(v)
     rate = (v - 0.5 * z_b * (speed * abs(z_b) + v * z_b)) / max(slip, SHORTEST * speed)
-    return excess * exp(-((v / v_s) * (v / v_s))) * z_b, rate
+    return load * excess * exp(-((v / v_s) * (v / v_s))) * z_b, rate
 
 
 EFFECT = Effect(

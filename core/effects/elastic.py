@@ -7,12 +7,17 @@ def law(u, stiffness, k_b):
     return stiffness * k_b * u
 
 
+def stiffness_after_yield(k_b):
+    return k_b
+
+
 EFFECT = Effect(
     title="Elastic stiffness",
     law=law,
     parameters=(Parameter("k_b", "N/m", (0.0, 1e12), LogNormal(1e8, 2.0), "stiffness of the rubber after yield"),),
     absent={"k_b": 0.0},
     linear=("k_b",),
+    design={"k_b": stiffness_after_yield},
     family="elasticity",
     explanation="The rubber pushes back with {k_b}.",
     suspect_when="The force rises in proportion to the displacement.",

@@ -11,10 +11,10 @@ SHORTEST = 4e-3
 """s: a slip faster than that is slowed down to it, since no step of a few milliseconds follows it."""
 
 
-def law(v, z_f, sliding, share, a, slip):
+def law(v, z_f, load, sliding, share, a, slip):
     speed = abs(v)
     rate = (v - 0.5 * z_f * (speed * abs(z_f) + v * z_f)) / max(slip, SHORTEST * speed)
-    return sliding * (1.0 - share * exp(-a * speed)) * z_f, rate
+    return load * sliding * (1.0 - share * exp(-a * speed)) * z_f, rate
 
 
 EFFECT = Effect(

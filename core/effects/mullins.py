@@ -12,9 +12,9 @@ CATCHING_UP = 2.5e-3
 """s: short against any motion, long enough for a step of a few milliseconds."""
 
 
-def law(u, v, largest, k_M, u_M):
+def law(u, v, largest, stiffness, k_M, u_M):
     outwards = v * copysign(1.0, u)
-    return k_M * exp(-largest / u_M) * u, max(outwards + (abs(u) - largest) / CATCHING_UP, 0.0)
+    return stiffness * k_M * exp(-largest / u_M) * u, max(outwards + (abs(u) - largest) / CATCHING_UP, 0.0)
 
 
 EFFECT = Effect(

@@ -1,4 +1,4 @@
-"""The rubber's stiffness changes at one instant, and stays changed: a tear, a stop that broke, a bearing replaced."""
+"""The rubber's forces change at one instant, and stay changed: a tear, a stop that broke, a bearing replaced."""
 
 from math import tanh
 

@@ -1,24 +1,28 @@
-"""Rubber whose stiffness and damping fall with strain: filled rubber, Payne (1962)."""
+"""Stiffness and damping that fall with the displacement: Kondner (1963), the hyperbola, for the stiffness.
+
+They depend on the displacement at each instant. Payne's (1962) effect in filled rubber depends on the amplitude of the
+cycle; where it is meant, this law is an approximation that also bends the loop within each cycle.
+"""
 
 from core.effect import Effect, LogNormal, Parameter
 
 
-def law(u, v, k_s, c_s, u_s):
-    return (k_s * u + c_s * v) / (1.0 + abs(u) / u_s)
+def law(u, v, stiffness, k_s, c_s, u_s):
+    return stiffness * (k_s * u + c_s * v) / (1.0 + abs(u) / u_s)
 
 
 EFFECT = Effect(
-    title="Stiffness and damping that fall with strain",
+    title="Stiffness and damping that fall with displacement",
     law=law,
     linear=("k_s", "c_s"),
     parameters=(
-        Parameter("k_s", "N/m", (0.0, 1e12), LogNormal(1e8, 1.5), "stiffness that strain takes away"),
-        Parameter("c_s", "N s/m", (0.0, 1e11), LogNormal(3e6, 1.5), "damping that strain takes away"),
+        Parameter("k_s", "N/m", (0.0, 1e12), LogNormal(1e8, 1.5), "stiffness lost at large displacement"),
+        Parameter("c_s", "N s/m", (0.0, 1e11), LogNormal(3e6, 1.5), "damping lost at large displacement"),
         Parameter("u_s", "m", (5e-4, 1.0), LogNormal(2e-2, 1.0), "displacement at which half of both is gone"),
     ),
     absent={"k_s": 0.0, "c_s": 0.0},
     family="strain dependence",
     explanation="In small motion the rubber has {k_s} and {c_s} more; at {u_s} half is left.",
     suspect_when="Equivalent stiffness and damping fall with amplitude, and are back at once in the next small motion.",
-    source="Payne (1962): modulus of filled rubber against strain; Kikuchi & Aiken (1997) for bearings",
+    source="Kondner (1963): hyperbola of stress against strain; the damping falls alike, an assumption",
 )

@@ -10,7 +10,7 @@ def law(temperature, stiffening, reference):
 
 
 EFFECT = Effect(
-    title="Temperature on the rubber's stiffness",
+    title="Temperature on the rubber's forces",
     law=law,
     acts_on="stiffness",
     held=("reference",),  # where the stiffness itself is stated

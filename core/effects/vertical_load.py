@@ -1,4 +1,4 @@
-"""Yield or sliding force that follows the vertical load: Constantinou, Mokha & Reinhorn (1990) for sliding."""
+"""Yield and sliding forces that follow the vertical load: Constantinou, Mokha & Reinhorn (1990), friction by load."""
 
 from core.effect import Effect, Normal, Parameter
 
@@ -8,15 +8,21 @@ def law(axial_load, share):
 
 
 EFFECT = Effect(
-    title="Vertical load on the yield force",
+    title="Vertical load on yield and sliding forces",
     law=law,
-    acts_on="strength",
+    acts_on="load",
     parameters=(
-        Parameter("share", "1", (-10.0, 10.0), Normal(0.7, 1.0), "yield force gained by load gained, both as shares"),
+        Parameter(
+            "share",
+            "1",
+            (-10.0, 10.0),
+            Normal(0.7, 1.0),
+            "relative change of the forces over that of the load",
+        ),
     ),
     absent={"share": 0.0},
     family="vertical load",
-    explanation="The yield force follows the vertical load: {share:+.2f} % for each percent of it.",
+    explanation="Yield and sliding forces follow the vertical load: {share:+.2f} % for each percent of it.",
     suspect_when="The force has ripples at the frequencies of the vertical motion, in step with it.",
     source="Constantinou, Mokha & Reinhorn (1990) for sliding; Ryan, Kelly & Chopra (2005) for lead-rubber bearings",
 )

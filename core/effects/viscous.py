@@ -7,12 +7,17 @@ def law(v, c_b):
     return c_b * v
 
 
+def damping_coefficient(c_b):
+    return c_b
+
+
 EFFECT = Effect(
     title="Viscous damping",
     law=law,
     parameters=(Parameter("c_b", "N s/m", (0.0, 1e11), LogNormal(1e6, 2.0), "viscous damping coefficient"),),
     absent={"c_b": 0.0},
     linear=("c_b",),
+    design={"c_b": damping_coefficient},
     family="viscosity",
     explanation="A dashpot opposes the motion with {c_b}.",
     suspect_when="The loop is an ellipse that grows wider as the motion grows faster.",

@@ -1,15 +1,13 @@
 """The isolation layer's model that follows from a building's design values."""
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, fields, replace
 from math import pi
 
 from core.description import BuildingDescription, IsolationDesign
 from core.effects import EFFECTS
 from core.model.isolator import Isolator
 
-DESIGN_EFFECTS = ("elastic", "viscous", "bouc_wen")
-"""Effects whose parameters a design gives."""
 PERIOD = 3.0
 """s, natural period of a usual building on its isolators."""
 DAMPING_RATIO = 0.1
@@ -26,13 +24,13 @@ class FirstModel:
 
 
 def first_model(description: BuildingDescription) -> FirstModel:
-    """An elastic and viscous model at the building's design values, with Bouc-Wen hysteresis if a yield force is given.
+    """The effects that the design gives: elastic and viscous, and Bouc-Wen hysteresis if a yield force is given.
 
     Stiffness and damping that the design does not give follow from the mass, by a usual period and damping ratio.
     """
     given = {name: value for name, value in asdict(description.isolation.design).items() if value is not None}
     values = asdict(replace(usual_design(description), **given))
-    effects = {name: _values(name, values) for name in DESIGN_EFFECTS if _is_given(name, values)}
+    effects = {name: _values(name, values) for name in _design_effects() if _is_given(name, values)}
     used = {parameter for chosen in effects.values() for parameter in chosen if parameter in values}
     return FirstModel(Isolator(effects), tuple(sorted(used - set(given))))
 
@@ -44,9 +42,15 @@ def usual_design(description: BuildingDescription) -> IsolationDesign:
     return IsolationDesign(k_b=float(f"{k_b:.3g}"), c_b=float(f"{c_b:.3g}"))
 
 
+def _design_effects() -> tuple[str, ...]:
+    """Effects that have design values, in the order of the design."""
+    values = [value.name for value in fields(IsolationDesign)]
+    return tuple(dict.fromkeys(name for value in values for name, effect in EFFECTS.items() if value in effect.design))
+
+
 def _is_given(name: str, values: Mapping[str, float | None]) -> bool:
     """True if all parameters that the effect is proportional to have a value."""
-    return all(values[parameter] is not None for parameter in EFFECTS[name].linear)
+    return all(values.get(parameter) is not None for parameter in EFFECTS[name].linear)
 
 
 def _values(name: str, values: Mapping[str, float | None]) -> dict[str, float]:
