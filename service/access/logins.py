@@ -15,6 +15,7 @@ from service.access.tables import ApiKey, LoginLink, LoginSession
 LINKED = "login link"
 """Name in the audit trail of a caller who followed the operator's login link."""
 LINK_LASTS = timedelta(hours=1)
+"""Validity of a login link. Not tuned."""
 REMEMBERED = timedelta(days=30)
 """Time after its last use when a session is deleted."""
 

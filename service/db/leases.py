@@ -13,6 +13,7 @@ POLLING = "polling"
 SHARING = "poller/"
 """Beginning of the lease by which each poller says that it is alive, before its name."""
 POLLING_LEASE = timedelta(seconds=60)
+"""Time after which the lease of a silent poller expires. Not tuned."""
 WORKING = "working"
 """Lease of one of the workers while any worker is alive."""
 

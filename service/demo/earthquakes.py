@@ -95,7 +95,9 @@ def _fema(record_set: str) -> Iterator[GroundMotion]:
 
 SMALLEST, LARGEST = 0.05, 3.0  # m/s²: 5 to 300 gal
 YEARS = timedelta(days=3 * 365)
+"""Period of the past earthquakes."""
 APART = timedelta(hours=6)
+"""Least time between two earthquakes. Not tuned."""
 WEAK, STRONG = (0.6, 1.2), (3.5, 4.5)
 """m/s², of earthquakes before and after a layer was first moved far."""
 P_VELOCITY = 6000.0  # m/s

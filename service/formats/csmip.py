@@ -20,6 +20,7 @@ START = re.compile(
 ZONES = {"UTC": 0, "GMT": 0, "PST": -8, "PDT": -7}
 """h ahead of UTC; older files give California's time."""
 HEADER_LINES = 25
+"""Lines of the text header."""
 STATION = re.compile(r"Station No\.\s*(\S+)", re.IGNORECASE)
 CHANNEL = re.compile(r"^Chan\s+(\d{1,9}):(.*)", re.IGNORECASE)
 LOCATION = re.compile(r"Location:", re.IGNORECASE)

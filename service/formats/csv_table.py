@@ -25,6 +25,7 @@ LONGEST_COLUMN = 200
 LONGEST_LINE = 100_000
 """Characters."""
 MOST_COLUMNS = 1000
+"""Most columns of a table. Not tuned."""
 AT_ONCE = 2**17
 """Numbers that are read together."""
 

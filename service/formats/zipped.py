@@ -13,6 +13,7 @@ from service.formats.units import Gain
 LARGEST = 256 * 2**20
 """Bytes, of all members together."""
 MOST_MEMBERS = 10_000
+"""Most files in an archive. Not tuned: a bound on hostile archives."""
 LARGEST_RATIO = 100
 """Bytes of all members to one of the archive, beyond SMALL: records compress 3 to 10 times."""
 SMALL = 32 * 2**20

@@ -14,6 +14,7 @@ from service.http.request_capture import captured
 from service.times import read_time
 
 LARGEST = 2**31 - 1
+"""Largest number of a row: that of a 32-bit integer column."""
 
 Time = Annotated[
     datetime,

@@ -27,6 +27,7 @@ log = logging.getLogger(__name__)
 NOTIFYING = "notifying"
 """Lease of the one notifier that does it."""
 LEASE = timedelta(seconds=60)
+"""Time after which the lease of a silent notifier expires. Not tuned."""
 LONGEST_PAUSE = 5.0
 """s between two steps, at most."""
 

@@ -24,6 +24,7 @@ from service.version import VERSION
 CLOCK_SET = datetime(1980, 1, 1, tzinfo=UTC)
 """No strong-motion logger with a clock is older: an earlier time means a clock that was never set."""
 CLOCK_SLACK = timedelta(days=1)
+"""Lead over the service's clock beyond which a recorder's clock is wrong. Not tuned."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -23,6 +23,7 @@ from service.records.tables import Content, FetchedFile, Recording
 READ_STATIONS: dict[tuple[str, Limits], Mapping[str, Gain]] = {}
 """Gains of the StationXML files that this process has read, by the SHA-256 of their bytes."""
 MOST_STATIONS = 256
+"""Most station files whose contents a process caches. Not tuned."""
 
 
 def store(session: Session, building: Building, name: str, origin: str, data: bytes, now: datetime) -> Recording:

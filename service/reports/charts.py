@@ -24,6 +24,7 @@ LABELS_APART = 6
 FEW = 10
 """Events that a legend can name."""
 TWO_YEARS = timedelta(days=730)
+"""Span of events beyond which colours are labelled by year."""
 BLUE, GREY, ORANGE = "#1f5fa8", "#b8bec6", "#d9720f"
 Picture = alt.LayerChart | alt.VConcatChart
 CONFIG = {

@@ -1,8 +1,8 @@
 """Limits of the checks: the designer's values from the building file, and Menshin's defaults.
 
-The defaults are our own judgement unless a source is named. Lead-rubber formulas end at a shear strain of 250 %;
-expansion joints allow about 50 mm for small and medium earthquakes (JSSI guideline); 20 % of stiffness is our judgement
-where the maker gives no range.
+The defaults are engineering judgement unless a source is named. Lead-rubber formulas end at a shear strain of 250 %;
+expansion joints allow about 50 mm for small and medium earthquakes (JSSI guideline); 20 % of stiffness is engineering
+judgement where the maker gives no range.
 """
 
 from core.description import IsolationLayer
@@ -11,8 +11,11 @@ from service.verdict.checks import Lacking, Limits
 
 DEFAULT = "Menshin's default"
 STRAIN = (1.0, 2.0, 2.5)
+"""Shear strain that leads to watch, inspect and act."""
 OF_DESIGN = (0.33, 0.67, 1.0)
+"""Share of the design displacement that leads to watch, inspect and act."""
 OF_MOAT = (0.5, 0.75, 0.9)
+"""Share of the moat clearance that leads to watch, inspect and act."""
 RESIDUAL = Limits(watch=0.010, inspect=0.030, act=0.050, source=DEFAULT)
 """m."""
 TOLERANCE = 0.20

@@ -23,9 +23,13 @@ from service.records.sources.source import Arrival, Cursor, SourceError, Step, T
 
 EARLIEST = datetime(1990, 1, 1, tzinfo=UTC)
 FIRST_WINDOW = timedelta(hours=1)
+"""Span of the first request for waveforms; later ones adapt. Not tuned."""
 LONGEST_WINDOW = timedelta(days=366)
+"""Longest span of a request, doubled up to it while little arrives. Not tuned."""
 SHORTEST_WINDOW = timedelta(seconds=60)
+"""Span to which too large requests are halved. Not tuned."""
 STATIONS_HOLD = timedelta(days=1)
+"""Time after which station files are requested again. Not tuned."""
 A_MOMENT = timedelta(seconds=60)
 """Lead of a recorder's clock over ours that is no error."""
 WRITTEN = re.compile(rb"<Created>[^<]{0,100}</Created>")

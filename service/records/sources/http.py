@@ -25,6 +25,7 @@ log = logging.getLogger(__name__)
 WORTH_REPEATING = {408, 425, 429, 500, 502, 503, 504}
 LONGEST_DELAY = 60.0  # s
 MOST_REDIRECTS = 5
+"""Most redirects of one request. Not tuned."""
 LONGEST_ANSWER = 20  # times the timeout: an answer that comes by drops is given up
 AGAIN = "it is tried again at the next look"
 
