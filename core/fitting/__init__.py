@@ -1,1 +1,1 @@
-"""A model's parameters from records."""
+"""Fits of models to records: observations, whitened data, variable projection, search, fit."""

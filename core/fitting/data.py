@@ -1,8 +1,7 @@
-"""What does each parameter of a model do to the force, in every record?
+"""Records that models are fitted to, and the derivatives of a model's force by each parameter, whitened.
 
-A model falls apart into groups of effects that know nothing of each other: one acts on a scale that another reads, or
-reads the hysteretic variable that another publishes, within a group only. Each group's force is computed by itself,
-once for each choice of its nonlinear parameters.
+The effects of a model form independent groups: an effect that scales others, or reads the hysteretic variable, shares a
+group with them. Each group's force is computed alone, once for each choice of its nonlinear parameters.
 """
 
 from collections import OrderedDict
@@ -24,13 +23,13 @@ from core.record import Direction
 from core.signals.whitening import Whitening
 
 KEPT = 2e8
-"""Bytes of columns that are remembered: those used last."""
+"""Bytes of columns that are kept, those used last."""
 
 
 class ColumnMemory:
-    """Columns of effects that were computed before, while something is searched for: bounded, and no part of a value.
+    """Bounded cache of columns during a search.
 
-    Copies and pickles of what refers to it begin with an empty one.
+    Copies and pickles of an object that refers to it start with an empty cache.
     """
 
     def __init__(self) -> None:
@@ -43,11 +42,11 @@ class ColumnMemory:
 
     @property
     def size(self) -> int:
-        """Bytes that are remembered."""
+        """Bytes in the cache."""
         return self._bytes
 
     def of(self, key: tuple[object, ...], compute: Callable[[], Matrix]) -> Matrix:
-        """The columns of a key, computed if they are not remembered."""
+        """Columns of a key, computed unless they are in the cache."""
         with self._lock:
             if key in self._kept:
                 self._kept.move_to_end(key)
@@ -62,14 +61,14 @@ class ColumnMemory:
         return found
 
     def clear(self) -> None:
-        """Forget all: a result that refers to it then holds nothing but itself."""
+        """Empty the cache, so that results which refer to it stay small."""
         with self._lock:
             self._kept.clear()
             self._bytes = 0
 
 
 def groups(names: Iterable[str]) -> tuple[tuple[str, ...], ...]:
-    """The effects in groups that know nothing of each other."""
+    """Effects in independent groups."""
     apart: list[set[str]] = []
     for name in sorted(names):
         joined = [group for group in apart if any(_coupled(name, other) for other in group)]
@@ -82,39 +81,39 @@ def _coupled(one: str, other: str) -> bool:
 
 
 def _heeds(reader: str, other: str) -> bool:
-    """Whether the one reads what the other says."""
+    """True if one effect reads a channel or state that the other sets."""
     needs, said = EFFECTS[reader].needs, EFFECTS[other]
     return (said.acts_on not in RESULTS and said.acts_on in needs) or (said.publishes is not None and YIELDED in needs)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FitData:
-    """The records that a model is fitted to, in the order of their times, the force whitened."""
+    """Records in the order of their times, with the whitened force."""
 
     observations: tuple[Observation, ...]
     excitations: tuple[Excitation, ...]
     """Prescribed motion of each observation."""
     whitenings: tuple[Whitening, ...]
     target: Vector
-    """(m,) the measured forces, one record's coefficients after the other's."""
+    """(m,) whitened measured forces, one record after the other."""
     memory: ColumnMemory = field(default_factory=ColumnMemory, repr=False)
-    """Of columns in N, not yet over the noise: the same however the records are weighed."""
+    """Cache of columns in N before whitening, which do not depend on the weights."""
 
     @classmethod
     def by_noise(cls, observations: Sequence[Observation]) -> "FitData":
-        """Weighed by what is uncertain of the measured force, and of the motion that drives a model."""
+        """Data weighted by the errors of the measured force and of the motion."""
         seen = tuple(observations)
         excitations = tuple(excitation(o.layer.displacement, o.layer.velocity, o.rate, o.conditions) for o in seen)
         return cls(seen, excitations, (), np.zeros(0)).weighed([force_noise(one).whitening for one in seen])
 
     def weighed(self, whitenings: Sequence[Whitening]) -> "FitData":
-        """The same records by other noise."""
+        """The same records with other weights."""
         white = [w.of(o.layer.force[None])[0] for o, w in zip(self.observations, whitenings, strict=True)]
         return replace(self, whitenings=tuple(whitenings), target=np.concatenate(white))
 
     @property
     def spans(self) -> tuple[slice, ...]:
-        """Of each record's coefficients."""
+        """Span of each record in the target."""
         ends = np.cumsum([0, *(w.std.size for w in self.whitenings)])
         return tuple(slice(int(a), int(b)) for a, b in pairwise(ends))
 

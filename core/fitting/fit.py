@@ -1,4 +1,4 @@
-"""Which values of a model's parameters do the records ask for?"""
+"""Fits of a model to records, with covariances, and the weights of records that a model explains incompletely."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -20,24 +20,24 @@ from core.signals.whitening import reweighted
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Fit:
-    """A model at the values that the records ask for."""
+    """A model at its fitted values."""
 
     model: Isolator
     free: tuple[Key, ...]
     """Parameters that were fitted: those that the force is proportional to, then the others."""
     covariance: Matrix
-    """(free, free) of their values in SI units, by the noise that the data is weighed with."""
+    """(free, free) covariance of their values in SI units, by the noise that weights the data."""
     chi_square: float
-    """Of what is left over, in units of that noise; infinite of a fit that diverged."""
+    """Sum of squares of the residual; infinite if the fit diverged."""
     residual: Vector
     """(m,) whitened, measured less modelled."""
     outcome: Outcome
     undetermined: tuple[Key, ...]
-    """Parameters of whose effect the others can do all."""
+    """Parameters that the records do not determine: other parameters have the same effect on the force."""
 
     @property
     def std(self) -> Mapping[Key, float]:
-        """Of every fitted value."""
+        """Standard deviation of every fitted value."""
         return dict(zip(self.free, np.sqrt(np.diag(self.covariance)), strict=True))
 
 
@@ -47,9 +47,9 @@ def tangents(data: FitData, fit: Fit) -> Matrix:
 
 
 def signature(data: FitData, base: Fit, model: Isolator) -> Matrix:
-    """(k, m) what effects that the base does not have do to the whitened force, at their values in the model.
+    """(k, m) changes of the whitened force by the effects that a model adds to its base, at their values in the model.
 
-    By each of their parameters that the force is proportional to; if they scale what others do, all in one.
+    One row for each of their linear parameters, or one row in all if they have none, as effects that scale others.
     """
     search, values = free_parameters(model), values_of(model)
     own = [key for key in search.linear if key[0] not in base.model.effects]
@@ -64,14 +64,14 @@ def signature(data: FitData, base: Fit, model: Isolator) -> Matrix:
 
 
 def chi_square(data: FitData, model: Isolator) -> float:
-    """Of what the model leaves over at the values that it has, all of them."""
+    """Sum of squares of the whitened residual at the model's own values."""
     search, values = free_parameters(model), values_of(model)
     amplitudes = np.array([values[key] for key in search.linear])
     return float(np.sum((data.target - amplitudes @ derivatives(data, search, values, search.linear)) ** 2))
 
 
 def at_values(data: FitData, model: Isolator) -> Fit:
-    """The model at the nonlinear values that it has, which count as known: only the others are fitted."""
+    """Fit of the linear parameters alone; the nonlinear ones keep their values and count as known."""
     search = free_parameters(model)
     outcome = Outcome.STOPPED if search.nonlinear else Outcome.SETTLED
     point = projected(data, search, values_of(model))
@@ -79,10 +79,10 @@ def at_values(data: FitData, model: Isolator) -> Fit:
 
 
 def fitted(data: FitData, model: Isolator) -> Fit:
-    """The model with the parameters of all its effects fitted, from the values it has, but those they hold.
+    """Fit of all parameters except those that a fit leaves alone.
 
     Args:
-        data: the records, weighed.
+        data: the records.
         model: effects, and values to start from.
     """
     search = start_search(data, model)
@@ -92,10 +92,10 @@ def fitted(data: FitData, model: Isolator) -> Fit:
 
 
 def finite_fit(data: FitData, model: Isolator) -> Fit:
-    """The same of a model that must have a fit.
+    """As `fitted`, with an error instead of a fit that diverged.
 
     Raises:
-        ModelError: its force grows beyond all bounds.
+        ModelError: the model's force, or its derivatives, diverged.
     """
     found = fitted(data, model)
     if found.outcome is Outcome.DIVERGED:
@@ -106,12 +106,12 @@ def finite_fit(data: FitData, model: Isolator) -> Fit:
 
 
 def finish_search(data: FitData, search: Search, outcome: Outcome) -> Fit:
-    """Where a search has come to.
+    """Fit at the point that a search has reached.
 
     Args:
-        data: the records that it was made by.
-        search: that has ended, or that nobody goes on with.
-        outcome: how it ended.
+        data: the records of the search.
+        search: complete, or abandoned.
+        outcome: of the search; STOPPED if it was abandoned.
     """
     free = (*search.search.linear, *search.search.nonlinear)
     if outcome is Outcome.DIVERGED:
@@ -121,7 +121,7 @@ def finish_search(data: FitData, search: Search, outcome: Outcome) -> Fit:
 
 
 def _result(point: Point, free: tuple[Key, ...], turned: Matrix, outcome: Outcome) -> Fit:
-    """By (free, m) derivatives of the whitened force."""
+    """Fit at a point, from (free, m) derivatives of the whitened force."""
     if not np.isfinite(point.cost) or diverges(turned):
         return _diverged(point, free)
     scale = np.linalg.norm(turned, axis=1)
@@ -151,7 +151,7 @@ def _result(point: Point, free: tuple[Key, ...], turned: Matrix, outcome: Outcom
 
 
 def _diverged(point: Point, free: tuple[Key, ...]) -> Fit:
-    """No fit: nothing of it is known, and it leaves over more than anything else would."""
+    """Fit with an infinite misfit and an unknown covariance."""
     return Fit(
         model=_model(point),
         free=free,
@@ -169,27 +169,27 @@ def _model(point: Point) -> Isolator:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WeightedFit:
-    """A fit whose records weigh by what it leaves over of them."""
+    """A fit whose data are weighted by its own residual where that exceeds the noise."""
 
     fit: Fit
     data: FitData
     inflation: float
-    """At least 1: by how much wider than the fit has them variances are, since what a model lacks is no white noise."""
+    """Factor, at least 1, by which variances exceed those of the fit, since the residual is not white."""
 
 
 def weighted_fit(observations: Sequence[Observation], model: Isolator) -> WeightedFit:
-    """Fitted by the noise, weighed anew by what that leaves over, and fitted again.
+    """Fit with the noise as weight, and again with the residual of that fit as weight.
 
     Args:
         observations: the records.
         model: effects, and values to start from.
 
     Raises:
-        RecordError: there is nothing to fit to.
-        ModelError: the model's force grows beyond all bounds.
+        RecordError: there are no observations.
+        ModelError: the model's force diverged.
     """
     if not observations:
-        raise RecordError("no earthquake is left to fit to; one that is not held out, with force and motion, would do")
+        raise RecordError("no earthquake is left to fit to; add one that is not held out and has force and motion")
     by_noise = FitData.by_noise(sorted(observations, key=lambda one: one.start))
     first = finite_fit(by_noise, model)
     data = reweighted_data(by_noise, first)
@@ -199,24 +199,24 @@ def weighted_fit(observations: Sequence[Observation], model: Isolator) -> Weight
 
 
 def rms_by_record(data: FitData, fit: Fit) -> Vector:
-    """(records,) N, root mean square of what a fit to the data leaves over within the band."""
+    """(records,) N, root mean square of the residual within the band."""
     spans = zip(data.spans, data.whitenings, strict=True)
     return np.array([np.linalg.norm(fit.residual[span] * w.std) / np.sqrt(w.count) for span, w in spans])
 
 
 def error(data: FitData, fit: Fit) -> float:
-    """N, the same over all records."""
+    """N, root mean square of the residual over all records."""
     return pooled_rms(rms_by_record(data, fit), np.array([w.count for w in data.whitenings]))
 
 
 def reweighted_data(by_noise: FitData, fit: Fit) -> FitData:
-    """The same records, weighed by what a fit to them leaves over where that is more than noise."""
+    """The same records, weighted by the residual of a fit where it exceeds the noise."""
     residuals = [fit.residual[span] for span in by_noise.spans]
     return by_noise.weighed(reweighted(by_noise.whitenings, residuals))
 
 
 def inflation(data: FitData, fit: Fit) -> float:
-    """The residual's mean power where the force lies, over that everywhere; 1 for noise."""
+    """Mean power of the residual weighted by the force's power, over its plain mean; 1 for white noise."""
     each = []
     for span in data.spans:
         power, force = fit.residual[span] ** 2, data.target[span] ** 2

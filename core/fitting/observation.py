@@ -29,7 +29,7 @@ CROSS: Mapping[Direction, Direction] = {"x": "y", "y": "x"}
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LayerHistory:
-    """What an analysis estimated of the layer in one direction."""
+    """Force and motion of the layer in one direction, as an analysis estimated them."""
 
     displacement: Vector
     """(n,) m."""
@@ -40,21 +40,21 @@ class LayerHistory:
     force_std: Vector
     """(n,) N, its standard deviation."""
     displacement_std: Vector | None = None
-    """(n,) m, standard deviation of the displacement; None where nobody told: then it is taken for exact."""
+    """(n,) m, standard deviation of the displacement; None if unknown: it then counts as exact."""
     velocity_std: Vector | None = None
-    """(n,) m/s, of the velocity; None as above."""
+    """(n,) m/s, standard deviation of the velocity; None as above."""
     force_error: ErrorSpectrum | None = None
     """N²/Hz, of the force; None if not known: then its error counts as white within the band."""
     band: tuple[float, float] | None = None
-    """Hz, that the accelerations had passed from which the force was estimated; None where nobody told."""
+    """Hz, pass band of the accelerations from which the force was estimated; None if unknown."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Observation:
-    """One earthquake in one direction, as a model of the layer is held against it."""
+    """One earthquake in one direction, for comparison with models of the layer."""
 
     name: str
-    """Of the earthquake: unique among those that are looked at together."""
+    """Name of the earthquake, unique in a set of observations."""
     direction: Direction
     start: datetime
     """Time of the first sample, aware."""
@@ -62,15 +62,15 @@ class Observation:
     """Hz."""
     layer: LayerHistory
     conditions: Conditions
-    """What else acted on the layer; its time is counted from the model's reference instant."""
+    """Other conditions of the layer; time counts from the model's reference instant."""
     ground_acceleration: Vector | None
-    """(n,) m/s²; None where nothing measured it."""
+    """(n,) m/s²; None if it was not measured."""
     accelerations: Matrix
     """(levels, n) m/s², absolute."""
     levels: tuple[str, ...]
     """Names of the levels of `accelerations`: the base slab first, then floors upwards."""
     transducer: bool
-    """Whether a transducer measured the displacement; else it was integrated and knows no offset."""
+    """True if a transducer measured the displacement; an integrated displacement has no offset."""
     building: BuildingDescription | None = None
     """None where a set of earthquakes describes the building."""
     estimate: RestoringForce | None = None
@@ -113,7 +113,7 @@ class Observation:
         if across is not None:
             check_alike(force, across)
         if start.tzinfo is None:
-            raise RecordError(f"the start {start} has no time zone; UTC would do")
+            raise RecordError(f"the start {start} has no time zone; give it one, such as UTC")
         count, rate = force.force.size, force.rate
         later = 0.0 if reference is None else (start - reference).total_seconds()
         conditions = Conditions(
@@ -161,7 +161,7 @@ def observations(
     name: str | None = None,
     reference: datetime | None = None,
 ) -> tuple[Observation, ...]:
-    """Of an analysed event, in every direction in which force and motion are known.
+    """Observations of an analysed event, in every direction with a force and a motion.
 
     Args:
         analysis: of the event; one that was refused gives none.

@@ -1,7 +1,7 @@
-"""How well can a model do at one choice of the parameters that its force is not proportional to?
+"""Misfit of a model as a function of its nonlinear parameters.
 
-Variable projection (Golub and Pereyra 1973): the force is proportional to the others, whose best values follow by
-linear least squares.
+Variable projection (Golub and Pereyra 1973): the force is proportional to the other, linear parameters, whose best
+values follow from linear least squares within their bounds.
 """
 
 from collections.abc import Mapping, Sequence
@@ -16,22 +16,22 @@ from core.model.isolator import Isolator, Key, parameter
 from core.optimisation import bounded_least_squares
 
 LARGEST = 1e100
-"""Derivative of a whitened force whose square can still be summed."""
+"""Largest derivative of a whitened force that counts as finite: its square can still be summed in double precision."""
 
 
 @dataclass(frozen=True, slots=True)
 class FreeParameters:
-    """What is searched for."""
+    """Parameters that a fit determines."""
 
     linear: tuple[Key, ...]
     """Parameters that the force is proportional to."""
     nonlinear: tuple[Key, ...]
     groups: tuple[tuple[str, ...], ...]
-    """Of effects that know nothing of each other."""
+    """Independent groups of effects; see core.fitting.data.groups."""
 
     @property
     def count(self) -> int:
-        """Of parameters."""
+        """Number of parameters."""
         return len(self.linear) + len(self.nonlinear)
 
 
@@ -41,14 +41,15 @@ class Point:
 
     values: dict[Key, float]
     cost: float
-    """Half of chi-square, the priors' share included; infinite where a law is too fast for the records."""
+    """Half of chi-square, with the priors' part; infinite where a law is too fast for the records."""
     residual: Vector
+    """(m,) whitened, measured less modelled."""
     linear: Matrix
-    """(linear, m)"""
+    """(linear, m) derivatives of the whitened force by the linear parameters."""
 
 
 def free_parameters(model: Isolator) -> FreeParameters:
-    """Every parameter of the model's effects but those they hold."""
+    """All parameters of the model's effects except those that a fit leaves alone."""
     keys = [(name, one.name) for name in model.effects for one in EFFECTS[name].parameters]
     free = [key for key in keys if key[1] not in EFFECTS[key[0]].held]
     linear = tuple(key for key in free if key[1] in EFFECTS[key[0]].linear)
@@ -56,18 +57,18 @@ def free_parameters(model: Isolator) -> FreeParameters:
 
 
 def values_of(model: Isolator) -> dict[Key, float]:
-    """Of every parameter."""
+    """Values of all parameters."""
     return {(name, key): value for name, values in model.effects.items() for key, value in values.items()}
 
 
 def model_of(values: Mapping[Key, float], names: Sequence[str]) -> Isolator:
-    """With these effects, at the values of their parameters."""
+    """Model of the named effects at these values."""
     return Isolator({name: {key[1]: value for key, value in values.items() if key[0] == name} for name in names})
 
 
 def diverges(turned: Matrix) -> bool:
-    """Whether derivatives of the force are infinite, not a number or absurdly large: a law is too fast for the records,
-    or grows beyond all bounds, at these values."""
+    """True if derivatives of the force are infinite, NaN or beyond LARGEST: a law is too fast for the records, or its
+    force diverges, at these values."""
     return not bool(np.all(np.abs(turned) < LARGEST))
 
 
@@ -80,7 +81,7 @@ def derivatives(data: FitData, search: FreeParameters, values: Mapping[Key, floa
             continue
         proportional = [key for key in search.linear if key[0] in group]
         unit, scale = dict(values), 1.0
-        if len(proportional) == 1:  # what it does is known for any value of that parameter, once it is for one
+        if len(proportional) == 1:  # one computation serves all its values
             unit[proportional[0]] = parameter(proportional[0]).prior.median
             scale = values[proportional[0]] / unit[proportional[0]]
         own = [wanted[row] for row in rows]
@@ -90,7 +91,7 @@ def derivatives(data: FitData, search: FreeParameters, values: Mapping[Key, floa
 
 
 def projected(data: FitData, search: FreeParameters, values: Mapping[Key, float]) -> Point:
-    """The best values of the linear parameters for the nonlinear ones there are."""
+    """Point at the best values of the linear parameters, the nonlinear ones fixed."""
     linear = derivatives(data, search, values, search.linear)
     if diverges(linear):
         return Point(dict(values), np.inf, data.target, np.zeros_like(linear))
@@ -105,14 +106,14 @@ def _penalty(search: FreeParameters, values: Mapping[Key, float]) -> float:
 
 
 def off_prior(key: Key, values: Mapping[Key, float]) -> float:
-    """Standard deviations by which a value is off its prior.
+    """Distance of a value from its prior's median in standard deviations.
 
-    Nothing is believed of an instant: its prior's spread is only how far a step may go.
+    0 for an instant, which has no prior: its spread only limits the steps.
     """
     one = parameter(key)
     return 0.0 if one.is_instant else one.prior.residual(values[key])
 
 
 def is_clamped(key: Key, values: Mapping[Key, float]) -> bool:
-    """Whether a value is at an end of its range."""
+    """True if a value is at a bound."""
     return values[key] in parameter(key).bounds

@@ -1,8 +1,8 @@
-"""A search for a model's values, step by step, that can be left off where it leads nowhere.
+"""Search for the values of a model's parameters, in steps, so that several searches can take turns.
 
-Levenberg and Marquardt's method over the parameters that the force is not proportional to
-(core.fitting.projection), with Kaufman's (1975) approximation of the projection's derivative. The derivatives are
-exact, those of the integrated laws.
+The method of Levenberg and Marquardt over the parameters that the force is not proportional to (core.fitting.projection
+finds the others), with Kaufman's (1975) approximation of the projection's derivative. The derivatives are those of the
+integrated laws, exact to rounding.
 """
 
 from collections.abc import Iterator, Mapping
@@ -27,18 +27,24 @@ from core.fitting.projection import (
     values_of,
 )
 from core.model.isolator import Isolator, Key, parameter
+from core.optimisation import damped_step
 
 SETTLED = 0.05
-"""Of half of chi-square: a step that gains less ends the search, or less than RELATIVE of it."""
+"""Reduction of the cost (half of chi-square) below which a search ends; a choice: 1.92 is significant at 5 %."""
 RELATIVE = 1e-5
+"""Reduction relative to the cost below which the search ends, for models whose residual is far above the noise."""
 LONGEST_STEP = 1.0
-"""Of a logarithm, or of a prior's standard deviation."""
+"""Longest change in one step: of a logarithm, or in standard deviations of the prior."""
 MOST_STEPS = 40
 FIRST_DAMPING = 1e-3
+"""Damping relative to the diagonal at the first step; a step that succeeds divides it by 8, one that fails
+multiplies it by 8."""
+MOST_TRIALS = 8
+"""Trials of larger damping in one step."""
 
 
 class Outcome(Enum):
-    """How a search ended, in words."""
+    """Reason for the end of a search."""
 
     SETTLED = "the misfit has a minimum here"
     AT_BOUND = "a parameter went to the end of its range"
@@ -49,33 +55,31 @@ class Outcome(Enum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LocalQuadratic:
-    """Which way is down from a point."""
+    """Quadratic approximation of the cost about a point."""
 
     normal: Matrix
-    """(free, free) Gauss and Newton's matrix."""
+    """(free, free) Gauss-Newton matrix."""
     descent: Vector
-    """(free,)"""
+    """(free,) negative gradient."""
     free: tuple[int, ...]
-    """Which nonlinear parameters are not held at a bound."""
+    """Indices of the nonlinear parameters that may move: not those that a bound stops."""
     diverges: bool = False
-    """Whether there is no slope, since derivatives are not finite."""
+    """True if derivatives are not finite, so that there is no approximation."""
 
     @property
     def predicted_gain(self) -> float:
-        """Of the cost, what the minimum of the quadratic that this slope belongs to would gain."""
+        """Reduction of the cost at the minimum of the quadratic."""
         return 0.5 * float(self.descent @ self.step(FIRST_DAMPING)) if self.free else 0.0
 
     def step(self, damping: float) -> Vector:
-        """(free,) to that minimum; the shorter, the more it is damped."""
-        size = np.sqrt(np.diag(self.normal))
-        alike = self.normal / np.outer(size, size)
-        found: Vector = linalg.solve(alike + damping * np.eye(size.size), self.descent / size, assume_a="pos") / size
-        return found
+        """(free,) step to that minimum, shortened by damping."""
+        step = damped_step(self.normal, self.descent, damping)
+        return np.zeros(self.descent.size) if step is None else step
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Search:
-    """A search so far."""
+    """State of a search between two steps."""
 
     search: FreeParameters
     point: Point
@@ -83,23 +87,23 @@ class Search:
     damping: float
     steps: int
     gained: float
-    """Of the cost, by the last step."""
+    """Reduction of the cost by the last step."""
     outcome: Outcome | None
-    """None as long as it goes on."""
+    """None while the search continues."""
 
     @property
     def cost(self) -> float:
-        """Of the point; infinite of a search that has diverged, which leads nowhere."""
+        """Cost of the point; infinite if the search has diverged."""
         return np.inf if self.outcome is Outcome.DIVERGED else self.point.cost
 
     @property
     def predicted_gain(self) -> float:
-        """Of the cost, what it may still gain, going by the slope and by the last step; nothing once it has ended."""
+        """Larger of the quadratic's reduction of the cost and of the last step's; 0 after the end."""
         return 0.0 if self.outcome is not None else max(self.slope.predicted_gain, self.gained)
 
 
 def start_search(data: FitData, model: Isolator) -> Search:
-    """A search from a model's values."""
+    """Search that starts from the model's values."""
     search = free_parameters(model)
     point = projected(data, search, values_of(model))
     slope = _slope(data, search, point)
@@ -112,7 +116,12 @@ def start_search(data: FitData, model: Isolator) -> Search:
 
 
 def step_search(data: FitData, now: Search) -> Search:
-    """One step on from a search that goes on."""
+    """Search after one more step.
+
+    Args:
+        data: the records.
+        now: a search without an outcome.
+    """
     better, damping = _step(data, now)
     gained = 0.0 if better is None else now.point.cost - better.cost
     point = better or now.point
@@ -130,7 +139,7 @@ def step_search(data: FitData, now: Search) -> Search:
 
 
 def _unit(key: Key, value: float) -> float:
-    """By how much the value grows with one unit of what is searched: of its logarithm, or of its prior's spread."""
+    """Change of the value per unit of the search variable: of its logarithm, or of its prior's spread."""
     prior = parameter(key).prior
     return value if isinstance(prior, LogNormal) else prior.spread
 
@@ -159,7 +168,7 @@ def _slope(data: FitData, search: FreeParameters, point: Point) -> LocalQuadrati
 
 
 def _adapting(search: FreeParameters, point: Point) -> Matrix:
-    """(k, m) of unit length: what the amplitudes do that follow a change of the others; one at a bound does not."""
+    """(k, m) unit derivatives by the linear parameters that adapt to a change of the others: not those at a bound."""
     scale = np.linalg.norm(point.linear, axis=1)
     clamped = np.array([is_clamped(key, point.values) for key in search.linear], dtype=bool)
     follows = (scale > 0) & ~clamped
@@ -167,9 +176,9 @@ def _adapting(search: FreeParameters, point: Point) -> Matrix:
 
 
 def _step(data: FitData, now: Search) -> tuple[Point | None, float]:
-    """A better point, None if there is none; and the damping for the next step."""
+    """A point of lower cost, None if no damping leads to one, and the damping for the next step."""
     slope, values, damping = now.slope, now.point.values, now.damping
-    for _ in range(8):
+    for _ in range(MOST_TRIALS):
         change = slope.step(damping)
         change *= LONGEST_STEP / max(LONGEST_STEP, float(np.abs(change).max()))
         moved = {now.search.nonlinear[row]: step for row, step in zip(slope.free, change, strict=True)}
