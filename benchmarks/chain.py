@@ -10,7 +10,7 @@ from benchmarks.table import Table
 from benchmarks.trial import ROUNDS, Limits, Refusal, Trial, Way, trials
 from core.analysis import AnalysisSettings, EventAnalysis, analyse
 from core.arrays import Vector
-from core.comparison.fitting_rate import fitting_rate
+from core.comparison.misfit import fitting_rate
 from core.description import BuildingDescription, IsolationLayer, Level
 from core.estimators import ESTIMATORS
 from core.model.simulation import Response, simulate

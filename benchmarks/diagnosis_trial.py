@@ -14,9 +14,9 @@ sys.path.append(str(Path(__file__).resolve().parents[1] / "tests" / "support")) 
 from hidden.trial import Event, Trial, trial
 
 from core.analysis import AnalysisSettings, EventAnalysis, analyse
+from core.diagnosis.building_faults import building_faults
 from core.diagnosis.missing_effects import Diagnosis, diagnosed
-from core.diagnosis.suspect import Suspect
-from core.diagnosis.suspicion import suspicions
+from core.diagnosis.sensor_faults import BuildingFault
 from core.effects import EFFECTS
 from core.estimators.superstructure import known_superstructure
 from core.fitting.observation import Observation, observations
@@ -73,7 +73,7 @@ def row(case: str, seed: int) -> Row:
     found = diagnosed(fitted, first_model(made.description).isolator)
     seconds = process_time() - begun
     explains = not found.steps and not found.unexplained.is_there
-    suspects = suspicions(analyses[: len(made.fitted)], made.description, found.refitted if explains else None)
+    suspects = building_faults(analyses[: len(made.fitted)], made.description, found.refitted if explains else None)
     return Row(
         case,
         seed,
@@ -94,7 +94,7 @@ def row(case: str, seed: int) -> Row:
 
 def _of_sensors_alone(made: Trial, analyses: Sequence[EventAnalysis]) -> Row:
     """Every earthquake was refused: what is suspected is the diagnosis, as in `menshin model diagnose`."""
-    suspects = suspicions(analyses[: len(made.fitted)], made.description)
+    suspects = building_faults(analyses[: len(made.fitted)], made.description)
     return Row(
         case=made.case,
         seed=made.seed,
@@ -114,7 +114,7 @@ def _of_sensors_alone(made: Trial, analyses: Sequence[EventAnalysis]) -> Row:
     )
 
 
-def _named(suspects: Sequence[Suspect]) -> tuple[str, ...]:
+def _named(suspects: Sequence[BuildingFault]) -> tuple[str, ...]:
     return tuple(f"{one.kind}@{one.channel}" for one in suspects)
 
 

@@ -27,7 +27,7 @@ from real_building import SUBSETS  # noqa: E402
 from shared_data import BNCS  # noqa: E402
 
 from benchmarks import cycle_errors, floors_measured, force_tables  # noqa: E402
-from core.comparison.fitting_rate import fitting_rate  # noqa: E402
+from core.comparison.misfit import fitting_rate  # noqa: E402
 from core.estimators import ESTIMATORS  # noqa: E402
 
 PAGE = ROOT / "docs" / "reference" / "accuracy.md"

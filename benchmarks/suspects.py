@@ -14,8 +14,8 @@ from hidden.trial import Event, Trial, trial
 from benchmarks.table import Table
 from core.analysis import AnalysisSettings, EventAnalysis, analyse
 from core.description import BuildingDescription
-from core.diagnosis.suspect import Suspect
-from core.diagnosis.suspicion import suspicions
+from core.diagnosis.building_faults import building_faults
+from core.diagnosis.sensor_faults import BuildingFault
 from core.fitting.data import FitData
 from core.fitting.fit import Fit, fitted
 from core.fitting.observation import observations
@@ -35,7 +35,7 @@ class Verdict:
     case: str
     named: bool
     """True if the fault is named: the right sensor or storey, and the right kind."""
-    wrong: tuple[Suspect, ...]
+    wrong: tuple[BuildingFault, ...]
     """Suspects that are none."""
 
 
@@ -43,7 +43,9 @@ def verdict(case: str, seed: int) -> Verdict:
     """Suspected faults of the trial, against the true ones."""
     truth = trial(case, seed)
     analyses = tuple(_analysed(event, truth.description) for event in truth.fitted)
-    found = suspicions(analyses, truth.description, _fit(analyses, truth.description) if _explains(truth) else None)
+    found = building_faults(
+        analyses, truth.description, _fit(analyses, truth.description) if _explains(truth) else None
+    )
     right = [suspect for suspect in found if _is_right(suspect, truth)]
     return Verdict(case, bool(right), tuple(suspect for suspect in found if suspect not in right))
 
@@ -65,7 +67,7 @@ def _fit(analyses: Sequence[EventAnalysis], described: BuildingDescription) -> F
     return fitted(FitData.by_noise(found), first_model(described).isolator)
 
 
-def _is_right(suspect: Suspect, truth: Trial) -> bool:
+def _is_right(suspect: BuildingFault, truth: Trial) -> bool:
     if suspect.kind == "storey":
         return suspect.channel == truth.softened
     if suspect.kind == "mass":

@@ -1,4 +1,4 @@
-"""Which correction of a model does each block of the records ask for, by itself?"""
+"""Corrections of a model's stiffness and yield force, as each block of the records would make them by itself."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

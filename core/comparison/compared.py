@@ -1,4 +1,4 @@
-"""How does a model of the isolation layer compare with what was measured, driven by the measured motion?"""
+"""A model's force for the measured motion, against the estimated force."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

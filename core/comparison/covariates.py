@@ -1,4 +1,4 @@
-"""Under which covariates was each sample of a force measured: how large a cycle, how fast, how late?"""
+"""Covariates of every sample of a force: amplitude, velocity, travel, time, temperature and others."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

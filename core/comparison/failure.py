@@ -1,4 +1,4 @@
-"""Where does a model of the isolation layer fail?"""
+"""Places at which a model of the isolation layer fails: windows, covariates and regions of its excess error."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from core.comparison.covariates import covariates
 from core.comparison.excess import BLOCK, Blocks, Share, blocks, by_bin, shares
 from core.comparison.misfit import Misfit
 from core.comparison.profile import Profile, constant, over_frequency, over_motion, profile
-from core.comparison.region import Region, outstanding, within
+from core.comparison.region import Region, significant_regions, within
 from core.errors import RecordError
 
 MORE_THAN_NOISE, IN_A_BLOCK = 1.1, 2.0
@@ -84,7 +84,7 @@ def failure(compared: Sequence[ForceComparison], rng: np.random.Generator) -> Fa
     each = covariates(observations)
     ratio = _noise_ratio(found)
     is_noise = ratio.value <= MORE_THAN_NOISE and _worst(found) <= IN_A_BLOCK
-    regions = () if is_noise else outstanding(each, found)
+    regions = () if is_noise else significant_regions(each, found)
     phases = next((one for one in each if one.name == "phase"), None)
     by_phase = bool(regions) and phases is not None and regions[0].name != phases.name
     return Failure(

@@ -90,7 +90,7 @@ def _corrections(found: Failure) -> Iterator[str]:
         f"Another stiffness and damping, the same everywhere, would take away {_share(found.constant)} of the excess "
         f"error; a force that is any function of displacement and velocity, {_share(found.over_motion)}."
     )
-    helping = [(one, one.taken_away) for one in found.profiles if one.taken_away is not None]
+    helping = [(one, one.explained_share) for one in found.profiles if one.explained_share is not None]
     helping = [(one, away) for one, away in helping if away.low > found.constant.value + WORTH]
     helping.sort(key=lambda pair: -pair[1].value)
     if helping:

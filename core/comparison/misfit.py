@@ -1,4 +1,4 @@
-"""How far is a model's answer from what was measured?"""
+"""Misfit of a model: sums over samples from which every measure of its error follows."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -43,7 +43,7 @@ class Misfit:
 
     @property
     def fitting_rate(self) -> float:
-        """Percent, the paper's: 100 (1 − ‖y − ŷ‖ / ‖y − mean(y)‖); see core.comparison.fitting_rate."""
+        """Percent, the paper's: 100 (1 − ‖y − ŷ‖ / ‖y − mean(y)‖); see core.comparison.misfit."""
         return 100 * (1 - sqrt(self.error / self.spread)) if self.spread > 0 else -inf
 
     @property
@@ -101,3 +101,16 @@ def pooled(misfits: Sequence[Misfit]) -> Misfit:
         spread=sum(one.spread for one in misfits),
         noise=error / squared if squared > 0 else sum(one.noise for one in misfits),
     )
+
+
+def fitting_rate(truth: Vector, estimate: Vector) -> float:
+    """The paper's fitting rate (Figures 10-12 and 16): 100 (1 - ‖y - ŷ‖ / ‖y - mean(y)‖) over the whole record.
+
+    Args:
+        truth: (n,) y, any unit; not constant.
+        estimate: (n,) ŷ, of the same unit.
+
+    Returns:
+        Percent: 100 for an exact estimate, 0 for the truth's mean, negative for anything worse.
+    """
+    return float(100 * (1 - np.linalg.norm(truth - estimate) / np.linalg.norm(truth - truth.mean())))

@@ -1,4 +1,4 @@
-"""How is a model's excess error spread over a covariate?"""
+"""Distribution of a model's excess error over one covariate, or over frequency."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,8 +10,7 @@ from scipy import signal
 from core.arrays import Indices, Matrix, Tensor, Vector
 from core.comparison.compared import ForceComparison
 from core.comparison.covariates import Covariate
-from core.comparison.excess import Blocks, Share, by_bin, drawn, shares
-from core.comparison.varying import taken_away
+from core.comparison.excess import Blocks, Share, by_bin, drawn, explained_share, shares
 
 BINS = 8
 """Of a number, each with the same part of the force's energy."""
@@ -46,7 +45,7 @@ class Profile:
 
     name: str
     bins: tuple[Bin, ...]
-    taken_away: Share | None
+    explained_share: Share | None
     """Share of the excess error that a stiffness and a damping of its own in every bin would take away, on blocks of
     the record they were not fitted to; None of a frequency."""
     classes: tuple[str, ...] = ()
@@ -64,13 +63,13 @@ def profile(covariate: Covariate, found: Blocks, motion: Matrix) -> Profile:
     edges = _edges(covariate, found.energy)
     bins = np.clip(np.searchsorted(edges, covariate.values, side="right") - 1, 0, edges.size - 2).astype(np.intp)
     count = edges.size - 1
-    away = taken_away(motion, bins, count, found)
+    away = explained_share(motion, bins, count, found)
     return Profile(covariate.name, _bins(edges, bins, found), away, covariate.classes)
 
 
 def constant(found: Blocks, motion: Matrix) -> Share:
     """Share of the excess error that another stiffness and damping would take away, the same everywhere."""
-    return taken_away(motion, np.zeros(found.number.size, dtype=np.intp), 1, found)
+    return explained_share(motion, np.zeros(found.number.size, dtype=np.intp), 1, found)
 
 
 def over_motion(found: Blocks, motion: Matrix) -> Share:
@@ -78,7 +77,7 @@ def over_motion(found: Blocks, motion: Matrix) -> Share:
     largest = np.abs(motion).max(axis=0)
     cells = np.clip(((motion / largest + 1) / 2 * GRID).astype(np.intp), 0, GRID - 1)
     one = np.ones((motion.shape[0], 1))
-    return taken_away(one, np.asarray(cells[:, 0] * GRID + cells[:, 1]), GRID**2, found)
+    return explained_share(one, np.asarray(cells[:, 0] * GRID + cells[:, 1]), GRID**2, found)
 
 
 def _edges(covariate: Covariate, energy: Vector) -> Vector:

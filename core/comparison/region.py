@@ -1,4 +1,4 @@
-"""Where does a model's excess error stand out, more than the force itself does?"""
+"""Regions in which a model's excess error stands out more than the force itself."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -45,7 +45,7 @@ class Region:
     """Name of the class, of a covariate that is no number."""
 
 
-def outstanding(covariates: Sequence[Covariate], found: Blocks) -> tuple[Region, ...]:
+def significant_regions(covariates: Sequence[Covariate], found: Blocks) -> tuple[Region, ...]:
     """Regions that hold most of the excess error and stand out, at most one for each covariate.
 
     Those come first that records hardly tell from the clearest, in the covariates' order.

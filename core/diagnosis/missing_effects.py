@@ -1,8 +1,8 @@
-"""Which physical effects does a model lack, and would adding them help?
+"""Physical effects that a model lacks, and whether adding them helps.
 
-Effects are added one at a time, each time the best of all that are left, until none is asked for any more; where there
-are several, each is then put up against all others once again. Whether anything is left that no effect took is judged
-beside every name: with the truth missing from the library, a wrong name is nearly always significant.
+Effects are added one at a time, each time the best of those that are left, until the records ask for no more. Where
+there are several, each is then compared with all others once again. Whatever no effect explains is reported beside
+every name: if the library lacks the true effect, a wrong name is nearly always significant.
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -12,7 +12,7 @@ from enum import Enum
 import numpy as np
 
 from core.diagnosis.plausibility import objection
-from core.diagnosis.ranking import DECISIVE, Dropped, Judged, Ranking, ranked
+from core.diagnosis.ranking import DECISIVE, Dropped, Ranking, ScoredCandidate, ranked
 from core.diagnosis.unexplained import explained_share
 from core.effects import EFFECTS
 from core.errors import RecordError
@@ -65,8 +65,8 @@ class Step:
 
     ranking: Ranking
     """Of the candidates, the model as it was before."""
-    chosen: Judged
-    alike: tuple[Judged, ...]
+    chosen: ScoredCandidate
+    alike: tuple[ScoredCandidate, ...]
     """Candidates that the records cannot distinguish from the best and against which nothing speaks; the chosen one
     is first. Where something speaks against all of them, those that are doubtful only."""
 

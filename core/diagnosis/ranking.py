@@ -1,18 +1,17 @@
-"""Does a model lack an effect, which one, and from which others can the records not tell it?
+"""Ranking of the effects that a model may lack, and of those that the records cannot distinguish from the best.
 
 Candidates are compared by BIC = χ²/(s² τ) + p ln(N/τ) (Schwarz 1978): s² is what the best of them leaves over, record
 by record, and τ by how much its power exceeds that of white noise where the layer's force lies, so that what a model of
 a real building cannot explain does not count as many independent witnesses.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from core.arrays import Vector
-from core.diagnosis.candidates import score_tests
-from core.diagnosis.race import search_in_parallel
+from core.diagnosis.candidate_search import score_tests, search_in_parallel
 from core.fitting.data import FitData
 from core.fitting.fit import Fit, at_values, finite_fit, fitted, inflation, reweighted_data, rms_by_record
 from core.fitting.noise import noise_rms, pooled_rms
@@ -29,6 +28,8 @@ WORTH = 0.06
 FELT = 0.01
 """The same of the force in N, over its noise: what a superstructure's mode leaves at its frequency may stand far above
 the noise there, and is nothing to the layer."""
+ALIKE_DIGITS = 6
+"""Decimals of ΔBIC that count in the order of candidates; below lie rounding errors."""
 SEARCHED = 7
 """Candidates at most whose parameters are searched for; the others stay where their preview was best."""
 PROMISING = 0.1
@@ -38,7 +39,7 @@ VISIBLE = 0.015
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Judged:
+class ScoredCandidate:
     """A candidate against the model without it."""
 
     effect: str
@@ -61,7 +62,7 @@ class Ranking:
     """All candidates, the best first."""
 
     base: Fit
-    candidates: tuple[Judged, ...]
+    candidates: tuple[ScoredCandidate, ...]
     data: FitData
     """The records, weighed by what the best leaves over."""
     inflation: float
@@ -85,19 +86,24 @@ class Ranking:
         return pooled_rms(self.left(fit) / self.floor, np.array([w.count for w in self.data.whitenings]))
 
     @property
-    def asked_for(self) -> tuple[Judged, ...]:
+    def asked_for(self) -> tuple[ScoredCandidate, ...]:
         """Candidates that the records cannot tell from the best one, the best first; none if nothing is missing."""
         best = next(filter(self._is_worth_it, self.candidates), None)
         if best is None or best.delta_bic > -DECISIVE:
             return ()
         return tuple(one for one in self.candidates if self._is_worth_it(one) and _alike(one, best))
 
-    def _is_worth_it(self, one: Judged) -> bool:
+    def _is_worth_it(self, one: ScoredCandidate) -> bool:
         before, after = (float(np.sum((self.left(fit) / self.floor) ** 2)) for fit in (self.base, one.fit))
         return one.fit.chi_square <= (1 - WORTH) * self.base.chi_square and after <= (1 - FELT) * before
 
 
-def _alike(one: Judged, best: Judged) -> bool:
+def ordered(scored: Iterable[ScoredCandidate]) -> tuple[ScoredCandidate, ...]:
+    """Candidates from the best on; those whose ΔBIC differ only by rounding errors go by name."""
+    return tuple(sorted(scored, key=lambda one: (round(one.delta_bic, ALIKE_DIGITS), one.effect)))
+
+
+def _alike(one: ScoredCandidate, best: ScoredCandidate) -> bool:
     if one.delta_bic > -DECISIVE:
         return False
     ratio = np.sqrt(one.fit.chi_square / best.fit.chi_square)
@@ -138,7 +144,7 @@ def ranked(by_noise: FitData, model: Isolator, effects: Sequence[str]) -> Rankin
     judged = [_judged(name, data, base, fit, τ) for name, fit in final.items()]
     return Ranking(
         base,
-        tuple(sorted(judged, key=lambda one: one.delta_bic)),
+        ordered(judged),
         data,
         τ,
         np.array([noise_rms(w) for w in by_noise.whitenings]),
@@ -146,7 +152,7 @@ def ranked(by_noise: FitData, model: Isolator, effects: Sequence[str]) -> Rankin
     )
 
 
-def _judged(name: str, data: FitData, base: Fit, fit: Fit, τ: float) -> Judged:
+def _judged(name: str, data: FitData, base: Fit, fit: Fit, τ: float) -> ScoredCandidate:
     more = free_parameters(fit.model).count - free_parameters(base.model).count
     delta = (fit.chi_square - base.chi_square) / τ + more * np.log(data.target.size / τ)
-    return Judged(name, fit, float(delta))
+    return ScoredCandidate(name, fit, float(delta))

@@ -1,23 +1,50 @@
-"""Which sensors err, judged by several earthquakes together?
+"""Faults of sensors, judged by several earthquakes together.
 
-What screening found counts where it came again in half of the earthquakes or more: what fails once was mended or left
+A finding of the screening counts where it recurs in half of the earthquakes or more: what fails once was mended or left
 out there. Gains and clocks are judged by all records at once (core.sensors.sensor_errors).
 """
 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum
 from types import MappingProxyType
 
 import numpy as np
 
 from core.analysis import EventAnalysis
 from core.description import BuildingDescription
-from core.diagnosis.suspect import Cause, Suspect
 from core.quality import Finding
 from core.record import Channel, Quantity
 from core.rounding import with_std
 from core.sensors.resting_level import BaselineDrift, baseline_drift
 from core.sensors.sensor_errors import SensorError, sensor_errors
+
+
+class Cause(Enum):
+    """Part of the building or its instruments in which a fault lies."""
+
+    SENSOR = "sensor_fault"
+    SUPERSTRUCTURE = "superstructure"
+    MASS = "mass"
+
+
+@dataclass(frozen=True, slots=True)
+class BuildingFault:
+    """One property that is not as described, judged by all records together."""
+
+    cause: Cause
+    kind: str
+    """Kind of fault, one stable word for programs: `gain`, `delay`, `polarity`, `storey`, `mass`, ..."""
+    channel: str | None
+    """Id of the sensor's channel, or name of the floor above the storey; None for the mass."""
+    value: float
+    """Size in SI units; see the message."""
+    std: float | None
+    """Standard deviation of the value; None if it has none, as for a polarity."""
+    message: str
+    """For an engineer: the fault with its number and unit, and its remedy."""
+
 
 KINDS: Mapping[str, str] = MappingProxyType(
     {
@@ -46,7 +73,7 @@ SMALLEST_CREEP: Mapping[Quantity, float] = MappingProxyType({"displacement": 0.0
 """Of the channel's largest value: what passes the filter of accelerations is less than their drift."""
 
 
-def sensor_faults(analyses: Sequence[EventAnalysis], description: BuildingDescription) -> tuple[Suspect, ...]:
+def sensor_faults(analyses: Sequence[EventAnalysis], description: BuildingDescription) -> tuple[BuildingFault, ...]:
     """Sensors that err, with what is wrong: a channel may err in several ways.
 
     Args:
@@ -60,7 +87,7 @@ def sensor_faults(analyses: Sequence[EventAnalysis], description: BuildingDescri
     return tuple({(suspect.channel, suspect.kind): suspect for suspect in found}.values())
 
 
-def _screened(analyses: Sequence[EventAnalysis]) -> list[Suspect]:
+def _screened(analyses: Sequence[EventAnalysis]) -> list[BuildingFault]:
     by_fault: dict[tuple[str, str], dict[int, Finding]] = defaultdict(dict)
     absent: dict[str, int] = defaultdict(int)
     for number, analysis in enumerate(analyses):
@@ -77,21 +104,21 @@ def _screened(analyses: Sequence[EventAnalysis]) -> list[Suspect]:
     ]
 
 
-def _again(channel: str, kind: str, findings: Sequence[Finding], recorded: int) -> Suspect:
+def _again(channel: str, kind: str, findings: Sequence[Finding], recorded: int) -> BuildingFault:
     worst = max(findings, key=lambda finding: abs(finding.value or 0.0))
     value = float(np.median([finding.value or 0.0 for finding in findings]))
     message = f"in {len(findings)} of {recorded} earthquakes, as in this one: {worst.message}"
-    return Suspect(Cause.SENSOR, kind, channel, value, None, message)
+    return BuildingFault(Cause.SENSOR, kind, channel, value, None, message)
 
 
-def _erring(error: SensorError) -> Suspect | None:
+def _erring(error: SensorError) -> BuildingFault | None:
     """The error in words, if it is certain and large enough to matter."""
     at, size = {"gain": (0, float(np.expm1(error.value[0])))}.get(error.part, (-1, float(error.value[-1])))
     std = float(np.sqrt(error.covariance[at, at])) * (1 + size if error.part == "gain" else 1.0)
     if abs(size) < max(SMALLEST[error.part], CERTAIN * std):
         return None
     instead = f"; an opposite error of {' or '.join(error.others)} would do the same" if error.others else ""
-    return Suspect(Cause.SENSOR, error.part, error.channel, size, std, f"{_said(error.part, size, std)}{instead}")
+    return BuildingFault(Cause.SENSOR, error.part, error.channel, size, std, f"{_said(error.part, size, std)}{instead}")
 
 
 def _said(part: str, size: float, std: float) -> str:
@@ -105,7 +132,7 @@ def _said(part: str, size: float, std: float) -> str:
     return f"its clock is {amount} against the others'; let its logger take the time from a common source"
 
 
-def _drifting_channels(analyses: Sequence[EventAnalysis], description: BuildingDescription) -> list[Suspect]:
+def _drifting_channels(analyses: Sequence[EventAnalysis], description: BuildingDescription) -> list[BuildingFault]:
     """Sensors whose level changes at rest."""
     known: dict[Channel, list[BaselineDrift]] = defaultdict(list)
     for analysis in analyses:
@@ -124,7 +151,7 @@ def _rests(channel: Channel, description: BuildingDescription) -> bool:
     return channel.quantity == "acceleration"
 
 
-def _drift_suspect(channel: Channel, known: Sequence[BaselineDrift]) -> Suspect | None:
+def _drift_suspect(channel: Channel, known: Sequence[BaselineDrift]) -> BuildingFault | None:
     smallest = SMALLEST_CREEP[channel.quantity]
     certain = [one for one in known if abs(one.change) > CERTAIN * one.std and one.share > smallest]
     if not certain or len(certain) < AGAIN * len(known):
@@ -135,4 +162,4 @@ def _drift_suspect(channel: Channel, known: Sequence[BaselineDrift]) -> Suspect 
         f"its level changes by {with_std(scale * worst.change, scale * worst.std)} {unit} while the building is at "
         f"rest, in {len(certain)} of {len(known)} earthquakes alike: it drifts. Check its supply, cable and fixing"
     )
-    return Suspect(Cause.SENSOR, "drift", channel.id, worst.change, worst.std, message)
+    return BuildingFault(Cause.SENSOR, "drift", channel.id, worst.change, worst.std, message)

@@ -1,8 +1,8 @@
-"""Has one storey lost stiffness, as all records of a building tell together?
+"""A storey that has lost stiffness, judged by all records of a building together.
 
-Storeys may all be stiffer or softer than the design by one factor (a mass told too large, walls that nobody counted),
-and each a little by itself. Beyond that one of them may have lost stiffness: the hypothesis that explains the records
-with the greatest evidence, each storey in turn, is held against that of none.
+Storeys may all be stiffer or softer than the design by one factor (a nominal mass that is too large, walls that were
+not counted), and each a little by itself. Beyond that one of them may have lost stiffness: the hypothesis that
+explains the records with the greatest evidence, each storey in turn, is compared with that of none.
 """
 
 from collections.abc import Sequence

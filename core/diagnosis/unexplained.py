@@ -1,4 +1,4 @@
-"""Is there structure in what a model leaves over, whatever its cause?
+"""Structure in what a model leaves over, whatever its cause.
 
 A linear regression of the residual on what a layer's force may depend on: motion and its powers, hysteretic variables
 of several lengths, the largest past displacement, travel, lags, the other direction, vertical load, temperature. What

@@ -7,7 +7,7 @@ from core.comparison.compared import compare_forces, force_misfit
 from core.comparison.misfit import Misfit
 from core.diagnosis.missing_effects import Diagnosis, Step
 from core.diagnosis.plausibility import implausible
-from core.diagnosis.ranking import Dropped, Judged, Ranking
+from core.diagnosis.ranking import Dropped, Ranking, ScoredCandidate
 from core.effects import EFFECTS
 from core.errors import ModelError
 from core.fitting.fit import Fit, weighted_fit
@@ -56,7 +56,7 @@ def candidates(ranking: Ranking, earthquakes: Earthquakes) -> tuple[tuple[Candid
     return tuple(tried), tuple(dropped)
 
 
-def _candidate(judged: Judged, ranking: Ranking, earthquakes: Earthquakes, in_set: bool) -> Candidate:
+def _candidate(judged: ScoredCandidate, ranking: Ranking, earthquakes: Earthquakes, in_set: bool) -> Candidate:
     forces = compare_forces(judged.fit.model, earthquakes.observations, earthquakes.band)
     errors = {
         group: force_misfit([one for one in forces if one.observation.name in names])

@@ -10,11 +10,11 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 from core.comparison.misfit import Misfit
+from core.diagnosis.building_faults import building_faults
 from core.diagnosis.missing_effects import Diagnosis, Outcome, diagnosed
 from core.diagnosis.plausibility import objection
 from core.diagnosis.ranking import DECISIVE, Dropped
-from core.diagnosis.suspect import Cause, Suspect
-from core.diagnosis.suspicion import suspicions
+from core.diagnosis.sensor_faults import BuildingFault, Cause
 from core.effects import EFFECTS
 from core.errors import RecordError
 from core.fitting.fit import Fit
@@ -53,7 +53,7 @@ class DiagnosisResult:
     """Comparison of the given effects at fitted values with all earthquakes."""
     candidates: tuple[Candidate, ...]
     """Effects that were tried on the refitted model, the best first."""
-    suspects: tuple[Suspect, ...]
+    faults: tuple[BuildingFault, ...]
     """Faults of sensors, superstructure and masses."""
     stages: tuple[Stage, ...]
     """One for each effect that was added."""
@@ -75,7 +75,7 @@ class DiagnosisResult:
     @property
     def outcome(self) -> str:
         """Outcome in one word: the fault of the building if there is one, else what the layer's model lacks."""
-        cause = first_cause(self.suspects)
+        cause = first_cause(self.faults)
         return self.diagnosis.outcome.value if cause is None else cause.value
 
     @property
@@ -88,7 +88,7 @@ class DiagnosisResult:
     def text(self) -> tuple[str, ...]:
         """Sentences: what is missing, the worth of adding it, what is open and which records would decide it."""
         opening = OPENINGS.get(self.diagnosis.outcome, _missing)(self)
-        return (*fault_sentences(self.suspects), *opening, *_after(self), *_open(self), *_dropped(self))
+        return (*fault_sentences(self.faults), *opening, *_after(self), *_open(self), *_dropped(self))
 
     def __str__(self) -> str:
         versions = (*self.versions[:2], *self.versions[2:][-1:])
@@ -152,7 +152,7 @@ def diagnose(
         diagnosis=found,
         refitted=refitted,
         candidates=tried,
-        suspects=_suspects(found, seen),
+        faults=_faults(found, seen),
         stages=staged,
         versions=tuple(versions),
         diverging=tuple(diverging),
@@ -176,22 +176,22 @@ def _cut(found: Diagnosis, kept: Sequence[Stage], earthquakes: Earthquakes) -> D
     )
 
 
-def _suspects(found: Diagnosis, earthquakes: Earthquakes) -> tuple[Suspect, ...]:
+def _faults(found: Diagnosis, earthquakes: Earthquakes) -> tuple[BuildingFault, ...]:
     """Faults of the building; the mass is judged only where the design's model explains everything."""
     description = earthquakes.description
     if description is None:
         return ()
     is_of_design = set(found.given.effects) == set(first_model(description).isolator.effects)
     explains = is_of_design and not found.steps and not found.unexplained.is_there
-    return suspicions(earthquakes.analyses, description, found.refitted if explains else None)
+    return building_faults(earthquakes.analyses, description, found.refitted if explains else None)
 
 
-def first_cause(found: Sequence[Suspect]) -> Cause | None:
+def first_cause(found: Sequence[BuildingFault]) -> Cause | None:
     """The fault that must be repaired first; None if there is none."""
     return next((cause for cause in Cause if any(one.cause is cause for one in found)), None)
 
 
-def fault_sentences(found: Sequence[Suspect]) -> tuple[str, ...]:
+def fault_sentences(found: Sequence[BuildingFault]) -> tuple[str, ...]:
     """Sentences on faults of sensors, superstructure and masses; none without a fault."""
     each = tuple(f"{CALLED[one.cause].format(one.channel)}: {one.message.rstrip('.')}." for one in found)
     return (*each, "Put that right first: what is said of the isolation layer below may be its doing.") if each else ()

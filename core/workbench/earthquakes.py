@@ -7,8 +7,7 @@ from datetime import UTC, datetime, timedelta
 from core.analysis import EventAnalysis
 from core.comparison.compared import Band, ForceComparison, compare_forces, force_misfit
 from core.comparison.misfit import Misfit
-from core.comparison.prediction import Prediction
-from core.comparison.predictions import predict_all
+from core.comparison.prediction import Prediction, predict_all
 from core.description import BuildingDescription
 from core.diagnosis.missing_effects import LOWERS
 from core.errors import IdentificationError, RecordError

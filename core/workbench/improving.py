@@ -215,7 +215,7 @@ def _confirmed(found: DiagnosisResult) -> int:
     If something unknown is missing, the next best name is a stand-in, which only held-out earthquakes can justify.
     """
     is_unknown = found.diagnosis.outcome is Outcome.UNKNOWN
-    if found.suspects or (is_unknown and not found.earthquakes.held_out):
+    if found.faults or (is_unknown and not found.earthquakes.held_out):
         return 0
     count = 0
     for before, after in zip(found.versions[1:], found.versions[2:], strict=False):
@@ -227,7 +227,7 @@ def _confirmed(found: DiagnosisResult) -> int:
 
 def _reason_to_end(found: DiagnosisResult, count: int) -> str | None:
     """Reason to add nothing more; None if another diagnosis may ask for more."""
-    if found.suspects:
+    if found.faults:
         return f"something is wrong before the layer is asked ({found.outcome}): `menshin model diagnose` tells what"
     if found.diagnosis.outcome is Outcome.UNKNOWN and not count:
         return "something is missing that no known effect explains: nothing was added for it"

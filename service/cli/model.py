@@ -190,11 +190,11 @@ def diagnose(
 
 def _end_with_suspicions(building: str, records: "Earthquakes", json: Path | None) -> None:
     """End the command without usable records; faults of the sensors, if there are any, are the diagnosis."""
-    from core.diagnosis.suspicion import suspicions
+    from core.diagnosis.building_faults import building_faults
     from core.workbench.diagnosing import fault_sentences
     from service.models.workbench.diagnosis_json import without_earthquakes
 
-    suspected = () if records.description is None else suspicions(records.analyses, records.description)
+    suspected = () if records.description is None else building_faults(records.analyses, records.description)
     if suspected:
         typer.echo("\n".join(fault_sentences(suspected)))
         if json is not None:

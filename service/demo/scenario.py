@@ -11,7 +11,15 @@ from core.model.simulation import Response, simulate
 from core.paper import BUILDING, FOURTH_STOREY, ISOLATOR
 from core.record import Direction
 from service.demo import hidden_effect, stiffness_loss
-from service.demo.earthquakes import STRONG, Earthquake, GroundMotion, Peaks, natural, prepared, weak_then_strong
+from service.demo.earthquakes import (
+    STRONG,
+    Earthquake,
+    GroundMotion,
+    Peaks,
+    natural,
+    prepared,
+    weak_then_strong,
+)
 from service.demo.site import BASE, DIRECTIONS, GROUND, RATE, SENSORS, THERMOMETER, Sensor
 from service.demo.stiffness_loss import temperature
 

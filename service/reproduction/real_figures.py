@@ -3,7 +3,7 @@
 import numpy as np
 from altair import LayerChart
 
-from core.comparison.fitting_rate import fitting_rate
+from core.comparison.misfit import fitting_rate
 from core.estimators import cms
 from service.reports import charts as report_charts
 from service.reproduction.drawing import (

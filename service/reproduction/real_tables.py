@@ -7,7 +7,7 @@ import numpy as np
 from scipy.stats import spearmanr
 
 from core.arrays import Vector
-from core.comparison.fitting_rate import fitting_rate
+from core.comparison.misfit import fitting_rate
 from core.estimators import ESTIMATORS
 from core.isolation_layer.equivalent import EquivalentSegment
 from service.reproduction import published

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from core.arrays import Vector
-from core.comparison.fitting_rate import fitting_rate
+from core.comparison.misfit import fitting_rate
 from core.estimators import cms
 from service.reproduction import published
 from service.reproduction.real import RealBuilding

@@ -6,11 +6,21 @@ import numpy as np
 from altair import LayerChart
 
 from core.arrays import Vector
-from core.comparison.fitting_rate import fitting_rate
+from core.comparison.misfit import fitting_rate
 from core.estimators import cms
 from core.paper import FOURTH_STOREY, PEAK, RATE
 from service.reproduction import published
-from service.reproduction.drawing import FORCE, Curve, Figure, estimates, exact, histories, loops, profiles, strongest
+from service.reproduction.drawing import (
+    FORCE,
+    Curve,
+    Figure,
+    estimates,
+    exact,
+    histories,
+    loops,
+    profiles,
+    strongest,
+)
 from service.reproduction.simulated import (
     LEVELS,
     LOW,

@@ -6,11 +6,21 @@ import numpy as np
 
 from core.arrays import Vector
 from core.building import fixed_base_modes
-from core.comparison.fitting_rate import fitting_rate
+from core.comparison.misfit import fitting_rate
 from core.estimators import cms
 from core.paper import BUILDING, FOURTH_STOREY, ISOLATOR, PEAK
 from service.reproduction import published
-from service.reproduction.simulated import HIGH, KG_PER_T, LEVELS, LOW, MODES, ROOF, Forces, Simulated, scattered_total
+from service.reproduction.simulated import (
+    HIGH,
+    KG_PER_T,
+    LEVELS,
+    LOW,
+    MODES,
+    ROOF,
+    Forces,
+    Simulated,
+    scattered_total,
+)
 from service.reproduction.table import NONE, Table, by_estimator, ours, with_noise
 
 ALPHA = "0.0029"

@@ -13,7 +13,7 @@ from synthetic_observations import BOUC_WEN, observations
 from core.analysis import AnalysisSettings, analyse
 from core.comparison.compared import compare_forces
 from core.comparison.failure import failure
-from core.comparison.predictions import predict_all
+from core.comparison.prediction import predict_all
 from core.diagnosis.missing_effects import diagnosed
 from core.effects import EFFECTS
 from core.estimators.superstructure import known_superstructure

@@ -12,7 +12,7 @@ import pytest
 
 from core.arrays import Vector
 from core.building import fixed_base_modes as analytic_modes
-from core.comparison.fitting_rate import fitting_rate as fit
+from core.comparison.misfit import fitting_rate as fit
 from core.estimators.cms import at_all_floors, estimate, fixed_base_modes, force_of_shapes, shape_matrix
 from core.estimators.substructure import modal_acceleration
 from core.estimators.superstructure import InstrumentedSuperstructure

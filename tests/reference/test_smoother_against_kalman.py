@@ -8,7 +8,7 @@ from exact_responses import IN_CLASS, KINDS, RATE, SENSORS, estimator_input, exa
 from fixed_interval_smoother import smoothed_force, state_space
 
 from core.building import fixed_base_modes
-from core.comparison.fitting_rate import fitting_rate
+from core.comparison.misfit import fitting_rate
 from core.estimators.frame.estimator import CALIBRATED, estimate, free_vibration_bound
 from core.estimators.frame.hypotheses import best_hypothesis
 from core.estimators.frame.lines import spectral_lines, within

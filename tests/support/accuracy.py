@@ -10,7 +10,7 @@ from exact_responses import BAND, KINDS, as_prepared, estimator_input, exact_res
 from ground_motions import RATE
 
 from core.arrays import Matrix, Vector
-from core.comparison.fitting_rate import fitting_rate
+from core.comparison.misfit import fitting_rate
 from core.estimators import ESTIMATORS, Estimator
 from core.estimators.result import RestoringForce
 

@@ -8,7 +8,7 @@ from building_models import bncs, bncs_segments
 
 from core.analysis import AnalysisSettings
 from core.arrays import Vector
-from core.comparison.fitting_rate import fitting_rate
+from core.comparison.misfit import fitting_rate
 from core.estimators.superstructure import InstrumentedSuperstructure, instrumented_superstructure
 from core.record import Record
 from core.sensors.preparation import prepared

@@ -119,7 +119,7 @@ def _region(one: Region) -> dict[str, Any]:
 
 
 def _profile(one: Profile) -> dict[str, Any]:
-    away: Share | None = one.taken_away
+    away: Share | None = one.explained_share
     return {
         "circumstance": one.name,
         "taken_away": None if away is None else asdict(away),

@@ -5,7 +5,7 @@ from typing import Any
 
 from core.comparison.misfit import Misfit
 from core.diagnosis.missing_effects import Outcome
-from core.diagnosis.suspect import Suspect
+from core.diagnosis.sensor_faults import BuildingFault
 from core.effects import EFFECTS
 from core.workbench.candidates import Candidate
 from core.workbench.diagnosing import DiagnosisResult, fault_sentences, first_cause
@@ -23,7 +23,7 @@ def as_json(found: Work[DiagnosisResult]) -> dict[str, Any]:
             "version": VERSION,
             "building": found.given.building,
             "outcome": result.outcome,
-            "findings": _faults(result.suspects),
+            "findings": _faults(result.faults),
             "candidates": [candidate_as_json(one, result.before) for one in result.candidates],
             "dropped": [{"effect": one.effect, "reason": one.reason} for one in result.dropped],
             "set": [one.effect for one in diagnosis.steps[0].alike] if diagnosis.steps else [],
@@ -89,7 +89,7 @@ def candidate_as_json(one: Candidate, before: Misfit) -> dict[str, Any]:
     }
 
 
-def without_earthquakes(building: str, found: Sequence[Suspect], unused: Sequence[str]) -> dict[str, Any]:
+def without_earthquakes(building: str, found: Sequence[BuildingFault], unused: Sequence[str]) -> dict[str, Any]:
     """A diagnosis that ends with faults of the sensors, since no record can be used."""
     cause = first_cause(found)
     return finite(
@@ -109,7 +109,7 @@ def without_earthquakes(building: str, found: Sequence[Suspect], unused: Sequenc
     )
 
 
-def _faults(found: Sequence[Suspect]) -> list[dict[str, Any]]:
+def _faults(found: Sequence[BuildingFault]) -> list[dict[str, Any]]:
     return [
         {
             "cause": one.cause.value,

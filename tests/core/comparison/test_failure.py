@@ -105,7 +105,7 @@ def test_an_error_of_one_earthquake_is_reported_by_what_sets_it_apart(seed: int)
         return 0.1 * STIFFNESS * observation.layer.displacement * (observation.name.startswith("2024-06"))
 
     found = failed(comparisons_with_error(error, seed))
-    away = {one.name: one.taken_away.value for one in found.profiles if one.taken_away is not None}
+    away = {one.name: one.explained_share.value for one in found.profiles if one.explained_share is not None}
     assert max(away, key=lambda name: away[name]) == "earthquake"
     assert away["earthquake"] > 0.95
     by_earthquake = next(one for one in found.profiles if one.name == "earthquake")
@@ -135,7 +135,7 @@ def test_an_error_that_goes_with_a_condition_is_taken_away_by_it(name: str) -> N
         return np.asarray(0.01 / spread * STIFFNESS * apart * 10 * observation.layer.displacement)
 
     found = failed(comparisons_with_error(error, prepare=conditioned))
-    away = {one.name: one.taken_away.value for one in found.profiles if one.taken_away is not None}
+    away = {one.name: one.explained_share.value for one in found.profiles if one.explained_share is not None}
     assert away[name] > found.constant.value + 0.1
     assert away[name] > 0.9
     assert f"with the {name}" in printed(found)

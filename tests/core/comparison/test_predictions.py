@@ -10,7 +10,7 @@ from layer_observations import BAND
 
 from core.building import fixed_base_modes
 from core.comparison.compared import ForceComparison, compare_forces
-from core.comparison.predictions import Predictions, predict_all
+from core.comparison.prediction import Predictions, predict_all
 from core.fitting.observation import Observation
 from core.model.isolator import Isolator
 from core.paper import BUILDING

@@ -7,7 +7,7 @@ import pytest
 from synthetic_observations import BOUC_WEN, observations
 
 from core.arrays import Vector
-from core.diagnosis.ranking import ALIKE, DECISIVE, FELT, WORTH, Judged, Ranking
+from core.diagnosis.ranking import ALIKE, DECISIVE, FELT, WORTH, Ranking, ScoredCandidate, ordered
 from core.fitting.data import FitData
 from core.fitting.fit import Fit, at_values
 
@@ -28,23 +28,23 @@ def leaving(share: Vector | float) -> Fit:
     return replace(BASE, residual=residual, chi_square=float(residual @ residual))
 
 
-def ranking(*candidates: Judged, data: FitData = SEEN) -> Ranking:
+def ranking(*candidates: ScoredCandidate, data: FitData = SEEN) -> Ranking:
     floor = np.array([np.linalg.norm(w.std) / np.sqrt(w.count) for w in data.whitenings])
     return Ranking(BASE, candidates, data, 1.0, floor)
 
 
-def asked_for(*candidates: Judged, data: FitData = SEEN) -> list[str]:
+def asked_for(*candidates: ScoredCandidate, data: FitData = SEEN) -> list[str]:
     return [one.effect for one in ranking(*candidates, data=data).asked_for]
 
 
 @pytest.mark.parametrize(("taken", "named"), [(WORTH + 0.01, ["friction"]), (WORTH - 0.01, [])])
 def test_what_takes_little_is_not_requested_however_certain_it_is(taken: float, named: list[str]) -> None:
-    assert asked_for(Judged("friction", leaving(1 - taken), -1e4)) == named
+    assert asked_for(ScoredCandidate("friction", leaving(1 - taken), -1e4)) == named
 
 
 @pytest.mark.parametrize(("delta", "named"), [(-DECISIVE - 1, ["friction"]), (-DECISIVE + 1, [])])
 def test_what_is_not_certain_is_not_requested_however_much_it_takes(delta: float, named: list[str]) -> None:
-    assert asked_for(Judged("friction", leaving(0.5), delta)) == named
+    assert asked_for(ScoredCandidate("friction", leaving(0.5), delta)) == named
 
 
 def test_what_takes_much_where_there_is_barely_a_force_is_not_felt() -> None:
@@ -52,7 +52,7 @@ def test_what_takes_much_where_there_is_barely_a_force_is_not_felt() -> None:
     data = loud_below(3.0, 1000.0)
     (only,) = data.whitenings
     above = np.where(only.frequency >= 3.0, 0.2, 1.0)
-    quiet = Judged("resonator", leaving(above), -1e4)
+    quiet = ScoredCandidate("resonator", leaving(above), -1e4)
     left, before = (ranking(quiet, data=data).left(fit)[0] for fit in (quiet.fit, BASE))
     assert quiet.fit.chi_square < (1 - WORTH) * BASE.chi_square
     assert left**2 > (1 - FELT) * before**2
@@ -61,16 +61,16 @@ def test_what_takes_much_where_there_is_barely_a_force_is_not_felt() -> None:
 
 
 def test_the_set_holds_what_is_as_good_as_the_best_and_what_leaves_as_little() -> None:
-    best = Judged("friction", leaving(0.5), -500.0)
-    near = Judged("breakaway", leaving(0.6), best.delta_bic + DECISIVE - 1)
-    alike = Judged("relief", leaving(0.5 * (1 + ALIKE / 2) ** 2), best.delta_bic + 100)
-    worse = Judged("moat", leaving(0.5 * (1 + 2 * ALIKE) ** 2), best.delta_bic + 100)
+    best = ScoredCandidate("friction", leaving(0.5), -500.0)
+    near = ScoredCandidate("breakaway", leaving(0.6), best.delta_bic + DECISIVE - 1)
+    alike = ScoredCandidate("relief", leaving(0.5 * (1 + ALIKE / 2) ** 2), best.delta_bic + 100)
+    worse = ScoredCandidate("moat", leaving(0.5 * (1 + 2 * ALIKE) ** 2), best.delta_bic + 100)
     assert asked_for(best, near, alike, worse) == ["friction", "breakaway", "relief"]
 
 
 def test_the_best_that_is_worth_it_leads_even_behind_one_that_is_not() -> None:
-    certain = Judged("moat", leaving(1 - WORTH / 2), -900.0)
-    assert asked_for(certain, Judged("friction", leaving(0.5), -500.0)) == ["friction"]
+    certain = ScoredCandidate("moat", leaving(1 - WORTH / 2), -900.0)
+    assert asked_for(certain, ScoredCandidate("friction", leaving(0.5), -500.0)) == ["friction"]
 
 
 def test_what_is_left_is_reported_in_floors() -> None:
@@ -78,3 +78,11 @@ def test_what_is_left_is_reported_in_floors() -> None:
     judged = ranking()
     assert judged.noise_ratio(BASE) == pytest.approx(1.0, abs=0.05)
     assert judged.noise_ratio(leaving(4.0)) == pytest.approx(2 * judged.noise_ratio(BASE), rel=1e-12)
+
+
+def test_candidates_that_differ_by_rounding_go_by_name() -> None:
+    fit = leaving(0.5)
+    scored = [
+        ScoredCandidate(name, fit, bic) for name, bic in (("moat", 5.0), ("friction", 5.0 + 1e-13), ("relief", -1))
+    ]
+    assert [one.effect for one in ordered(scored)] == ["relief", "friction", "moat"]

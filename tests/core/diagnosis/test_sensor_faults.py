@@ -9,8 +9,7 @@ from paper_records import START
 
 from core.analysis import EventAnalysis
 from core.arrays import Vector
-from core.diagnosis.sensor_faults import sensor_faults
-from core.diagnosis.suspect import Cause, Suspect
+from core.diagnosis.sensor_faults import BuildingFault, Cause, sensor_faults
 from core.quality import Finding
 from core.record import Record
 
@@ -25,7 +24,7 @@ def earthquakes(errors: dict[str, Vector]) -> list[EventAnalysis]:
     return [analysis(consistent_record(errors, 0.03, [7, number])) for number in range(2)]
 
 
-def the_only(found: tuple[Suspect, ...]) -> Suspect:
+def the_only(found: tuple[BuildingFault, ...]) -> BuildingFault:
     (suspect,) = found
     assert suspect.cause is Cause.SENSOR
     return suspect

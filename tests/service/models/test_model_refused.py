@@ -10,8 +10,8 @@ import paper_records
 import pytest
 from sqlalchemy.orm import Session, sessionmaker
 
-from core.diagnosis.suspect import Cause
-from core.diagnosis.suspicion import suspicions
+from core.diagnosis.building_faults import building_faults
+from core.diagnosis.sensor_faults import Cause
 from core.paper import ISOLATOR
 from core.workbench.earthquakes import Earthquakes, unusable
 from service.jobs import queue as job_queue
@@ -67,7 +67,7 @@ def test_its_sensors_are_requested_and_nothing_is_fitted_to_it(building: session
     assert len(seen.analyses) == 2
     (why,) = seen.unused
     assert why.startswith(f"{inputs.unusable[0].held.name}: {monitored_building.BASE}")
-    (suspect,) = suspicions(seen.analyses, seen.description)
+    (suspect,) = building_faults(seen.analyses, seen.description)
     assert (suspect.cause, suspect.kind, suspect.channel) == (Cause.SENSOR, "dead", monitored_building.BASE)
     assert "in 1 of 2 earthquakes" in suspect.message
 
@@ -75,7 +75,7 @@ def test_its_sensors_are_requested_and_nothing_is_fitted_to_it(building: session
 def test_of_events_that_are_named_only_these_are_requested(building: sessionmaker[Session]) -> None:
     inputs, seen = requested(building, [1])
     assert (inputs.unusable, len(seen.analyses), seen.unused) == ((), 1, ())
-    assert suspicions(seen.analyses, seen.description) == ()
+    assert building_faults(seen.analyses, seen.description) == ()
 
 
 def test_a_direction_that_nothing_is_known_of_is_reported(building: sessionmaker[Session]) -> None:

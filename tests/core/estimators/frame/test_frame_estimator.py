@@ -9,7 +9,7 @@ from accuracy import Agreement, agreement
 from exact_responses import IN_CLASS, KINDS, RATE, estimator_input, exact_response, recorded
 
 from core.arrays import Vector
-from core.comparison.fitting_rate import fitting_rate
+from core.comparison.misfit import fitting_rate
 from core.errors import ModelError, RecordError
 from core.estimators import cms
 from core.estimators.frame.estimator import NAME, estimate

@@ -15,7 +15,7 @@ from synthetic_observations import BOUC_WEN, observations
 
 from core.diagnosis.missing_effects import LOWERS, Outcome
 from core.diagnosis.ranking import Dropped
-from core.diagnosis.suspect import Cause, Suspect
+from core.diagnosis.sensor_faults import BuildingFault, Cause
 from core.effects import EFFECTS
 from core.model.isolator import Isolator
 from core.workbench.diagnosing import DiagnosisResult
@@ -228,19 +228,19 @@ def test_an_effect_that_no_one_requested_is_added_and_that_is_stated() -> None:
     assert set(document["model"]["effects"]) == {*BOUC_WEN.effects, "hardening"}
 
 
-SLOW = Suspect(Cause.SENSOR, "gain", "XX.PAPER.01.HYX", -0.09, 0.005, "reads 9.0 ± 0.5 % too little")
-SOFT = Suspect(Cause.SUPERSTRUCTURE, "storey", "3F", -0.3, 0.03, "is 30 % softer than described")
+SLOW = BuildingFault(Cause.SENSOR, "gain", "XX.PAPER.01.HYX", -0.09, 0.005, "reads 9.0 ± 0.5 % too little")
+SOFT = BuildingFault(Cause.SUPERSTRUCTURE, "storey", "3F", -0.3, 0.03, "is 30 % softer than described")
 
 
 def test_what_is_wrong_before_the_layer_is_the_outcome_and_comes_first(hard: Work[DiagnosisResult]) -> None:
-    suspected = replace(hard, result=replace(hard.result, suspects=(SOFT, SLOW)))
+    suspected = replace(hard, result=replace(hard.result, faults=(SOFT, SLOW)))
     document = through_json(diagnosis_json.as_json(suspected))
     assert document["outcome"] == "sensor_fault"
     assert [finding["kind"] for finding in document["findings"]] == ["storey", "gain"]
     assert document["findings"][1]["std"] == 0.005
     assert suspected.result.text[1].startswith("The sensor XX.PAPER.01.HYX: reads 9.0 ± 0.5 % too little.")
     assert "(hardening) is missing" in document["explanation"]
-    assert replace(hard.result, suspects=(SOFT,)).outcome == "superstructure"
+    assert replace(hard.result, faults=(SOFT,)).outcome == "superstructure"
 
 
 def test_without_a_usable_record_the_sensors_are_the_diagnosis() -> None:

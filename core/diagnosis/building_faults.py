@@ -1,13 +1,12 @@
-"""What do records say against sensors, superstructure and mass, before the isolation layer is blamed?"""
+"""Faults of sensors, superstructure and masses, which are judged before the isolation layer."""
 
 from collections.abc import Sequence
 from dataclasses import asdict
 
 from core.analysis import EventAnalysis
 from core.description import BuildingDescription
-from core.diagnosis.sensor_faults import sensor_faults
+from core.diagnosis.sensor_faults import BuildingFault, Cause, sensor_faults
 from core.diagnosis.softened_storey import softened_storey
-from core.diagnosis.suspect import Cause, Suspect
 from core.diagnosis.wrong_mass import wrong_mass
 from core.fitting.fit import Fit
 from core.model.first_model import first_model
@@ -18,9 +17,9 @@ UNMENDED = frozenset({"gain", "delay", "clock", "clock_jump", "drift"})
 """Faults with which a channel stays in use; with any other it is mended or left out."""
 
 
-def suspicions(
+def building_faults(
     analyses: Sequence[EventAnalysis], description: BuildingDescription, fit: Fit | None = None
-) -> tuple[Suspect, ...]:
+) -> tuple[BuildingFault, ...]:
     """What is not as described; the first tells the cause, none if sensors, superstructure and mass are as they should.
 
     Sensors come first, judged by kinematics alone: an erring one, still in use, makes a storey look soft, a layer look
@@ -41,9 +40,9 @@ def suspicions(
     return (*sensors, *_storeys(analyses, description), *([] if mass is None else [mass]))
 
 
-def _storeys(analyses: Sequence[EventAnalysis], description: BuildingDescription) -> tuple[Suspect, ...]:
+def _storeys(analyses: Sequence[EventAnalysis], description: BuildingDescription) -> tuple[BuildingFault, ...]:
     """Those that have lost stiffness, each in the direction that tells most certainly."""
-    found: dict[str | None, Suspect] = {}
+    found: dict[str | None, BuildingFault] = {}
     for direction in description.horizontal_directions:
         suspect = _storey(analyses, description, direction)
         if suspect is not None and _certainty(suspect) > _certainty(found.get(suspect.channel)):
@@ -51,13 +50,13 @@ def _storeys(analyses: Sequence[EventAnalysis], description: BuildingDescription
     return tuple(found.values())
 
 
-def _certainty(suspect: Suspect | None) -> float:
+def _certainty(suspect: BuildingFault | None) -> float:
     return 0.0 if suspect is None or suspect.std is None else abs(suspect.value) / suspect.std
 
 
 def _storey(
     analyses: Sequence[EventAnalysis], description: BuildingDescription, direction: Direction
-) -> Suspect | None:
+) -> BuildingFault | None:
     known = [analysis.directions[direction] for analysis in analyses if direction in analysis.directions]
     storeys = [one.restoring_force.storeys for one in known if one.restoring_force.storeys is not None]
     found = softened_storey(storeys) if storeys else None
@@ -72,10 +71,10 @@ def _storey(
         f"{f' (or {instead}: a sensor between would tell)' if instead else ''}. Look for damage there, or correct its "
         "stiffness in the building file; the estimated force already allows for it"
     )
-    return Suspect(Cause.SUPERSTRUCTURE, "storey", names[found.storey], found.change, found.std, message)
+    return BuildingFault(Cause.SUPERSTRUCTURE, "storey", names[found.storey], found.change, found.std, message)
 
 
-def _mass(fit: Fit, description: BuildingDescription) -> Suspect | None:
+def _mass(fit: Fit, description: BuildingDescription) -> BuildingFault | None:
     found = wrong_mass(fit, first_model(description).isolator, asdict(description.isolation.design))
     if found is None:
         return None
@@ -86,4 +85,4 @@ def _mass(fit: Fit, description: BuildingDescription) -> Suspect | None:
         f"were that much too {'large' if found.change > 0 else 'small'}. Records cannot tell this from isolators that "
         "all differ from their design by this factor: the weight on the isolators, or a test of one, would"
     )
-    return Suspect(Cause.MASS, "mass", None, found.change, found.std, message)
+    return BuildingFault(Cause.MASS, "mass", None, found.change, found.std, message)

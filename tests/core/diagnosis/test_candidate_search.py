@@ -1,10 +1,11 @@
 """Searches that are left off: the best one is found as if all had been made, and what is left off is far from it."""
 
+from itertools import pairwise
+
 import pytest
 from synthetic_observations import BOUC_WEN, observations
 
-from core.diagnosis.candidates import score_tests
-from core.diagnosis.race import NEAR, search_in_parallel
+from core.diagnosis.candidate_search import NEAR, score_tests, search_in_parallel, starts
 from core.fitting.data import FitData
 from core.fitting.fit import fitted
 from core.fitting.search import Outcome
@@ -36,3 +37,13 @@ def test_the_best_is_as_good_as_by_full_searches_and_what_is_left_off_is_far_fro
     left_off = [effect for effect, fit in found.items() if fit.outcome is Outcome.STOPPED]
     assert left_off
     assert all(whole[effect].chi_square > NEAR * whole[best].chi_square for effect in left_off)
+
+
+def test_a_date_is_looked_for_between_every_two_earthquakes_and_within_each() -> None:
+    seen = observations(BOUC_WEN, 0.01, 3)
+    dates = {values["date"] for values in starts("stiffness_step", seen)}
+    times = [one.conditions.time for one in seen]
+    for before, after in pairwise(times):
+        assert any(before[-1] < date < after[0] for date in dates)
+    for time in times:
+        assert any(time[0] < date < time[-1] for date in dates)

@@ -13,8 +13,8 @@ from paper_records import FLOORS, START
 from core.analysis import DirectionAnalysis, EventAnalysis
 from core.arrays import Vector
 from core.description import BuildingDescription, IsolationDesign
-from core.diagnosis.suspect import Cause
-from core.diagnosis.suspicion import suspicions
+from core.diagnosis.building_faults import building_faults
+from core.diagnosis.sensor_faults import Cause
 from core.estimators.result import RestoringForce, StoreyStiffness
 from core.fitting.fit import Fit
 from core.fitting.search import Outcome
@@ -68,12 +68,12 @@ def fitted(mass: float) -> Fit:
 
 
 def causes(errors: Mapping[str, Vector], storeys: Vector, mass: float, *quality: Finding) -> list[Cause]:
-    return [s.cause for s in suspicions(earthquakes(errors, storeys, *quality), described(), fitted(mass))]
+    return [s.cause for s in building_faults(earthquakes(errors, storeys, *quality), described(), fitted(mass))]
 
 
 def test_a_building_as_described_is_not_suspected() -> None:
     assert causes(SOUND, np.zeros(7), 1.0) == []
-    assert suspicions([], described()) == ()
+    assert building_faults([], described()) == ()
 
 
 def test_an_erring_sensor_that_stays_in_use_is_all_that_is_stated() -> None:
@@ -86,7 +86,7 @@ def test_a_sensor_that_was_left_out_does_not_hide_the_rest() -> None:
 
 
 def test_a_softened_storey_is_named_with_what_it_lost() -> None:
-    (found,) = suspicions(earthquakes(SOUND, SOFT), described(), fitted(1.0))
+    (found,) = building_faults(earthquakes(SOUND, SOFT), described(), fitted(1.0))
     assert (found.cause, found.kind, found.channel) == (Cause.SUPERSTRUCTURE, "storey", FLOORS[4])
     assert found.std is not None
     assert found.value == pytest.approx(-0.3, abs=4 * found.std)
@@ -95,7 +95,7 @@ def test_a_softened_storey_is_named_with_what_it_lost() -> None:
 
 @pytest.mark.parametrize(("mass", "printed"), [(1.12, "too large"), (0.88, "too small")])
 def test_a_wrong_mass_says_what_it_cannot_be_distinguished_from(mass: float, printed: str) -> None:
-    (found,) = suspicions(earthquakes(SOUND, np.zeros(7)), described(), fitted(mass))
+    (found,) = building_faults(earthquakes(SOUND, np.zeros(7)), described(), fitted(mass))
     assert (found.cause, found.kind, found.channel) == (Cause.MASS, "mass", None)
     assert found.std is not None
     assert found.value == pytest.approx(mass - 1, abs=2 * found.std)
@@ -104,4 +104,4 @@ def test_a_wrong_mass_says_what_it_cannot_be_distinguished_from(mass: float, pri
 
 
 def test_without_a_fit_the_mass_is_not_judged() -> None:
-    assert suspicions(earthquakes(SOUND, np.zeros(7)), described()) == ()
+    assert building_faults(earthquakes(SOUND, np.zeros(7)), described()) == ()

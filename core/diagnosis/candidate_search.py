@@ -1,7 +1,8 @@
-"""Which absent effects would explain what a model leaves over, and how well?
+"""Search for the absent effects that would explain what a model leaves over.
 
-Each effect that the model does not have is added to it and everything is fitted anew, from the best of a grid of its
-own parameters. They are ranked by Schwarz's (1978) criterion, with the noise that the best of them leaves over.
+Score tests over a grid of each effect's parameters choose the starting points. All effects are then searched in
+parallel, one step each in turn; a search ends early when it cannot come near the best one, since effects that are far
+behind do not matter to a diagnosis. Only effects that came near are searched from another starting point too.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -15,8 +16,9 @@ from core.arrays import Matrix, Vector
 from core.effect import LogNormal, Parameter
 from core.effects import EFFECTS
 from core.fitting.data import FitData
-from core.fitting.fit import Fit, signature, tangents
+from core.fitting.fit import Fit, finish_search, signature, tangents
 from core.fitting.observation import Observation
+from core.fitting.search import Outcome, Search, start_search, step_search
 from core.model.isolator import Isolator, parameter
 
 GRID = (5, 3, 2)
@@ -138,3 +140,62 @@ def _instants(observations: Sequence[Observation]) -> Vector:
             found.append(0.5 * float(observations[number - 1].conditions.time[-1] + time[0]))
         found += [float(time[np.searchsorted(travel, share * travel[-1])]) for share in INSTANTS]
     return np.unique(found)
+
+
+SPARE = 4.0
+"""Times what its slope and its last step promise: so much a search may still gain."""
+NEAR = 1.08
+"""Times what the best one leaves over: a search that may come as near goes on."""
+FEWEST_STEPS = 2
+"""Of every effect's first search: a slope where a search begins may promise nothing."""
+
+
+def search_in_parallel(data: FitData, places: Mapping[str, Sequence[Isolator]]) -> Mapping[str, Fit]:
+    """Of every effect the best fit that was found; STOPPED where it was left behind, DIVERGED where no place led
+    anywhere.
+
+    Args:
+        data: the records, weighed.
+        places: by effect, models with it at values from which to search, the most promising first.
+    """
+    found = _in_turn(data, {effect: start_search(data, models[0]) for effect, models in places.items()})
+    diverged = [effect for effect, one in found.items() if one.outcome is Outcome.DIVERGED]
+    for effect in [*_near(found), *diverged]:
+        for model in places[effect][1:]:
+            found[effect] = _better(data, found[effect], start_search(data, model))
+    return {effect: finish_search(data, one, one.outcome or Outcome.STOPPED) for effect, one in found.items()}
+
+
+def _in_turn(data: FitData, running: dict[str, Search]) -> dict[str, Search]:
+    """Until each has ended, or has no hope."""
+    while waiting := list(_hopeful(running)):
+        for effect in waiting:
+            running[effect] = step_search(data, running[effect])
+    return running
+
+
+def _hopeful(running: Mapping[str, Search]) -> Iterator[str]:
+    near = NEAR * _least(running)
+    for effect, one in running.items():
+        if one.outcome is None and (one.steps < FEWEST_STEPS or _may_reach(one, near)):
+            yield effect
+
+
+def _near(found: Mapping[str, Search]) -> Iterator[str]:
+    near = NEAR * _least(found)
+    return (effect for effect, one in found.items() if one.cost < near)
+
+
+def _least(searches: Mapping[str, Search]) -> float:
+    return min((one.cost for one in searches.values()), default=0.0)
+
+
+def _better(data: FitData, known: Search, other: Search) -> Search:
+    """The other search if it comes to a lower minimum than the known one."""
+    while other.outcome is None and _may_reach(other, known.cost):
+        other = step_search(data, other)
+    return min(known, other, key=lambda one: one.cost)
+
+
+def _may_reach(one: Search, cost: float) -> bool:
+    return one.cost - SPARE * one.predicted_gain < cost
