@@ -1,6 +1,11 @@
 """The API of buildings: descriptions, events, equivalent stiffness and modes over the years."""
 
-from fastapi import APIRouter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Annotated
+
+from fastapi import APIRouter, Depends
+from sqlalchemy.orm import Session, sessionmaker
 
 from service.analyses import history, mode_tracks
 from service.analyses.mode_tracks import Sighting, TrackedMode
@@ -9,7 +14,19 @@ from service.analyses.series_schema import Cycles, Modes, SightingOut, TrackOut,
 from service.buildings import queries
 from service.buildings.schema import BuildingOut, Buildings, ChannelOut, LevelOut
 from service.buildings.store import described
-from service.http.paging import AfterCode, Cursor, Limit, RowLimit, next_code, next_place, page_by_event, place, rows_of
+from service.db.select import Line
+from service.http.paging import (
+    AfterCode,
+    Cursor,
+    Limit,
+    M,
+    RowLimit,
+    next_code,
+    next_place,
+    page_by_event,
+    place,
+    rows_of,
+)
 from service.http.parameters import AnyDirection, Code, EventSpan, MinimumPga, Reading
 from service.http.responses import TaggedRoute, responses, table_responses
 from service.records import queries as record_queries
@@ -73,36 +90,39 @@ def events(
     return rows_of(Events, rows, last)
 
 
+@dataclass(frozen=True, slots=True)
+class HistoryPage:
+    """Parameters of a history: which rows, and which page of them."""
+
+    span: EventSpan
+    direction: AnyDirection = None
+    cursor: Cursor = None
+    limit: RowLimit = 5000
+
+
+Wanted = Annotated[HistoryPage, Depends()]
+
+
 @router.get("/{code}/equivalent", operation_id="list_equivalent", **table_responses(Cycles, 404))
-def equivalent(
-    code: Code,
-    sessions: Reading,
-    span: EventSpan,
-    direction: AnyDirection = None,
-    cursor: Cursor = None,
-    limit: RowLimit = 5000,
-) -> Cycles:
+def equivalent(code: Code, sessions: Reading, wanted: Wanted) -> Cycles:
     """Equivalent stiffness and damping of the isolation layer, a row per cycle of each event, the earliest first."""
-    with sessions() as session:
-        found, _ = queries.building(session, code)
-        rows = history.cycles(session, found.id, span, direction, place(cursor), limit)
-    return page_by_event(Cycles, rows, limit, building=code)
+    return _history(Cycles, history.cycles, code, sessions, wanted)
 
 
 @router.get("/{code}/modes", operation_id="list_modes", **table_responses(Modes, 404))
-def modes(
-    code: Code,
-    sessions: Reading,
-    span: EventSpan,
-    direction: AnyDirection = None,
-    cursor: Cursor = None,
-    limit: RowLimit = 5000,
-) -> Modes:
+def modes(code: Code, sessions: Reading, wanted: Wanted) -> Modes:
     """Frequencies and damping ratios of the superstructure, a row per mode of each event, the earliest first."""
+    return _history(Modes, history.modes, code, sessions, wanted)
+
+
+def _history(
+    model: type[M], read: Callable[..., Sequence[Line]], code: str, sessions: sessionmaker[Session], wanted: HistoryPage
+) -> M:
+    """A page of what `read` finds about a building."""
     with sessions() as session:
         found, _ = queries.building(session, code)
-        rows = history.modes(session, found.id, span, direction, place(cursor), limit)
-    return page_by_event(Modes, rows, limit, building=code)
+        rows = read(session, found.id, wanted.span, wanted.direction, place(wanted.cursor), wanted.limit)
+    return page_by_event(model, rows, wanted.limit, building=code)
 
 
 @router.get("/{code}/mode-tracks", operation_id="list_mode_tracks", **responses(Tracks, 404))

@@ -2,16 +2,14 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from pathlib import Path
 
 from altair import LayerChart
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 from rich.console import Group, RenderableType
 from rich.table import Table as RichTable
 from rich.text import Text
 
-from service.reports.svg import svg
+from service.reports.html import rendered, svg
 from service.reproduction.drawing import Figure
 from service.reproduction.real import RealBuilding
 from service.reproduction.real_figures import real_figures
@@ -21,7 +19,6 @@ from service.reproduction.simulated import Simulated
 from service.reproduction.simulated_figures import force_figures, response_figures
 from service.reproduction.simulated_tables import simulated_tables
 from service.reproduction.table import Table
-from service.version import VERSION
 
 OPENING = (
     'Every number that sections 7 and 8 print of "Using component mode synthesis to estimate the restoring force of '
@@ -98,23 +95,13 @@ def _rows(table: Table) -> str:
     return "\n".join(f"| {' | '.join(row)} |" for row in (table.columns, rule, *table.rows))
 
 
-STYLE = Path(__file__).parents[1] / "http" / "static" / "menshin.css"
-
-
 def page(report: Report, simulated: Simulated, real: RealBuilding | None) -> str:
     """Tables, remarks and figures."""
     figures = ((*response_figures(simulated), *force_figures(simulated)), () if real is None else real_figures(real))
-    environment = Environment(
-        loader=PackageLoader("service.reproduction"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    return environment.get_template("reproduction.html").render(
+    return rendered(
+        "service.reproduction",
+        "reproduction.html",
         opening=report.opening,
-        version=VERSION,
-        style=Markup(STYLE.read_text("utf-8")),
         sections=[(section, _with_svgs(some)) for section, some in zip(report.sections, figures, strict=True)],
     )
 

@@ -7,15 +7,16 @@ from service.models.workbench.figures.candidates import candidates
 from service.models.workbench.figures.corrections import stiffness_over_amplitude, yield_over_travel
 from service.models.workbench.figures.histories import histories, loop, strongest_of
 from service.models.workbench.figures.residual import over_motion, spectrum
-from service.models.workbench.page import rendered
+from service.models.workbench.page import PACKAGE
 from service.models.workbench.work import Work
-from service.reports.svg import svg
+from service.reports.html import rendered, svg
 
 
 def page(found: Work[DiagnosisResult]) -> str:
     """Text, tables and pictures."""
     result = found.result
     return rendered(
+        PACKAGE,
         "diagnosis.html",
         found=found,
         text=result.text,

@@ -1,10 +1,5 @@
 """What the workbench found, as one HTML file that needs nothing else: neither a network nor a script."""
 
-from pathlib import Path
-
-from jinja2 import Environment, PackageLoader, StrictUndefined
-from markupsafe import Markup
-
 from core.workbench.comparing import ComparisonResult, force_table, levels_of, prediction_table
 from core.workbench.tables import values_of
 from service.models.workbench.figure import Figure
@@ -13,10 +8,10 @@ from service.models.workbench.figures.histories import histories, loop, stronges
 from service.models.workbench.figures.profiles import shares
 from service.models.workbench.figures.residual import over_motion, spectrum
 from service.models.workbench.work import Work
-from service.reports.svg import svg
-from service.version import VERSION
+from service.reports.html import rendered, svg
 
-STYLE = Path(__file__).parents[2] / "http" / "static" / "menshin.css"
+PACKAGE = "service.models.workbench"
+"""Whose folder `templates` has the workbench's."""
 
 
 def page(found: Work[ComparisonResult]) -> str:
@@ -24,6 +19,7 @@ def page(found: Work[ComparisonResult]) -> str:
     result = found.result
     figures = comparison_figures(result)
     return rendered(
+        PACKAGE,
         "comparison.html",
         found=found,
         values=list(values_of(found.model.isolator, found.model.standard_deviations)),
@@ -46,16 +42,3 @@ def comparison_figures(found: ComparisonResult) -> list[Figure]:
         histories(shown.forces, shown.predictions),
     )
     return [figure for figure in drawn if figure is not None]
-
-
-def rendered(template: str, **values: object) -> str:
-    """A page of the workbench's, from its template."""
-    environment = Environment(
-        loader=PackageLoader("service.models.workbench"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    own = {"version": VERSION, "style": Markup(STYLE.read_text("utf-8"))}
-    return environment.get_template(template).render(**own, **values)

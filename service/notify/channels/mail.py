@@ -13,17 +13,14 @@ from email.policy import SMTP
 from email.utils import format_datetime
 
 import httpx
-from jinja2 import Environment, PackageLoader
 
 from service.notify import texts
 from service.notify.channels import DeliveryResult, one_line
 from service.notify.rendering import Destination, RenderedMessage
+from service.reports.html import rendered
 from service.settings import Settings
 
 COLOURS = {"normal": "#2e7d32", "note": "#14569e", "warning": "#b26a00", "alarm": "#b00020"}
-TEMPLATES = Environment(
-    loader=PackageLoader("service.notify.channels"), autoescape=True, trim_blocks=True, lstrip_blocks=True
-)
 NOT_REAL_COLOUR = "#5b21b6"
 """Colour of drills and tests only."""
 PERMANENT = range(500, 600)
@@ -77,7 +74,9 @@ def composed(message: RenderedMessage, to: str, sender: str, now: datetime) -> E
 
 def page(message: RenderedMessage, picture: str | None) -> str:
     """The message as HTML; `picture` is the content id of its picture."""
-    return TEMPLATES.get_template("mail.html").render(
+    return rendered(
+        "service.notify.channels",
+        "mail.html",
         message=message,
         picture=picture,
         mark=texts.MARKS.get(message.kind),
