@@ -130,7 +130,7 @@ class Effect:
         named = tuple(parameter.name for parameter in self.parameters)
         offered = (*MOTION, *CONDITIONS, *SCALES, YIELDED, *self.states, *named)
         if unknown := sorted(set(needs) - set(offered)):
-            raise ModelError(f"{self.title}: the law asks for {unknown}, offered are {sorted(offered)}")
+            raise ModelError(f"{self.title}: the law needs {unknown}; available are {sorted(offered)}")
         if len(set(offered)) < len(offered):
             raise ModelError(f"{self.title}: a state or parameter takes the name of another offer, in {offered}")
         if self.acts_on not in CHANNELS:

@@ -1,4 +1,9 @@
-"""Damped steps of least squares and scaled inverses, for parameters of very different units."""
+"""Damped steps of least squares, bounded least squares and scaled inverses, for parameters of very different units.
+
+Fits of models and of modes take their Levenberg-Marquardt steps here; each has its own test of whether a step succeeds.
+The calibration of the frame solves the same equations itself: another order of its products changes the last digits,
+and a choice between hypotheses of nearly equal cost could change with them.
+"""
 
 from collections.abc import Sequence
 

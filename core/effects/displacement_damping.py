@@ -17,6 +17,6 @@ EFFECT = Effect(
     absent={"c_2": 0.0},
     family="displacement-dependent damping",
     explanation="The damping coefficient grows with the displacement, by {c_2} u².",
-    suspect_when="Large loops are wide at their shoulders, and small ones hardly enclose any area.",
+    suspect_when="Large loops are wide at their shoulders, and small ones enclose almost no area.",
     source="Tang & Brennan (2013): damping by x² v against cubic damping",
 )

@@ -17,7 +17,7 @@ EFFECT = Effect(
     states=("released",),
     linear=("held_force",),
     parameters=(
-        Parameter("held_force", "N", (-1e10, 1e10), Normal(5e5, 2e6), "force of the rubber that was held at rest"),
+        Parameter("held_force", "N", (-1e10, 1e10), Normal(5e5, 2e6), "force of the rubber in that offset position"),
         Parameter("travel", "m", (1e-3, 0.5), LogNormal(5e-3, 1.0), "travel over which it is let go"),
     ),
     absent={"held_force": 0.0},

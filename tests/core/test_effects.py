@@ -166,7 +166,7 @@ PARAMETER = Parameter("a", "1", (0.0, 1.0), LogNormal(0.5, 1.0), "an example")
 
 @pytest.mark.parametrize(
     ("law", "message"),
-    [(lambda u, wind: u * wind, r"asks for \['wind'\]"), (lambda u, a: u * a, None)],
+    [(lambda u, wind: u * wind, r"needs \['wind'\]"), (lambda u, a: u * a, None)],
 )
 def test_a_law_may_ask_only_for_what_is_offered(law: object, message: str | None) -> None:
     def make() -> Effect:
