@@ -9,7 +9,7 @@ from sqlalchemy.orm import Session
 from service.alerts.tables import Alert, AlertChange, Inspection
 from service.analyses.tables import Analysis, CycleResult, DirectionResult, LayerResult, ModeResult, SensorResult
 from service.db.select import Line, Place, Question, Span
-from service.drift.tables import DriftValue, ReferencePeriod, WatchedSeries
+from service.drift.tables import DriftValue, MonitoredSeries, ReferencePeriod
 from service.records.tables import Event
 
 CYCLE = ("start", "end", "amplitude", "shear_strain", "k_eq", "k_eq_std", "c_eq", "c_eq_std")
@@ -144,10 +144,10 @@ def last_inspection(session: Session, building_id: int, cause: str) -> datetime 
 
 def stiffness_values(session: Session, event: Event) -> Sequence[Line]:
     """(subject, wanted, DriftValue | None): the building's series of stiffness, with the event's value in each."""
-    value = (DriftValue.series_id == WatchedSeries.id) & (DriftValue.event_id == event.id)
-    of_stiffness = (WatchedSeries.building_id == event.building_id, WatchedSeries.quantity == "stiffness")
-    query = select(WatchedSeries.subject, WatchedSeries.wanted, DriftValue).outerjoin(DriftValue, value)
-    return session.execute(query.where(*of_stiffness).order_by(WatchedSeries.subject)).all()
+    value = (DriftValue.series_id == MonitoredSeries.id) & (DriftValue.event_id == event.id)
+    of_stiffness = (MonitoredSeries.building_id == event.building_id, MonitoredSeries.quantity == "stiffness")
+    query = select(MonitoredSeries.subject, MonitoredSeries.wanted, DriftValue).outerjoin(DriftValue, value)
+    return session.execute(query.where(*of_stiffness).order_by(MonitoredSeries.subject)).all()
 
 
 def open_at(session: Session, building_id: int, at: datetime | None) -> Sequence[tuple[Alert, str]]:

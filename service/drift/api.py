@@ -1,4 +1,4 @@
-"""The API of drift: watched series, baselines, measurements, values, alarms and reference periods."""
+"""The API of drift: monitored series, baselines, measurements, values, alarms and reference periods."""
 
 from datetime import UTC, datetime
 from typing import Annotated
@@ -28,10 +28,10 @@ from service.models.api.models import By, making
 router = APIRouter(prefix="/buildings/{code}", tags=["drift"], route_class=TaggedRoute)
 
 TEXT = r"^[!-~]{1,80}$"
-Quantity = Annotated[QuantityName, Query(description="What is watched.")]
+Quantity = Annotated[QuantityName, Query(description="Monitored quantity.")]
 AnyQuantity = Annotated[QuantityName | None, Query(description="Only this quantity.")]
 Subject = Annotated[
-    str, Query(description="Of what: a direction (`x`), a mode of it (`x/1`) or the id of a channel.", pattern=TEXT)
+    str, Query(description="Subject: a direction (`x`), a mode of it (`x/1`) or the id of a channel.", pattern=TEXT)
 ]
 AnySubject = Annotated[
     str | None, Query(description="Only of this direction (`xy`: both by their mean), mode or channel.", pattern=TEXT)
@@ -45,7 +45,7 @@ AnyEvent = Annotated[int | None, Query(description="Only of the event of this nu
 
 @router.get("/watched", operation_id="list_watched_series", **table_responses(SeriesRows, 404))
 def every_series(code: Code, sessions: Reading) -> SeriesRows:
-    """Every series of the building watched for drift, with its latest value."""
+    """Every series of the building that is monitored for drift, with its latest value."""
     with sessions() as session:
         found, _ = building_queries.building(session, code)
         rows = queries.series_rows(session, found.id)

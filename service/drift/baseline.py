@@ -11,7 +11,7 @@ from core.drift.baseline import Baseline, BaselineModel
 from core.drift.quantities import quantity
 from core.drift.scatter import Scatter
 from service.drift.schema import BaselineOut, CurvePoint
-from service.drift.tables import WatchedSeries
+from service.drift.tables import MonitoredSeries
 
 BAND = 1.96
 """Standard deviations; 95 % of a normal variable lie within them."""
@@ -85,7 +85,7 @@ def curve(baseline: Baseline, temperature: float | None, points: int) -> Curve:
     return Curve(None if seen is None else amplitude, expected, low, high, is_seen, at)
 
 
-def baseline_answer(code: str, series: WatchedSeries, temperature: float | None, points: int) -> BaselineOut:
+def baseline_answer(code: str, series: MonitoredSeries, temperature: float | None, points: int) -> BaselineOut:
     """The baseline of a series for the API; without a curve until the baseline is determined.
 
     Args:

@@ -15,14 +15,14 @@ from service.reports.charts import BLUE, CONFIG, KN, KN_PER_MM, MM, ORANGE
 
 PERCENT = 1e2
 WIDEST = 46
-"""Pixels that the numbers of an axis may take, so that panels stand in a column."""
+"""Pixels that the numbers of an axis may take, so that panels are aligned."""
 MARGIN = 0.08
-"""Of a panel's height, above and below what it shows."""
+"""Share of a panel's height that stays free above and below its contents."""
 
 
 @dataclass(frozen=True, slots=True)
 class Axes:
-    """What a curve's axes say, and SI units in theirs."""
+    """Titles of a curve's axes, and factors from SI units to theirs."""
 
     value: str
     value_scale: float
@@ -38,16 +38,16 @@ CURVES: Mapping[str, Axes] = MappingProxyType(
         "model_error": Axes("error of the model's force (%)", PERCENT, "peak displacement (mm)", MM),
     }
 )
-"""By quantity, of those that follow the amplitude."""
+"""Axes by quantity; quantities without an amplitude have no curve."""
 HISTORIES: Mapping[str, tuple[str, float]] = MappingProxyType({"residual_displacement": ("change (mm)", MM)})
 RELATIVE = ("change (%)", PERCENT)
 OLDER, DARK = "#8a929c", "#8a4a08"
 SHADES = ((OLDER, True), (OLDER, False), (BLUE, True), (BLUE, False))
-"""Of events of the reference and others, judged or not."""
+"""Colour and filling of events: of the reference or later, tested or not."""
 
 
 def expectation(known: BaselineOut, latest: Sequence[ObservationRow], title: str) -> alt.LayerChart:
-    """The curve with its band, and what the latest event was observed to be; bars are ± 1 standard deviation."""
+    """The curve with its band, and the measurements of the latest event; bars are ± 1 standard deviation."""
     axes = CURVES[known.quantity]
     curve = alt.InlineData(values=[_curve_row(point, axes) for point in known.items])
     seen = alt.InlineData(values=[_curve_row(point, axes) for point in known.items if point.is_seen])
@@ -76,12 +76,12 @@ def history(
         quantity: one of core.drift.quantities.
         values: by subject, each with one at least.
         alarms: by subject.
-        title: what it is of.
+        title: title of the picture.
     """
     axis, scale = HISTORIES.get(quantity, RELATIVE)
     panels = [_panel(subject, rows, alarms.get(subject, ()), axis, scale) for subject, rows in values.items()]
-    said = "bars: ± 1 standard deviation; grey: reference; hollow: not judged; orange: alarm with its 95 % interval"
-    return alt.vconcat(*panels, title=alt.Title(title, subtitle=said, offset=12), spacing=14, config=CONFIG)
+    legend = "bars: ± 1 standard deviation; grey: reference; hollow: not tested; orange: alarm with its 95 % interval"
+    return alt.vconcat(*panels, title=alt.Title(title, subtitle=legend, offset=12), spacing=14, config=CONFIG)
 
 
 def named(subject: str) -> str:
@@ -121,8 +121,8 @@ def _alarms(rows: Sequence[Mapping[str, object]], x: alt.X, y: alt.Y) -> list[al
 
 
 def _points(rows: Sequence[Mapping[str, object]], shade: str, filled: bool, x: alt.X, y: alt.Y) -> alt.LayerChart:
-    """Those of one kind, with their bars."""
-    own = [row for row in rows if (row["shade"], row["is_judged"]) == (shade, filled)]
+    """Points of one kind, with their bars."""
+    own = [row for row in rows if (row["shade"], row["is_tested"]) == (shade, filled)]
     data = alt.Chart(alt.InlineData(values=own))
     bars = data.mark_rule(color=shade, opacity=0.6).encode(x, y, y2="high:Q")
     marks = data.mark_point(stroke=shade, fill=shade if filled else "white", size=34, opacity=1)
@@ -136,7 +136,7 @@ def _value_row(row: DriftRow, scale: float) -> dict[str, Any]:
         "low": (row.value - row.std) * scale,
         "high": (row.value + row.std) * scale,
         "shade": OLDER if row.is_reference else BLUE,
-        "is_judged": not (row.is_beyond or row.is_excluded),
+        "is_tested": not (row.is_beyond or row.is_excluded),
     }
 
 

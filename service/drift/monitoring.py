@@ -25,8 +25,8 @@ from service.buildings.store import described
 from service.buildings.tables import Building
 from service.drift.alert_candidates import drift_candidates, limit_candidates
 from service.drift.baseline import written
-from service.drift.series import watched_series
-from service.drift.tables import DriftAlarm, DriftValue, ReferencePeriod, WatchedSeries
+from service.drift.series import monitored_series
+from service.drift.tables import DriftAlarm, DriftValue, MonitoredSeries, ReferencePeriod
 from service.jobs.queue import WATCH, Claim
 from service.jobs.stages import Stage
 from service.jobs.tables import Job
@@ -35,7 +35,7 @@ from service.version import VERSION
 
 
 @dataclass(frozen=True, slots=True)
-class Watched:
+class SeriesInputs:
     """One series with everything that its monitoring needs."""
 
     series: Series
@@ -48,57 +48,57 @@ class Watched:
 
 
 @dataclass(frozen=True, slots=True)
-class WatchInputs:
+class MonitoringInputs:
     """All series of a building."""
 
     building_id: int
-    watched: tuple[Watched, ...]
+    series_inputs: tuple[SeriesInputs, ...]
     starts: Mapping[int, datetime]
     """Start of every analysed event."""
     timezone: str
-    """Of the building."""
+    """IANA name of the building's time zone."""
     message_age: timedelta
     """Age up to which an event causes messages."""
 
 
-def inputs(session: Session, claim: Claim, settings: Settings) -> WatchInputs:
-    """The watched series of a claimed job's building, as stored now."""
+def inputs(session: Session, claim: Claim, settings: Settings) -> MonitoringInputs:
+    """The monitored series of a claimed job's building, as stored now."""
     building = session.get_one(Building, claim.building_id)
     file = described(session, building)
     events = history.findings(session, building.id)
     noted = {row.event: [Finding(**one) for one in row.quality] for row in events}
     periods = history.reference_periods(session, building.id)
-    watched = [
-        _watched(
+    series_inputs = [
+        _series_inputs(
             series, channels_of(series, file.description), noted, in_force(periods, series.quantity, series.subject)
         )
-        for series in watched_series(session, building.id)
+        for series in monitored_series(session, building.id)
     ]
-    return WatchInputs(
+    return MonitoringInputs(
         building_id=building.id,
-        watched=tuple(watched),
+        series_inputs=tuple(series_inputs),
         starts={row.event: row.event_start for row in events},
         timezone=file.timezone,
         message_age=timedelta(seconds=settings.notify.max_event_age),
     )
 
 
-def stages(inputs: WatchInputs) -> Sequence[Stage]:
+def stages(inputs: MonitoringInputs) -> Sequence[Stage]:
     """All series at once: each takes a fraction of a second."""
-    return (Stage("Looking for drift", monitored, lambda _, report_step: (inputs.watched,)),)
+    return (Stage("Looking for drift", monitored, lambda _, report_step: (inputs.series_inputs,)),)
 
 
-def monitored(watched: Sequence[Watched]) -> tuple[tuple[Watched, Monitoring], ...]:
+def monitored(series_inputs: Sequence[SeriesInputs]) -> tuple[tuple[SeriesInputs, Monitoring], ...]:
     """Baseline, values and alarms of each series, then of the mean of both directions of the layer."""
-    own = [(one, monitor(one.series, one.reference, one.notes)) for one in watched]
+    own = [(one, monitor(one.series, one.reference, one.notes)) for one in series_inputs]
     return (*own, *_pooled(own))
 
 
 def store(
     session: Session,
     claim: Claim,
-    inputs: WatchInputs,
-    results: Sequence[Sequence[tuple[Watched, Monitoring]]],
+    inputs: MonitoringInputs,
+    results: Sequence[Sequence[tuple[SeriesInputs, Monitoring]]],
     now: datetime,
 ) -> None:
     """Bring the building's drift up to date and notify its recipients, unless a later job will."""
@@ -106,7 +106,7 @@ def store(
         return
     pairs = results[-1]
     _update(session, claim, inputs.building_id, pairs, now)
-    monitorings = [(found, watched.channels) for watched, found in pairs]
+    monitorings = [(found, series_inputs.channels) for series_inputs, found in pairs]
     changes = drift_candidates(monitorings, inputs.starts, ZoneInfo(inputs.timezone))
     exceeded = limit_candidates(session, inputs.building_id)
     reconcile(session, inputs.building_id, (*exceeded, *changes), "events", now)
@@ -115,21 +115,21 @@ def store(
 
 
 def _update(
-    session: Session, claim: Claim, building_id: int, pairs: Sequence[tuple[Watched, Monitoring]], now: datetime
+    session: Session, claim: Claim, building_id: int, pairs: Sequence[tuple[SeriesInputs, Monitoring]], now: datetime
 ) -> None:
     """Write what changed since the building was monitored last; unchanged values and alarms are left alone."""
-    of_building = select(WatchedSeries).where(WatchedSeries.building_id == building_id)
+    of_building = select(MonitoredSeries).where(MonitoredSeries.building_id == building_id)
     stored = {
         (one.quantity, one.subject): one
-        for one in session.scalars(of_building.options(selectinload(WatchedSeries.alarms)))
+        for one in session.scalars(of_building.options(selectinload(MonitoredSeries.alarms)))
     }
     rows = []
-    for watched, found in pairs:
+    for series_inputs, found in pairs:
         name = {"quantity": found.series.quantity, "subject": found.series.subject}
         row = stored.pop((name["quantity"], name["subject"]), None)
-        row = row or WatchedSeries(building_id=building_id, alarms=[], **name)
+        row = row or MonitoredSeries(building_id=building_id, alarms=[], **name)
         row.job_id, row.created_at, row.version = claim.job_id, now, VERSION
-        row.reference_id, row.wanted = watched.reference_id, found.events_needed
+        row.reference_id, row.wanted = series_inputs.reference_id, found.events_needed
         row.baseline = None if found.baseline is None else written(found.baseline)
         session.add(row)
         rows.append((row, found))
@@ -153,8 +153,8 @@ def _update_values(session: Session, building_id: int, values: Mapping[tuple[int
         values: columns of every value by series and event.
     """
     table = DriftValue.__table__
-    of_building = select(table).join(WatchedSeries, WatchedSeries.id == table.c.series_id)
-    lines = session.execute(of_building.where(WatchedSeries.building_id == building_id)).mappings()
+    of_building = select(table).join(MonitoredSeries, MonitoredSeries.id == table.c.series_id)
+    lines = session.execute(of_building.where(MonitoredSeries.building_id == building_id)).mappings()
     stored = {(line["series_id"], line["event_id"]): line for line in lines}
     new = [
         {"series_id": series, "event_id": event, **columns}
@@ -175,7 +175,7 @@ def _update_values(session: Session, building_id: int, values: Mapping[tuple[int
         session.connection().execute(delete(DriftValue).where(DriftValue.id == bindparam("number")), superseded)
 
 
-def _update_alarms(session: Session, row: WatchedSeries, alarms: Sequence[Alarm]) -> None:
+def _update_alarms(session: Session, row: MonitoredSeries, alarms: Sequence[Alarm]) -> None:
     """Keep the stored alarms unless one differs: their numbers keep the order in which they were raised."""
     current = [_alarm(alarm) for alarm in alarms]
     if current != [{name: getattr(alarm, name) for name in ALARM} for alarm in row.alarms]:
@@ -194,24 +194,24 @@ def _is_overtaken(session: Session, claim: Claim, building_id: int) -> bool:
     return session.scalar(select(Job.id).where(*later).limit(1)) is not None
 
 
-def _watched(
+def _series_inputs(
     series: Series,
     channels: tuple[str, ...],
     findings: Mapping[int, Sequence[Finding]],
     period: ReferencePeriod | None,
-) -> Watched:
+) -> SeriesInputs:
     notes = sensor_notes(findings, channels)
-    return Watched(series, reference(period), notes, None if period is None else period.id, channels)
+    return SeriesInputs(series, reference(period), notes, None if period is None else period.id, channels)
 
 
-def _pooled(own: Sequence[tuple[Watched, Monitoring]]) -> Iterator[tuple[Watched, Monitoring]]:
+def _pooled(own: Sequence[tuple[SeriesInputs, Monitoring]]) -> Iterator[tuple[SeriesInputs, Monitoring]]:
     """The mean of both directions, for each quantity of the layer measured in both."""
-    known = {(found.series.quantity, found.series.subject): (watched, found) for watched, found in own}
+    known = {(found.series.quantity, found.series.subject): (series_inputs, found) for series_inputs, found in own}
     for quantity in LAYER_QUANTITIES:
         if (quantity, "x") in known and (quantity, "y") in known:
             (x, of_x), (y, of_y) = known[quantity, "x"], known[quantity, "y"]
             found = pooled(of_x, of_y, BOTH_DIRECTIONS)
-            yield Watched(found.series, x.reference, {}, x.reference_id, (*x.channels, *y.channels)), found
+            yield SeriesInputs(found.series, x.reference, {}, x.reference_id, (*x.channels, *y.channels)), found
 
 
 def _value(value: EventValue) -> dict[str, Any]:

@@ -39,7 +39,7 @@ Subject = Annotated[str, Query(pattern=TEXT)]
 
 @router.get("/buildings/{code}/drift")
 def drift_page(request: Request, code: Code, sessions: Reading) -> Response:
-    """Every watched series of a building with its baseline, values and alarms."""
+    """Every monitored series of a building with its baseline, values and alarms."""
     with sessions() as session:
         building, _ = building_queries.building(session, code)
         series = queries.series_rows(session, building.id)
@@ -89,7 +89,7 @@ def _by_quantity(series: Sequence[SeriesRow]) -> list[tuple[str, list[SeriesRow]
 
 @router.get("/charts/baseline.svg")
 def baseline(sessions: Reading, building: BuildingCode, quantity: Quantity, subject: Subject) -> Tagged:
-    """What is expected of a series over amplitude, and the latest event against it, at that event's temperature."""
+    """The expected values of a series over amplitude, and the latest event, at that event's temperature."""
     if quantity not in CURVES:
         raise NotFoundError("curve over amplitude of", quantity)
     with sessions() as session:

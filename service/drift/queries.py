@@ -9,28 +9,30 @@ from sqlalchemy.orm import Session, joinedload
 from core.drift.quantities import QUANTITIES
 from service.db.select import Line, Place, Question, Span
 from service.drift.schema import DriftAlarmRow, ObservationRow, SeriesRow
-from service.drift.series import watched_series
-from service.drift.tables import DriftAlarm, DriftValue, WatchedSeries
+from service.drift.series import monitored_series
+from service.drift.tables import DriftAlarm, DriftValue, MonitoredSeries
 from service.errors import NotFoundError
 from service.records.tables import Event
 
 
-def every_series(session: Session, building_id: int) -> Sequence[WatchedSeries]:
-    """Every watched series of a building, by quantity and subject."""
-    query = select(WatchedSeries).where(WatchedSeries.building_id == building_id)
-    return session.scalars(query.order_by(WatchedSeries.quantity, WatchedSeries.subject)).all()
+def every_series(session: Session, building_id: int) -> Sequence[MonitoredSeries]:
+    """Every monitored series of a building, by quantity and subject."""
+    query = select(MonitoredSeries).where(MonitoredSeries.building_id == building_id)
+    return session.scalars(query.order_by(MonitoredSeries.quantity, MonitoredSeries.subject)).all()
 
 
-def one_series(session: Session, building_id: int, quantity: str, subject: str) -> WatchedSeries:
+def one_series(session: Session, building_id: int, quantity: str, subject: str) -> MonitoredSeries:
     """A series of a building.
 
     Raises:
         NotFoundError: no series of that name was monitored there.
     """
-    named = (WatchedSeries.quantity == quantity, WatchedSeries.subject == subject)
-    found = session.scalars(select(WatchedSeries).where(WatchedSeries.building_id == building_id, *named)).one_or_none()
+    named = (MonitoredSeries.quantity == quantity, MonitoredSeries.subject == subject)
+    found = session.scalars(
+        select(MonitoredSeries).where(MonitoredSeries.building_id == building_id, *named)
+    ).one_or_none()
     if found is None:
-        raise NotFoundError("watched series", f"{quantity}/{subject}")
+        raise NotFoundError("monitored series", f"{quantity}/{subject}")
     return found
 
 
@@ -49,16 +51,16 @@ def values(
         select(
             Event.id.label("event"),
             Event.start.label("event_start"),
-            WatchedSeries.quantity,
-            WatchedSeries.subject,
+            MonitoredSeries.quantity,
+            MonitoredSeries.subject,
             *(DriftValue.__table__.c[name] for name in of_value),
             DriftValue.id,
         )
         .join(DriftValue, DriftValue.event_id == Event.id)
-        .join(WatchedSeries, WatchedSeries.id == DriftValue.series_id)
-        .where(WatchedSeries.building_id == building_id)
+        .join(MonitoredSeries, MonitoredSeries.id == DriftValue.series_id)
+        .where(MonitoredSeries.building_id == building_id)
     )
-    for column, wanted in ((WatchedSeries.quantity, quantity), (WatchedSeries.subject, subject)):
+    for column, wanted in ((MonitoredSeries.quantity, quantity), (MonitoredSeries.subject, subject)):
         if wanted is not None:
             query = query.where(column == wanted)
     if cursor is not None:
@@ -69,31 +71,31 @@ def values(
 def counts(session: Session, building_id: int) -> Mapping[int, int]:
     """Number of values by series; series without values are left out."""
     query = select(DriftValue.series_id, func.count()).group_by(DriftValue.series_id)
-    query = query.join(WatchedSeries).where(WatchedSeries.building_id == building_id)
+    query = query.join(MonitoredSeries).where(MonitoredSeries.building_id == building_id)
     return dict(session.execute(query).all())
 
 
 def latest_values(session: Session, building_id: int) -> Mapping[int, DriftValue]:
     """The value of the latest event of each series, by series."""
-    query = select(DriftValue).join(WatchedSeries).join(Event, Event.id == DriftValue.event_id)
-    found = session.scalars(query.where(WatchedSeries.building_id == building_id).order_by(Event.start, Event.id))
+    query = select(DriftValue).join(MonitoredSeries).join(Event, Event.id == DriftValue.event_id)
+    found = session.scalars(query.where(MonitoredSeries.building_id == building_id).order_by(Event.start, Event.id))
     return {value.series_id: value for value in found}
 
 
 def alarms(session: Session, building_id: int) -> Sequence[DriftAlarm]:
     """Alarms by quantity and subject, in the order in which they were raised, with their series and events."""
-    query = select(DriftAlarm).join(DriftAlarm.series).where(WatchedSeries.building_id == building_id)
+    query = select(DriftAlarm).join(DriftAlarm.series).where(MonitoredSeries.building_id == building_id)
     loaded = query.options(
         *(
             joinedload(one)
             for one in (DriftAlarm.series, DriftAlarm.onset, DriftAlarm.after, DriftAlarm.by, DriftAlarm.raised)
         )
     )
-    return session.scalars(loaded.order_by(WatchedSeries.quantity, WatchedSeries.subject, DriftAlarm.id)).all()
+    return session.scalars(loaded.order_by(MonitoredSeries.quantity, MonitoredSeries.subject, DriftAlarm.id)).all()
 
 
 def series_rows(session: Session, building_id: int) -> list[SeriesRow]:
-    """Every watched series of a building with its latest value."""
+    """Every monitored series of a building with its latest value."""
     numbers, latest = counts(session, building_id), latest_values(session, building_id)
     return [
         SeriesRow(
@@ -121,11 +123,11 @@ def observations(
     Raises:
         NotFoundError: no series of that name is measured at the building.
     """
-    for series in watched_series(session, building_id, (quantity,)):
+    for series in monitored_series(session, building_id, (quantity,)):
         if series.subject == subject:
             wanted = [one for one in series.measurements if event is None or one.event == event]
             return [ObservationRow.model_validate(one) for one in sorted(wanted, key=attrgetter("time", "event"))]
-    raise NotFoundError("watched series", f"{quantity}/{subject}")
+    raise NotFoundError("monitored series", f"{quantity}/{subject}")
 
 
 def alarm_rows(session: Session, building_id: int) -> list[DriftAlarmRow]:

@@ -35,7 +35,7 @@ Temperatures = Mapping[int, float]
 """°C, by event; events without a thermometer are left out."""
 
 
-def watched_series(
+def monitored_series(
     session: Session, building_id: int, quantities: Collection[str] = QUANTITIES.keys()
 ) -> tuple[Series, ...]:
     """Every series of a building, or those of some quantities, by quantity and subject.

@@ -1,4 +1,4 @@
-"""Tables of reference periods, watched series, their values and alarms."""
+"""Tables of reference periods, monitored series, their values and alarms."""
 
 from datetime import datetime
 from typing import Any
@@ -32,7 +32,7 @@ class ReferencePeriod(Base):
     building: Mapped[Building] = relationship()
 
 
-class WatchedSeries(Base):
+class MonitoredSeries(Base):
     """One series of a building as last monitored; monitoring it again updates its rows where they differ."""
 
     __tablename__ = "watched_series"
@@ -42,7 +42,7 @@ class WatchedSeries(Base):
     job_id: Mapped[int] = mapped_column(ForeignKey("job.id"), index=True)
     created_at: Mapped[datetime]
     version: Mapped[str]
-    """Of the code."""
+    """Version of the code."""
     quantity: Mapped[str]
     subject: Mapped[str]
     """Direction, mode or channel."""
@@ -66,7 +66,7 @@ class DriftValue(Base):
     series_id: Mapped[int] = mapped_column(ForeignKey("watched_series.id"))
     event_id: Mapped[int] = mapped_column(ForeignKey("event.id"), index=True)
     value: Mapped[float]
-    """Relative, or in SI units where no logarithm is watched."""
+    """Relative, or in SI units where no logarithm is monitored."""
     std: Mapped[float]
     count: Mapped[int]
     """Observations it is from."""
@@ -74,7 +74,7 @@ class DriftValue(Base):
     is_beyond: Mapped[bool]
     is_excluded: Mapped[bool]
     causes: Mapped[list[str]]
-    series: Mapped[WatchedSeries] = relationship(back_populates="values")
+    series: Mapped[MonitoredSeries] = relationship(back_populates="values")
     event: Mapped[Event] = relationship()
 
 
@@ -90,7 +90,7 @@ class DriftAlarm(Base):
     after_event_id: Mapped[int | None] = mapped_column(ForeignKey("event.id"))
     """Last event that did not show it; None of rows from before it was kept."""
     by_event_id: Mapped[int | None] = mapped_column(ForeignKey("event.id"))
-    """First event that surely did."""
+    """First event that showed it."""
     raised_event_id: Mapped[int] = mapped_column(ForeignKey("event.id"), index=True)
     event_ids: Mapped[list[int]]
     drift: Mapped[float]
@@ -99,7 +99,7 @@ class DriftAlarm(Base):
     false_alarms: Mapped[float]
     causes: Mapped[list[str]]
     message: Mapped[str] = mapped_column(Text)
-    series: Mapped[WatchedSeries] = relationship(back_populates="alarms")
+    series: Mapped[MonitoredSeries] = relationship(back_populates="alarms")
     onset: Mapped[Event] = relationship(foreign_keys=onset_event_id)
     after: Mapped[Event | None] = relationship(foreign_keys=after_event_id)
     by: Mapped[Event | None] = relationship(foreign_keys=by_event_id)

@@ -14,7 +14,7 @@ from service.analyses.tables import Analysis, DirectionResult, LayerResult
 from service.buildings import store as building_store
 from service.buildings.tables import Building, Revision
 from service.db.select import Line, Question
-from service.drift.tables import DriftValue, WatchedSeries
+from service.drift.tables import DriftValue, MonitoredSeries
 from service.jobs.queue import UNDER_WAY, WATCH
 from service.jobs.tables import Job
 from service.records.tables import Event
@@ -106,11 +106,11 @@ def _with_building(table: type[DirectionResult | LayerResult], analyses: Questio
 
 
 def _stiffness(buildings: Question) -> Question:
-    value = (DriftValue.series_id == WatchedSeries.id) & (DriftValue.event_id == _last_event())
-    columns = (WatchedSeries.building_id, WatchedSeries.subject, WatchedSeries.wanted, DriftValue)
-    question = select(*columns).join(Building, Building.id == WatchedSeries.building_id).outerjoin(DriftValue, value)
-    of_stiffness = (WatchedSeries.building_id.in_(buildings), WatchedSeries.quantity == "stiffness")
-    return question.where(*of_stiffness).order_by(WatchedSeries.subject)
+    value = (DriftValue.series_id == MonitoredSeries.id) & (DriftValue.event_id == _last_event())
+    columns = (MonitoredSeries.building_id, MonitoredSeries.subject, MonitoredSeries.wanted, DriftValue)
+    question = select(*columns).join(Building, Building.id == MonitoredSeries.building_id).outerjoin(DriftValue, value)
+    of_stiffness = (MonitoredSeries.building_id.in_(buildings), MonitoredSeries.quantity == "stiffness")
+    return question.where(*of_stiffness).order_by(MonitoredSeries.subject)
 
 
 def _largest_earlier(buildings: Question) -> Question:

@@ -13,7 +13,7 @@ from service.analyses.tables import Analysis, LayerResult
 from service.buildings import store as building_store
 from service.buildings.tables import Building
 from service.db.blobs import encode
-from service.drift.tables import DriftValue, WatchedSeries
+from service.drift.tables import DriftValue, MonitoredSeries
 from service.jobs import queue as job_queue
 from service.records.tables import Event
 
@@ -49,7 +49,7 @@ def building(session: Session, limits: str = LIMITS) -> Building:
     watch = job_queue.enqueue_monitoring(session, made.id, None, START)
     watch.state = "done"
     for axis in "xy":
-        series = WatchedSeries(
+        series = MonitoredSeries(
             building_id=made.id,
             job_id=watch.id,
             created_at=START,
@@ -105,7 +105,7 @@ def earthquake(
 
 def add_comparison(session: Session, event: Event, change: float = 0.0, std: float = 0.01) -> None:
     """The earthquake was compared with the reference, in both directions."""
-    for series in session.query(WatchedSeries).filter_by(building_id=event.building_id):
+    for series in session.query(MonitoredSeries).filter_by(building_id=event.building_id):
         series.values.append(drift_value(event, change, std))
     session.flush()
 

@@ -15,7 +15,7 @@ def test_the_page_shows_what_was_expected_and_what_came(database_url: str, sessi
     with sessions.begin() as session:
         building = stored_histories.building(session).id
     with client(database_url) as api:
-        assert "Nothing is watched yet" in api.get(PAGE).text
+        assert "Monitoring begins with the first analysed event" in api.get(PAGE).text
         stored_histories.store_and_monitor(
             sessions, building, stored_histories.store_history(26, onset=21), stored_histories.start(27)
         )
@@ -23,7 +23,7 @@ def test_the_page_shows_what_was_expected_and_what_came(database_url: str, sessi
         page = unescape(api.get(PAGE).text)
         change = r"−\d\.\d+ % \(95 %: −\d\.\d+ to −\d\.\d+ %\)"
         assert re.search(rf"<tr><td>stiffness, direction x<td>sudden<td class=\"number\">{change}<td", page), page
-        assert "Latest event against what was expected (± one standard deviation)" in page
+        assert "Latest event against the expected value (± one standard deviation)" in page
         assert f"{stored_histories.start(21):%Y-%m-%d}" in page
         assert "before it can raise an alarm" in page
         assert BASE in page

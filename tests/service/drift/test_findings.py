@@ -6,7 +6,7 @@ from drift_histories import Plan, history, series, series_in_both_directions
 
 from core.drift.monitor import Monitoring, Reference
 from service.drift.alert_candidates import drift_candidates
-from service.drift.monitoring import Watched, monitored
+from service.drift.monitoring import SeriesInputs, monitored
 
 PLAN = Plan(events=80, giant=False, outliers=0.0, scatter=(0.01, 0.01))
 ONSET = 45
@@ -15,7 +15,7 @@ ONSET = 45
 def both(loss: float) -> tuple[tuple[Monitoring, tuple[str, ...]], ...]:
     """The layer in x and in y, which loses as much in both from an earthquake on; each with its own sensor."""
     sides = series_in_both_directions(PLAN, 31, ONSET, loss)
-    watched = [Watched(one, Reference(), {}, None, (f"XX.D.01.HN{one.subject}",)) for one in sides]
+    watched = [SeriesInputs(one, Reference(), {}, None, (f"XX.D.01.HN{one.subject}",)) for one in sides]
     return tuple((found, of.channels) for of, found in monitored(watched))
 
 
@@ -33,5 +33,5 @@ def test_a_loss_in_both_directions_covers_their_mean_too() -> None:
 
 def test_of_one_direction_alone_there_is_no_mean() -> None:
     lived = series(history(PLAN, 31))
-    ((_, found),) = monitored([Watched(lived, Reference(), {}, None, ())])
+    ((_, found),) = monitored([SeriesInputs(lived, Reference(), {}, None, ())])
     assert found.series == lived

@@ -18,8 +18,8 @@ from service.alerts import operator_actions
 from service.alerts.tables import Alert
 from service.buildings import reference_periods
 from service.buildings.tables import Building
-from service.drift.series import watched_series
-from service.drift.tables import DriftValue, ReferencePeriod, WatchedSeries
+from service.drift.series import monitored_series
+from service.drift.tables import DriftValue, MonitoredSeries, ReferencePeriod
 from service.jobs import queue as job_queue
 from service.jobs.queue import WATCH
 from service.jobs.tables import Job
@@ -44,7 +44,7 @@ def test_what_was_found_is_watched_by_event_in_order_of_time(sessions: sessionma
     found = [stored_histories.earthquake(number) for number in (2, 0, 1)]
     stored_histories.store_and_monitor(sessions, building, found, NOW)
     with sessions() as session:
-        series = {(one.quantity, one.subject): one for one in watched_series(session, building)}
+        series = {(one.quantity, one.subject): one for one in monitored_series(session, building)}
         moments = {event.id: event.start for event in session.scalars(select(Event))}
     stiffness = series["stiffness", "x"].measurements
     assert len(stiffness) == 3 * stored_histories.CYCLES
@@ -69,7 +69,7 @@ def test_stored_analyses_give_the_series_that_a_notebook_gets(sessions: sessionm
     analyses = stored_histories.store_history(6)
     stored_histories.store_and_monitor(sessions, building, analyses, NOW)
     with sessions() as session:
-        stored = watched_series(session, building)
+        stored = monitored_series(session, building)
         numbers = session.scalars(select(Event.id).order_by(Event.start)).all()
     made = drift_series(analyses)
     assert [(one.quantity, one.subject) for one in stored] == list(made)
@@ -131,7 +131,7 @@ def test_a_loss_is_reported_once_and_an_inspection_begins_a_new_reference(
     with sessions() as session:
         (period,) = session.scalars(select(ReferencePeriod))
         assert (period.quantity, period.subject, period.start, period.author) == ("stiffness", None, since, "Kimura")
-        (series,) = session.scalars(select(WatchedSeries).where(WatchedSeries.quantity == "stiffness"))
+        (series,) = session.scalars(select(MonitoredSeries).where(MonitoredSeries.quantity == "stiffness"))
         assert (series.reference_id, series.baseline is None, series.wanted > 0) == (period.id, True, True)
         (alert,) = session.scalars(select(Alert).where(Alert.cause == "stiffness"))
         assert alert.state == "resolved"
@@ -167,8 +167,8 @@ def test_a_sensor_finding_keeps_its_events_values_out_and_says_so(
     ]
     stored_histories.store_and_monitor(sessions, building, found, NOW)
     with sessions() as session:
-        question = select(DriftValue).join(WatchedSeries).join(Event, Event.id == DriftValue.event_id)
-        values = session.scalars(question.where(WatchedSeries.quantity == "stiffness").order_by(Event.start)).all()
+        question = select(DriftValue).join(MonitoredSeries).join(Event, Event.id == DriftValue.event_id)
+        values = session.scalars(question.where(MonitoredSeries.quantity == "stiffness").order_by(Event.start)).all()
         assert [value.is_excluded for value in values] == [False] * 20 + [True] * 6
         assert "its clock jumps" in values[-1].causes
         assert session.scalars(select(Alert).where(Alert.cause == "stiffness")).all() == []
@@ -186,7 +186,7 @@ def test_a_sensor_with_more_gain_raises_an_alert_about_itself(sessions: sessionm
         )
     stored_histories.do_waiting_work(sessions, NOW)
     with sessions() as session:
-        wanted = {one.subject: one.wanted for one in session.scalars(select(WatchedSeries)) if one.quantity == "gain"}
+        wanted = {one.subject: one.wanted for one in session.scalars(select(MonitoredSeries)) if one.quantity == "gain"}
     assert wanted.pop(BASE) > 0
     assert set(wanted.values()) == {0}, "the other sensors are watched as before"
     assert (alert.cause, alert.kind, alert.channels) == (f"gain/{BASE}", "sensor", [BASE])
@@ -246,7 +246,7 @@ def test_the_statements_that_write_values_do_not_grow_with_the_events(
 
 def numbers_of_values(sessions: sessionmaker[Session]) -> dict[tuple[str, str, int], int]:
     """Row numbers of the drift values, by quantity, subject and event."""
-    question = select(WatchedSeries.quantity, WatchedSeries.subject, DriftValue.event_id, DriftValue.id)
+    question = select(MonitoredSeries.quantity, MonitoredSeries.subject, DriftValue.event_id, DriftValue.id)
     with sessions() as session:
         return {(row[0], row[1], row[2]): row[3] for row in session.execute(question.join(DriftValue))}
 

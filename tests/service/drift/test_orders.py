@@ -22,7 +22,7 @@ from sqlalchemy.orm import Session, sessionmaker
 from core.analysis import EventAnalysis
 from service.alerts.tables import Alert
 from service.db import migrate, sessions as opened
-from service.drift.tables import DriftAlarm, DriftValue, WatchedSeries
+from service.drift.tables import DriftAlarm, DriftValue, MonitoredSeries
 from service.jobs import queue as job_queue
 from service.jobs.queue import WATCH, Claim
 from service.jobs.tables import Job
@@ -124,7 +124,7 @@ def outcome(sessions: sessionmaker[Session]) -> dict[str, Any]:
     """By table."""
     with sessions() as session:
         moments = {event.id: event.start for event in session.scalars(select(Event))}
-        series = {one.id: one for one in session.scalars(select(WatchedSeries))}
+        series = {one.id: one for one in session.scalars(select(MonitoredSeries))}
         name = {key: (one.quantity, one.subject) for key, one in series.items()}
         return {
             "series": sorted((*name[key], one.wanted, _curve(one)) for key, one in series.items()),
@@ -143,7 +143,7 @@ def outcome(sessions: sessionmaker[Session]) -> dict[str, Any]:
         }
 
 
-def _curve(one: WatchedSeries) -> Sequence[float]:
+def _curve(one: MonitoredSeries) -> Sequence[float]:
     return [] if one.baseline is None else one.baseline["coefficients"]
 
 
