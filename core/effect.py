@@ -100,7 +100,7 @@ class Effect:
     absent: Mapping[str, float]
     """Values of parameters at which the effect does nothing at all."""
     family: str
-    """Effects of one family leave alike traces, and records may not tell them apart."""
+    """Effects of one family leave similar traces, and records may not distinguish them."""
     explanation: str
     """A sentence for the engineer, with the parameters' values in it: {F_y} for one with its unit as engineers read it,
     {share:.2f} for the SI number alone."""

@@ -79,7 +79,7 @@ def compare_forces(isolator: Isolator, observations: Sequence[Observation], band
         )
         kept[one.direction] = carried(isolator, answer.states)
         if not np.isfinite(answer.force).all():
-            raise ModelError(f"{one.name}: the model's force grew beyond all bounds; a softer law would do")
+            raise ModelError(f"{one.name}: the model's force grew beyond all bounds; use a softer law")
         compared.append(ForceComparison.of(one, start, answer.force, band))
     return tuple(compared)
 

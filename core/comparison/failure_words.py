@@ -58,12 +58,12 @@ def _sentences(found: Failure) -> Iterator[str]:
     if found.is_of_values:
         yield (
             f"Another stiffness and damping, the same everywhere, would take away {_share(found.constant)} of the "
-            "excess error: values are off, and no effect needs to be missing. A fit would do."
+            "excess error: the values are wrong, and no effect need be missing. Fit the model."
         )
         return
     yield _where(found)
     if also := [place(one) for one in found.regions[1:] if one.odds.low * AS_CLEAR >= found.regions[0].odds.low]:
-        yield f"The records tell this hardly from: {'; '.join(also[:TOLD])}."
+        yield f"The records barely distinguish this from: {'; '.join(also[:TOLD])}."
     yield from _corrections(found)
     yield f"Worst: {'; '.join(_window(one) for one in found.windows[:TOLD] if one.share >= NAMED)}."
 
@@ -95,7 +95,7 @@ def _corrections(found: Failure) -> Iterator[str]:
     helping.sort(key=lambda pair: -pair[1].value)
     if helping:
         told = ", ".join(f"{_share(away)} with {_name(one)}" for one, away in helping[:TOLD])
-        yield f"Were stiffness and damping to vary, they would take away {told}."
+        yield f"If stiffness and damping varied, they would explain {told}."
 
 
 def _name(one: Profile) -> str:

@@ -68,8 +68,8 @@ def _storey(
     message = (
         f"direction {direction}: the storey below {names[found.storey]!r} has {less} % less stiffness than designed, "
         f"against the other storeys"
-        f"{f' (or {instead}: a sensor between would tell)' if instead else ''}. Look for damage there, or correct its "
-        "stiffness in the building file; the estimated force already allows for it"
+        f"{f' (or {instead}: a sensor between would show it)' if instead else ''}. Look for damage there, or correct "
+        "its stiffness in the building file; the estimated force already allows for it"
     )
     return BuildingFault(Cause.SUPERSTRUCTURE, "storey", names[found.storey], found.change, found.std, message)
 
@@ -81,8 +81,9 @@ def _mass(fit: Fit, description: BuildingDescription) -> BuildingFault | None:
     percent, std = 100 * abs(found.change), 100 * found.std
     message = (
         f"stiffness, damping and yield force all are {with_std(percent, std)} % "
-        f"{'above' if found.change > 0 else 'below'} the design, the yield displacement is not: as if the mass told "
-        f"were that much too {'large' if found.change > 0 else 'small'}. Records cannot tell this from isolators that "
-        "all differ from their design by this factor: the weight on the isolators, or a test of one, would"
+        f"{'above' if found.change > 0 else 'below'} the design, the yield displacement is not: as if the given mass "
+        f"were that much too {'large' if found.change > 0 else 'small'}. Records cannot distinguish this from "
+        "isolators that all differ from their design by this factor: the weight on "
+        "the isolators, or a test of one, would"
     )
     return BuildingFault(Cause.MASS, "mass", None, found.change, found.std, message)

@@ -151,7 +151,7 @@ def diagnosed(
         ModelError: a model's force grew beyond all bounds.
     """
     if not observations:
-        raise RecordError("no earthquake is left to diagnose by; one that was analysed in this direction would do")
+        raise RecordError("no earthquake is left for the diagnosis; give one that was analysed in this direction")
     effects = tuple(EFFECTS) if effects is None else effects
     by_noise = FitData.by_noise(sorted(observations, key=lambda one: one.start))
     first = last = ranked(by_noise, model, _absent(effects, model))

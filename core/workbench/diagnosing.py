@@ -37,7 +37,7 @@ BRIEF = 8
 CALLED = MappingProxyType(
     {Cause.SENSOR: "The sensor {}", Cause.SUPERSTRUCTURE: "The superstructure", Cause.MASS: "The mass"}
 )
-NONE_TO_FIT = "every earthquake is held out; one to fit to would do"
+NONE_TO_FIT = "every earthquake is held out; leave at least one to fit"
 
 
 @dataclass(frozen=True, slots=True, eq=False)

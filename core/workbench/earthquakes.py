@@ -115,7 +115,7 @@ def label(name: str, direction: str, directions: Collection[str]) -> str:
 
 def _collected(seen: Sequence[Observation]) -> Earthquakes:
     if not seen:
-        raise RecordError("there is no observation; one earthquake with force and motion of the layer would do")
+        raise RecordError("there is no observation; give an earthquake with force and motion of the layer")
     ordered = tuple(sorted(seen, key=lambda one: one.start))
     for what, keys in (
         ("name", [(one.name, one.direction) for one in ordered]),

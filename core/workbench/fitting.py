@@ -130,14 +130,14 @@ def _sentences(fit: Fit, inflation: float) -> Iterator[str]:
     if fit.undetermined:
         yield (
             f"Not determined: {_names(fit.undetermined)}. The other values can do all that it does, or no record made "
-            "it act; its value is only a start. Records of larger motion or of other conditions would do, or the model "
+            "it act; its value is only a start. Records of larger motion or other conditions would help, or the model "
             "without it."
         )
     if vague := [key for key in _determined(fit) if _std(fit, key, inflation) > VAGUE * abs(_value(fit, key))]:
-        yield f"Hardly known, by half of its value or worse: {_names(vague)}."
+        yield f"Uncertain by half of its value or more: {_names(vague)}."
     if close := _close(fit):
         pairs = "; ".join(f"{one} and {other} ({ρ:+.3f})" for one, other, ρ in close[:MOST_PAIRS])
-        yield f"Hardly to be told apart, by their correlation: {pairs}."
+        yield f"Barely distinguishable, by their correlation: {pairs}."
 
 
 OPENINGS = {

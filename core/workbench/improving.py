@@ -100,7 +100,7 @@ def add(
     if effect not in EFFECTS:
         raise ModelError(f"there is no effect {effect!r}; there are {', '.join(sorted(EFFECTS))}")
     if effect in model.effects:
-        raise ModelError(f"the model has {effect} already; a fit would do")
+        raise ModelError(f"the model has {effect} already; fit the model instead")
     progress(f"fitting the model with {effect}", 0, 2)
     by_noise = FitData.by_noise(sorted(seen.fitted, key=lambda one: one.start))
     ranking = ranked(by_noise, model, (effect,))
@@ -228,12 +228,12 @@ def _confirmed(found: DiagnosisResult) -> int:
 def _reason_to_end(found: DiagnosisResult, count: int) -> str | None:
     """Reason to add nothing more; None if another diagnosis may ask for more."""
     if found.faults:
-        return f"something is wrong before the layer is asked ({found.outcome}): `menshin model diagnose` tells what"
+        return f"something is wrong before the layer is examined ({found.outcome}): `menshin model diagnose` shows what"
     if found.diagnosis.outcome is Outcome.UNKNOWN and not count:
         return "something is missing that no known effect explains: nothing was added for it"
     if count < len(found.stages):
         return f"{found.stages[count].effect} was asked for, but does not lower the error on earthquakes left out"
-    return None if found.stages else "nothing more is asked for"
+    return None if found.stages else "no further effect is needed"
 
 
 def _improvement_sentences(found: ImprovementResult) -> Iterator[str]:

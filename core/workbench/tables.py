@@ -98,7 +98,7 @@ def gain(before: Version, after: Version, earthquakes: Earthquakes) -> tuple[str
     changes = [_change(group, *errors[group]) for group in errors]
     opening = f"The error of the force goes {' and '.join(changes)}."
     if LEFT_OUT not in errors:
-        return opening, "No earthquake was left out: whether it holds for another one is open; leaving one out tells."
+        return opening, "No earthquake was held out: whether it holds for another one is open; hold one out to test it."
     if helps(before, after, earthquakes):
         return (opening,)
     return opening, "It helps only the earthquakes it was fitted to: do not trust it elsewhere."

@@ -115,7 +115,7 @@ def read_records(
         model: model file.
         files: records to fit or compare.
         building: building file.
-        tell: called with the progress.
+        report_step: called with the progress.
         held_out: records of earthquakes that nothing is fitted to.
     """
     from core.analysis import AnalysisSettings

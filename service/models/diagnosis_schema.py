@@ -22,7 +22,7 @@ class SuspectOut(Kept):
     channel: str | None = Field(description="Id of the channel, or name of the level; null where it is of the whole.")
     value: Number | None = Field(description="The measure of it, in the unit that the message gives.")
     std: Number | None = Field(description="Its standard deviation; null where it has none.")
-    message: str = Field(description="What was found and what would do.")
+    message: str = Field(description="The problem and its remedy.")
 
 
 class FittedValue(Kept):
@@ -61,7 +61,7 @@ class StepOut(Kept):
     effect: str = Field(description="Its name.")
     family: str = Field(description="Its family.")
     delta_bic: Number | None = Field(description="Of the model with it less that without.")
-    set: list[str] = Field(description="Effects that the events do not tell apart here, the best first.")
+    set: list[str] = Field(description="Effects that the events do not distinguish here, the best first.")
 
 
 class MisfitOut(Kept):
@@ -122,7 +122,7 @@ class DiagnosisOut(DiagnosisRow):
     findings: list[SuspectOut] = Field(description="Of sensors, superstructure and mass; they come first.")
     candidates: list[CandidateOut] = Field(description="Every effect that the model has not, the best first.")
     dropped: list[DroppedOut] = Field(description="Effects that could not be checked, with the reason.")
-    set: list[str] = Field(description="Effects that the events do not tell apart, the best first.")
+    set: list[str] = Field(description="Effects that the events do not distinguish, the best first.")
     unknown_flag: bool = Field(description="Whether something is missing that the known effects do not explain.")
     unexplained: UnexplainedOut = Field(description="What is left with all steps taken.")
     steps: list[StepOut] = Field(description="Effects that are missing, one after the other.")

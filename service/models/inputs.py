@@ -72,7 +72,7 @@ class WorkInputs:
     events: tuple[EventInputs, ...]
     """In order of time, one at least."""
     unusable: tuple[EventInputs, ...] = ()
-    """Events without motion of the layer, in order of time; their records still tell of the sensors."""
+    """Events without motion of the layer, in order of time; their records still give evidence on the sensors."""
 
     @property
     def roles(self) -> Mapping[int, str]:
@@ -103,7 +103,7 @@ def work_inputs(session: Session, claim: Claim, settings: Settings) -> WorkInput
     if last is None:
         raise RecordError(
             "none of these events has the isolation layer's motion and force in the model's direction; events that "
-            "were analysed, at a building with a transducer or accelerometers on both sides of the layer, would do"
+            "were analysed, at a building with a transducer or accelerometers on both sides of the layer, are needed"
         )
     before = [event for event in there if event.start <= last] if remembers(isolator) else ()
     events = [event for event in there if event.id in wanted or event in before]

@@ -26,7 +26,7 @@ Directions = Literal["x", "y", "xy"]
 
 def _aware(moment: datetime) -> datetime:
     if moment.tzinfo is None:
-        raise ValueError("it has no offset from UTC; 2024-03-05T06:07:08Z would do")
+        raise ValueError("it has no offset from UTC; write it as 2024-03-05T06:07:08Z")
     return moment.astimezone(UTC)
 
 
@@ -49,7 +49,7 @@ class ModelTable(Table):
     )
     parent: Text | None = Field(default=None, description="the model that this one was made from, by its file's name")
     assumed: list[Text] = Field(
-        default=[], description="parameters that nobody gave or measured: they only make a start for a fit"
+        default=[], description="parameters that were neither given nor measured: start values for a fit"
     )
     fitted_to: list[Text] = Field(
         default=[], description="earthquakes that the values were fitted to, by the start of their records"
@@ -76,7 +76,7 @@ class ModelFile:
     """From which effects count time, aware; None: the start of the first record."""
     parent: str | None = None
     assumed: tuple[str, ...] = ()
-    """Parameters that nobody gave or measured."""
+    """Parameters that were neither given nor measured."""
     fitted_to: tuple[str, ...] = ()
     """Earthquakes."""
     standard_deviations: Deviations = field(default_factory=dict)

@@ -45,7 +45,7 @@ def make(session: Session, code: str, wanted: ModelRequest, by: str, now: dateti
 def _begun(
     description: BuildingDescription, effects: Mapping[str, Mapping[str, float]] | None
 ) -> tuple[Isolator, tuple[str, ...]]:
-    """The model, and which of its parameters nobody gave or measured."""
+    """The model, and its parameters that were neither given nor measured."""
     if effects is None:
         first = first_model(description)
         return first.isolator, first.assumed
@@ -105,13 +105,11 @@ def _fitting(session: Session, model: ModelVersion, wanted: FitRequest) -> dict[
     """Arguments of a job that fits."""
     out = set(wanted.hold_out or ())
     if both := sorted(out & set(wanted.events or ())):
-        raise ConflictError(
-            f"Events {', '.join(map(str, both))} are held out, and among those to fit to; one of it would do."
-        )
+        raise ConflictError(f"Events {', '.join(map(str, both))} are held out and to be fitted; choose one.")
     _check(session, model, sorted(out))
     there = _check(session, model, wanted.events)
     if not there - out:
-        raise ConflictError("Every event is held out; one to fit to would do.")
+        raise ConflictError("Every event is held out; leave at least one to fit.")
     return {"events": _kept(wanted.events), "hold_out": sorted(out)}
 
 
@@ -130,6 +128,6 @@ def _check(session: Session, model: ModelVersion, asked: Collection[int] | None)
     if asked is None and not found:
         raise ConflictError(
             f"No event can be compared with a model of direction {model.direction} yet: one that was analysed and "
-            "has the isolation layer's displacement would do."
+            "has the isolation layer's displacement is needed."
         )
     return {event.id for event in found}

@@ -91,7 +91,7 @@ class ModelOut(ModelRow):
     revision_id: int = Field(description="Of the building's description that it was made with.")
     reference: datetime | None = Field(description="From which effects count time; null as long as nothing was fitted.")
     values: list[ValueOut] = Field(description="Of every parameter of its effects.")
-    assumed: list[str] = Field(description="Parameters that nobody gave or measured: they only start a fit.")
+    assumed: list[str] = Field(description="Parameters that were neither given nor measured: start values of a fit.")
     outcome: str | None = Field(
         description="How the fit ended, and what it could not determine; null where nothing was fitted."
     )

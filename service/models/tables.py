@@ -57,7 +57,7 @@ class ModelVersion(Base):
     standard_deviations: Mapped[dict[str, Any]]
     """Of those that were fitted, by effect; None where the records did not determine it."""
     assumed: Mapped[list[str]]
-    """Parameters that nobody gave or measured."""
+    """Parameters that were neither given nor measured."""
     outcome: Mapped[str | None] = mapped_column(Text)
     """How the fit ended, and what it could not determine, in words; None where nothing was fitted."""
     building: Mapped[Building] = relationship()

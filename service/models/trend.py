@@ -82,7 +82,7 @@ def finding(trend: Sequence[Judged]) -> Finding | None:
     message = (
         f"{_opening(stopped)}: in the event of {last.held.start:%Y-%m-%d %H:%M:%S} UTC, direction "
         f"{last.held.direction}, {last.excess:.1%} of the force is neither the model's nor noise; up to "
-        f"{last.allowed:.1%} would be as in the events it was fitted to. A diagnosis tells what is missing."
+        f"{last.allowed:.1%} would be as in the events it was fitted to. A diagnosis shows what is missing."
     )
     return Finding("model", "warning" if stopped else "note", message, value=last.excess)
 

@@ -89,7 +89,7 @@ def real(
         description: of it.
         sensors: names of the levels to use; None for those of `papers_sensors`.
         settings: rate and band.
-        tell: called with the next step.
+        report_step: called with the next step.
 
     Raises:
         RecordError: no event can be used.

@@ -143,7 +143,7 @@ def simulated(ground: Ground, seed: int, report_step: Callable[[str], None]) -> 
     Args:
         ground: the motion.
         seed: of the noise.
-        tell: called with the next step.
+        report_step: called with the next step.
 
     Raises:
         CoreError: the motion cannot be used.

@@ -37,7 +37,7 @@ def records(
         left_out: the same, of the held-out earthquakes.
         building: the building.
         reading: choices.
-        tell: called with each step.
+        report_step: called with each step.
 
     Raises:
         FormatError: a file that cannot be used, or that is not this building's.
@@ -66,7 +66,7 @@ def _check_apart(found: Sequence[tuple[EventFiles, bool]]) -> None:
     for (one, _), (other, _) in pairwise(found):
         if named(one.start) == named(other.start):
             raise RecordError(
-                f"the earthquake of {named(one.start)} is left out, and among the others too; once would do"
+                f"the earthquake of {named(one.start)} is held out, and also among the others; give it once"
             )
 
 

@@ -35,7 +35,7 @@ def fit(given: ModelFile, parent: str, earthquakes: Earthquakes, report_step: Re
         given: the model.
         parent: its name, for the model made from it.
         earthquakes: of the building.
-        tell: called with each step.
+        report_step: called with each step.
 
     Raises:
         RecordError: no earthquake is left to fit to.

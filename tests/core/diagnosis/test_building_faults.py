@@ -100,7 +100,7 @@ def test_a_wrong_mass_says_what_it_cannot_be_distinguished_from(mass: float, pri
     assert found.std is not None
     assert found.value == pytest.approx(mass - 1, abs=2 * found.std)
     assert printed in found.message
-    assert "cannot tell this from isolators" in found.message
+    assert "cannot distinguish this from isolators" in found.message
 
 
 def test_without_a_fit_the_mass_is_not_judged() -> None:

@@ -102,5 +102,5 @@ def test_no_record_is_weighed_to_nothing() -> None:
 
 
 def test_nothing_to_fit_to_is_an_error() -> None:
-    with pytest.raises(RecordError, match="no earthquake is left to fit to"):
+    with pytest.raises(RecordError, match="no earthquake is left to fit"):
         weighted_fit((), LINEAR)

@@ -84,7 +84,7 @@ WRONG = {
         'direction = "x"',
         'direction = "x"\nreference = 2024-03-05T06:07:08',
         "reference",
-        "reference: it has no offset from UTC; 2024-03-05T06:07:08Z would do",
+        "reference: it has no offset from UTC; write it as 2024-03-05T06:07:08Z",
     ),
 }
 

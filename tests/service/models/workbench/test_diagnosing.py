@@ -213,7 +213,7 @@ def test_an_improved_model_has_what_was_missing_and_can_be_read_back(improved: W
     assert again == improved.model
     assert (again.parent, again.fitted_to) == ("far.toml", ("event 0", "event 1", "event 2"))
     assert again.isolator.effects["elastic"]["k_b"] == pytest.approx(475e6, rel=0.02)
-    assert "It ended because nothing more is asked for." in improved.result.text
+    assert "It ended because no further effect is needed." in improved.result.text
     assert through_json(improving_output.as_json(improved))["taken"] == ["hardening"]
 
 

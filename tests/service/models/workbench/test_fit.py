@@ -98,7 +98,7 @@ def test_what_no_record_excites_is_stated(folder: Path, tmp_path: Path) -> None:
     text = " ".join(done.output.split())
     assert "Fitted in part: the records do not determine every parameter." in text
     assert re.search(r"Not determined: [^.]*wall of moat", text)
-    assert "No earthquake was left out" in text
+    assert "No earthquake was held out" in text
     assert set(read(Path("out.toml").read_text("utf-8")).standard_deviations["moat"].values()) == {float("inf")}
 
 
