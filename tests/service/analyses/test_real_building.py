@@ -47,11 +47,10 @@ MASS = {"01": 231995.0, "02": 68729.0, "03": 71686.0, "04": 105673.0, "05": 1099
 
 
 @contextmanager
-def stored(folder: Path, source: str) -> Iterator[tuple[sessionmaker[Session], Settings]]:
-    """A database into which the records came from a source, and in which they were analysed."""
-    settings = Settings(
-        database_url=f"sqlite:///{folder / 'menshin.sqlite'}", band=BAND, event_grace=0.0, settle_time=0.0, workers=2
-    )
+def stored(folder: Path, source: str, database: str | None = None) -> Iterator[tuple[sessionmaker[Session], Settings]]:
+    """A database, SQLite unless given, into which records came from a source, and in which they were analysed."""
+    address = database or f"sqlite:///{folder / 'menshin.sqlite'}"
+    settings = Settings(database_url=address, band=BAND, event_grace=0.0, settle_time=0.0, workers=2)
     text = (BNCS / "building.toml").read_text().replace('kind = "folder"', "").replace('location = "."', source)
     with roles.migrated(settings) as sessions:
         with sessions.begin() as session:
@@ -121,13 +120,19 @@ def test_every_test_is_one_analysed_event(by_folder: tuple[sessionmaker[Session]
     assert all(len(event["waveforms"]) == 8 for event in found)
 
 
-@pytest.mark.parametrize("catalogued", [False, True])
+@pytest.mark.parametrize(("catalogued", "kind"), [(False, "postgresql"), (True, "sqlite")])
 def test_a_server_of_the_same_records_gives_the_same_results(
-    by_folder: tuple[sessionmaker[Session], Settings], tmp_path: Path, *, catalogued: bool
+    by_folder: tuple[sessionmaker[Session], Settings],
+    request: pytest.FixtureRequest,
+    tmp_path: Path,
+    *,
+    catalogued: bool,
+    kind: str,
 ) -> None:
+    database = request.getfixturevalue("postgres_database_url") if kind == "postgresql" else None
     with (
         server(catalogued=catalogued) as address,
-        stored(tmp_path, f'kind = "fdsnws"\nlocation = "{address}"') as (sessions, _),
+        stored(tmp_path, f'kind = "fdsnws"\nlocation = "{address}"', database) as (sessions, _),
     ):
         assert results(sessions) == results(by_folder[0])
 
