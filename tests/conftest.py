@@ -1,4 +1,4 @@
-"""Setup of all tests: one process for each core, the longest files first, each computation once."""
+"""How all tests run: a process for each core and one more, the longest files first, each computation once."""
 
 import os
 from pathlib import Path
@@ -15,13 +15,15 @@ LONGEST = (HERE / "longest_first.txt").read_text("utf-8").split()
 """Files that take longest, the longest first: one that begins last would keep a core busy alone."""
 PROCESSES = 4
 """At most: each has a PostgreSQL server of its own."""
+ONE_MORE = 1
+"""Processes beyond the number of cores: many slow tests wait for a lease, a poll or another process."""
 
 
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
     """None beside this process for single files and tests, which would wait for the start of others."""
     if all(Path(one.partition("::")[0]).is_file() for one in config.args):
         return 0
-    return min(os.cpu_count() or 1, PROCESSES)
+    return min((os.cpu_count() or 1) + ONE_MORE, PROCESSES)
 
 
 @pytest.hookimpl(tryfirst=True)  # before tests are selected by their marks
