@@ -1,4 +1,4 @@
-"""How all tests run: a process for each core and one more, the longest files first, each computation once."""
+"""Setup of all tests: a process for each core and one more, the longest files first, each computation once."""
 
 import os
 from pathlib import Path
