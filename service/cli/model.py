@@ -114,8 +114,8 @@ def fit(
     from rich.console import Console
 
     from service.models.model_file import written
-    from service.models.workbench.fit_json import as_json
-    from service.models.workbench.fit_summary import summary
+    from service.models.workbench.comparison_json import fit_as_json as as_json
+    from service.models.workbench.summary import fit_summary as summary
     from service.models.workbench.work import fit as fit_model
 
     with _progress_bar() as report_step:
@@ -137,9 +137,9 @@ def compare(model: Model, files: Files, building: Building, json: Json = None, h
     """
     from rich.console import Console
 
-    from service.models.workbench.comparison_json import as_json
-    from service.models.workbench.page import page
-    from service.models.workbench.summary import summary
+    from service.models.workbench.comparison_json import comparison_as_json as as_json
+    from service.models.workbench.page import comparison_page as page
+    from service.models.workbench.summary import comparison_summary as summary
     from service.models.workbench.work import compare as compare_model
 
     with _progress_bar() as report_step:
@@ -171,8 +171,8 @@ def diagnose(
     from rich.console import Console
 
     from service.models.workbench.diagnosis_json import as_json
-    from service.models.workbench.diagnosis_page import page
-    from service.models.workbench.diagnosis_summary import summary
+    from service.models.workbench.page import diagnosis_page as page
+    from service.models.workbench.summary import diagnosis_summary as summary
     from service.models.workbench.work import diagnose as diagnose_model
 
     with _progress_bar() as report_step:
@@ -255,8 +255,8 @@ def improve(
     from rich.console import Console
 
     from service.models.model_file import written
-    from service.models.workbench.diagnosis_page import page
     from service.models.workbench.improving_output import as_json, summary
+    from service.models.workbench.page import diagnosis_page as page
     from service.models.workbench.work import diagnosis, improve as improved
 
     with _progress_bar() as report_step:

@@ -13,9 +13,8 @@ from service.jobs.stages import ReportStep, Stage
 from service.jobs.tables import Job
 from service.models.inputs import WorkInputs
 from service.models.model_file import ModelFile
-from service.models.stored_records import given, records
 from service.models.tables import DiagnosisPicture, ModelDiagnosis, ModelVersion
-from service.models.work import observing
+from service.models.work import given, observing, records
 from service.models.workbench.diagnosis_json import as_json
 from service.models.workbench.work import diagnose
 from service.version import VERSION
@@ -50,13 +49,13 @@ def diagnosis(model: ModelFile, parent: str, events: Earthquakes, report_step: R
     """
     import vl_convert
 
-    from service.models.workbench.diagnosis_page import figures
+    from service.models.workbench.page import diagnosis_figures
     from service.reports.charts import CONFIG
 
     found = diagnose(model, parent, events, report_step)
     drawn = tuple(
         Picture(one.title, one.caption, vl_convert.vegalite_to_svg(one.picture.to_dict(), config=CONFIG))
-        for one in figures(found.result)
+        for one in diagnosis_figures(found.result)
     )
     return Diagnosis(found.result.outcome, found.result.text, as_json(found), drawn)
 

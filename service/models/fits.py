@@ -14,11 +14,10 @@ from service.jobs.tables import Job
 from service.models import results, versions
 from service.models.inputs import FITTED, LEFT_OUT, WorkInputs
 from service.models.model_file import ModelFile
-from service.models.stored_records import given, records
 from service.models.tables import ModelVersion
 from service.models.versions import Draft
-from service.models.work import Comparison, Observed, compared, observing
-from service.models.workbench import adding_output, fit_json
+from service.models.work import Comparison, Observed, compared, given, observing, records
+from service.models.workbench import adding_output, comparison_json
 from service.models.workbench.work import add, fit
 
 
@@ -41,7 +40,7 @@ def fitted(model: ModelFile, parent: str, events: Earthquakes, report_step: Repo
         ModelError: the model's force grew beyond all bounds.
     """
     found = fit(model, parent, events, report_step)
-    return Fitted(found.model, " ".join(found.result.fit_text), fit_json.as_json(found))
+    return Fitted(found.model, " ".join(found.result.fit_text), comparison_json.fit_as_json(found))
 
 
 def extended(effect: str, model: ModelFile, parent: str, events: Earthquakes, report_step: ReportStep) -> Fitted:

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
+from typing import cast
 
 from core.analysis import analyse
 from core.arrays import Vector
@@ -13,9 +14,10 @@ from core.comparison.prediction import Prediction
 from core.description import BuildingDescription
 from core.model.isolator import Isolator
 from core.workbench.comparing import failure_of
-from core.workbench.earthquakes import AnalysedEarthquake, analysed, joined, model_errors
+from core.workbench.earthquakes import AnalysedEarthquake, Earthquakes, analysed, joined, model_errors
 from service.jobs.stages import Stage
 from service.models.inputs import EventInputs, HeldEvent, WorkInputs
+from service.models.model_file import Directions, ModelFile
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -112,4 +114,25 @@ def _compared(event: HeldEvent, force: ForceComparison, prediction: Prediction |
         misfit=force.misfit,
         displacement=None if prediction is None else prediction.displacement.misfit,
         accelerations={} if prediction is None else {n: p.misfit for n, p in prediction.accelerations.items()},
+    )
+
+
+def given(inputs: WorkInputs) -> ModelFile:
+    """The version as a file would have it."""
+    direction = cast(Directions, inputs.direction)
+    return ModelFile(inputs.description.code, direction, inputs.isolator, inputs.reference)
+
+
+def records(inputs: WorkInputs, seen: Sequence[Observed]) -> Earthquakes:
+    """The wanted events, held-out and unusable ones among them, in order of time.
+
+    Before the first the layer is taken to be new.
+    """
+    wanted = sorted((one for one in seen if one.event.is_wanted), key=lambda one: one.event.start)
+    return joined(
+        [one.earthquake for one in wanted],
+        inputs.description,
+        inputs.band,
+        reference=inputs.reference,
+        held_out=[one.event.name for one in wanted if one.event.is_held_out],
     )

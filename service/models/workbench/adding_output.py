@@ -10,8 +10,7 @@ from core.workbench.improving import ExtensionResult
 from core.workbench.tables import version_tables
 from service.models.workbench.comparison_json import finite, model_as_json
 from service.models.workbench.diagnosis_json import candidate_as_json, versions_as_json
-from service.models.workbench.fit_summary import values_table
-from service.models.workbench.summary import shown
+from service.models.workbench.summary import shown, values_table
 from service.models.workbench.work import Work
 from service.version import VERSION
 

@@ -1,4 +1,4 @@
-"""A model held against records, as JSON: SI units, null for what is not known or has no bound."""
+"""Comparisons and fits as JSON: SI units, null for a value that is not known or has no bound."""
 
 from collections.abc import Collection
 from dataclasses import asdict
@@ -12,12 +12,13 @@ from core.comparison.profile import Bin, Profile
 from core.comparison.region import Region
 from core.workbench.comparing import ComparisonResult
 from core.workbench.earthquakes import ModelErrors
+from core.workbench.fitting import FitResult
 from service.models.model_file import ModelFile
 from service.models.workbench.work import Work
 from service.version import VERSION
 
 
-def as_json(found: Work[ComparisonResult]) -> dict[str, Any]:
+def comparison_as_json(found: Work[ComparisonResult]) -> dict[str, Any]:
     """Every comparison and where the model fails."""
     result = found.result
     failure = result.failure
@@ -147,3 +148,26 @@ def _finite(value: Any) -> Any:  # noqa: ANN401  whatever JSON may hold
         case list() | tuple():
             return [_finite(member) for member in value]
     return value
+
+
+def fit_as_json(found: Work[FitResult]) -> dict[str, Any]:
+    """Values, covariance, outcome, and the errors before and after."""
+    result, fit = found.result, found.result.fit
+    before, after = result.versions
+    return finite(
+        {
+            "version": VERSION,
+            "building": found.model.building,
+            "model": model_as_json(found.model),
+            "outcome": fit.outcome.name.lower(),
+            "undetermined": [list(key) for key in fit.undetermined],
+            "covariance": {
+                "parameters": [list(key) for key in fit.free],
+                "matrix": (fit.covariance * result.inflation).tolist(),
+            },
+            "before": events_as_json(before.errors, result.earthquakes.held_out),
+            "after": events_as_json(after.errors, result.earthquakes.held_out),
+            "explanation": " ".join(result.text),
+            "unused": list(result.earthquakes.unused),
+        }
+    )

@@ -10,8 +10,7 @@ from core.workbench.improving import ImprovementResult
 from core.workbench.tables import version_tables
 from service.models.workbench.comparison_json import finite, model_as_json
 from service.models.workbench.diagnosis_json import as_json as diagnosis_as_json, versions_as_json
-from service.models.workbench.fit_summary import values_table
-from service.models.workbench.summary import shown
+from service.models.workbench.summary import shown, values_table
 from service.models.workbench.work import Work, diagnosis
 from service.version import VERSION
 

@@ -1,6 +1,7 @@
-"""A model held against records, for an engineer at a terminal."""
+"""Results of the workbench as text for a terminal."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 from rich.console import Group, RenderableType
 from rich.table import Table
@@ -8,12 +9,16 @@ from rich.text import Text
 
 from core.tables import Table as ErrorsTable
 from core.workbench.comparing import ComparisonResult, force_table, outer_levels, prediction_table
+from core.workbench.diagnosing import BRIEF, DiagnosisResult, candidate_table
+from core.workbench.fitting import FitResult
+from core.workbench.tables import values_of, version_tables
+from service.models.model_file import ModelFile
 from service.models.workbench.work import Work
 
 
-def summary(found: Work[ComparisonResult]) -> RenderableType:
+def comparison_summary(found: Work[ComparisonResult]) -> RenderableType:
     """Errors by earthquake and over all, then where the model fails."""
-    return Group(*_parts(found))
+    return Group(*_comparison_parts(found))
 
 
 def shown(table: ErrorsTable) -> Table:
@@ -27,7 +32,7 @@ def shown(table: ErrorsTable) -> Table:
     return drawn
 
 
-def _parts(found: Work[ComparisonResult]) -> Iterator[RenderableType]:
+def _comparison_parts(found: Work[ComparisonResult]) -> Iterator[RenderableType]:
     effects = ", ".join(found.model.isolator.effects)
     yield Text(f"{found.model.building}, direction {found.model.direction}: {effects}\n", style="bold")
     result = found.result
@@ -38,3 +43,59 @@ def _parts(found: Work[ComparisonResult]) -> Iterator[RenderableType]:
     yield Text("\n".join(result.text))
     for remark in (*result.errors.remarks, *(f"not used: {one}" for one in result.earthquakes.unused)):
         yield Text(f"\n{remark}", style="dim")
+
+
+def fit_summary(found: Work[FitResult]) -> RenderableType:
+    """Values, errors before and after, and what to know of them."""
+    return Group(*_fit_parts(found))
+
+
+def values_table(model: ModelFile) -> Table:
+    """Of every parameter."""
+    table = Table("effect", "parameter")
+    table.add_column("value", justify="right")
+    table.add_column("standard deviation")
+    table.add_column("unit")
+    for one in values_of(model.isolator, model.standard_deviations):
+        table.add_row(one.effect, one.parameter, one.value, one.std or "held", one.unit)
+    return table
+
+
+def _fit_parts(found: Work[FitResult]) -> Iterator[RenderableType]:
+    yield Text(f"{found.model.building}, direction {found.model.direction}\n", style="bold")
+    yield values_table(found.model)
+    for table in version_tables(found.result.versions, found.result.earthquakes):
+        yield Text("")
+        yield shown(table)
+        yield Text(table.note, style="dim")
+    yield Text("\n" + "\n".join(found.result.text))
+    for reason in found.result.earthquakes.unused:
+        yield Text(f"\nnot used: {reason}", style="dim")
+
+
+def diagnosis_summary(found: Work[DiagnosisResult]) -> RenderableType:
+    """What is missing, what was tried, and the errors of every version."""
+    return Group(*_diagnosis_parts(found))
+
+
+def _brief(table: ErrorsTable) -> ErrorsTable:
+    """Without the remarks, for which a terminal is too narrow; the text has those that matter."""
+    return replace(table, headings=table.headings[:-1], rows=tuple(row[:-1] for row in table.rows))
+
+
+def _diagnosis_parts(found: Work[DiagnosisResult]) -> Iterator[RenderableType]:
+    result = found.result
+    effects = ", ".join(found.given.isolator.effects)
+    yield Text(f"{found.given.building}, direction {found.given.direction}: {effects}\n", style="bold")
+    yield Text("\n".join(result.text) + "\n")
+    versions = (*result.versions[:2], *result.versions[2:][-1:])
+    for table in (
+        _brief(candidate_table(result, result.candidates[:BRIEF])),
+        *version_tables(versions, result.earthquakes),
+    ):
+        yield shown(table)
+        yield Text(f"{table.note}\n", style="dim")
+    if result.diagnosis.steps:
+        yield values_table(found.model)
+    for reason in result.earthquakes.unused:
+        yield Text(f"\nnot used: {reason}", style="dim")

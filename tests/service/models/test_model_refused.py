@@ -20,7 +20,7 @@ from service.kinds import KINDS
 from service.models import diagnoses, requests as model_requests
 from service.models.inputs import WorkInputs
 from service.models.schema import FitRequest, ModelRequest
-from service.models.stored_records import records
+from service.models.work import records
 
 EFFECTS = {name: dict(values) for name, values in ISOLATOR.effects.items()}
 

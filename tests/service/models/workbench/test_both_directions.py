@@ -19,9 +19,8 @@ from core.workbench.earthquakes import Earthquakes
 from service.jobs.stages import silent
 from service.models.model_file import ModelFile, read, written
 from service.models.workbench.diagnosis_json import as_json
-from service.models.workbench.diagnosis_page import page
-from service.models.workbench.diagnosis_summary import summary
-from service.models.workbench.summary import summary as comparison_summary
+from service.models.workbench.page import diagnosis_page as page
+from service.models.workbench.summary import comparison_summary, diagnosis_summary as summary
 from service.models.workbench.work import Work, compare, diagnose
 
 GIVEN = ModelFile("PAPER", "xy", Isolator({n: v for n, v in COUPLED.effects.items() if n != "biaxial"}))

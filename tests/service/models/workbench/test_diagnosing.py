@@ -24,8 +24,8 @@ from core.workbench.improving import ImprovementResult
 from service.jobs.stages import silent
 from service.models.model_file import ModelFile, read, written
 from service.models.workbench import adding_output, diagnosis_json, improving_output
-from service.models.workbench.diagnosis_page import page
-from service.models.workbench.diagnosis_summary import summary
+from service.models.workbench.page import diagnosis_page as page
+from service.models.workbench.summary import diagnosis_summary as summary
 from service.models.workbench.work import Work, add, diagnose, improve
 
 OFFERED = ("friction", "hardening", "power_viscous")
