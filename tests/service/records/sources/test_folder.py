@@ -71,7 +71,7 @@ def test_a_file_too_large_is_not_read(folder: Folder) -> None:
 
 
 def test_a_folder_that_is_missing_is_reported(tmp_path: Path) -> None:
-    with pytest.raises(SourceError, match="does not exist; make it"):
+    with pytest.raises(SourceError, match="does not exist; create it"):
         list(Folder(tmp_path / "gone", 1000, 2, SourceMemory()).steps({}, NOW))
 
 
