@@ -140,7 +140,7 @@ def test_an_address_that_an_earlier_version_accepted(database: sessionmaker[Sess
     with database.begin() as session:
         building = building_store.add(session, building_file("archive", "http://127.0.0.1:1/"), Path("/"), NOW)
         revision = building_store.current(session, building)
-        revision.toml = revision.toml.replace("http://127.0.0.1:1/", "htp:/x")
+        revision.toml, revision.parsed = revision.toml.replace("http://127.0.0.1:1/", "htp:/x"), None
         number = building.id
     SourcePoller(database, SETTINGS, lambda: NOW, lambda _: None).poll("TOWER")
     with database() as session:
