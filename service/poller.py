@@ -24,11 +24,11 @@ from sqlalchemy.orm import Session, sessionmaker
 
 from service.alerts import periodic_checks
 from service.buildings.tables import Building
-from service.db import leases
-from service.db.leases import POLLING, POLLING_LEASE, SHARING
+from service.db import process_leases
 from service.db.problems import Attempts
-from service.records.lanes import Lanes
-from service.records.polling import SourcePoller
+from service.db.process_leases import POLLING, POLLING_LEASE, SHARING
+from service.records.source_poller import SourcePoller
+from service.records.source_schedule import SourceSchedule
 from service.records.tables import SourceState
 from service.settings import Settings
 
@@ -87,7 +87,7 @@ class Poller:
         """Poll until `stop` is set; polls in progress end at their next step, or are abandoned while their server
         keeps them waiting."""
         sources = SourcePoller(self.sessions, self.settings, self.clock, stop.wait, stop.is_set)
-        lanes = Lanes(lambda code: self._poll(sources, code), self.settings.polling.interval)
+        schedule = SourceSchedule(lambda code: self._poll(sources, code), self.settings.polling.interval)
         scheduler = BackgroundScheduler(
             executors={"default": ThreadPoolExecutor(1), "checks": ThreadPoolExecutor(1)},
             job_defaults={"coalesce": True, "max_instances": 1, "misfire_grace_time": None},
@@ -97,23 +97,25 @@ class Poller:
         try:
             while not stop.is_set():
                 with self.attempts.one():
-                    self._round(scheduler, sources, lanes, stop)
+                    self._round(scheduler, sources, schedule, stop)
                 stop.wait(min(ROUND, self.settings.polling.interval))
         finally:
             scheduler.shutdown(wait=True)
-            if left := lanes.end():
+            if left := schedule.end():
                 log.warning("stopped before the sources of %s had answered; no data is lost", ", ".join(left))
             with self.attempts.one(), self.sessions.begin() as session:
-                leases.give_up(session, POLLING, self.holder)
-                leases.give_up(session, SHARING + self.holder, self.holder)
+                process_leases.give_up(session, POLLING, self.holder)
+                process_leases.give_up(session, SHARING + self.holder, self.holder)
 
-    def _round(self, scheduler: BackgroundScheduler, sources: SourcePoller, lanes: Lanes, stop: Signal) -> None:
+    def _round(
+        self, scheduler: BackgroundScheduler, sources: SourcePoller, schedule: SourceSchedule, stop: Signal
+    ) -> None:
         """Renew the leases, and schedule one job for every building of this poller's share."""
         now = self.clock()
         with self.sessions.begin() as session:
-            holds = leases.hold(session, POLLING, self.holder, now, POLLING_LEASE)
-            leases.hold(session, SHARING + self.holder, self.holder, now, POLLING_LEASE)
-            pollers = leases.sharing(session, now)
+            holds = process_leases.hold(session, POLLING, self.holder, now, POLLING_LEASE)
+            process_leases.hold(session, SHARING + self.holder, self.holder, now, POLLING_LEASE)
+            pollers = process_leases.sharing(session, now)
             codes = session.scalars(select(Building.code)).all()
         own = [] if self._is_joining(pollers) else [one for one in codes if owner(one, pollers) == self.holder]
         share = frozenset(own)
@@ -126,11 +128,11 @@ class Poller:
         for name in running - due:
             scheduler.remove_job(name)
         if new := due - running:
-            lanes.expect_failure(self._failing())
+            schedule.expect_failure(self._failing())
         for name in sorted(new):
-            self._start(scheduler, lanes, name, stop.is_set)
+            self._start(scheduler, schedule, name, stop.is_set)
         self._run_overdue(scheduler)
-        lanes.go_on()
+        schedule.go_on()
         if holds:
             sources.queue_ready()
 
@@ -140,11 +142,13 @@ class Poller:
         self.met = {name: end for name, end in met.items() if pollers.get(name) == end}
         return bool(self.met)
 
-    def _start(self, scheduler: BackgroundScheduler, lanes: Lanes, name: str, stopped: Callable[[], bool]) -> None:
+    def _start(
+        self, scheduler: BackgroundScheduler, schedule: SourceSchedule, name: str, stopped: Callable[[], bool]
+    ) -> None:
         """Schedule a building, or the checks, which take long and have their own thread."""
         checks = name == CHECKS
         scheduler.add_job(
-            self._check if checks else lanes.due,
+            self._check if checks else schedule.due,
             Every(timedelta(seconds=self.settings.data_health.interval if checks else self.settings.polling.interval)),
             args=(stopped,) if checks else (name,),
             id=name,

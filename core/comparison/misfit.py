@@ -43,7 +43,7 @@ class Misfit:
 
     @property
     def fitting_rate(self) -> float:
-        """Percent, the paper's: 100 (1 − ‖y − ŷ‖ / ‖y − mean(y)‖); see core.comparison.misfit."""
+        """Percent, the paper's: 100 (1 − ‖y − ŷ‖ / ‖y − mean(y)‖); see `fitting_rate`."""
         return 100 * (1 - sqrt(self.error / self.spread)) if self.spread > 0 else -inf
 
     @property

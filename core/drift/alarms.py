@@ -15,13 +15,12 @@ from core.arrays import Matrix, Vector
 from core.drift.baseline import Baseline
 from core.drift.change_statistics import LOCATING_CLIP, DeviationSequence, Innovations, change_size, first_innovations
 from core.drift.deviations import relative_change
+from core.drift.onset import changed_reference_events, onset_interval
 from core.drift.quantities import Quantity
 from core.drift.rules import (
     RECOVERY,
     SLOW,
     Rule,
-    changed_reference_events,
-    onset_interval,
     pending_statistics,
     ramps,
     rule_statistics,

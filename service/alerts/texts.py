@@ -1,4 +1,5 @@
-"""The texts of this room that people read: names, dates and amounts, and every sentence of an alert and its messages.
+"""The texts of this room that people read: names, dates and amounts, and the sentences of alerts
+about single earthquakes, data health and reminders.
 
 The sentences of a drift alert are in `service.drift.texts`, those of the verdict in `service.verdict.texts`, and the
 frame of every message (marks, notes to new recipients) in `service.notify.texts`.

@@ -90,7 +90,7 @@ def poll(
 
     settings = current_settings()
     if once:
-        from service.records.polling import SourcePoller
+        from service.records.source_poller import SourcePoller
 
         with migrated(settings) as sessions:
             SourcePoller(sessions, settings).poll_all()
@@ -143,7 +143,7 @@ def import_files(
     """Import files into the database, as the poller does."""
     from service.buildings.store import BuildingError, find
     from service.records import events
-    from service.records.polling import SourcePoller
+    from service.records.source_poller import SourcePoller
     from service.records.sources.source import Arrival
 
     refused = False

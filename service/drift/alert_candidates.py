@@ -28,9 +28,9 @@ from service.buildings.tables import Building
 from service.drift import texts
 from service.records.tables import Event
 from service.verdict import reading, texts as verdict_texts
-from service.verdict.assessment import motion_checks
 from service.verdict.checks import Check, Level, Measured, gravest
 from service.verdict.limits import RESIDUAL, first_to_inspect
+from service.verdict.motion_checks import motion_checks
 
 KINDS: Mapping[str, Kind] = {"gain": "sensor", "noise": "sensor", "model_error": "model"}
 """By quantity; every other one is of the building itself."""

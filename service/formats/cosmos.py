@@ -18,7 +18,7 @@ from core.record import Quantity
 from service.formats.errors import FormatError
 from service.formats.trace import Contents, Trace
 from service.formats.units import Gain, unit_gain
-from service.formats.volume import PRINTED, check_peak, first_match, numbers_in_columns, records, sampling_rate
+from service.formats.volume2 import PRINTED, check_peak, first_match, numbers_in_columns, records, sampling_rate
 
 FIRST = re.compile(rb"(corrected |velocity|displacement)[^\r\n]{0,200}\(format v", re.IGNORECASE)
 """Raw counts, uncorrected accelerations and response spectra begin otherwise."""

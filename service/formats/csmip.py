@@ -11,7 +11,7 @@ from datetime import UTC, datetime, timedelta, timezone
 from service.formats.errors import FormatError
 from service.formats.trace import Contents, Trace
 from service.formats.units import Gain, unit_gain
-from service.formats.volume import check_peak, first_match, numbers_in_columns, records, sampling_rate
+from service.formats.volume2 import check_peak, first_match, numbers_in_columns, records, sampling_rate
 
 FIRST = re.compile(rb"corrected accelerogram", re.IGNORECASE)
 START = re.compile(

@@ -16,7 +16,7 @@ from core.arrays import Matrix
 from service.formats.errors import FormatError
 from service.formats.trace import Contents, Trace
 from service.formats.units import Gain, unit_gain
-from service.formats.volume import text_lines
+from service.formats.volume2 import text_lines
 
 KEYS = ("start", "rate")
 COLUMN = re.compile(r"(\S+)\s*\[([^\]]*)\]")

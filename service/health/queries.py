@@ -7,7 +7,7 @@ from sqlalchemy import func, or_, select
 from sqlalchemy.orm import Session
 
 from service.analyses.tables import Analysis
-from service.db.leases import is_wrong
+from service.db.process_leases import is_wrong
 from service.db.select import Line
 from service.jobs.queue import UNDER_WAY
 from service.jobs.tables import Job

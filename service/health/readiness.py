@@ -13,11 +13,11 @@ from sqlalchemy.orm import Session
 from service.alerts.tables import Alert
 from service.buildings import store as building_store
 from service.buildings.tables import Building, Revision
-from service.db.leases import POLLING, POLLING_LEASE, WORKING, has_passed
+from service.db.process_leases import POLLING, POLLING_LEASE, WORKING, has_passed
 from service.db.sessions import free_bytes
 from service.health import queries
 from service.jobs.tables import Job, Lease
-from service.records import lanes
+from service.records import source_schedule
 from service.records.tables import SourceState
 from service.settings import Settings
 
@@ -120,7 +120,7 @@ def _late(session: Session, settings: Settings, now: datetime) -> Iterator[tuple
     )
     for building, since, state in session.execute(query):
         looked = max(since, state.looked_at) if state is not None and state.looked_at else since
-        rest = lanes.LONGEST_PAUSE if state is not None and state.failing_since else 0.0
+        rest = source_schedule.LONGEST_PAUSE if state is not None and state.failing_since else 0.0
         is_late = now - looked > timedelta(seconds=patience + rest)
         if is_late and building_store.described(session, building).source is not None:
             yield building.code, looked

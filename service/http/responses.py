@@ -29,8 +29,10 @@ Format = Annotated[
 ]
 JSON = "application/json"
 CSV = "text/csv"
-CSV_EXAMPLE = "A header line with the names of the columns, then one line a row; an empty field is null. A text "
-"that a spreadsheet would take for a formula begins with an apostrophe."
+CSV_EXAMPLE = (
+    "A header line with the names of the columns, then one line a row; an empty field is null. A text "
+    "that a spreadsheet would take for a formula begins with an apostrophe."
+)
 FORMULAS = ("=", "+", "-", "@", "\t", "\r")
 """First characters of a text that a spreadsheet would run as a formula."""
 CACHED = 32 * 2**20

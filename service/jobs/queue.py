@@ -11,7 +11,7 @@ from sqlalchemy.orm import Session
 from service.access.roles import Caller, Role
 from service.analyses.tables import Analysis
 from service.buildings.tables import Building
-from service.db.leases import is_wrong
+from service.db.process_leases import is_wrong
 from service.errors import ConflictError, ForbiddenError, TooManyRequestsError
 from service.jobs import queries
 from service.jobs.tables import Job

@@ -17,9 +17,9 @@ from sqlalchemy.exc import OperationalError
 from sqlalchemy.orm import Session, sessionmaker
 
 from core.errors import CoreError
-from service.db import leases
-from service.db.leases import WORKING
+from service.db import process_leases
 from service.db.problems import Attempts
+from service.db.process_leases import WORKING
 from service.db.sessions import reading
 from service.jobs import queue
 from service.jobs.executors import Executors, end, without_interrupts
@@ -136,7 +136,7 @@ class Worker:
         if self.extended_at is not None and elapsed - self.extended_at < self.settings.jobs.lease / 3:
             return
         with self.sessions.begin() as session:
-            leases.hold(session, WORKING, self.holder, now, self._lease)
+            process_leases.hold(session, WORKING, self.holder, now, self._lease)
         self.extended_at = elapsed
         for future, job in list(self.running.items()):
             with self.sessions.begin() as session:
@@ -168,7 +168,7 @@ class Worker:
                 with self.sessions.begin() as session:
                     queue.release(session, job.claim)
             with self.sessions.begin() as session:
-                leases.give_up(session, WORKING, self.holder)
+                process_leases.give_up(session, WORKING, self.holder)
         except OperationalError as error:
             log.warning("the database is out of reach, the claims will lapse by themselves: %s", error.orig)
         self.running.clear()

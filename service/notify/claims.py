@@ -11,7 +11,7 @@ from sqlalchemy import Select, and_, exists, or_, select, update
 from sqlalchemy.orm import Session, aliased, joinedload
 
 from service.buildings.recipient_rules import shown_address
-from service.db.leases import is_wrong
+from service.db.process_leases import is_wrong
 from service.errors import ConflictError
 from service.notify import texts
 from service.notify.channels import DeliveryResult

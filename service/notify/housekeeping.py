@@ -13,8 +13,8 @@ import httpx
 from sqlalchemy import exists, or_, select, update
 from sqlalchemy.orm import Session, aliased, sessionmaker
 
-from service.db import leases
-from service.db.leases import is_wrong
+from service.db import process_leases
+from service.db.process_leases import is_wrong
 from service.db.sessions import reading
 from service.health import readiness
 from service.notify.channels import alertmanager
@@ -54,7 +54,7 @@ class Housekeeping:
         given = self.settings
         self.next_step = self.timer() + min(LONGEST_PAUSE, given.notify.alertmanager_interval, given.heartbeat.interval)
         with self.sessions.begin() as session:
-            holds = leases.hold(session, NOTIFYING, self.holder, self.clock(), LEASE)
+            holds = process_leases.hold(session, NOTIFYING, self.holder, self.clock(), LEASE)
         if holds:
             self._resend()
             self._beat()
@@ -62,7 +62,7 @@ class Housekeeping:
     def end(self) -> None:
         """Give up the lease, so that another notifier takes over at once."""
         with self.sessions.begin() as session:
-            leases.give_up(session, NOTIFYING, self.holder)
+            process_leases.give_up(session, NOTIFYING, self.holder)
 
     def _resend(self) -> None:
         interval = timedelta(seconds=self.settings.notify.alertmanager_interval)

@@ -10,7 +10,7 @@ from sqlalchemy.orm import Session, undefer
 from service.buildings import store as building_store
 from service.buildings.tables import Building
 from service.db.blobs import decode, encode
-from service.db.leases import is_wrong
+from service.db.process_leases import is_wrong
 from service.formats.trace import Trace, extent, overlapping
 from service.jobs import queue as job_queue
 from service.jobs.tables import Job

@@ -5,19 +5,18 @@ provisional, beyond the limits or beyond what earlier earthquakes showed; nothin
 """
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from core.description import IsolationLayer
 from service.verdict.checks import Check, Lacking, Level, Limits, Measured, Outcome, checked, gravest, undecided
-from service.verdict.limits import RESIDUAL, STIFFNESS, TOLERANCE, design_limits, moat_limits, strain_limits
+from service.verdict.limits import STIFFNESS, TOLERANCE
+from service.verdict.motion_checks import DESIGN, MOAT, RESIDUAL_OFFSET, STRAIN, motion_checks
 
-STRAIN, DESIGN, MOAT, RESIDUAL_OFFSET = "shear_strain", "design_displacement", "moat_clearance", "residual_displacement"
 LARGEST, STIFFNESS_CHANGE, DATA = "largest_so_far", "stiffness", "data_quality"
 REQUIRED = frozenset({STRAIN, DESIGN, MOAT, RESIDUAL_OFFSET, LARGEST, STIFFNESS_CHANGE, DATA})
 """Names of checks without which nothing is normal."""
 
 
-NO_LENGTH = Lacking(reason="The building file gives no length to compare with.", remedy="")
 NO_DIRECTION = Lacking(
     reason="No direction of the isolators is measured.",
     remedy="An accelerometer on the base slab and a displacement transducer.",
@@ -142,35 +141,12 @@ def _levels(facts: Facts, checks: tuple[Check, ...]) -> Iterator[Level]:
     yield from (alert.level for alert in facts.alerts)
 
 
-def motion_checks(
-    layer: IsolationLayer, displacement: Measured | Lacking, residual: Measured | Lacking
-) -> tuple[Check, ...]:
-    """Checks of how far the isolators moved, and of what remained, against limits of the building (m)."""
-    return (
-        _share(STRAIN, displacement, layer.rubber_height, strain_limits(layer)),
-        _share(DESIGN, displacement, layer.design_displacement, design_limits(layer)),
-        _share(MOAT, displacement, layer.moat_clearance, moat_limits(layer)),
-        checked(RESIDUAL_OFFSET, residual, RESIDUAL, unit="m"),
-    )
-
-
 def _checks(facts: Facts) -> Iterator[Check]:
     yield from motion_checks(facts.layer, facts.displacement, facts.residual)
     yield checked(LARGEST, facts.displacement, _largest(facts.largest_earlier), unit="m")
     for direction, change in sorted((facts.stiffness or {"": NO_DIRECTION}).items()):
         yield checked(STIFFNESS_CHANGE, change, STIFFNESS, subject=direction)
     yield _data(facts.data_problems)
-
-
-def _share(name: str, displacement: Measured | Lacking, length: float | None, limits: Limits | Lacking) -> Check:
-    """A displacement over a length of the building file."""
-    if isinstance(limits, Lacking) or length is None:
-        return checked(name, NO_LENGTH, limits)
-    if isinstance(displacement, Lacking):
-        return checked(name, displacement, limits)
-    u = displacement.uncertainty
-    share = replace(displacement, value=displacement.value / length, uncertainty=None if u is None else u / length)
-    return checked(name, share, limits)
 
 
 def _largest(earlier: float | None) -> Limits | Lacking:

@@ -18,7 +18,7 @@ from service.jobs.executors import executors
 from service.jobs.worker import Worker
 from service.kinds import KINDS
 from service.records import events
-from service.records.polling import SourcePoller
+from service.records.source_poller import SourcePoller
 from service.records.sources.source import Arrival
 from service.settings import Settings
 

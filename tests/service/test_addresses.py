@@ -17,7 +17,7 @@ from service.alerts import periodic_checks
 from service.alerts.tables import Alert, AlertChange
 from service.buildings import store as building_store
 from service.notify.tables import Message
-from service.records.polling import SourcePoller
+from service.records.source_poller import SourcePoller
 from service.records.tables import FetchedFile, Recording, SourceState
 from service.settings import Settings
 

@@ -17,7 +17,7 @@ from sqlalchemy.orm import Session, sessionmaker
 from service.buildings import store as building_store
 from service.jobs.worker import Worker
 from service.kinds import KINDS
-from service.records.polling import SourcePoller
+from service.records.source_poller import SourcePoller
 from service.settings import Settings
 
 NOW = paper_records.START + timedelta(days=200)

@@ -9,9 +9,9 @@ from urllib.parse import unquote
 
 from service import parsing
 from service.addresses import without_credentials
-from service.records.sources.http import Answer, Client, Partial, UnansweredError
 from service.records.sources.listing import Listed, Page, pages, remembered
 from service.records.sources.problems import incomplete, is_page, titled
+from service.records.sources.retried_requests import Answer, Client, Partial, UnansweredError
 from service.records.sources.source import (
     Arrival,
     Cursor,

@@ -8,7 +8,7 @@ from service import parsing
 from service.formats import FormatError
 from service.formats.fdsn_xml import Origin
 from service.parsing import ParserDiedError
-from service.records.sources.http import Client
+from service.records.sources.retried_requests import Client
 from service.records.sources.source import SourceError
 
 

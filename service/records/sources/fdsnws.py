@@ -12,13 +12,13 @@ from http import HTTPStatus
 from typing import Any
 
 from service import parsing
-from service.db.leases import has_passed
+from service.db.process_leases import has_passed
 from service.formats.waveforms import Piece
 from service.parsing import Limits
 from service.records.sources.catalogue import Catalogue
-from service.records.sources.http import Client
 from service.records.sources.late_data import Gap, gaps, noted, pieces, reached, still_open, written
 from service.records.sources.problems import LOCATION, incomplete, is_page, titled
+from service.records.sources.retried_requests import Client
 from service.records.sources.source import Arrival, Cursor, SourceError, Step, TooLargeError
 
 EARLIEST = datetime(1990, 1, 1, tzinfo=UTC)

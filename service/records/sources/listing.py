@@ -12,8 +12,8 @@ from http import HTTPStatus
 from typing import Any
 from urllib.parse import urljoin, urlsplit
 
-from service.records.sources.http import Answer, Client
 from service.records.sources.problems import refusal
+from service.records.sources.retried_requests import Answer, Client
 from service.records.sources.source import SourceError
 
 LARGEST = 16 * 2**20

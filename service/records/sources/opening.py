@@ -13,7 +13,7 @@ from service.records.sources.archive import Archive
 from service.records.sources.catalogue import Catalogue
 from service.records.sources.fdsnws import EARLIEST, FdsnWebServices
 from service.records.sources.folder import Folder
-from service.records.sources.http import Client, Manners, client, origin
+from service.records.sources.retried_requests import Client, Manners, client, origin
 from service.records.sources.source import Memory, Source, SourceError
 from service.settings import Settings
 

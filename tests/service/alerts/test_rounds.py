@@ -26,7 +26,7 @@ from service.jobs import queue as job_queue
 from service.jobs.tables import Job
 from service.notify.tables import Delivery, Message
 from service.poller import Poller
-from service.records.polling import SourcePoller
+from service.records.source_poller import SourcePoller
 from service.records.tables import Event, Recording, SourceState, Waveform
 from service.settings import Settings
 

@@ -11,7 +11,7 @@ from api_client import TestClient, client
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.buildings import store as building_store
-from service.records.polling import SourcePoller
+from service.records.source_poller import SourcePoller
 
 MOTION = "/api/v1/events/1/layer-motion"
 

@@ -29,7 +29,7 @@ from service.jobs import queue as job_queue
 from service.jobs.worker import Worker
 from service.kinds import KINDS
 from service.records import events
-from service.records.polling import SourcePoller
+from service.records.source_poller import SourcePoller
 from service.records.tables import Event, Waveform
 from service.settings import Settings
 

@@ -17,8 +17,8 @@ from sqlalchemy.orm import Session, sessionmaker
 
 from service.buildings import store as building_store
 from service.buildings.recipient_rules import SEVERITIES, WANTED_KINDS
-from service.db import leases, sessions as opened
-from service.db.leases import has_passed
+from service.db import process_leases, sessions as opened
+from service.db.process_leases import has_passed
 from service.jobs import queue as job_queue
 from service.jobs.tables import Job
 from service.notify import claims, housekeeping
@@ -46,9 +46,9 @@ def test_an_end_further_ahead_than_it_can_be_has_passed(seconds: int, is_over: b
 
 def test_a_lease_of_before_the_clock_was_set_back_is_free(sessions: sessionmaker[Session]) -> None:
     with sessions.begin() as session:
-        assert leases.hold(session, "polling", "a", NOW, LEASE)
-        assert not leases.hold(session, "polling", "b", NOW - LEASE / 2, LEASE)
-        assert leases.hold(session, "polling", "b", BACK, LEASE)
+        assert process_leases.hold(session, "polling", "a", NOW, LEASE)
+        assert not process_leases.hold(session, "polling", "b", NOW - LEASE / 2, LEASE)
+        assert process_leases.hold(session, "polling", "b", BACK, LEASE)
 
 
 def test_work_claimed_before_the_clock_was_set_back_is_claimed_again(sessions: sessionmaker[Session]) -> None:

@@ -7,7 +7,7 @@ from zipfile import ZIP_DEFLATED, ZipFile
 
 import pytest
 
-from service.formats import FormatError, cosmos, csmip, csv_table, read, volume
+from service.formats import FormatError, cosmos, csmip, csv_table, read, volume2
 from service.records.sources.fdsnws import WRITTEN
 
 COSMOS = "Corrected acceleration (Format v01.20 with 13 text lines)\n"
@@ -70,8 +70,8 @@ def test_a_line_that_no_format_has_is_refused() -> None:
 
 
 def test_too_many_lines_or_columns_are_refused() -> None:
-    with pytest.raises(FormatError, match=f"lines, at most {volume.MOST_LINES} are accepted; send shorter files"):
-        read("a.csv", b"#\n" + b"\n" * (2 * volume.MOST_LINES + 1), {})
+    with pytest.raises(FormatError, match=f"lines, at most {volume2.MOST_LINES} are accepted; send shorter files"):
+        read("a.csv", b"#\n" + b"\n" * (2 * volume2.MOST_LINES + 1), {})
     heading = b"# start: 2024-01-01T00:00:00Z\n# rate: 100\n"
     with pytest.raises(FormatError, match=f"has 1001 columns, at most {csv_table.MOST_COLUMNS} are accepted"):
         read("a.csv", heading + b",".join([b"A [g]"] * 1001), {})

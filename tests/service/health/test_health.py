@@ -13,8 +13,8 @@ from service.access import keys
 from service.access.auth import Role
 from service.analyses.tables import Analysis
 from service.buildings.tables import Building, Revision
-from service.db import leases
-from service.db.leases import POLLING, WORKING
+from service.db import process_leases
+from service.db.process_leases import POLLING, WORKING
 from service.jobs.tables import Job
 from service.records.tables import Event, Recording, SourceState
 
@@ -27,7 +27,7 @@ def alive(sessions: sessionmaker[Session], seconds: float) -> None:
     now = datetime.now(UTC)
     with sessions.begin() as session:
         for right in (POLLING, WORKING):
-            leases.hold(session, right, "host:1", now, timedelta(seconds=seconds))
+            process_leases.hold(session, right, "host:1", now, timedelta(seconds=seconds))
 
 
 def test_ready_means_this_versions_tables_a_poller_and_a_worker(

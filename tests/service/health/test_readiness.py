@@ -18,12 +18,12 @@ from sqlalchemy.orm import Session, sessionmaker
 
 from service.buildings import store as building_store
 from service.buildings.tables import Building
-from service.db import leases, sessions as opened
-from service.db.leases import POLLING, POLLING_LEASE, WORKING
+from service.db import process_leases, sessions as opened
+from service.db.process_leases import POLLING, POLLING_LEASE, WORKING
 from service.jobs import queue as job_queue
 from service.jobs.tables import Job, Lease
 from service.notify.housekeeping import Housekeeping
-from service.records.polling import SourcePoller
+from service.records.source_poller import SourcePoller
 from service.records.tables import Event, SourceState
 from service.settings import Settings
 
@@ -60,7 +60,7 @@ def sessions(url: str) -> Iterator[sessionmaker[Session]]:
         for table in (Job, Event, Lease):
             session.query(table).delete()
         for right, length in ((POLLING, POLLING_LEASE), (WORKING, timedelta(seconds=SETTINGS.jobs.lease))):
-            leases.hold(session, right, "host:1", datetime.now(UTC), length)
+            process_leases.hold(session, right, "host:1", datetime.now(UTC), length)
     SourcePoller(made, SETTINGS).poll_all()
     yield made
     made.kw["bind"].dispose()
@@ -185,7 +185,7 @@ def test_a_full_disk_is_not_ready_until_it_has_room(small_disk: Path) -> None:
     sessions = opened.sessions(url)
     with sessions.begin() as session:
         for right in (POLLING, WORKING):
-            leases.hold(session, right, "host:1", datetime.now(UTC), POLLING_LEASE)
+            process_leases.hold(session, right, "host:1", datetime.now(UTC), POLLING_LEASE)
     reserve = 20 * 8 * MIB  # so that 8 MiB have to be free
     assert failing(url, disk_reserve=reserve) == []
     (small_disk / "filling").write_bytes(bytes(shutil.disk_usage(small_disk).free - MIB))

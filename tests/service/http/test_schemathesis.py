@@ -22,8 +22,8 @@ from sqlalchemy.orm import Session, sessionmaker
 
 from service.access import keys
 from service.access.auth import Role
-from service.db import leases
-from service.db.leases import POLLING, POLLING_LEASE, WORKING
+from service.db import process_leases
+from service.db.process_leases import POLLING, POLLING_LEASE, WORKING
 
 pytestmark = pytest.mark.slow
 
@@ -50,7 +50,7 @@ def parts(sessions: sessionmaker[Session]) -> Iterator[None]:
         while True:
             with sessions.begin() as session:
                 for right in (POLLING, WORKING):
-                    leases.hold(session, right, "a part", datetime.now(UTC), POLLING_LEASE)
+                    process_leases.hold(session, right, "a part", datetime.now(UTC), POLLING_LEASE)
             if stop.wait(10):
                 return
 

@@ -13,7 +13,7 @@ from model_jobs import create_model, finished_job, job_events, work
 from sqlalchemy.orm import Session, sessionmaker
 
 from core.paper import ISOLATOR
-from service.records.polling import SourcePoller
+from service.records.source_poller import SourcePoller
 
 pytestmark = pytest.mark.slow
 

@@ -15,8 +15,8 @@ from sqlalchemy.orm import Session, sessionmaker
 from service.alerts.tables import Alert
 from service.buildings import recipients, store as building_store
 from service.buildings.recipient_rules import SEVERITIES, STANDING, ReceiverRule
-from service.db import leases
-from service.db.leases import POLLING, WORKING
+from service.db import process_leases
+from service.db.process_leases import POLLING, WORKING
 from service.jobs.tables import Lease
 from service.notify.housekeeping import Housekeeping
 from service.notify.notifier import Notifier
@@ -113,7 +113,7 @@ def alive(sessions: sessionmaker[Session], now: datetime, *rights: str) -> None:
     with sessions.begin() as session:
         session.execute(delete(Lease).where(Lease.name.in_((POLLING, WORKING))))
         for right in rights:
-            leases.hold(session, right, "host:1", now, timedelta(seconds=60))
+            process_leases.hold(session, right, "host:1", now, timedelta(seconds=60))
 
 
 def test_the_heart_beats_while_poller_and_worker_live(

@@ -8,8 +8,8 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session, sessionmaker, undefer
 
 from service.buildings import store as building_store
-from service.records.polling import SourcePoller
 from service.records.recordings import Fetched, remember
+from service.records.source_poller import SourcePoller
 from service.records.sources.source import Known
 from service.records.tables import FetchedFile, Recording, SourceState
 from service.settings import Settings

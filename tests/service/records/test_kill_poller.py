@@ -18,7 +18,7 @@ from sqlalchemy.orm import Session, sessionmaker
 
 from service.buildings import store as building_store
 from service.db import migrate, sessions as opened
-from service.db.leases import SHARING
+from service.db.process_leases import SHARING
 from service.jobs.tables import Job, Lease
 from service.poller import owner
 from service.records.tables import Event, FetchedFile, Recording, Waveform

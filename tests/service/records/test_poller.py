@@ -13,8 +13,8 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.buildings import store as building_store
-from service.db import leases
-from service.db.leases import POLLING, POLLING_LEASE as LEASE, SHARING
+from service.db import process_leases
+from service.db.process_leases import POLLING, POLLING_LEASE as LEASE, SHARING
 from service.jobs.tables import Lease
 from service.poller import Poller, owner
 from service.records.tables import Event
@@ -52,7 +52,7 @@ def count(sessions: sessionmaker[Session]) -> int:
 def test_a_lease_is_one_holders_until_it_lapses(sessions: sessionmaker[Session]) -> None:
     def hold(holder: str, now: datetime) -> bool:
         with sessions.begin() as session:
-            return leases.hold(session, POLLING, holder, now, LEASE)
+            return process_leases.hold(session, POLLING, holder, now, LEASE)
 
     assert hold("a", NOW)
     assert not hold("b", NOW + LEASE / 2)
@@ -61,8 +61,8 @@ def test_a_lease_is_one_holders_until_it_lapses(sessions: sessionmaker[Session])
     assert hold("b", NOW + LEASE * 1.6)
     assert not hold("a", NOW + LEASE * 1.7)
     with sessions.begin() as session:
-        leases.give_up(session, POLLING, "a")
-        leases.give_up(session, POLLING, "b")
+        process_leases.give_up(session, POLLING, "a")
+        process_leases.give_up(session, POLLING, "b")
     assert hold("a", NOW + LEASE * 1.8)
 
 
@@ -102,7 +102,7 @@ def test_pollers_share_the_buildings_and_a_dead_ones_are_taken_over(
             assert not second.holds
         until(lambda: first.share == codes)
         with sessions.begin() as session:
-            leases.hold(session, SHARING + "dead", "dead", datetime.now(UTC), LEASE)
+            process_leases.hold(session, SHARING + "dead", "dead", datetime.now(UTC), LEASE)
         until(lambda: first.share < codes)
         with sessions.begin() as session:
             session.get_one(Lease, SHARING + "dead").until = datetime.now(UTC) - LEASE

@@ -20,7 +20,7 @@ from service.alerts.tables import Alert
 from service.buildings import store as building_store
 from service.db import sessions as opened
 from service.formats import FormatError, read
-from service.records.polling import SourcePoller
+from service.records.source_poller import SourcePoller
 from service.records.tables import Recording
 from service.settings import Settings
 

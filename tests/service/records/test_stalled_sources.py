@@ -17,8 +17,8 @@ from sqlalchemy.orm import InstrumentedAttribute, Session, sessionmaker
 
 from service.buildings import store as building_store
 from service.db import sessions as opened
-from service.records import lanes
-from service.records.lanes import Lanes
+from service.records import source_schedule
+from service.records.source_schedule import SourceSchedule
 from service.records.tables import SourceState
 
 NOW = datetime(2024, 1, 1, tzinfo=UTC)
@@ -59,7 +59,7 @@ def test_the_other_sources_are_looked_at_in_time_and_the_service_ends_soon(
         assert count(sessions, SourceState.failing_since) == 0, "none of the silent ones has been given up yet"
         began = monotonic()
         assert interrupt(poller) == 0
-        assert monotonic() - began < lanes.TO_END + 5.0
+        assert monotonic() - began < source_schedule.TO_END + 5.0
     assert "B000, B001" in (tmp_path / "output").read_text(), "the sources that were not waited for are named"
     sessions.kw["bind"].dispose()
 
@@ -84,7 +84,7 @@ class Sources:
         self.looked: list[str] = []
         self.ends: dict[str, Signal] = {}
         self.answers = True
-        self.lanes = Lanes(self.look, interval, lambda: self.now)
+        self.schedule = SourceSchedule(self.look, interval, lambda: self.now)
 
     def look(self, code: str) -> bool:
         self.looked.append(code)
@@ -99,14 +99,14 @@ class Sources:
         """The sources at which a look began as these became due."""
         before = len(self.looked)
         for code in codes:
-            self.lanes.due(code)
+            self.schedule.due(code)
         sleep(0.05)
         return sorted(self.looked[before:])
 
     def let_go(self) -> None:
         for end in self.ends.values():
             end.set()
-        until(lambda: not self.lanes.running, 5)
+        until(lambda: not self.schedule.running, 5)
 
 
 def codes(kind: str, number: int) -> list[str]:
@@ -116,11 +116,13 @@ def codes(kind: str, number: int) -> list[str]:
 def test_a_look_that_lasts_gives_its_place_to_another() -> None:
     sources = Sources(interval=60)
     sources.stall(*codes("a", 50))
-    assert sources.due(*codes("a", 50)) == codes("a", lanes.QUICK)
-    sources.now = lanes.LASTING
-    assert sources.due("b") == codes("a", 2 * lanes.QUICK)[lanes.QUICK :], "in the order in which they came due"
-    sources.now = 10 * lanes.LASTING
-    assert len(sources.due("b")) == lanes.TOGETHER - 2 * lanes.QUICK, "but there is an end to it"
+    assert sources.due(*codes("a", 50)) == codes("a", source_schedule.QUICK)
+    sources.now = source_schedule.LASTING
+    assert sources.due("b") == codes("a", 2 * source_schedule.QUICK)[source_schedule.QUICK :], (
+        "in the order in which they came due"
+    )
+    sources.now = 10 * source_schedule.LASTING
+    assert len(sources.due("b")) == source_schedule.TOGETHER - 2 * source_schedule.QUICK, "but there is an end to it"
     assert sources.due("a00", "a00") == [], "no source is looked at twice at a time"
     sources.let_go()
     until(lambda: "b" in sources.looked, 5)
@@ -131,8 +133,8 @@ def test_failing_sources_have_places_of_their_own() -> None:
     sources = Sources(interval=60)
     failing = codes("f", 20)
     sources.stall(*failing)
-    sources.lanes.expect_failure(failing)
-    assert sources.due(*failing, *codes("g", 30)) == codes("f", lanes.FAILING) + codes("g", 30)
+    sources.schedule.expect_failure(failing)
+    assert sources.due(*failing, *codes("g", 30)) == codes("f", source_schedule.FAILING) + codes("g", 30)
     sources.let_go()
 
 
@@ -156,7 +158,7 @@ def test_the_end_waits_a_moment_and_names_who_did_not_answer() -> None:
     sources.stall("a")
     sources.due("a", "b")
     began = monotonic()
-    assert sources.lanes.end() == ["a"]
-    assert monotonic() - began < lanes.TO_END + 1.0
+    assert sources.schedule.end() == ["a"]
+    assert monotonic() - began < source_schedule.TO_END + 1.0
     assert sources.due("c") == []
     sources.let_go()

@@ -7,7 +7,7 @@ from math import inf
 import pytest
 from monitoring_server import Server, monitoring_server
 
-from service.records.sources.http import Client, Manners, client
+from service.records.sources.retried_requests import Client, Manners, client
 from service.settings import Settings
 
 SETTINGS = Settings(http_timeout=0.5, http_retries=2, retry_delay=0.01, max_answer_bytes=1_000_000)

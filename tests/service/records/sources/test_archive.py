@@ -8,8 +8,8 @@ import pytest
 from monitoring_server import START, Page, Server, SourceMemory, miniseed, stream
 
 from service.records.sources.archive import Archive
-from service.records.sources.http import Client
 from service.records.sources.listing import listed
+from service.records.sources.retried_requests import Client
 from service.records.sources.source import Arrival, SourceError, Step
 
 NOW = START + timedelta(days=1)

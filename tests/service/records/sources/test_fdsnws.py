@@ -14,7 +14,7 @@ from obspy.core.event import Catalog, Event, Magnitude, Origin
 
 from service.records.sources.catalogue import Catalogue
 from service.records.sources.fdsnws import FdsnWebServices
-from service.records.sources.http import Client
+from service.records.sources.retried_requests import Client
 from service.records.sources.source import Arrival, Source
 from service.settings import Settings
 

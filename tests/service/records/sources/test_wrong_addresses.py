@@ -16,7 +16,7 @@ from sqlalchemy.orm import Session, sessionmaker
 
 from service.buildings import store as building_store
 from service.buildings.tables import Building
-from service.records.polling import SourcePoller
+from service.records.source_poller import SourcePoller
 from service.records.sources.problems import unreachable
 from service.records.tables import SourceState
 from service.settings import Settings

@@ -1,4 +1,4 @@
-"""Threads that poll sources, so that a failing source or a slow server delays no other."""
+"""When each source is polled, in threads: a failing source backs off, and a stalled one delays no other."""
 
 import logging
 from collections.abc import Callable, Iterable
@@ -34,8 +34,8 @@ class Running:
 
 
 @dataclass(slots=True)
-class Lanes:
-    """Looks at each source at most once at a time, soon after it is due."""
+class SourceSchedule:
+    """Schedule of the looks: at each source at most one at a time, soon after it is due."""
 
     look: Callable[[str], bool]
     """Looks at a source, by the code of its building; False if the source failed."""

@@ -14,8 +14,8 @@ from sqlalchemy.orm import Session, sessionmaker, undefer
 from service.buildings import store as building_store
 from service.jobs.tables import Job
 from service.records.ingest import begin, ingest
-from service.records.polling import SourcePoller
 from service.records.recordings import store
+from service.records.source_poller import SourcePoller
 from service.records.tables import Event, EventRecording, Recording, SourceState, Waveform
 from service.settings import Settings
 from service.version import VERSION
@@ -91,7 +91,7 @@ def test_a_failing_source_is_reported_once_and_its_recovery_too(
     look(sessions, NOW + timedelta(minutes=3))
     recovered = state(sessions)
     assert (recovered.failing_since, recovered.error) == (None, None)
-    of_sources = [record.message for record in caplog.records if record.name == "service.records.polling"]
+    of_sources = [record.message for record in caplog.records if record.name == "service.records.source_poller"]
     assert [message.split(":")[0] for message in of_sources] == [
         "the source of TOWER begins to fail",
         "the source of TOWER has recovered",

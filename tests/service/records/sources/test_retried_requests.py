@@ -7,7 +7,7 @@ import tracemalloc
 import pytest
 from monitoring_server import Page, Server, monitoring_server
 
-from service.records.sources.http import Client, client
+from service.records.sources.retried_requests import Client, client
 from service.records.sources.source import SourceError, TooLargeError
 
 

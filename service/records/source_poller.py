@@ -26,8 +26,8 @@ from service.records.ingest import (
     take_in,
 )
 from service.records.recordings import Fetched, refuse_unseen, remember, store
-from service.records.sources.http import Manners, ServerClock
 from service.records.sources.opening import opened
+from service.records.sources.retried_requests import Manners, ServerClock
 from service.records.sources.source import Arrival, SourceError, Step
 from service.records.tables import Recording, SourceState
 from service.settings import Settings
