@@ -1,4 +1,4 @@
-"""Corrections of a model's stiffness and yield force, as each block of the records would make them by itself."""
+"""Corrections of a model's stiffness and yield force, determined by each block of the records alone."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,14 +15,14 @@ from core.model.isolator import Isolator, Key
 from core.signals.regression import regression
 
 TOLD = 0.25
-"""Of the block's own stiffness or yield force: a correction of larger standard deviation tells nothing."""
+"""Largest useful standard deviation of a correction, as a share of the block's own stiffness or yield force."""
 YIELDING = 0.7
-"""Of the hysteretic variable's ultimate value: a block that stays below tells a yield force from a stiffness hardly."""
+"""Share of the hysteretic variable's ultimate value that a block must reach to separate yield force and stiffness."""
 
 
 @dataclass(frozen=True, slots=True)
 class BlockCorrection:
-    """What one block would have the model change."""
+    """Corrections of a model by one block."""
 
     earthquake: str
     direction: str
@@ -36,7 +36,7 @@ class BlockCorrection:
     """N/m, to be added to the model's."""
     stiffness_std: float
     yield_force: float | None
-    """N, to be added to the model's; None of a model without hysteresis, or if the block does not tell."""
+    """N, to be added to the model's; None for a model without hysteresis, or if the block does not determine it."""
     yield_std: float | None
 
 
@@ -125,7 +125,7 @@ def _hysteresis(isolator: Isolator, one: ForceComparison) -> _Hysteresis | None:
 def _yield_correction(
     hysteresis: _Hysteresis, motion: Matrix, one: ForceComparison, block: slice
 ) -> tuple[float, float] | None:
-    """N and its standard deviation; None where the block does not tell."""
+    """N and its standard deviation; None where the block does not determine it."""
     variable = hysteresis.variable[block]
     if np.abs(variable).max() < YIELDING:
         return None

@@ -16,7 +16,7 @@ from core.record import Direction
 from core.signals.conditioning import band_passed
 
 Band = tuple[float, float]
-"""Hz, pass band of the estimated force: the model's is held against it within the same."""
+"""Hz, pass band of the estimated force, in which the model's force is compared with it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -29,7 +29,7 @@ class ForceComparison:
     model: Vector
     """(n,) N, within the pass band."""
     noise: ForceNoise
-    """Noise in the residual of a right model."""
+    """Noise in the residual of a correct model."""
     resolved: Vector
     """(n,) N, the part of the residual whose noise is known."""
     misfit: Misfit
@@ -59,7 +59,7 @@ class ForceComparison:
 def compare_forces(isolator: Isolator, observations: Sequence[Observation], band: Band) -> tuple[ForceComparison, ...]:
     """In order of time; what the layer keeps passes from each earthquake to the next in the same direction.
 
-    Before the first it is taken to be new: whatever the effects carry is at zero.
+    Before the first the layer is new: all carried states are zero.
 
     Args:
         isolator: the model.
@@ -85,5 +85,5 @@ def compare_forces(isolator: Isolator, observations: Sequence[Observation], band
 
 
 def force_misfit(compared: Sequence[ForceComparison]) -> Misfit:
-    """Over all earthquakes."""
+    """Misfit over all earthquakes."""
     return pooled([one.misfit for one in compared])

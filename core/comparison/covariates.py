@@ -11,16 +11,16 @@ from core.fitting.observation import Observation
 PHASES = ("on loading", "on unloading", "around the reversals")
 """Away from the middle, back to it, and between."""
 REVERSAL = 0.9
-"""Of a half cycle's largest displacement, beyond which the motion turns."""
+"""Share of a half cycle's largest displacement beyond which a sample is near the reversal."""
 COUNTED = 0.1
-"""Of a record's largest displacement: the smallest half cycle that counts as one."""
+"""Smallest half cycle that counts, as a share of the record's largest displacement."""
 TRACE = 1e-9
-"""Of the larger end of a covariate's range: less than that is no change at all."""
+"""Smallest range of a covariate that counts as a change, as a share of its larger end."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Covariate:
-    """One thing that may decide how well a model does, at every sample of all earthquakes."""
+    """A quantity on which a model's error may depend, at every sample of all earthquakes."""
 
     name: str
     values: Vector
@@ -30,7 +30,7 @@ class Covariate:
 
 
 def covariates(observations: Sequence[Observation]) -> tuple[Covariate, ...]:
-    """Those that are not the same at all samples, in the order in which an engineer asks for them.
+    """Those that are not the same at all samples, in order of importance.
 
     Args:
         observations: in order of time; their samples follow one another.

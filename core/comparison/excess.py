@@ -14,7 +14,7 @@ from core.arrays import Indices, Matrix, Vector
 from core.comparison.compared import ForceComparison
 
 BLOCK = 5.0
-"""s, of a block."""
+"""s, length of a block."""
 DRAWS = 400
 """Of the blocks."""
 INTERVAL = (2.5, 97.5)
@@ -32,16 +32,16 @@ class Share:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Blocks:
-    """The samples of all earthquakes, and what of them is error, noise and force, in blocks."""
+    """Error, noise and force at the samples of all earthquakes, in blocks."""
 
     number: Indices
-    """(n,) which block a sample is in."""
+    """(n,) index of each sample's block."""
     weight: Vector
-    """(n,) 1/N, of what is of an earthquake: one over its noise, root mean square."""
+    """(n,) 1/N, weight: one over the root mean square noise of the sample's earthquake."""
     residual: Vector
     """(n,) estimated − model, weighted."""
     noise: Vector
-    """(n,) its variance if the model is right: 1 on the average."""
+    """(n,) its variance if the model is correct: 1 on average."""
     energy: Vector
     """(n,) square of the estimated force, weighted: where an error in proportion to the force would lie."""
     draws: Matrix
@@ -49,7 +49,7 @@ class Blocks:
 
     @property
     def excess(self) -> Vector:
-        """(n,) square of the error beyond the noise's."""
+        """(n,) squared error less the noise's variance."""
         return np.asarray(self.residual**2 - self.noise)
 
     @property
@@ -83,9 +83,9 @@ def blocks(compared: Sequence[ForceComparison], rng: np.random.Generator) -> Blo
 
 
 def drawn(count: int, rng: np.random.Generator) -> Matrix:
-    """(draws, count) weight of each block in every draw, 1 on the average (Rubin 1981).
+    """(draws, count) weight of each block in every draw, 1 on average (Rubin 1981).
 
-    None is ever left out: often a few blocks hold all there is to tell, and a draw without them would tell nothing.
+    No weight is zero: often a few blocks hold all the information, and a draw needs them.
     """
     return np.asarray(rng.standard_exponential((DRAWS, count)))
 
@@ -115,13 +115,13 @@ def shares(part: Matrix, whole: Matrix, draws: Matrix) -> tuple[Share, ...]:
 
 
 FOLDS = 5
-"""Of a cross-validation: every fifth block is told from the others."""
+"""Folds of the cross-validation."""
 SHRINKAGE = 1e-3
-"""Of a bin's coefficients towards none, in the mean weight of a bin: one that hardly occurs is not told of."""
+"""Shrinkage of a bin's coefficients towards zero, as a share of a bin's mean weight, for rare bins."""
 
 
 def explained_share(regressors: Matrix, bins: Indices, count: int, found: Blocks) -> Share:
-    """Share of the excess error that a regression of its own in every bin takes away, on blocks it was not fitted to.
+    """Share of the excess error that a separate regression in every bin removes from blocks it was not fitted to.
 
     Args:
         regressors: (n, p), such as displacement and velocity.

@@ -14,12 +14,12 @@ from core.comparison.region import Region, significant_regions, within
 from core.errors import RecordError
 
 MORE_THAN_NOISE, IN_A_BLOCK = 1.1, 2.0
-"""Error in multiples of the noise floor up to which noise may be all there is, the floor being an estimate: over all
+"""Noise ratio up to which noise may explain everything, the noise being an estimate: over all
 earthquakes, and in the worst block."""
 VALUES_OFF = 0.9
-"""Of the excess error: what another constant stiffness and damping must take away for nothing to be missing."""
+"""Share of the excess error that another constant stiffness and damping must remove for the values to be wrong."""
 WORST = 5
-"""Windows that are named."""
+"""Number of windows that are reported."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,39 +35,39 @@ class Window:
     rms: float
     """N, of the residual."""
     share: float
-    """Of the excess error of all earthquakes."""
+    """Share of the excess error of all earthquakes."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Failure:
-    """Where the force of a model is off by more than noise, over all earthquakes."""
+    """Places where a model's force is wrong by more than noise, over all earthquakes."""
 
     misfit: Misfit
     noise_ratio: Share
-    """Error in multiples of the noise floor, each earthquake in its own."""
+    """Noise ratio, each earthquake by its own noise."""
     is_noise: bool
-    """Whether noise may be all there is."""
+    """True if noise may explain the whole error."""
     windows: tuple[Window, ...]
-    """The worst, worst first."""
+    """Blocks with the largest error, the largest first."""
     profiles: tuple[Profile, ...]
-    """Of every covariate that changes, and of frequency."""
+    """Profiles over every covariate that changes, and over frequency."""
     constant: Share
-    """Of the excess error: what another stiffness and damping would take away."""
+    """Share of the excess error that another constant stiffness and damping would remove."""
     over_motion: Share
-    """What any function of displacement and velocity would."""
+    """Share that the best function of displacement and velocity would remove."""
     regions: tuple[Region, ...]
-    """That hold most of the excess error and stand out (region.py); none where noise may be all there is."""
+    """Regions with most of the excess error (region.py); none where noise may explain everything."""
     narrowed: Region | None
-    """The clearest of them in the phase of the loop that holds most of it."""
+    """The clearest region, narrowed to the phase of the loop with most of the error."""
 
     @property
     def is_of_values(self) -> bool:
-        """Whether other values of stiffness and damping would do."""
+        """True if other constant values of stiffness and damping explain the excess error."""
         return not self.is_noise and self.constant.low >= VALUES_OFF
 
 
 def failure(compared: Sequence[ForceComparison], rng: np.random.Generator) -> Failure:
-    """Residual over every covariate, worst windows, and what stands out.
+    """Residual over every covariate, largest windows, and regions of excess error.
 
     Args:
         compared: forces, in order of time.
@@ -77,7 +77,7 @@ def failure(compared: Sequence[ForceComparison], rng: np.random.Generator) -> Fa
         RecordError: there is nothing to compare.
     """
     if not compared:
-        raise RecordError("no earthquake has both a force and a motion of the layer; a model cannot be held against it")
+        raise RecordError("no earthquake has both a force and a motion of the layer; the model cannot be compared")
     found, misfit = blocks(compared, rng), force_misfit(compared)
     observations = [one.observation for one in compared]
     motion = np.concatenate([np.column_stack([one.layer.displacement, one.layer.velocity]) for one in observations])
@@ -108,7 +108,7 @@ def _noise_ratio(found: Blocks) -> Share:
 
 
 def _worst(found: Blocks) -> float:
-    """Error of the worst block in multiples of its noise."""
+    """Noise ratio of the worst block."""
     error, noise = (np.bincount(found.number, weights=values) for values in (found.residual**2, found.noise))
     return float(np.sqrt(np.max(error / noise)))
 

@@ -1,4 +1,4 @@
-"""Where a model fails, in words for an engineer: mm, mm/s, kN."""
+"""Sentences for engineers about the places where a model fails: mm, mm/s, kN."""
 
 from collections.abc import Iterator, Mapping
 from types import MappingProxyType
@@ -13,8 +13,8 @@ SIDES: Mapping[str, tuple[str, str, float]] = MappingProxyType(
         "amplitude": ("in cycles above {} mm", "in cycles below {} mm", 1e3),
         "velocity": ("above {} mm/s", "below {} mm/s", 1e3),
         "largest past displacement": (
-            "once the layer has been {} mm away from the middle",
-            "as long as the layer has not been {} mm away from the middle",
+            "after the layer has been {} mm away from the middle",
+            "before the layer has been {} mm away from the middle",
             1e3,
         ),
         "travel": ("after {} m of travel in an earthquake", "in the first {} m of travel of an earthquake", 1.0),
@@ -33,13 +33,13 @@ SIDES: Mapping[str, tuple[str, str, float]] = MappingProxyType(
         "temperature": ("above {} °C", "below {} °C", 1.0),
     }
 )
-"""How the two sides of a threshold are called, and what a user's unit is of an SI unit."""
+"""Phrases for the two sides of a threshold, and users' units per SI unit."""
 TOLD = 3
-"""Varying stiffnesses that are told of, and windows."""
+"""Largest number of regions, varying stiffnesses or windows in a sentence."""
 NAMED = 0.01
-"""Of the excess error: less than that is no window to name."""
+"""Smallest share of the excess error for which a window is named."""
 WORTH = 0.1
-"""Of the excess error: what a varying stiffness must take away beyond a constant one to be told of."""
+"""Smallest share of the excess error that a varying stiffness must remove beyond a constant one."""
 
 
 def words(found: Failure) -> tuple[str, ...]:
@@ -49,31 +49,31 @@ def words(found: Failure) -> tuple[str, ...]:
 
 def _sentences(found: Failure) -> Iterator[str]:
     size = f"{_kilonewton(found.misfit.rms)} (root mean square), {_round(100 * found.misfit.nrmse, 2)} % of the force"
-    ratio = f"{found.noise_ratio.value:.3g} times the noise floor"
+    ratio = f"{found.noise_ratio.value:.3g} times the noise"
     error = f"The model's force is off by {size}"
     if found.is_noise:
-        yield f"{error} and {ratio}: nothing stands out."
+        yield f"{error} and {ratio}: it cannot be distinguished from noise."
         return
     yield f"{error} and {ratio}."
     if found.is_of_values:
         yield (
-            f"Another stiffness and damping, the same everywhere, would take away {_share(found.constant)} of the "
-            "excess error: the values are wrong, and no effect need be missing. Fit the model."
+            f"Another constant stiffness and damping would remove {_share(found.constant)} of the excess error: "
+            "the values are wrong, and no effect need be missing. Fit the model."
         )
         return
     yield _where(found)
     if also := [place(one) for one in found.regions[1:] if one.odds.low * AS_CLEAR >= found.regions[0].odds.low]:
-        yield f"The records barely distinguish this from: {'; '.join(also[:TOLD])}."
+        yield f"The records can barely distinguish this from: {'; '.join(also[:TOLD])}."
     yield from _corrections(found)
-    yield f"Worst: {'; '.join(_window(one) for one in found.windows[:TOLD] if one.share >= NAMED)}."
+    yield f"Largest errors: {'; '.join(_window(one) for one in found.windows[:TOLD] if one.share >= NAMED)}."
 
 
 def _where(found: Failure) -> str:
     if not found.regions:
-        return "The excess error stands out nowhere: it is spread like the force itself."
+        return "The excess error is not concentrated anywhere: it is distributed like the force itself."
     first, chosen = found.regions[0], found.narrowed or found.regions[0]
     phase = f", {chosen.classed}" if found.narrowed else ""
-    energy = f"where {_percent(chosen.energy)} of the force's energy is"
+    energy = f"which has {_percent(chosen.energy)} of the force's energy"
     return f"{_share(chosen.share)} of the excess error lies {place(first)}{phase}, {energy}."
 
 
@@ -87,15 +87,15 @@ def place(region: Region) -> str:
 
 def _corrections(found: Failure) -> Iterator[str]:
     yield (
-        f"Another stiffness and damping, the same everywhere, would take away {_share(found.constant)} of the excess "
-        f"error; a force that is any function of displacement and velocity, {_share(found.over_motion)}."
+        f"Another constant stiffness and damping would remove {_share(found.constant)} of the excess error; the best "
+        f"function of displacement and velocity would remove {_share(found.over_motion)}."
     )
     helping = [(one, one.explained_share) for one in found.profiles if one.explained_share is not None]
     helping = [(one, away) for one, away in helping if away.low > found.constant.value + WORTH]
     helping.sort(key=lambda pair: -pair[1].value)
     if helping:
-        told = ", ".join(f"{_share(away)} with {_name(one)}" for one, away in helping[:TOLD])
-        yield f"If stiffness and damping varied, they would explain {told}."
+        shares = ", ".join(f"{_share(away)} with {_name(one)}" for one, away in helping[:TOLD])
+        yield f"Stiffness and damping that vary would explain {shares}."
 
 
 def _name(one: Profile) -> str:

@@ -11,9 +11,9 @@ from core.arrays import Vector
 
 @dataclass(frozen=True, slots=True)
 class Misfit:
-    """Of one quantity, in its own unit, over one record or several.
+    """Misfit of one quantity, in its own unit, over one record or several.
 
-    It is kept as sums over samples, from which every measure follows, so that records can be taken together.
+    It is kept as sums over samples, from which every measure follows, so that records can be combined.
     """
 
     samples: int
@@ -33,7 +33,7 @@ class Misfit:
 
     @property
     def floor(self) -> float:
-        """Root mean square error that a right model would have: that of the measurement."""
+        """Root mean square error of a correct model: that of the measurement."""
         return sqrt(self.noise / self.samples)
 
     @property
@@ -53,7 +53,7 @@ class Misfit:
 
     @property
     def excess(self) -> float:
-        """Root mean square of what the noise does not explain."""
+        """Root mean square of the error beyond the noise."""
         return sqrt(max(self.error - self.noise, 0.0) / self.samples)
 
 

@@ -21,7 +21,7 @@ from core.record import Direction
 from core.signals.conditioning import band_passed, without_baseline
 from core.signals.noise import noise_std
 
-UNDRIVEN = "the ground's acceleration was not measured; nothing drives the model"
+UNDRIVEN = "the ground's acceleration was not measured; the model has no excitation"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,7 +37,7 @@ class Predicted:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Prediction:
-    """One earthquake in one direction: what the model says when it knows the ground motion only."""
+    """Response of a model in one earthquake and direction, predicted from the ground motion alone."""
 
     observation: Observation
     displacement: Predicted
@@ -53,7 +53,7 @@ class Start:
     superstructure: FixedBaseModes
     """All its modes."""
     observation: Observation
-    """What was measured."""
+    """The measurements."""
     states: Vector | None = None
     """(m,) of the model before the earthquake, as of core.comparison.compared.ForceComparison; None for zero."""
 
@@ -67,7 +67,7 @@ def predict(
     where one is: then the other is not the model's, or nothing drives it.
 
     Displacements are about their position before the earthquake; one that was integrated, and every acceleration, is
-    compared within the pass band. The floor of each error is its sensor's noise.
+    compared within the pass band. The noise of each error is its sensor's.
 
     Args:
         starts: one direction, or both.
@@ -154,9 +154,9 @@ class Predictions:
     """Driven by the ground alone."""
 
     each: tuple[Prediction, ...]
-    """In order of time, of the earthquakes and directions in which that is possible."""
+    """Predictions in order of time, for the earthquakes and directions in which they are possible."""
     remarks: tuple[str, ...]
-    """Where it is not, and why; where the model is told more of an earthquake than its ground motion."""
+    """Reasons for missing predictions, and notes where a prediction uses more than the ground motion."""
 
 
 def predict_all(

@@ -13,7 +13,7 @@ from core.comparison.covariates import Covariate
 from core.comparison.excess import Blocks, Share, by_bin, drawn, explained_share, shares
 
 BINS = 8
-"""Of a number, each with the same part of the force's energy."""
+"""Bins of a numerical covariate, each with the same share of the force's energy."""
 GRID = 9
 """Cells along each of displacement and velocity."""
 WINDOW = 10.0
@@ -30,7 +30,7 @@ class Bin:
     """SI units; of a class, its index."""
     high: float
     share: Share
-    """Of the excess error."""
+    """Share of the excess error."""
     energy: float
     """Share of the estimated force's energy: that of an error in proportion to the force."""
     time: float
@@ -46,14 +46,14 @@ class Profile:
     name: str
     bins: tuple[Bin, ...]
     explained_share: Share | None
-    """Share of the excess error that a stiffness and a damping of its own in every bin would take away, on blocks of
+    """Share of the excess error that a separate stiffness and damping in every bin would remove, on blocks of
     the record they were not fitted to; None of a frequency."""
     classes: tuple[str, ...] = ()
     """Names of the bins, of a covariate that is no number."""
 
 
 def profile(covariate: Covariate, found: Blocks, motion: Matrix) -> Profile:
-    """Of one covariate.
+    """Profile over one covariate.
 
     Args:
         covariate: at every sample.
@@ -68,12 +68,12 @@ def profile(covariate: Covariate, found: Blocks, motion: Matrix) -> Profile:
 
 
 def constant(found: Blocks, motion: Matrix) -> Share:
-    """Share of the excess error that another stiffness and damping would take away, the same everywhere."""
+    """Share of the excess error that another constant stiffness and damping would remove."""
     return explained_share(motion, np.zeros(found.number.size, dtype=np.intp), 1, found)
 
 
 def over_motion(found: Blocks, motion: Matrix) -> Share:
-    """Share of the excess error that a force which is any function of displacement and velocity would take away."""
+    """Share of the excess error that the best function of displacement and velocity would remove."""
     largest = np.abs(motion).max(axis=0)
     cells = np.clip(((motion / largest + 1) / 2 * GRID).astype(np.intp), 0, GRID - 1)
     one = np.ones((motion.shape[0], 1))

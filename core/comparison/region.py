@@ -1,4 +1,4 @@
-"""Regions in which a model's excess error stands out more than the force itself."""
+"""Regions in which a model's excess error is more concentrated than the force itself."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,15 +12,15 @@ from core.comparison.excess import INTERVAL, Blocks, Share, by_bin, ratio, share
 THRESHOLDS = 48
 """That are tried on a covariate."""
 DIGITS = 2
-"""Of a threshold: engineers speak in round numbers."""
+"""Significant digits of a threshold: engineers use round numbers."""
 MOST = 0.6
-"""Of the excess error: what a region must hold to be spoken of."""
+"""Smallest share of the excess error for which a region is reported."""
 STANDS_OUT = 3.0
 """Odds of the excess error to lie in a region over those of the force's energy: the least, interval included."""
 CERTAIN = 0.03
-"""Share nearer to none or all than which a record does not tell it from them."""
+"""Smallest distance of a share from 0 or 1 that records can resolve."""
 AS_CLEAR = 3.0
-"""Times the odds by which one region must be clearer than another for records to tell them apart."""
+"""Ratio of the odds of two regions from which on records can distinguish them."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -28,30 +28,30 @@ class Region:
     """Part of the samples, by one covariate."""
 
     name: str
-    """Of the covariate."""
+    """Name of the covariate."""
     threshold: float
     """SI units; of a class, its index."""
     is_above: bool
     """Above the threshold, or below; of a class, true."""
     inside: Mask
-    """(n,) which samples."""
+    """(n,) samples of the region."""
     share: Share
-    """Of the excess error."""
+    """Share of the excess error."""
     energy: float
     """Share of the force's energy."""
     odds: Share
-    """Of the excess error to lie here, over those of the force's energy."""
+    """Odds of the excess error to lie here, over those of the force's energy."""
     classed: str = ""
     """Name of the class, of a covariate that is no number."""
 
 
 def significant_regions(covariates: Sequence[Covariate], found: Blocks) -> tuple[Region, ...]:
-    """Regions that hold most of the excess error and stand out, at most one for each covariate.
+    """Regions with most of the excess error, more than their share of the force; at most one for each covariate.
 
-    Those come first that records hardly tell from the clearest, in the covariates' order.
+    Regions that cannot be distinguished from the clearest come first, in the covariates' order.
 
     Args:
-        covariates: at every sample, in the order in which an engineer asks for them.
+        covariates: at every sample, in order of importance.
         found: the error.
     """
     regions = [region for one in covariates if (region := _clearest(one, found)) is not None]
@@ -60,7 +60,7 @@ def significant_regions(covariates: Sequence[Covariate], found: Blocks) -> tuple
 
 
 def within(region: Region, phases: Covariate, found: Blocks) -> Region | None:
-    """The class of another covariate that stands out inside a region, as part of all the excess error."""
+    """The class of another covariate with most of a region's error, as part of the whole excess error."""
     part = Blocks(
         number=found.number[region.inside],
         weight=found.weight[region.inside],

@@ -1,1 +1,1 @@
-"""What is wrong with a model: sensors, storeys and mass first, then the effect that it lacks."""
+"""Diagnosis of a model: faults of sensors, storeys and mass first, then the missing effect."""

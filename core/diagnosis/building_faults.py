@@ -14,16 +14,16 @@ from core.record import Direction
 from core.rounding import with_std
 
 UNMENDED = frozenset({"gain", "delay", "clock", "clock_jump", "drift"})
-"""Faults with which a channel stays in use; with any other it is mended or left out."""
+"""Faults with which a channel stays in use; channels with other faults are corrected or excluded."""
 
 
 def building_faults(
     analyses: Sequence[EventAnalysis], description: BuildingDescription, fit: Fit | None = None
 ) -> tuple[BuildingFault, ...]:
-    """What is not as described; the first tells the cause, none if sensors, superstructure and mass are as they should.
+    """Faults of sensors, superstructure and mass, the cause first; empty if there are none.
 
     Sensors come first, judged by kinematics alone: an erring one, still in use, makes a storey look soft, a layer look
-    damped and a mass look wrong, so that nothing else is asked before it is mended. The superstructure comes next: its
+    damped and a mass look wrong, so it must be corrected first. The superstructure comes next: its
     stiffness is found with no model of the layer, and the force allows for what was found. The mass comes last: it
     shows in nothing but a model of the layer, and only if that model leaves nothing to explain.
 
@@ -41,7 +41,7 @@ def building_faults(
 
 
 def _storeys(analyses: Sequence[EventAnalysis], description: BuildingDescription) -> tuple[BuildingFault, ...]:
-    """Those that have lost stiffness, each in the direction that tells most certainly."""
+    """Softened storeys, each in the direction with the most certain result."""
     found: dict[str | None, BuildingFault] = {}
     for direction in description.horizontal_directions:
         suspect = _storey(analyses, description, direction)

@@ -1,4 +1,4 @@
-"""Search for the absent effects that would explain what a model leaves over.
+"""Search for the absent effects that would explain a model's residual.
 
 Score tests over a grid of each effect's parameters choose the starting points. All effects are then searched in
 parallel, one step each in turn; a search ends early when it cannot come near the best one, since effects that are far
@@ -24,15 +24,15 @@ from core.model.isolator import Isolator, parameter
 GRID = (5, 3, 2)
 """Values of a candidate's parameter that are tried, if it has one, two or more that are not proportional."""
 POLISHED = 2
-"""Of them, the best that a search starts from."""
+"""Number of the best places from which a search starts."""
 PROMISING = 0.85
-"""Of the best place's gain, from which on another one is worth a search."""
+"""Share of the best place's gain from which on another place is worth a search."""
 OWN = 1e-4
 """Share of a signature that must be its own, else the model's parameters imitate it."""
 FREQUENCIES = (0.3, 8.0, 9)
 """Hz, from and to, and how many: of what swings by itself, which may be of a narrow band."""
 INSTANTS = (0.2, 0.4, 0.6, 0.8)
-"""Of the way that the layer went in an earthquake, at which something may have changed."""
+"""Shares of the layer's travel in an earthquake at which a property may have changed."""
 WIDE = 4.0
 """Times, from the least to the largest of the usual lengths or speeds of an effect that the layer has seen: if fewer,
 REACH holds."""
@@ -42,17 +42,17 @@ REACH = 50.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Preview:
-    """What an effect would explain of the residual, before anything is fitted anew."""
+    """Reduction of the residual that an effect promises, before any fit."""
 
     effect: str
     model: Isolator
     """The model with it, where a search would begin."""
     gain: float
-    """Of chi-square, the model's other parameters free to move a little."""
+    """Reduction of chi-square, with small changes of the model's other parameters."""
 
 
 def score_tests(data: FitData, base: Fit, effects: Iterable[str]) -> tuple[tuple[Preview, ...], ...]:
-    """Of every effect the best places to begin a search from: Rao's (1948) score test over a grid of its shapes.
+    """Best places to begin a search for every effect: Rao's (1948) score test over a grid of its shapes.
 
     The most promising effect first, and of each the best place.
 
@@ -77,12 +77,12 @@ def _preview(data: FitData, base: Fit, basis: Matrix, effect: str) -> tuple[Prev
 
 
 def _is_one_sided(effect: str) -> tuple[bool, ...]:
-    """Whether what the effect adds may only be added, by each of its parameters that the force is proportional to."""
+    """True for each amplitude parameter of the effect that cannot be negative."""
     return tuple(parameter((effect, name)).bounds[0] >= 0 for name in EFFECTS[effect].linear) or (True,)
 
 
 def _gain(residual: Vector, basis: Matrix, signature: Matrix, one_sided: Sequence[bool]) -> float:
-    """What least squares take of the residual with what is a signature's own, as its signs allow."""
+    """Reduction of the residual by least squares with a signature's own part, within the allowed signs."""
     if not np.isfinite(signature).all():  # the law is too fast for the records at these values
         return -np.inf
     own = signature - (signature @ basis) @ basis.T
@@ -147,11 +147,11 @@ SPARE = 4.0
 NEAR = 1.08
 """Times what the best one leaves over: a search that may come as near goes on."""
 FEWEST_STEPS = 2
-"""Of every effect's first search: a slope where a search begins may promise nothing."""
+"""Steps that every first search makes: the slope at its start may promise nothing."""
 
 
 def search_in_parallel(data: FitData, places: Mapping[str, Sequence[Isolator]]) -> Mapping[str, Fit]:
-    """Of every effect the best fit that was found; STOPPED where it was left behind, DIVERGED where no place led
+    """Best fit of every effect; STOPPED where it was left behind, DIVERGED where no place led
     anywhere.
 
     Args:

@@ -24,32 +24,32 @@ from core.model.isolator import Isolator
 MOST_EFFECTS = 3
 """That are added in one diagnosis."""
 FEW_EFFECTS = 2
-"""That are told by their names; where more are asked for, it is rather one that the library does not have."""
+"""Largest number of effects that are named; if more seem missing, the true effect is rather not in the library."""
 STRUCTURED = 0.05
-"""Share of the residual's power that a regression foretells, from which on something is left to explain."""
+"""Share of the residual's power predicted by a regression from which on the residual has structure."""
 ABOVE_FLOOR = 1.25
-"""Residual over noise floor, from which on something is left to explain beside an effect that was found."""
+"""Noise ratio from which on something remains to explain beside an added effect."""
 ABOVE_COLOURED = 2.0
 """The same where no effect takes anything: noise that is stronger at low frequencies than at the high ones, where it is
 seen, looks like that, and nothing in it depends on the motion."""
 WORTH = 0.05
-"""Of the residual: other values of the same parameters that take less than this away are not worth a fit."""
+"""Smallest share of the residual that other values of the same parameters must remove to be worth a fit."""
 ANOTHER = 0.3
-"""Of what is left over, its power: an effect beside one that was found must take more, since a law that is not quite
-the true one leaves what others take a little of;"""
+"""Share of the residual's power: an effect beside another one must explain more, since a law that is not quite
+the true one leaves an error that others reduce a little;"""
 ANOTHER_OF_LITTLE, MOST_OF_IT = 0.1, 0.6
-"""or more than the first of these and, where what is left stands out of the noise by"""
+"""or, where the noise ratio is above STANDS_OUT, more than the first share of the power and the second share of the
+power beyond the noise. This separates a weak second effect from the rest of a law that is not quite the true one."""
 STANDS_OUT = 1.1
-"""noise floors, more than the second of what is beyond the noise: so a weak second effect is told from the rest of a
-law that is not quite the true one."""
+"""Noise ratio from which on ANOTHER_OF_LITTLE and MOST_OF_IT apply."""
 LOWERS = 0.98
-"""Of the force's error in N: what an effect must lower it to, else it is not named."""
+"""Largest ratio of the force's error in N after and before an effect for which the effect is named."""
 LITTLE_TAKEN = 0.5
 """Share of the error beyond the noise that the library's effects leave, from which on the cause is unknown."""
 
 
 class Outcome(Enum):
-    """What a diagnosis comes to."""
+    """Outcome of a diagnosis."""
 
     NOTHING_MISSING = "nothing_missing"
     REFIT = "refit"
@@ -64,7 +64,7 @@ class Step:
     """One effect added."""
 
     ranking: Ranking
-    """Of the candidates, the model as it was before."""
+    """Ranking of the candidates for the model without this effect."""
     chosen: ScoredCandidate
     alike: tuple[ScoredCandidate, ...]
     """Candidates that the records cannot distinguish from the best and against which nothing speaks; the chosen one
@@ -73,12 +73,12 @@ class Step:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Unexplained:
-    """Whether something is left that no effect took."""
+    """Structure that remains in the residual, and its size."""
 
     share: float
-    """Of the residual's power that a regression foretells; see core.diagnosis.unexplained."""
+    """Share of the residual's power that a regression predicts; see core.diagnosis.unexplained."""
     noise_ratio: float
-    """Residual over noise floor, root mean square over the records."""
+    """Noise ratio of the residual, root mean square over the records."""
     allowed: float
     """The largest of it that noise may make."""
 
@@ -95,7 +95,7 @@ class Unexplained:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Diagnosis:
-    """What the records ask for."""
+    """Diagnosis by the records: effects to add, rankings, and the remaining structure."""
 
     outcome: Outcome
     given: Isolator
@@ -107,13 +107,13 @@ class Diagnosis:
     after: Fit
     """The model with all of them."""
     before: Unexplained
-    """Of the refitted model."""
+    """Remaining structure of the refitted model."""
     unexplained: Unexplained
-    """Of the model with all effects."""
+    """Remaining structure of the model with all effects."""
     first: Ranking
-    """Of the candidates for the refitted model."""
+    """Ranking of the candidates for the refitted model."""
     last: Ranking
-    """Of the candidates for the model with all effects."""
+    """Ranking of the candidates for the model with all effects."""
 
     @property
     def dropped(self) -> tuple[Dropped, ...]:
@@ -124,12 +124,12 @@ class Diagnosis:
 
     @property
     def is_unknown(self) -> bool:
-        """Whether something is at work that the library's effects, a few of them, do not explain."""
+        """True if a few of the library's effects do not explain the residual."""
         return self.unexplained.is_there or len(self.steps) > FEW_EFFECTS
 
 
 def _to_nobody(found: str) -> None:
-    """Nobody waits."""
+    """Progress that is not reported."""
 
 
 def diagnosed(
@@ -138,13 +138,13 @@ def diagnosed(
     effects: Collection[str] | None = None,
     report_step: Callable[[str], None] = _to_nobody,
 ) -> Diagnosis:
-    """Of a model and the records of some earthquakes.
+    """Diagnose a model by the records of several earthquakes.
 
     Args:
         observations: of the earthquakes.
         model: effects and values.
         effects: names of those that may be added; None for all there are.
-        tell: called after each ranking that asks for another one, with what was found so far, in words.
+        tell: called after each ranking that leads to another one, with the effects so far, in words.
 
     Raises:
         RecordError: no observation.
@@ -158,7 +158,7 @@ def diagnosed(
     steps: list[Step] = []
     while (more := _more(steps, last)) is not None:
         steps.append(more)
-        report_step(f"{_named(steps)}; looking for another effect")
+        report_step(f"{_named(steps)}; searching for another effect")
         now = steps[-1].chosen.fit.model
         last = ranked(by_noise, now, _absent(effects, now))
     if len(steps) > 1:
@@ -190,7 +190,7 @@ def _more(steps: Sequence[Step], last: Ranking) -> Step | None:
 
 
 def _step(ranking: Ranking) -> Step | None:
-    """The best effect that is asked for; one against which something speaks only where it does against all."""
+    """The best effect that the records support; one against which something speaks only where it does against all."""
     judged = [(one, objection(one.effect, one.fit, ranking.data.observations)) for one in ranking.asked_for]
     plausible = [one for one, against in judged if against is None]
     named = plausible or [one for one, against in judged if against is not None and not against.is_impossible]
@@ -198,7 +198,7 @@ def _step(ranking: Ranking) -> Step | None:
 
 
 def _is_another(step: Step) -> bool:
-    """Whether the chosen candidate is an effect of its own beside those that were found."""
+    """True if the chosen candidate is a separate effect beside those already added."""
     ranking, best = step.ranking, step.chosen.fit
     taken = 1 - best.chi_square / ranking.base.chi_square
     before, after = (ranking.noise_ratio(fit) for fit in (ranking.base, best))
@@ -212,10 +212,10 @@ def _swapped(
 ) -> tuple[list[Step], Ranking]:
     """Each effect but the last one added, once more against all others, now that those after it are there.
 
-    It goes if nothing is asked for in its place, and if another is, that comes instead.
+    It is removed if the records support nothing in its place, and replaced if they support another effect.
     """
     for step in tuple(steps[:-1]):
-        report_step(f"{_named(steps)}; asking again for {step.chosen.effect}, beside the later ones")
+        report_step(f"{_named(steps)}; testing again {step.chosen.effect}, beside the later ones")
         without = Isolator({n: v for n, v in last.base.model.effects.items() if n != step.chosen.effect})
         ranking = ranked(by_noise, without, _absent(effects, without))
         again = _step(ranking)
@@ -263,7 +263,7 @@ def _named(steps: Sequence[Step]) -> str:
 
 
 def _is_off(ranking: Ranking, given: Isolator) -> bool:
-    """Whether the given values leave more than the fitted ones do, and more than is worth leaving."""
+    """True if the fitted values lower the error of the given ones by an amount that matters."""
     data, fit = ranking.data, ranking.base
     left = chi_square(data, given)
     evident = (left - fit.chi_square) / ranking.inflation > DECISIVE + len(fit.free) * np.log(ranking.independent)
@@ -280,7 +280,7 @@ def _unexplained(ranking: Ranking, allowed: float) -> Unexplained:
 
 
 def _outcome(steps: Sequence[Step], before: Unexplained, left: Unexplained, *, is_asked: bool) -> Outcome:
-    """What it comes to; an effect that is asked for but was not added leaves something unknown."""
+    """Outcome; an effect that the records support but that was not added leaves an unknown cause."""
     if not steps:
         return Outcome.UNKNOWN if before.is_there or is_asked else Outcome.NOTHING_MISSING
     if left.is_there and left.excess > LITTLE_TAKEN * before.excess:

@@ -1,7 +1,7 @@
-"""Whether a layer can have an effect with the values that a fit gave it.
+"""Plausibility of an effect with its fitted values.
 
 An effect is impossible where it has no strength, or makes the layer feed energy into the motion. It is doubtful where a
-value is at the end of its range, or is not determined: its law is then hardly the true one. Both are shown with their
+value is at the end of its range, or is not determined: its law is then probably wrong. Both are shown with their
 reason; neither is named where records do not distinguish a plausible effect from it, and an impossible one never is.
 """
 
@@ -18,12 +18,12 @@ from core.model.force_response import force_history
 from core.model.isolator import Isolator, parameter
 
 FED = 0.05
-"""Of the work that passes through the layer: what a force may feed into the motion for its numerical error."""
+"""Energy that numerical errors may feed into the motion, as a share of the layer's work."""
 
 
 @dataclass(frozen=True, slots=True)
 class Objection:
-    """What speaks against an effect."""
+    """An objection to an effect."""
 
     reason: str
     """In words."""
@@ -32,7 +32,7 @@ class Objection:
 
 
 def objection(effect: str, fit: Fit, observations: Sequence[Observation]) -> Objection | None:
-    """What speaks most against an effect; None if nothing does.
+    """Strongest objection to an effect; None if there is none.
 
     Args:
         effect: of the model.
@@ -41,7 +41,7 @@ def objection(effect: str, fit: Fit, observations: Sequence[Observation]) -> Obj
     """
     about, values = EFFECTS[effect], fit.model.effects[effect]
     if about.linear and all(values[name] == 0 for name in about.linear):
-        return Objection("it has no strength left: the records ask for the opposite of it", is_impossible=True)
+        return Objection("it has no strength left: the records support its opposite", is_impossible=True)
     fed = [one for one in observations if _work(fit.model, one) < 0]
     if fed:
         reason = f"the layer would feed energy into the motion in the earthquake of {fed[0].name}"

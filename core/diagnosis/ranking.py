@@ -1,4 +1,4 @@
-"""Ranking of the effects that a model may lack, and of those that the records cannot distinguish from the best.
+"""Ranking of the effects that a model may lack; effects that the records cannot distinguish from the best.
 
 Candidates are compared by BIC = χ²/(s² τ) + p ln(N/τ) (Schwarz 1978): s² is what the best of them leaves over, record
 by record, and τ by how much its power exceeds that of white noise where the layer's force lies, so that what a model of
@@ -24,16 +24,16 @@ DECISIVE = 10.0
 ALIKE = 0.02
 """Relative difference of what two models leave over that is no difference."""
 WORTH = 0.06
-"""Of what is left over, its power: a candidate that takes less is not asked for, however certain it is."""
+"""Smallest share of the residual's power that a supported candidate must explain, however certain it is."""
 FELT = 0.01
-"""The same of the force in N, over its noise: what a superstructure's mode leaves at its frequency may stand far above
+"""The same of the force in N, over its noise: the residual of a superstructure's mode at its frequency may be far above
 the noise there, and is nothing to the layer."""
 ALIKE_DIGITS = 6
 """Decimals of ΔBIC that count in the order of candidates; below lie rounding errors."""
 SEARCHED = 7
 """Candidates at most whose parameters are searched for; the others stay where their preview was best."""
 PROMISING = 0.1
-"""Of the best preview's gain, from which on another candidate is worth a search,"""
+"""Share of the best preview's gain from which on another candidate is worth a search,"""
 VISIBLE = 0.015
 """and of what is left over, its power."""
 
@@ -45,7 +45,7 @@ class ScoredCandidate:
     effect: str
     fit: Fit
     delta_bic: float
-    """Of the model with it less that without: below -DECISIVE it is asked for."""
+    """ΔBIC of the model with it against that without; the records support it below -DECISIVE."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,7 +87,7 @@ class Ranking:
 
     @property
     def asked_for(self) -> tuple[ScoredCandidate, ...]:
-        """Candidates that the records cannot tell from the best one, the best first; none if nothing is missing."""
+        """Candidates that cannot be distinguished from the best one, the best first; none if nothing is missing."""
         best = next(filter(self._is_worth_it, self.candidates), None)
         if best is None or best.delta_bic > -DECISIVE:
             return ()

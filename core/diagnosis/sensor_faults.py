@@ -62,15 +62,15 @@ KINDS: Mapping[str, str] = MappingProxyType(
         "clock": "clock_jump",
     }
 )
-"""What a finding of screening is a fault of; a note of screening is none."""
+"""Part at fault for each finding of the screening; a note is no fault."""
 AGAIN = 0.5
 """Share of the earthquakes in which a fault comes again if it is the sensor's."""
 SMALLEST = {"gain": 0.03, "delay": 2e-3, "clock": 5e-5}
-"""1, s and s/s: a smaller one hardly changes what is concluded."""
+"""1, s and s/s: smaller errors do not change the conclusions."""
 CERTAIN = 4.0
 """Standard deviations that a gain, a delay or a change of level must be of."""
 SMALLEST_CREEP: Mapping[Quantity, float] = MappingProxyType({"displacement": 0.004, "acceleration": 0.03})
-"""Of the channel's largest value: what passes the filter of accelerations is less than their drift."""
+"""Smallest change of level, as a share of the largest value: the filter removes most of an acceleration's drift."""
 
 
 def sensor_faults(analyses: Sequence[EventAnalysis], description: BuildingDescription) -> tuple[BuildingFault, ...]:
@@ -117,7 +117,7 @@ def _erring(error: SensorError) -> BuildingFault | None:
     std = float(np.sqrt(error.covariance[at, at])) * (1 + size if error.part == "gain" else 1.0)
     if abs(size) < max(SMALLEST[error.part], CERTAIN * std):
         return None
-    instead = f"; an opposite error of {' or '.join(error.others)} would do the same" if error.others else ""
+    instead = f"; an opposite error of {' or '.join(error.others)} would have the same effect" if error.others else ""
     return BuildingFault(Cause.SENSOR, error.part, error.channel, size, std, f"{_said(error.part, size, std)}{instead}")
 
 
@@ -127,9 +127,9 @@ def _said(part: str, size: float, std: float) -> str:
         return f"reads {amount} against the other sensors; check it, or divide its gain by {1 + size:.3f}"
     if part == "delay":
         amount = f"{with_std(1000 * abs(size), 1000 * std)} ms {'late' if size > 0 else 'early'}"
-        return f"is {amount} against the other sensors, always alike; check filters and time stamps of its logger"
+        return f"is {amount} against the other sensors, with no change; check filters and time stamps of its logger"
     amount = f"{with_std(1000 * abs(size), 1000 * std)} ms per second {'slow' if size > 0 else 'fast'}"
-    return f"its clock is {amount} against the others'; let its logger take the time from a common source"
+    return f"its clock is {amount} against the others'; synchronise its logger with a common time source"
 
 
 def _drifting_channels(analyses: Sequence[EventAnalysis], description: BuildingDescription) -> list[BuildingFault]:
@@ -145,7 +145,7 @@ def _drifting_channels(analyses: Sequence[EventAnalysis], description: BuildingD
 
 
 def _rests(channel: Channel, description: BuildingDescription) -> bool:
-    """Whether its level at rest is constant: a floor may well be displaced against the ground, by its own drift."""
+    """True if its level at rest is constant: a floor may well be displaced against the ground, by its own drift."""
     if channel.quantity == "displacement":
         return channel.level == description.base.name and channel.direction != "z"
     return channel.quantity == "acceleration"
@@ -160,6 +160,6 @@ def _drift_suspect(channel: Channel, known: Sequence[BaselineDrift]) -> Building
     unit, scale = ("mm", 1000) if channel.quantity == "displacement" else ("gal", 100)
     message = (
         f"its level changes by {with_std(scale * worst.change, scale * worst.std)} {unit} while the building is at "
-        f"rest, in {len(certain)} of {len(known)} earthquakes alike: it drifts. Check its supply, cable and fixing"
+        f"rest, in {len(certain)} of {len(known)} earthquakes: it drifts. Check its supply, cable and fixing"
     )
     return BuildingFault(Cause.SENSOR, "drift", channel.id, worst.change, worst.std, message)

@@ -14,21 +14,21 @@ from core.arrays import Matrix, Vector
 from core.estimators.result import StoreyStiffness
 
 COMMON = 0.5
-"""Of the logarithm of the factor by which all storeys differ from the design: standard deviation."""
+"""Standard deviation of the logarithm of the factor by which all storeys differ from the design."""
 OWN = 0.04
-"""The same of each storey by itself, by what no design tells better and no record does."""
+"""The same for each storey alone: the scatter about the design."""
 LOST = 0.5
-"""The same of one that has lost stiffness."""
+"""The same for a storey that has lost stiffness."""
 EVENT = 0.05
-"""The same of what one record errs by besides its own uncertainty: no building is a frame with proportional damping."""
+"""The same for the error of one record beyond its own uncertainty: no building is a frame with proportional damping."""
 FREEDOM = 4.0
 """Degrees of freedom of Student's distribution, which the records' errors have."""
 ROUNDS = 20
-"""Of weighing the records."""
+"""Iterations of the records' weights."""
 DECISIVE = 5.0
-"""Of log evidence, that a softened storey must bring."""
+"""Smallest gain of log evidence for a softened storey."""
 UNDECIDED = 3.0
-"""Of log evidence: another storey that explains as much within it may be the one."""
+"""Difference of log evidence within which another storey may be the softened one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +46,7 @@ class SoftenedStorey:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Known:
-    """What all records say of the logarithms of the storeys' stiffnesses over the design's."""
+    """Information of all records on the logarithms of the storeys' stiffnesses over the design's."""
 
     information: Matrix
     """(floors, floors)"""
@@ -62,7 +62,7 @@ class _Known:
 
 
 def softened_storey(found: Sequence[StoreyStiffness]) -> SoftenedStorey | None:
-    """The storey that has lost stiffness, None where none has, or none that the records tell.
+    """The storey that has lost stiffness, None if there is none, or none that the records identify.
 
     Args:
         found: from several earthquakes in one direction, one at least.
@@ -81,7 +81,7 @@ def softened_storey(found: Sequence[StoreyStiffness]) -> SoftenedStorey | None:
 
 @dataclass(frozen=True, slots=True)
 class _Softened:
-    """What the records say if it is this storey."""
+    """Result for the hypothesis that this storey is softened."""
 
     storey: int
     evidence: float
@@ -100,7 +100,7 @@ def _softened(known: _Known, sound: Matrix, storey: int) -> _Softened:
 
 
 def _together(found: Sequence[StoreyStiffness]) -> _Known:
-    """What the records say together; one that contradicts the others counts little.
+    """Combined information of the records; one that contradicts the others has little weight.
 
     A calibration may settle in a wrong valley and be sure of it. Each record therefore errs by EVENT besides, and its
     weight is that of Student's distribution (Lange, Little and Taylor, 1989), found in turn with what all say.
@@ -120,7 +120,7 @@ def _together(found: Sequence[StoreyStiffness]) -> _Known:
 
 
 def _one(storeys: StoreyStiffness) -> _Known:
-    """Of one record, with what it errs besides."""
+    """Information of one record, with its additional error."""
     wider = np.eye(storeys.deviation.size) + EVENT**2 * storeys.information
     information: Matrix = np.asarray(np.linalg.solve(wider, storeys.information), dtype=float)
     pull: Vector = np.asarray(np.linalg.solve(wider, storeys.pull), dtype=float)
@@ -128,6 +128,6 @@ def _one(storeys: StoreyStiffness) -> _Known:
 
 
 def _apart(one: _Known, mean: Vector) -> float:
-    """Chi-square of what a record says, were the mean the truth."""
+    """Chi-square of a record's result if the mean is the truth."""
     left = one.pull - one.information @ mean
     return float(left @ np.linalg.pinv(one.information, hermitian=True) @ left)

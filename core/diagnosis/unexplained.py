@@ -1,4 +1,4 @@
-"""Structure in what a model leaves over, whatever its cause.
+"""Structure in a model's residual, whatever its cause.
 
 A linear regression of the residual on what a layer's force may depend on: motion and its powers, hysteretic variables
 of several lengths, the largest past displacement, travel, lags, the other direction, vertical load, temperature. What
@@ -21,15 +21,15 @@ BLOCK = 5.0
 """s, longer than the memory of noise in an estimated force."""
 FOLDS = 5
 LENGTHS = (0.01, 0.04, 0.15, 0.5)
-"""Of the largest displacement: over which the hysteretic variables develop."""
+"""Lengths over which the hysteretic variables develop, as shares of the largest displacement."""
 LAGS = (0.02, 0.05, 0.1)
 """s."""
 RIDGE = 1e-3
-"""Of a regressor's power."""
+"""Regularisation, as a share of a regressor's power."""
 
 
 def explained_share(data: FitData, fit: Fit) -> float:
-    """Of the residual's power, what the regression foretells where it was not fitted; 0 or below for noise.
+    """Share of the residual's power that the regression predicts where it was not fitted; 0 or below for noise.
 
     Args:
         data: the records.

@@ -24,9 +24,9 @@ class Candidate:
     effect: str
     fit: Fit
     delta_bic: float
-    """Below -10: the records ask for it."""
+    """The records support it below -10."""
     in_set: bool
-    """Whether it is the best, or the records cannot distinguish it from the best, and nothing speaks against it."""
+    """True if it is the best, or cannot be distinguished from the best, and is plausible."""
     after: Misfit
     """N, of the force, where it was fitted."""
     noise_ratio: float

@@ -35,7 +35,7 @@ class ComparisonResult:
     text: tuple[str, ...]
     """Sentences on where the model fails."""
     corrections: tuple[BlockCorrection, ...]
-    """Stiffness and yield force that each block of the records asks for by itself."""
+    """Corrections of stiffness and yield force by each block of the records."""
 
     def __str__(self) -> str:
         tables = (force_table(self), prediction_table(self, outer_levels(self)))
@@ -60,7 +60,7 @@ def compare(
     seen = Earthquakes.of(earthquakes)
     progress("driving the model by the measured motion and by the ground alone", 0, 2)
     errors = model_errors(model, seen)
-    progress("looking at where it fails", 1, 2)
+    progress("locating the model's errors", 1, 2)
     found = failure_of(errors)
     corrections = block_corrections(model, errors.forces)
     progress("compared", 2, 2)
@@ -68,7 +68,7 @@ def compare(
 
 
 def failure_of(errors: ModelErrors) -> Failure:
-    """Where a model fails, its intervals drawn with the same seed each time.
+    """Places where a model fails, with intervals drawn by the same seed each time.
 
     Raises:
         RecordError: there is nothing to compare.
@@ -90,11 +90,11 @@ def force_table(found: ComparisonResult) -> Table:
     """Errors of the force for the measured motion, against the estimated force."""
     return Table(
         "Force, driven by the measured motion",
-        ("earthquake", "peak", "error", "of the force", "fitting rate", "noise floors"),
+        ("earthquake", "peak", "error", "of the force", "fitting rate", "noise ratio"),
         tuple(_force_rows(found)),
         "Peak: of the displacement. Error: root mean square, against the force estimated from the accelerations. "
-        "Fitting rate: 100 (1 − ‖error‖ / ‖measured − its mean‖). Noise floors: error over what the measurement's "
-        "noise alone would make of it; in all, each earthquake in its own.",
+        "Fitting rate: 100 (1 − ‖error‖ / ‖measured − its mean‖). Noise ratio: error over the error that the "
+        "measurement's noise alone makes; over all earthquakes, each by its own noise.",
         sums=1 if len(found.errors.forces) > 1 else 0,
     )
 

@@ -106,7 +106,7 @@ def diagnose(
     effects: Collection[str] | None = None,
     progress: Progress = silent,
 ) -> DiagnosisResult:
-    """Try every effect that the model does not have, and add those that the records ask for.
+    """Try every effect that the model does not have, and add those that the records support.
 
     Args:
         model: of the isolation layer.
@@ -122,7 +122,7 @@ def diagnose(
     seen = Earthquakes.of(earthquakes, hold_out)
     if not seen.fitted:
         raise RecordError(NONE_TO_FIT)
-    progress("asking every effect", 0, 4)
+    progress("trying every effect", 0, 4)
     offered, diverging = set(EFFECTS if effects is None else effects), list[Dropped]()
     while True:
         found = diagnosed(seen.fitted, model, offered, lambda so_far: progress(so_far, 0, 4))
@@ -133,7 +133,7 @@ def diagnose(
         if not added & {one.effect for one in dropped}:
             break
         offered -= {one.effect for one in dropped}
-    progress("looking at where the model fails", 2, 4)
+    progress("locating the model's errors", 2, 4)
     refitted = compare(readable(found.refitted.model), seen)
     progress("driving the versions by the motion and by the ground alone", 3, 4)
     staged = stages(found, seen)
@@ -194,7 +194,7 @@ def first_cause(found: Sequence[BuildingFault]) -> Cause | None:
 def fault_sentences(found: Sequence[BuildingFault]) -> tuple[str, ...]:
     """Sentences on faults of sensors, superstructure and masses; none without a fault."""
     each = tuple(f"{CALLED[one.cause].format(one.channel)}: {one.message.rstrip('.')}." for one in found)
-    return (*each, "Put that right first: what is said of the isolation layer below may be its doing.") if each else ()
+    return (*each, "Correct this first: it may cause the findings on the isolation layer below.") if each else ()
 
 
 def candidate_table(found: DiagnosisResult, tried: Sequence[Candidate]) -> Table:
@@ -208,10 +208,10 @@ def candidate_table(found: DiagnosisResult, tried: Sequence[Candidate]) -> Table
     errors = [percent(without.error(names).nrmse) for names in groups.values()]
     ratio = found.diagnosis.first.noise_ratio(found.diagnosis.refitted)
     return Table(
-        "Effects tried, each added by itself and everything fitted anew",
-        ("effect", "family", "error", *(["left out"] if LEFT_OUT in groups else []), "noise floors", "ΔBIC", "remark"),
+        "Effects tried, each added alone and the whole model refitted",
+        ("effect", "family", "error", *(["held out"] if LEFT_OUT in groups else []), "noise ratio", "ΔBIC", "remark"),
         (("none", "", *errors, f"{ratio:.3g}", "0", ""), *_candidate_rows(tried)),
-        "Error: of the force, root mean square in percent of it. ΔBIC below −10: the records ask for it.",
+        "Error: of the force, root mean square in percent of it. ΔBIC below −10: the records support the effect.",
         sums=0,
         texts=("family", "remark"),
     )
@@ -231,7 +231,7 @@ def _nothing(found: DiagnosisResult) -> Iterator[str]:
 
 
 def _refit(found: DiagnosisResult) -> Iterator[str]:
-    yield "No known effect is missing, but the values are off: fit the model."
+    yield "No known effect is missing, but the values are wrong: fit the model."
     yield f"Fitted, {_size(found)}."
     yield from _nearest(found)
 
@@ -244,7 +244,7 @@ def _missing(found: DiagnosisResult) -> Iterator[str]:
 def _unknown(found: DiagnosisResult) -> Iterator[str]:
     yield (
         f"Something is missing that no known effect explains: fitted, {_size(found)}, and that has structure. "
-        "A name below is no more than the nearest known effect."
+        "Any effect named below is only the nearest known one."
     )
     yield from _nearest(found)
     yield from found.refitted.text[1:2]
@@ -260,8 +260,8 @@ def _after(found: DiagnosisResult) -> Iterator[str]:
     if found.diagnosis.steps and found.diagnosis.unexplained.is_there:
         share = percent(max(found.diagnosis.unexplained.share, 0.0))
         yield (
-            "With that, the model is still incomplete: it leaves "
-            f"{plain(found.diagnosis.unexplained.noise_ratio, 3)} times the noise floor, {share} of it with structure."
+            "With this effect, the model is still incomplete: its error is "
+            f"{plain(found.diagnosis.unexplained.noise_ratio, 3)} times the noise, {share} of it with structure."
         )
 
 
@@ -272,7 +272,7 @@ def _open(found: DiagnosisResult) -> Iterator[str]:
     for one in [one for one in strange if one.effect not in named][:RUNNERS_UP]:
         against = objection(one.effect, one.fit, found.earthquakes.fitted)
         verdict = "impossible" if against is not None and against.is_impossible else "doubtful"
-        yield f"Not proposed, since it is {verdict}: {titled(one.effect)}; {one.implausible}."
+        yield f"Not proposed because it is {verdict}: {titled(one.effect)}; {one.implausible}."
     unseen = ", ".join(dict.fromkeys(name for name, _ in found.diagnosis.refitted.undetermined))
     if unseen:
         yield f"Not determined by these records: {unseen}."
@@ -289,7 +289,7 @@ def _nearest(found: DiagnosisResult) -> Iterator[str]:
     best = next(plausible, None)
     if best is None:
         if found.candidates:
-            yield "No effect that a layer may have lowers the error of the force."
+            yield "No plausible effect lowers the error of the force."
         return
     yield f"The nearest known effect is {titled(best.effect)}."
     yield evidence(best.effect, found.before, best.after, best.delta_bic)

@@ -22,7 +22,7 @@ USUAL_BAND = (0.1, 30.0)
 """Hz, of forces whose own band is not known."""
 TOGETHER = timedelta(milliseconds=1)
 """Instants nearer than this are the same."""
-FITTED, LEFT_OUT = "all fitted", "all left out"
+FITTED, LEFT_OUT = "all fitted", "all held out"
 """Groups of earthquakes, as tables name them."""
 HELPS = 0.98
 """Ratio of the errors with and without a change on held-out earthquakes, below which the change helps there."""
@@ -97,7 +97,7 @@ class Earthquakes:
     def superstructure(self, direction: Direction) -> KnownSuperstructure | str:
         """The superstructure in one direction, or the reason why it is not known."""
         if self.description is None:
-            return "the building is not described, so that nothing predicts its floors"
+            return "the building is not described, so its floors cannot be predicted"
         try:
             return known_superstructure([force for of, force in self.forces if of == direction], self.description)
         except IdentificationError as error:
@@ -303,11 +303,11 @@ class Version:
 
 
 def lowers(before: Version, after: Version, earthquakes: Earthquakes) -> bool:
-    """Whether the force's error falls by an amount that matters, where it was fitted or on held-out earthquakes."""
+    """True if the force's error falls by an amount that matters, where it was fitted or on held-out earthquakes."""
     return any(after.error(names).rms < LOWERS * before.error(names).rms for names in earthquakes.groups.values())
 
 
 def helps(before: Version, after: Version, earthquakes: Earthquakes) -> bool:
-    """Whether the error of the force falls on held-out earthquakes; true if there are none."""
+    """True if the error of the force falls on held-out earthquakes; true if there are none."""
     names = earthquakes.groups.get(LEFT_OUT, ())
     return not names or after.error(names).rms < HELPS * before.error(names).rms

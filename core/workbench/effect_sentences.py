@@ -61,7 +61,7 @@ def titled(effect: str) -> str:
 
 
 def lowers_error(before: Misfit, after: Misfit) -> bool:
-    """Whether an effect lowers the force's error by an amount that matters."""
+    """True if an effect lowers the force's error by an amount that matters."""
     return after.rms < LOWERS * before.rms
 
 
@@ -83,8 +83,8 @@ def evidence(effect: str, before: Misfit, after: Misfit, delta_bic: float | None
         change = f"{effect} leaves the error of the force as it is: {was} without it, {now} with it"
     if delta_bic is None:
         return f"{_capital(change)}."
-    asks = "ask" if delta_bic < -DECISIVE else "do not ask"
-    bic = f"ΔBIC {plain(delta_bic, DIGITS)}: the records {asks} for it, the limit is −{DECISIVE:g}"
+    support = "support" if delta_bic < -DECISIVE else "do not support"
+    bic = f"ΔBIC {plain(delta_bic, DIGITS)}: the records {support} it, the limit is −{DECISIVE:g}"
     return f"{_capital(change)} ({bic})."
 
 
@@ -114,9 +114,9 @@ def missing(
     if against := implausible(stage.effect, stage.fit, earthquakes.fitted):
         yield f"It is doubtful: {against}."
     if len(alike) > 1:
-        yield f"What would distinguish them: {distinguishing_records(alike)}."
+        yield f"Records that would distinguish them: {distinguishing_records(alike)}."
     if not helps(before, after, earthquakes):
-        yield f"It helps only the earthquakes it was fitted to: do not add {stage.effect} without another reason."
+        yield f"The error falls only for the fitted earthquakes: do not add {stage.effect} without another reason."
 
 
 def distinguishing_records(effects: Sequence[str]) -> str:
@@ -137,16 +137,16 @@ def _only_elsewhere(effect: str, before: Version, after: Version, earthquakes: E
     held_out = earthquakes.groups.get(LEFT_OUT, ())
     was, now = (version.error(held_out) if held_out else None for version in (before, after))
     if was is None or now is None or not lowers_error(was, now):
-        yield f"{titled(effect)} was tried next and is not worth its place in the model."
+        yield f"{titled(effect)} was tried next and does not lower the error enough to be kept."
         return
     yield (
-        f"{titled(effect)} lowers the error of the force on earthquakes left out, from {percent(was.nrmse)} to "
+        f"{titled(effect)} lowers the error of the force on held-out earthquakes, from {percent(was.nrmse)} to "
         f"{percent(now.nrmse)}, but not where it was fitted: records of more earthquakes would decide."
     )
 
 
 def _is_own(stages: Sequence[Stage], given: Isolator) -> bool:
-    """Whether the effect was judged beside just those that it is presented beside."""
+    """True if the effect was judged beside exactly the effects that it is presented with."""
     there = {*given.effects, *(one.effect for one in stages[:-1])}
     return set(stages[-1].step.ranking.base.model.effects) == there
 

@@ -22,16 +22,16 @@ from core.workbench.tables import Deviations, gain, values_table, version_tables
 DIGITS = 6
 """Digits of a fitted value: records determine no more, and a file of such values is readable."""
 CLOSE = 0.95
-"""Correlation of two values, from which on the records hardly separate them."""
+"""Correlation of two values, from which on the records barely separate them."""
 VAGUE = 0.5
-"""Standard deviation over value, from which on a value is hardly known."""
+"""Standard deviation over value, from which on a value is barely known."""
 MOST_PAIRS = 3
 """Number of correlated pairs that are named."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FitResult:
-    """A model with the values that the records ask for."""
+    """A model with its values fitted to the records."""
 
     given: Isolator
     model: Isolator
@@ -126,7 +126,7 @@ def fit_sentences(fit: Fit, inflation: float) -> tuple[str, ...]:
 def _sentences(fit: Fit, inflation: float) -> Iterator[str]:
     yield f"{OPENINGS[fit.outcome]}{fit.outcome.value}."
     if ends := list(_ends(fit)):
-        yield f"At the end of its range: {'; '.join(ends)}. The effect may not be there, or another is missing."
+        yield f"At the end of its range: {'; '.join(ends)}. The effect may be absent, or another may be missing."
     if fit.undetermined:
         yield (
             f"Not determined: {_names(fit.undetermined)}. The other values can do all that it does, or no record made "
@@ -137,7 +137,7 @@ def _sentences(fit: Fit, inflation: float) -> Iterator[str]:
         yield f"Uncertain by half of its value or more: {_names(vague)}."
     if close := _close(fit):
         pairs = "; ".join(f"{one} and {other} ({ρ:+.3f})" for one, other, ρ in close[:MOST_PAIRS])
-        yield f"Barely distinguishable, by their correlation: {pairs}."
+        yield f"Strongly correlated, barely distinguishable: {pairs}."
 
 
 OPENINGS = {

@@ -59,7 +59,7 @@ class ExtensionResult:
 
     @property
     def text(self) -> tuple[str, ...]:
-        """Sentences: the effect, whether the records ask for it, the change of the error, and how the fit ended."""
+        """Sentences: the effect, its support by the records, the change of the error, and how the fit ended."""
         return tuple(_extension_sentences(self))
 
     @property
@@ -81,7 +81,7 @@ def add(
     hold_out: Collection[str] = (),
     progress: Progress = silent,
 ) -> ExtensionResult:
-    """Add an effect to a model, whether or not the records ask for it, and fit everything anew.
+    """Add an effect to a model, with or without support by the records, and fit everything anew.
 
     Args:
         effect: its name; the model does not have it.
@@ -125,9 +125,9 @@ def _extension_sentences(found: ExtensionResult) -> Iterator[str]:
     bic = f"ΔBIC {plain(tried.delta_bic, 3)}"
     yield f"{about.title} ({found.effect}): {explained(about, found.model.effects[found.effect])}"
     if tried.delta_bic < -DECISIVE:
-        yield f"The records ask for it ({bic}, below −{DECISIVE:g})."
+        yield f"The records support it ({bic}, below −{DECISIVE:g})."
     else:
-        yield f"The records do not ask for it ({bic}, not below −{DECISIVE:g}): it was added because you said so."
+        yield f"The records do not support it ({bic}, not below −{DECISIVE:g}); it was added as requested."
     if tried.implausible:
         yield f"It is implausible: {tried.implausible}."
     yield from gain(found.versions[1], found.versions[2], found.earthquakes)
@@ -136,7 +136,7 @@ def _extension_sentences(found: ExtensionResult) -> Iterator[str]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ImprovementResult:
-    """A model with all effects that diagnoses asked for and held-out earthquakes confirmed."""
+    """A model with all effects that diagnoses support and held-out earthquakes confirm."""
 
     given: Isolator
     rounds: tuple[DiagnosisResult, ...]
@@ -177,7 +177,7 @@ def improve(
     effects: Collection[str] | None = None,
     progress: Progress = silent,
 ) -> ImprovementResult:
-    """Diagnose a model and add what the records ask for, by turns.
+    """Diagnose a model and add the supported effects, by turns.
 
     Args:
         model: of the isolation layer.
@@ -194,7 +194,7 @@ def improve(
     rounds: list[DiagnosisResult] = []
     added: list[str] = []
     versions: list[Version] = []
-    now, ended = model, "every diagnosis that was made asked for more; another `menshin model improve` would go on"
+    now, ended = model, "the maximum number of diagnoses was reached; run `menshin model improve` again to continue"
     while len(rounds) < ROUNDS:
         found = diagnose(now, seen, effects=effects, progress=progress)
         rounds.append(found)
@@ -226,13 +226,13 @@ def _confirmed(found: DiagnosisResult) -> int:
 
 
 def _reason_to_end(found: DiagnosisResult, count: int) -> str | None:
-    """Reason to add nothing more; None if another diagnosis may ask for more."""
+    """Reason to add nothing more; None if another diagnosis may support more."""
     if found.faults:
-        return f"something is wrong before the layer is examined ({found.outcome}): `menshin model diagnose` shows what"
+        return f"the building or its sensors have a fault ({found.outcome}); `menshin model diagnose` describes it"
     if found.diagnosis.outcome is Outcome.UNKNOWN and not count:
-        return "something is missing that no known effect explains: nothing was added for it"
+        return "the remaining error has structure that no known effect explains"
     if count < len(found.stages):
-        return f"{found.stages[count].effect} was asked for, but does not lower the error on earthquakes left out"
+        return f"{found.stages[count].effect} has support but does not lower the error on held-out earthquakes"
     return None if found.stages else "no further effect is needed"
 
 
@@ -242,6 +242,6 @@ def _improvement_sentences(found: ImprovementResult) -> Iterator[str]:
         yield f"Added: {about.title} ({effect}). {explained(about, found.model.effects[effect])}"
     if not found.added:
         yield "No effect was added; the values were fitted."
-    yield f"It ended because {found.ended}."
+    yield f"Improvement ended: {found.ended}."
     yield from gain(found.versions[0], found.versions[-1], found.earthquakes)
     yield from fit_sentences(found.fit, found.inflation)

@@ -75,7 +75,7 @@ def version_tables(versions: Sequence[Version], earthquakes: Earthquakes) -> tup
         "Error of the force, driven by the measured motion",
         headings,
         _rows(versions, earthquakes, _force),
-        "Root mean square, in percent of the force and, in brackets, in multiples of the noise floor.",
+        "Root mean square in percent of the force, with the noise ratio in brackets.",
         sums=sums,
     )
     if not any(version.errors.predictions for version in versions):
@@ -84,7 +84,7 @@ def version_tables(versions: Sequence[Version], earthquakes: Earthquakes) -> tup
         "Error of the response predicted from the ground motion alone",
         headings,
         _rows(versions, earthquakes, _response),
-        "Root mean square, in percent of what was measured: displacement of the layer / acceleration of the floors.",
+        "Root mean square in percent of the measured value: displacement of the layer / acceleration of the floors.",
         sums=sums,
     )
     return force, predicted
@@ -96,16 +96,16 @@ def gain(before: Version, after: Version, earthquakes: Earthquakes) -> tuple[str
         group: (before.error(names).nrmse, after.error(names).nrmse) for group, names in earthquakes.groups.items()
     }
     changes = [_change(group, *errors[group]) for group in errors]
-    opening = f"The error of the force goes {' and '.join(changes)}."
+    opening = f"The error of the force changes {' and '.join(changes)}."
     if LEFT_OUT not in errors:
-        return opening, "No earthquake was held out: whether it holds for another one is open; hold one out to test it."
+        return opening, "No earthquake was held out, so this result is not validated. Hold one out to validate it."
     if helps(before, after, earthquakes):
         return (opening,)
-    return opening, "It helps only the earthquakes it was fitted to: do not trust it elsewhere."
+    return opening, "The error falls only for the fitted earthquakes: do not use the model for others."
 
 
 def _change(group: str, before: float, after: float) -> str:
-    where = "where it was fitted" if group == FITTED else "on earthquakes left out"
+    where = "where it was fitted" if group == FITTED else "on held-out earthquakes"
     return f"from {percent(before)} to {percent(after)} {where}"
 
 
@@ -116,7 +116,7 @@ def _rows(
     seen = dict.fromkeys((one.name, one.direction) for one in earthquakes.observations)
     each = tuple(
         (
-            f"{earthquakes.label(name, direction)}{' (left out)' if name in earthquakes.held_out else ''}",
+            f"{earthquakes.label(name, direction)}{' (held out)' if name in earthquakes.held_out else ''}",
             *(cell(version.errors.of([name]).along(direction)) for version in versions),
         )
         for group in groups.values()

@@ -36,7 +36,7 @@ WIDTH, HEIGHT = 1120, 800
 """Pixels of the browser's window."""
 MARGIN = 4
 """Pixels, around what a picture is to show."""
-FIGURES = {"loop": "Loop of the strongest", "help": "Which effect would help"}
+FIGURES = {"loop": "Loop of the strongest", "help": "Effects that would reduce"}
 """Pictures of a diagnosis, by what their captions begin with."""
 RECORDS = "records/[1-5].mseed records/station.xml --building building.toml --hold-out records/6.mseed"
 FIRST = "records/[1-3].mseed records/station.xml --building building.toml"

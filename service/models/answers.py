@@ -1,4 +1,4 @@
-"""What the API says of a version of a model: its values, and its errors over the events it was held against."""
+"""API answers on a version of a model: its values, and its errors over the compared events."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
@@ -110,7 +110,7 @@ def comparison(found: ModelComparison, event: Event) -> ComparisonOut:
 
 
 def judged(compared: Compared) -> tuple[Judged, ...]:
-    """How a version did in every event that it was held against, the earliest first."""
+    """How a version did in every compared event, the earliest first."""
     return model_trend.judged(
         [
             Held(event.id, event.start, one.direction, one.role == "fitted", Misfit(**one.misfit))

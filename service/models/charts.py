@@ -22,7 +22,7 @@ def loops(*, displacement: Vector, measured: Vector, modelled: Vector, title: st
 
 
 def trend(judged: Sequence[Judged]) -> alt.LayerChart:
-    """What noise does not explain of a model's error, event by event, beside the most that is as usual."""
+    """A model's error beyond noise, event by event, beside the largest usual error."""
     rows = alt.InlineData(values=[_event(one) for one in judged])
     across = alt.X("time:T", title="event (UTC)").scale(type="utc", padding=16)
     kinds = alt.Scale(domain=["fitted", "as usual", "missed"], range=[GREY, BLUE, ORANGE])

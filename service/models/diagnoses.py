@@ -1,4 +1,4 @@
-"""How it is found out what a version lacks, by events, and what of that is kept."""
+"""Diagnosis of a version by events, and its storage."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -31,7 +31,7 @@ class Picture:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Diagnosis:
-    """What came of it."""
+    """The result."""
 
     outcome: str
     sentences: tuple[str, ...]
@@ -61,7 +61,7 @@ def diagnosis(model: ModelFile, parent: str, events: Earthquakes, report_step: R
 
 
 def stages(inputs: WorkInputs) -> Sequence[Stage]:
-    """Of a diagnosis: each event, then every effect."""
+    """Number of steps of a diagnosis: each event, then every effect."""
     return (
         *observing(inputs),
         Stage(

@@ -1,4 +1,4 @@
-"""What a model was found to lack, as the API answers it."""
+"""Schema of a diagnosis in the API."""
 
 from datetime import datetime
 from typing import Any
@@ -38,7 +38,7 @@ class CandidateOut(Kept):
 
     effect: str = Field(description="Its name.")
     family: str = Field(description="Effects of one family leave alike traces.")
-    delta_bic: Number | None = Field(description="Below -10: the events ask for it.")
+    delta_bic: Number | None = Field(description="The events support it below -10.")
     error_before: Number | None = Field(description="N, RMS of the force's error in the events fitted, without it.")
     error_after: Number | None = Field(description="The same with it.")
     error_after_held_out: Number | None = Field(description="The same in the events held out; null without any.")
@@ -84,7 +84,7 @@ class VersionOut(Kept):
 
 
 class UnexplainedOut(Kept):
-    """Whether something is left that no effect took."""
+    """Structure that remains in the residual, and its size."""
 
     share: Number | None = Field(description="Of the residual's power that a regression on the motion foretells.")
     in_noise_floors: Number | None = Field(description="RMS of what is left in multiples of the floor.")

@@ -1,4 +1,4 @@
-"""How a version's values are fitted to events, with one more effect or without: each makes the next version."""
+"""Fits of a version to events, with one more effect or without: each makes the next version."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -55,7 +55,7 @@ def extended(effect: str, model: ModelFile, parent: str, events: Earthquakes, re
 
 
 def fit_stages(inputs: WorkInputs) -> Sequence[Stage]:
-    """Of a fit: each event, the fit, then both versions against all events."""
+    """Number of steps of a fit: each event, the fit, then both versions against all events."""
     return _stages(
         inputs,
         Stage(
@@ -67,7 +67,7 @@ def fit_stages(inputs: WorkInputs) -> Sequence[Stage]:
 
 
 def extension_stages(inputs: WorkInputs) -> Sequence[Stage]:
-    """Of adding an effect: each event, the fit with it, then both versions against all events."""
+    """Number of steps of an addition: each event, the fit with the effect, then both versions against all events."""
     effect = inputs.arguments["effect"]
     return _stages(
         inputs,
@@ -141,7 +141,7 @@ def _roles(inputs: WorkInputs) -> Mapping[int, str]:
 
 
 def _counted(inputs: WorkInputs) -> str:
-    """How many events a fit was made to."""
+    """Number of events to which a model was fitted."""
     out = sum(one.held.is_held_out for one in inputs.events)
     count = sum(one.held.is_wanted for one in inputs.events) - out
     return f"{count} event{'s' if count > 1 else ''}" + (f", {out} left out" if out else "")

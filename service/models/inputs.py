@@ -1,4 +1,4 @@
-"""What work on a model is made from, as it is stored now."""
+"""Stored inputs of the work on a model."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -86,9 +86,9 @@ class WorkInputs:
 
 
 def work_inputs(session: Session, claim: Claim, settings: Settings) -> WorkInputs:
-    """What the work of a claimed job on a model is made from.
+    """Inputs of a claimed job on a model.
 
-    The job's `events` are the ones to work with, all comparable ones where it names none; its `hold_out` are left out
+    The job's `events` are the ones to work with, all comparable ones where it names none; its `hold_out` are held out
     of a fit. For a layer that remembers, every earlier event is there too.
 
     Raises:
@@ -149,7 +149,7 @@ def diagnosis_inputs(session: Session, claim: Claim, settings: Settings) -> Work
 
 
 def remembers(isolator: Isolator) -> bool:
-    """Whether the layer keeps anything from one earthquake to the next."""
+    """True if the layer keeps any state from one earthquake to the next."""
     return any(EFFECTS[name].carried for name in isolator.effects)
 
 

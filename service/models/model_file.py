@@ -1,4 +1,4 @@
-"""What a model file says: TOML in; a model of the isolation layer, or everything that is wrong with the file, out."""
+"""Model files: TOML in; a model of the isolation layer, or all faults of the file, out."""
 
 import json
 import re

@@ -1,4 +1,4 @@
-"""What is asked about the versions of models and what they were held against."""
+"""Queries of models' versions and comparisons."""
 
 from collections.abc import Collection, Mapping, Sequence
 

@@ -1,4 +1,4 @@
-"""What an engineer may ask of a model, and when that is refused."""
+"""Requests for work on a model, and reasons to refuse them."""
 
 from collections.abc import Collection, Mapping
 from datetime import datetime
@@ -70,7 +70,7 @@ def fit(session: Session, model_id: int, wanted: FitRequest, by: str, now: datet
     """Queue a fit to these events, or to all that can be compared, but those held out.
 
     Raises:
-        ConflictError: one of them cannot be compared, or is asked for both ways, or none is left to fit to.
+        ConflictError: one of them cannot be compared, or is both fitted and held out, or none is left to fit to.
     """
     model = queries.version(session, model_id)
     return job_queue.enqueue_work(session, model, FIT, _fitting(session, model, wanted), by, now)
@@ -80,22 +80,22 @@ def extend(session: Session, model_id: int, wanted: EffectRequest, by: str, now:
     """Queue a fit with one more effect, as `fit` does without.
 
     Raises:
-        ConflictError: there is no such effect, the model has it, or the events are not as `fit` wants them.
+        ConflictError: there is no such effect, the model has it, or the events are refused as in `fit`.
     """
     model, effect = queries.version(session, model_id), wanted.effect
     if effect not in EFFECTS:
         raise ConflictError(f"There is no effect {effect!r}; there are {', '.join(sorted(EFFECTS))}.")
     if effect in model.effects:
-        raise ConflictError(f"The model has {effect} already; a fit finds its values.")
+        raise ConflictError(f"The model has {effect} already; a fit determines its values.")
     arguments = _fitting(session, model, wanted) | {"effect": effect}
     return job_queue.enqueue_work(session, model, EXTEND, arguments, by, now)
 
 
 def diagnose(session: Session, model_id: int, wanted: FitRequest, by: str, now: datetime) -> Job:
-    """Queue the question what the model lacks, by these events or by all, but those held out.
+    """Queue a diagnosis by these events, or by all, except those held out.
 
     Raises:
-        ConflictError: the events are not as `fit` wants them.
+        ConflictError: the events are refused as in `fit`.
     """
     model = queries.version(session, model_id)
     return job_queue.enqueue_work(session, model, DIAGNOSE, _fitting(session, model, wanted), by, now)
@@ -105,7 +105,7 @@ def _fitting(session: Session, model: ModelVersion, wanted: FitRequest) -> dict[
     """Arguments of a job that fits."""
     out = set(wanted.hold_out or ())
     if both := sorted(out & set(wanted.events or ())):
-        raise ConflictError(f"Events {', '.join(map(str, both))} are held out and to be fitted; choose one.")
+        raise ConflictError(f"Events {', '.join(map(str, both))} are both held out and fitted; choose one.")
     _check(session, model, sorted(out))
     there = _check(session, model, wanted.events)
     if not there - out:

@@ -1,4 +1,4 @@
-"""What of the work on a model goes back to the database, and which work a new event asks for."""
+"""Results of the work on a model, written to the database; work that a new event starts."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict

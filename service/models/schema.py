@@ -171,10 +171,10 @@ class TrendRow(Answer):
     event: int = Field(description="Number of the event.")
     event_start: datetime = Field(description="Of the event's first sample.")
     direction: str = Field(description="x or y, as the building file names it.")
-    fitted: bool = Field(description="Whether the model's values were fitted to it.")
+    fitted: bool = Field(description="True if the model's values were fitted to it.")
     nrmse: Number | None = Field(description="Of the force, driven by the measured motion; null without a force.")
-    floors: Number | None = Field(description="RMS of the error in multiples of the noise floor.")
-    excess: Number = Field(description="Of the force's RMS, what the noise does not explain of the error.")
+    floors: Number | None = Field(description="Noise ratio: RMS of the error over that of noise alone.")
+    excess: Number = Field(description="Error beyond noise, as a share of the force's RMS.")
     allowed: Number | None = Field(description="The most excess that is as usual; null as long as nothing was fitted.")
     missed: bool = Field(description="Whether the model does worse here than in the events it was fitted to.")
 

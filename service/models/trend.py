@@ -1,8 +1,8 @@
-"""Is a model still good? Pure: errors in, judgement out.
+"""Assessment of a model by its errors in later events. Pure: errors in, assessment out.
 
 An event is missed where what the noise does not explain of the error is more than the model was used to, in any
 direction: beyond SPARE times the largest such share in the events that its values were fitted to, beyond LEAST, and the
-whole error beyond ABOVE_FLOOR noise floors. One event may be strange; the model has stopped being good when the latest
+whole noise ratio beyond ABOVE_FLOOR. One event may be strange; the model has stopped being good when the latest
 IN_A_ROW are missed.
 """
 
@@ -16,7 +16,7 @@ from core.quality import Finding
 
 SPARE = 1.5
 LEAST = 0.02
-"""Of the force's RMS: less is not told from an error of the estimate."""
+"""Share of the force's RMS: smaller errors cannot be distinguished from the estimate's own."""
 ABOVE_FLOOR = 1.25
 IN_A_ROW = 2
 
@@ -30,7 +30,7 @@ class Held:
     start: datetime
     direction: str
     is_fitted: bool
-    """Whether the model's values were fitted to it."""
+    """True if the model's values were fitted to it."""
     misfit: Misfit
     """N."""
 
@@ -41,19 +41,19 @@ class Judged:
 
     held: Held
     excess: float
-    """Of the force's RMS, what the noise does not explain."""
+    """Error beyond noise, as a share of the force's RMS."""
     allowed: float | None
     """The most that is not missed; None as long as nothing was fitted."""
 
     @property
     def is_missed(self) -> bool:
-        """Whether the model does worse here than it was used to."""
+        """True if the model's error here is larger than usual."""
         beyond = self.allowed is not None and self.excess > self.allowed
         return beyond and not self.held.is_fitted and self.held.misfit.noise_ratio > ABOVE_FLOOR
 
 
 def excess(misfit: Misfit) -> float:
-    """Of the force's RMS, what the noise does not explain of the error."""
+    """Error beyond noise, as a share of the force's RMS."""
     return sqrt(max(misfit.error - misfit.noise, 0.0) / misfit.signal) if misfit.signal > 0 else 0.0
 
 
@@ -65,7 +65,7 @@ def judged(held: Sequence[Held]) -> tuple[Judged, ...]:
 
 
 def finding(trend: Sequence[Judged]) -> Finding | None:
-    """What is to be said of the latest events; None where the model is good, or where nothing was fitted.
+    """Finding on the latest events; None where the model is good, or where nothing was fitted.
 
     Args:
         trend: the earliest event first.

@@ -1,4 +1,4 @@
-"""How a version of a building's model comes about, and which one is in force."""
+"""Versions of a building's model: their creation, and the one in force."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field

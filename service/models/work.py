@@ -83,7 +83,7 @@ def compared(
 
 
 def stages(inputs: WorkInputs) -> Sequence[Stage]:
-    """Of a comparison: each event, then all of them."""
+    """Number of steps of a comparison: each event, then all of them."""
     return (
         *observing(inputs),
         Stage(
@@ -126,7 +126,7 @@ def given(inputs: WorkInputs) -> ModelFile:
 def records(inputs: WorkInputs, seen: Sequence[Observed]) -> Earthquakes:
     """The wanted events, held-out and unusable ones among them, in order of time.
 
-    Before the first the layer is taken to be new.
+    Before the first the layer is new.
     """
     wanted = sorted((one for one in seen if one.event.is_wanted), key=lambda one: one.event.start)
     return joined(

@@ -154,7 +154,7 @@ def test_a_held_out_earthquake_tests_the_fit(results: dict[str, Any]) -> None:
     )
     fit = core.fit(results["diagnosis"].model, [results["observation"], second], hold_out=["the second"])
     assert fit.earthquakes.fitted_names == ("the first",)
-    assert "on earthquakes left out" in " ".join(fit.text)
+    assert "on held-out earthquakes" in " ".join(fit.text)
     with pytest.raises(core.RecordError, match="no earthquake is called the third; there are the first, the second"):
         core.compare(fit.model, core.Earthquakes.of([results["observation"], second], ["the third"]))
     with pytest.raises(core.RecordError, match="same name"):

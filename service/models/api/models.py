@@ -107,7 +107,7 @@ def comparisons(model_id: ModelId, sessions: Reading, cursor: Cursor = None, lim
 
 @router.get("/models/{model_id}/trend", operation_id="get_model_trend", **responses(Trend, 404))
 def trend(model_id: ModelId, sessions: Reading) -> Trend:
-    """How the model did in every event that it was held against, and whether it is still good.
+    """How the model did in every compared event, and whether it is still good.
 
     The model in force is held against every new event by itself. An event is missed where more of the force is neither
     the model's nor noise than 1.5 times the most in the events it was fitted to, 2 % at least, and the error is above

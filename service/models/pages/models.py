@@ -31,11 +31,11 @@ router = APIRouter(include_in_schema=False)
 Reader = Annotated[Caller, Depends(reader)]
 By = Annotated[Caller, Depends(engineer)]
 VERSIONS = 200
-"""Of a building's models that its page lists."""
+"""Number of a building's models that its page lists."""
 JOBS = 5
 """Of a model that its page lists."""
 OFFERED = 50
-"""Events that a page offers to leave out, the latest first."""
+"""Number of events that a page offers to hold out, the latest first."""
 Making = Annotated[Posted[ModelRequest], Depends(posted(ModelRequest))]
 Fitting = Annotated[Posted[FitForm], Depends(posted(FitForm))]
 Extending = Annotated[Posted[EffectForm], Depends(posted(EffectForm))]
@@ -172,7 +172,7 @@ def accept(request: Request, model_id: ModelId, sessions: Writing, by: By, form:
 
 @router.post("/models/{model_id}/compare")
 def compare(request: Request, model_id: ModelId, sessions: Writing, by: By, form: Fitting) -> Response:
-    """Compare the model with every event, and show how far that is."""
+    """Compare the model with every event, and show the progress."""
 
     def work(session: Session, wanted: FitForm, now: datetime) -> None:
         requests.compare(session, model_id, wanted, by.name, now)
@@ -182,7 +182,7 @@ def compare(request: Request, model_id: ModelId, sessions: Writing, by: By, form
 
 @router.post("/models/{model_id}/fit")
 def fit(request: Request, model_id: ModelId, sessions: Writing, by: By, form: Fitting) -> Response:
-    """Fit the model to the events except those left out, and show how far that is."""
+    """Fit the model to all events except the held-out ones, and show the progress."""
 
     def work(session: Session, wanted: FitForm, now: datetime) -> None:
         requests.fit(session, model_id, wanted, by.name, now)
@@ -192,7 +192,7 @@ def fit(request: Request, model_id: ModelId, sessions: Writing, by: By, form: Fi
 
 @router.post("/models/{model_id}/diagnose")
 def diagnose(request: Request, model_id: ModelId, sessions: Writing, by: By, form: Fitting) -> Response:
-    """Diagnose the model by the events except those left out, and show how far that is."""
+    """Diagnose the model by all events except the held-out ones, and show the progress."""
 
     def work(session: Session, wanted: FitForm, now: datetime) -> None:
         requests.diagnose(session, model_id, wanted, by.name, now)
@@ -202,7 +202,7 @@ def diagnose(request: Request, model_id: ModelId, sessions: Writing, by: By, for
 
 @router.post("/models/{model_id}/extend")
 def extend(request: Request, model_id: ModelId, sessions: Writing, by: By, form: Extending) -> Response:
-    """Add an effect to the model, and show how far that is."""
+    """Add an effect to the model, and show the progress."""
 
     def work(session: Session, wanted: EffectForm, now: datetime) -> None:
         requests.extend(session, model_id, wanted, by.name, now)
@@ -248,5 +248,5 @@ def _worked(
 
 
 def _ticked(fields: Mapping[str, str]) -> set[int]:
-    """The events that a form leaves out, as far as it names any."""
+    """The events that a form holds out, if any."""
     return {int(one) for one in ticked(fields, HOLD_OUT) if one.isascii() and one.isdigit()}

@@ -1,1 +1,1 @@
-"""The model workbench on files: a model held against records, and what came of it for an engineer."""
+"""The model workbench on files: models, records, and reports for engineers."""

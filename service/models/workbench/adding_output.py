@@ -16,7 +16,7 @@ from service.version import VERSION
 
 
 def summary(found: Work[ExtensionResult]) -> RenderableType:
-    """What it does, its values, and the errors of every version."""
+    """The effect, its values, and the errors of every version."""
     return Group(*_parts(found))
 
 

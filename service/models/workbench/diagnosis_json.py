@@ -47,7 +47,7 @@ def as_json(found: Work[DiagnosisResult]) -> dict[str, Any]:
 
 
 def versions_as_json(versions: Sequence[Version], earthquakes: Earthquakes) -> list[dict[str, Any]]:
-    """The errors of each on what was fitted, on what was left out, and in every earthquake."""
+    """Errors of each version on fitted and held-out earthquakes, and in every earthquake."""
     groups = earthquakes.groups
     return [
         {

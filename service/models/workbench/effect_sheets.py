@@ -1,4 +1,4 @@
-"""What an engineer wants to know of an effect: what it does, when to suspect it, its law, its parameters."""
+"""Descriptions of effects for engineers: action, signs, law and parameters."""
 
 from collections.abc import Iterator, Mapping
 from inspect import getsource
@@ -45,10 +45,10 @@ def _parts(name: str, effect: Effect) -> Iterator[RenderableType]:
     yield Text(f"\n{explained(effect, None)}\nSuspect it when: {effect.suspect_when}\nSource: {effect.source}\n")
     yield _parameters(effect.parameters)
     absent = " and ".join(f"{key} = {value:g}" for key, value in effect.absent.items())
-    yield Text(f"It does nothing at {absent}. It acts on: {effect.acts_on}.")
+    yield Text(f"It has no influence at {absent}. It acts on: {effect.acts_on}.")
     if effect.carried:
         yield Text(f"The layer keeps {', '.join(effect.carried)} from one earthquake to the next.")
-    yield Text("\nIts law, of the motion (u in m, v in m/s); after what it adds come the rates of its states:\n")
+    yield Text("\nIts law in terms of the motion (u in m, v in m/s): the added force, then the rates of its states:\n")
     yield Syntax(law(effect), "python", background_color="default", word_wrap=True)
 
 

@@ -32,7 +32,7 @@ class Figure:
     """A word for addresses and ids."""
     title: str
     caption: str
-    """What is shown, and what to look for."""
+    """Caption: the contents, and signs to look for."""
     picture: alt.TopLevelMixin
     numbers: NumberTable
 

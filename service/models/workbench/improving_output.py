@@ -16,7 +16,7 @@ from service.version import VERSION
 
 
 def summary(found: Work[ImprovementResult]) -> RenderableType:
-    """What was done, and the errors of every version."""
+    """Added effects, and the errors of every version."""
     return Group(*_parts(found))
 
 

@@ -31,7 +31,7 @@ def comparison_page(found: Work[ComparisonResult]) -> str:
 
 
 def comparison_figures(found: ComparisonResult) -> list[Figure]:
-    """Those that need no candidates."""
+    """Figures that need no candidates."""
     strongest = strongest_of(found.errors.forces)
     shown = found.errors.of([strongest[0].observation.name])
     drawn = (
@@ -61,7 +61,7 @@ def diagnosis_page(found: Work[DiagnosisResult]) -> str:
 
 
 def diagnosis_figures(found: DiagnosisResult) -> list[Figure]:
-    """Of the refitted model, what it leaves; with what was added, the spectrum and the histories."""
+    """Figures of the refitted model's residual; spectrum and histories also with the added effects."""
     before = found.refitted.errors.forces
     after = found.versions[-1].errors if found.diagnosis.steps else None
     strongest = strongest_of(before)

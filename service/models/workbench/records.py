@@ -41,7 +41,7 @@ def records(
 
     Raises:
         FormatError: a file that cannot be used, or that is not this building's.
-        RecordError: an earthquake that is left out is also among the others.
+        RecordError: a held-out earthquake is also among the others.
     """
     found = [(event, False) for event in events(paths, building)]
     found += [(event, True) for event in (events(left_out, building) if left_out else ())]

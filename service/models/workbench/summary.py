@@ -46,12 +46,12 @@ def _comparison_parts(found: Work[ComparisonResult]) -> Iterator[RenderableType]
 
 
 def fit_summary(found: Work[FitResult]) -> RenderableType:
-    """Values, errors before and after, and what to know of them."""
+    """Values, errors before and after, and remarks."""
     return Group(*_fit_parts(found))
 
 
 def values_table(model: ModelFile) -> Table:
-    """Of every parameter."""
+    """Values of every parameter."""
     table = Table("effect", "parameter")
     table.add_column("value", justify="right")
     table.add_column("standard deviation")
@@ -74,7 +74,7 @@ def _fit_parts(found: Work[FitResult]) -> Iterator[RenderableType]:
 
 
 def diagnosis_summary(found: Work[DiagnosisResult]) -> RenderableType:
-    """What is missing, what was tried, and the errors of every version."""
+    """Missing effects, effects tried, and the errors of every version."""
     return Group(*_diagnosis_parts(found))
 
 

@@ -32,7 +32,7 @@ def test_of_pure_noise_nothing_stands_out(seed: int) -> None:
     found = failed(comparisons_with_error(no_error, seed))
     assert found.is_noise
     assert found.regions == ()
-    assert printed(found).endswith("nothing stands out.")
+    assert printed(found).endswith("it cannot be distinguished from noise.")
 
 
 @few
@@ -68,7 +68,7 @@ def test_an_error_on_one_phase_of_the_loop_is_reported_to_lie_there(seed: int, o
     """A spring on the way out, or back, only: around the reversals it is half there."""
     found = failed(comparisons_with_error(error_on_one_branch(outwards), seed))
     wrong, right = PHASES[outwards], PHASES[1 - outwards]
-    assert wrong not in printed(found).split("Worst")[0]
+    assert wrong not in printed(found).split("Largest errors")[0]
     by_phase = next(one for one in found.profiles if one.name == "phase")
     shares = dict(zip(by_phase.classes, (one.share.value for one in by_phase.bins), strict=True))
     assert shares[right] > 10 * abs(shares[wrong])
@@ -86,7 +86,7 @@ def test_an_error_above_an_amplitude_and_on_loading_is_reported_as_both(seed: in
     assert found.narrowed is not None
     assert found.narrowed.classed == "on loading"
     assert found.narrowed.share.value > 0.9
-    assert ", on loading, where" in printed(found)
+    assert ", on loading, which has" in printed(found)
 
 
 @few
@@ -94,7 +94,7 @@ def test_an_error_above_an_amplitude_and_on_loading_is_reported_as_both(seed: in
 def test_wrong_values_are_stated_to_be_wrong_values(seed: int, factor: float) -> None:
     found = failed(comparisons_with_error(lambda one: (1 - factor) * one.layer.force, seed))
     assert found.is_of_values
-    assert "values are off, and no effect needs to be missing" in printed(found)
+    assert "the values are wrong, and no effect need be missing" in printed(found)
     assert "lies" not in printed(found)
 
 

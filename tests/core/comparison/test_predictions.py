@@ -46,7 +46,7 @@ def test_a_direction_that_cannot_be_predicted_is_reported_to_the_other_as_it_was
     assert x.displacement.misfit.nrmse < 5e-3
     name = seen[0].name
     assert found.remarks == (
-        f"{name}, direction y: the ground's acceleration was not measured; nothing drives the model",
+        f"{name}, direction y: the ground's acceleration was not measured; the model has no excitation",
         f"{name}: motion in the other direction is given as measured, not predicted",
     )
 

@@ -62,9 +62,9 @@ def test_two_hidden_effects_are_both_named() -> None:
     assert {step.chosen.effect for step in found.steps} == set(hidden)
     second, first = (step.chosen.effect for step in found.steps)  # what lowers the error most comes first in the end
     assert reported == [
-        f"step 1: {first}; looking for another effect",
-        f"step 1: {first}, step 2: {second}; looking for another effect",
-        f"step 1: {first}, step 2: {second}; asking again for {first}, beside the later ones",
+        f"step 1: {first}; searching for another effect",
+        f"step 1: {first}, step 2: {second}; searching for another effect",
+        f"step 1: {first}, step 2: {second}; testing again {first}, beside the later ones",
     ]
 
 

@@ -1,1 +1,1 @@
-"""The pictures of a model held against records: each module draws from one kind of result."""
+"""Pictures of a model's comparison with records; each module draws one kind of result."""

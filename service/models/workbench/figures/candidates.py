@@ -1,4 +1,4 @@
-"""How much of the error would each absent effect take away?"""
+"""Error that remains with each absent effect."""
 
 from collections.abc import Sequence
 
@@ -14,7 +14,7 @@ KINDS = {"best, or cannot be distinguished from it": ORANGE, "other": BLUE, "imp
 
 
 def candidates(tried: Sequence[Candidate], before: float) -> Figure | None:
-    """What the model with each effect leaves, in multiples of the noise floor.
+    """Noise ratio of the model with each effect.
 
     Args:
         tried: the best first.
@@ -26,7 +26,7 @@ def candidates(tried: Sequence[Candidate], before: float) -> Figure | None:
         {
             "effect": one.effect,
             "family": one.family,
-            "left over (noise floors)": one.noise_ratio,
+            "noise ratio of the residual": one.noise_ratio,
             "ΔBIC": one.delta_bic,
             "kind": _kind(one),
             "reason": one.implausible or "",
@@ -36,7 +36,7 @@ def candidates(tried: Sequence[Candidate], before: float) -> Figure | None:
     plain: Rows = [
         {
             "effect": row["effect"],
-            "left": min(row["left over (noise floors)"], before),
+            "left": min(row["noise ratio of the residual"], before),
             "kind": row["kind"],
             "before": before,
         }
@@ -50,7 +50,7 @@ def candidates(tried: Sequence[Candidate], before: float) -> Figure | None:
         base.mark_rule(color=FAINT, opacity=0.5).encode(y, alt.X("left:Q"), alt.X2("before:Q")),
         base.mark_circle(size=110, opacity=1.0).encode(
             y,
-            alt.X("left:Q", title="left over (multiples of the noise floor)").scale(zero=False, nice=True, padding=15),
+            alt.X("left:Q", title="noise ratio of the residual").scale(zero=False, nice=True, padding=15),
             color=alt.Color("kind:N", scale=scale, legend=legend),
         ),
         alt.Chart(values([{"x": before, "name": "without any"}]))
@@ -59,11 +59,13 @@ def candidates(tried: Sequence[Candidate], before: float) -> Figure | None:
         alt.Chart(values([{"x": 1.0}])).mark_rule(color=GREY, strokeWidth=2).encode(x="x:Q"),
     ]
     caption = (
-        "Each effect that the model has not, added by itself and everything fitted anew: what is left. Dashed: the "
-        f"model without any, {before:.3g}; grey line: the noise floor. Orange: the best, and those that the "
-        "records cannot distinguish from it; at the dashed line: those that do not help."
+        "Remaining error with each effect that the model does not have, added alone and the whole model refitted. "
+        f"Dashed: no effect added, {before:.3g}; grey line: noise alone. Orange: the best effect, and those that the "
+        "records cannot distinguish from it. Effects at the dashed line do not help."
     )
-    return Figure("candidates", "Which effect would help", caption, alt.LayerChart(layer=layers), table(rows))
+    return Figure(
+        "candidates", "Effects that would reduce the error", caption, alt.LayerChart(layer=layers), table(rows)
+    )
 
 
 def _kind(one: Candidate) -> str:

@@ -1,4 +1,4 @@
-"""What would each block of the records have a model change? Over amplitude, and over travel."""
+"""Corrections of a model by each block of the records, over amplitude and over travel."""
 
 from collections.abc import Sequence
 
@@ -28,10 +28,9 @@ def stiffness_over_amplitude(corrections: Sequence[BlockCorrection]) -> Figure |
     if not rows:
         return None
     caption = (
-        "Each point is a block of 5 s: the stiffness that it alone would add to the model's, with its standard "
-        "deviation. A right model's points lie about zero at every amplitude. A trend with amplitude is a law that is "
-        "missing, or a yield that is off; points of one earthquake above another's are something that changed between "
-        "them: past motion, temperature, a step."
+        "Each point is a block of 5 s: its correction of the model's stiffness, with its standard deviation. A correct "
+        "model's points scatter about zero at every amplitude. A trend with amplitude shows a missing law or a wrong "
+        "yield force. An offset between earthquakes shows a change between them: past motion, temperature, a step."
     )
     across = alt.X("x:Q", title="amplitude of the block (mm)").scale(type="log", nice=False, padding=12)
     names = ("amplitude (mm)", "correction (kN/mm)", "standard deviation (kN/mm)")
@@ -55,9 +54,9 @@ def yield_over_travel(corrections: Sequence[BlockCorrection]) -> Figure | None:
     if not rows:
         return None
     caption = (
-        "The yield force that each block in which the layer yields would add to the model's, over all the way that the "
-        "layer has gone. Heating takes it down during an earthquake and gives it back before the next; degradation "
-        "does not give it back."
+        "Correction of the model's yield force by each block in which the layer yields, over the layer's total travel. "
+        "Heating lowers the yield force during an earthquake, and it recovers before the next; after degradation it "
+        "does not recover."
     )
     across = alt.X("x:Q", title="travel since the first record (m)").scale(nice=False, padding=12)
     picture = _points(

@@ -1,4 +1,4 @@
-"""How do measured and modelled histories of one earthquake lie beside each other? As a loop, and over time."""
+"""Measured and modelled histories of one earthquake, as a loop and over time."""
 
 from collections.abc import Sequence, Sized
 
@@ -17,7 +17,7 @@ LOOP, HEIGHT = (600, 420), 150
 SPARE = 45
 """Pixels, for the axis of a loop beside another."""
 POINTS = 1700
-"""Of a history: two for each pixel."""
+"""Points of a history: two for each pixel."""
 ENLARGED = 3
 """Times the residual in the loop."""
 RESIDUAL = f"residual × {ENLARGED}"

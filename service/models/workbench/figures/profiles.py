@@ -54,14 +54,14 @@ def _profile(one: Profile) -> Rows:
             "low (%)": 100 * part.share.low,
             "high (%)": 100 * part.share.high,
             "share of the force's energy (%)": 100 * part.energy,
-            "noise floors": part.noise_ratio,
+            "noise ratio": part.noise_ratio,
         }
         for name, part in zip(names, one.bins, strict=True)
     ]
 
 
 def _ranges(edges: Sequence[float]) -> list[str]:
-    """Names of the ranges between inner edges, to as few digits as tell them apart."""
+    """Names of the ranges between inner edges, with as few digits as distinguish them."""
     inner = edges[1:-1]
     digits = next((d for d in range(2, 9) if len({plain(edge, d) for edge in inner}) == len(inner)), 9)
     told = [plain(edge, digits) for edge in inner]

@@ -1,4 +1,4 @@
-"""What does a model leave over displacement and velocity, and over frequency?"""
+"""Residual of a model over displacement and velocity, and over frequency."""
 
 from collections.abc import Sequence
 
@@ -17,7 +17,7 @@ CELLS = 19
 MAPS = 3
 """Earthquakes whose residual is mapped, those of the largest motion."""
 DECADES = [10.0**power for power in range(-6, 7)]
-"""Where a logarithmic axis is labelled."""
+"""Labels of a logarithmic axis."""
 SEGMENT = 20.0
 """s, of a spectrum."""
 CURVE = 60
@@ -50,7 +50,7 @@ def spectrum(compared: Sequence[ForceComparison], after: Sequence[ForceCompariso
     shown = {BEFORE: compared, AFTER: after} if after else {BEFORE: compared}
     curves_shown = {name: _density(some) for name, some in shown.items()} | {NOISE: _noise_density(compared)}
     rows: Rows = [
-        {"curve": name, "frequency (Hz)": float(f), "residual (noise floors/√Hz)": float(value)}
+        {"curve": name, "frequency (Hz)": float(f), "residual (noise ratio/√Hz)": float(value)}
         for name, (frequency, density) in curves_shown.items()
         for f, value in zip(frequency, density, strict=True)
     ]
@@ -60,7 +60,7 @@ def spectrum(compared: Sequence[ForceComparison], after: Sequence[ForceCompariso
         .mark_line(strokeWidth=1.4)
         .encode(
             x=alt.X("frequency (Hz):Q").scale(type="log", nice=False),
-            y=alt.Y("residual (noise floors/√Hz):Q").scale(type="log").axis(format="~g", values=DECADES),
+            y=alt.Y("residual (noise ratio/√Hz):Q").scale(type="log").axis(format="~g", values=DECADES),
             color=curves(colours),
         )
     )
@@ -113,7 +113,7 @@ def _map(rows: Rows) -> alt.LayerChart:
 
 
 def _density(compared: Sequence[ForceComparison]) -> tuple[Vector, Vector]:
-    """Hz and (frequencies,) noise floors per √Hz, of the residual in the band in which the noise is known."""
+    """Hz and (frequencies,) noise ratio per √Hz, of the residual in the band in which the noise is known."""
     length = min(min(one.model.size, round(SEGMENT * one.observation.rate)) for one in compared)
     densities = []
     for one in compared:
@@ -125,7 +125,7 @@ def _density(compared: Sequence[ForceComparison]) -> tuple[Vector, Vector]:
 
 
 def _noise_density(compared: Sequence[ForceComparison]) -> tuple[Vector, Vector]:
-    """Hz and (frequencies,) noise floors per √Hz that a right model would leave."""
+    """Hz and (frequencies,) noise ratio per √Hz of a correct model."""
     frequency = np.geomspace(*_known_band(compared), CURVE)
     densities = []
     for one in compared:

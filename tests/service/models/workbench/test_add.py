@@ -24,7 +24,7 @@ def test_the_wall_is_added_where_it_stands(folder: Path, moat: Trial) -> None:
     document = json.loads(Path("added.json").read_text("utf-8"))
     assert document["added"]["delta_bic"] < -10
     assert document["added"]["error_after"] < 0.6 * document["added"]["error_before"]
-    assert "The records ask for it" in " ".join(done.output.split())
+    assert "The records support it" in " ".join(done.output.split())
 
 
 @pytest.mark.parametrize(("effect", "reason"), [("magic", "there is no effect 'magic'"), ("elastic", "already")])

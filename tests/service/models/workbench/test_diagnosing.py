@@ -97,7 +97,7 @@ def test_the_text_says_what_is_missing_and_what_it_is_worth_elsewhere(
 ) -> None:
     text = document["explanation"]
     assert text.startswith(f"{EFFECTS['hardening'].title} (hardening) is missing.")
-    assert "on earthquakes left out" in text
+    assert "on held-out earthquakes" in text
     assert "It helps only the earthquakes it was fitted to" not in text
 
 
@@ -105,7 +105,7 @@ def test_the_terminal_shows_the_errors_of_every_version(hard: Work[DiagnosisResu
     console = Console(width=100, record=True, file=StringIO())
     console.print(summary(hard))
     shown = console.export_text()
-    for expected in ("as given", "refitted", "with hardening", "(left out)", "ΔBIC", "the record is too short"):
+    for expected in ("as given", "refitted", "with hardening", "(held out)", "ΔBIC", "the record is too short"):
         assert expected in shown
 
 
@@ -174,7 +174,7 @@ def test_an_impossible_effect_is_never_the_nearest_nor_stated_to_help(diagnosed:
     first = replace(hard.candidates[0], implausible="it has no strength left", delta_bic=-1e6)
     unknown = replace(hard.diagnosis, outcome=Outcome.UNKNOWN, steps=())
     printed = " ".join(replace(hard, diagnosis=unknown, stages=(), candidates=(first, *hard.candidates[1:])).text)
-    assert "Not proposed, since it is doubtful: Hardening" in printed
+    assert "Not proposed because it is doubtful: Hardening" in printed
     assert "The nearest known effect is Hardening" not in printed
     assert "With hardening" not in printed
 
@@ -213,7 +213,7 @@ def test_an_improved_model_has_what_was_missing_and_can_be_read_back(improved: W
     assert again == improved.model
     assert (again.parent, again.fitted_to) == ("far.toml", ("event 0", "event 1", "event 2"))
     assert again.isolator.effects["elastic"]["k_b"] == pytest.approx(475e6, rel=0.02)
-    assert "It ended because no further effect is needed." in improved.result.text
+    assert "Improvement ended: no further effect is needed." in improved.result.text
     assert through_json(improving_output.as_json(improved))["taken"] == ["hardening"]
 
 
@@ -221,7 +221,7 @@ def test_an_effect_that_no_one_requested_is_added_and_that_is_stated() -> None:
     seen = records_from_observations(observations(BOUC_WEN, 0.02, 2, PEAKS), {"event 3"})
     found = add("hardening", GIVEN, "given.toml", seen, silent)
     text = " ".join(found.result.text)
-    assert "The records do not ask for it" in text
+    assert "The records do not support it" in text
     assert "It helps only the earthquakes it was fitted to" in text
     document = through_json(adding_output.as_json(found))
     assert document["added"]["effect"] == "hardening"
@@ -250,4 +250,4 @@ def test_without_a_usable_record_the_sensors_are_the_diagnosis() -> None:
         [],
         ["2021-03-04: refused"],
     )
-    assert "Put that right first" in document["explanation"]
+    assert "Correct this first" in document["explanation"]

@@ -107,4 +107,4 @@ def test_an_earthquake_cannot_be_fitted_to_and_left_out(folder: Path) -> None:
     arguments = (folder / "model.toml", *twice, "--building", folder / "building.toml", "-o", "out.toml")
     done = menshin("model", "fit", *arguments)
     assert done.exit_code == 1
-    assert "is left out, and among the others too" in " ".join(done.output.split())
+    assert "is held out, and also among the others" in " ".join(done.output.split())
