@@ -48,7 +48,7 @@ def test_the_failure_lies_where_the_layer_meets_the_wall(compared: Compared, moa
 
 
 def test_the_weak_earthquake_is_noise_and_the_strong_one_is_not(compared: Compared) -> None:
-    """2 noise floors: that of an estimated force is itself an estimate."""
+    """Noise ratio 2: the noise of an estimated force is itself an estimate."""
     weak, strong = (event["force"]["in_noise_floors"] for event in compared.document["events"])
     assert weak < 2 < strong
 

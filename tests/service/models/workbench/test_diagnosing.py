@@ -98,7 +98,7 @@ def test_the_text_says_what_is_missing_and_what_it_is_worth_elsewhere(
     text = document["explanation"]
     assert text.startswith(f"{EFFECTS['hardening'].title} (hardening) is missing.")
     assert "on held-out earthquakes" in text
-    assert "It helps only the earthquakes it was fitted to" not in text
+    assert "The error falls only for the fitted earthquakes" not in text
 
 
 def test_the_terminal_shows_the_errors_of_every_version(hard: Work[DiagnosisResult]) -> None:
@@ -155,7 +155,9 @@ def test_sentences_agree_with_the_numbers(
     printed = found.text
     assert any(" is missing." in sentence for sentence in printed) == is_worth_it
     assert any("but not where it was fitted" in one for one in printed) == (not is_worth_it and helps_elsewhere)
-    assert any("is not worth its place" in one for one in printed) == (not is_worth_it and not helps_elsewhere)
+    assert any("does not lower the error enough to be kept" in one for one in printed) == (
+        not is_worth_it and not helps_elsewhere
+    )
     assert ("The nearest known effect is Hardening" in text) == (10**others < LOWERS and not first.implausible)
 
 
@@ -197,7 +199,7 @@ def test_nothing_is_missing_where_nothing_is() -> None:
 
 def test_values_that_are_off_want_a_fit() -> None:
     found = diagnose(FAR, "far.toml", records_from_observations(observations(BOUC_WEN, 0.02, 5)), silent, OFFERED)
-    assert found.result.text[0] == "No known effect is missing, but the values are off: fit the model."
+    assert found.result.text[0] == "No known effect is missing, but the values are wrong: fit the model."
 
 
 @pytest.fixture(scope="module")
@@ -222,7 +224,7 @@ def test_an_effect_that_no_one_requested_is_added_and_that_is_stated() -> None:
     found = add("hardening", GIVEN, "given.toml", seen, silent)
     text = " ".join(found.result.text)
     assert "The records do not support it" in text
-    assert "It helps only the earthquakes it was fitted to" in text
+    assert "The error falls only for the fitted earthquakes" in text
     document = through_json(adding_output.as_json(found))
     assert document["added"]["effect"] == "hardening"
     assert set(document["model"]["effects"]) == {*BOUC_WEN.effects, "hardening"}
