@@ -75,11 +75,20 @@ def blocks(compared: Sequence[ForceComparison], rng: np.random.Generator) -> Blo
     return Blocks(
         number=np.concatenate(numbers).astype(np.intp),
         weight=weight,
-        residual=np.concatenate([one.resolved for one in compared]) * weight,
+        residual=np.concatenate([one.residual * _part_with_known_noise(one) for one in compared]) * weight,
         noise=(np.concatenate([one.noise.std for one in compared]) * weight) ** 2,
         energy=(np.concatenate([one.observation.layer.force for one in compared]) * weight) ** 2,
         draws=drawn(int(first[-1]), rng),
     )
+
+
+def _part_with_known_noise(one: ForceComparison) -> float:
+    """Root mean square of the part of a residual whose noise is known, over that of all of it.
+
+    The whole residual shows at which samples a model fails: its filtered part rings into the samples beside them.
+    """
+    whole = float(np.sqrt(np.mean(one.residual**2)))
+    return float(np.sqrt(np.mean(one.resolved**2))) / whole if whole > 0 else 1.0
 
 
 def drawn(count: int, rng: np.random.Generator) -> Matrix:

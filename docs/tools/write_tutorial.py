@@ -138,7 +138,7 @@ def _failing(page: Page, number: int, pictures: Path) -> Seen:
 
 def _diagnosed(page: Page, pictures: Path) -> Seen:
     """The diagnosis, by all events but the latest."""
-    page.get_by_text("Events to leave out").click()
+    page.get_by_text("Events to hold out").click()
     page.get_by_role("checkbox").first.check()
     page.get_by_role("button", name="Diagnose").click()
     page.get_by_role("link", name="What it lacks").first.click()

@@ -175,10 +175,10 @@ def prune(
     from service.analyses import retention
 
     settings, now = current_settings(), datetime.now(UTC)
-    if settings.retention.superseded_histories is None:
-        typer.echo("Nothing is deleted: retention.superseded_histories is not set.")
-        return
     with opened(context) as sessions, sessions.begin() as session:
+        if settings.retention.superseded_histories is None:
+            typer.echo("Nothing is deleted: retention.superseded_histories is not set.")
+            return
         found = (retention.prunable if dry_run else retention.prune)(session, settings, now)
     verb = "would be deleted" if dry_run else "are deleted"
     typer.echo(f"The histories of {found.analyses} superseded analyses {verb}, {found.size / 1e6:.1f} MB.")

@@ -20,6 +20,7 @@ WITH_DATABASE = {
     "key revoke": ["NAME"],
     "key logout": [],
     "secret encrypt": [],
+    "prune": [],
     "login": [],
 }
 """Commands that use the database of the settings, with what each takes."""

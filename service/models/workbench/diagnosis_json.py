@@ -75,7 +75,7 @@ def candidate_as_json(one: Candidate, before: Misfit) -> dict[str, Any]:
         "error_before": before.rms,
         "error_after": one.after.rms,
         "error_after_held_out": None if one.after_held_out is None else one.after_held_out.rms,
-        "noise_floor": before.floor,
+        "noise_floor": one.after.floor,
         "plausible": one.implausible is None,
         "reason": one.implausible,
         "parameters": {

@@ -74,7 +74,7 @@ def test_an_effect_is_added_and_the_error_falls_where_nothing_was_fitted(
 
 REFUSED = (
     ({"hold_out": [1, 2]}, 409, "Every event is held out"),
-    ({"events": [1], "hold_out": [1]}, 409, "are held out, and among those"),
+    ({"events": [1], "hold_out": [1]}, 409, "Events 1 are both held out and fitted; choose one."),
     ({"hold_out": [77]}, 409, "events 77"),
     ({"events": [77]}, 409, "events 77"),
     ({"hold_out": []}, 422, "hold_out"),

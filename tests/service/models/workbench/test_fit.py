@@ -69,7 +69,7 @@ def test_the_error_falls_where_it_was_fitted_and_where_not(fitted: Fitted) -> No
         assert after["force"]["rms"] < 0.5 * before["force"]["rms"]
         assert after["prediction"]["displacement"]["nrmse"] < 0.5 * before["prediction"]["displacement"]["nrmse"]
     assert re.search(
-        r"goes from [\d.]+ % to [\d.]+ % where it was fitted and from [\d.]+ % to [\d.]+ % on earth", fitted.text
+        r"changes from [\d.]+ % to [\d.]+ % where it was fitted and from [\d.]+ % to [\d.]+ % on held-out", fitted.text
     )
 
 
