@@ -3,7 +3,7 @@
 from datetime import datetime
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, field_validator, model_validator
 
 from core import paper
 from core.effects import EFFECTS
@@ -224,7 +224,12 @@ class FitForm(FitRequest):
     @classmethod
     def _boxes(cls, fields: dict[str, object]) -> dict[str, object]:
         lists = {"events": ticked(fields, "event_"), "hold_out": ticked(fields, HOLD_OUT)}
-        return fields | {name: [_number(one) for one in numbers] for name, numbers in lists.items() if numbers}
+        return fields | {name: numbers for name, numbers in lists.items() if numbers}
+
+    @field_validator("events", "hold_out", mode="before")
+    @classmethod
+    def _numbers(cls, ticked: list[str] | None) -> list[int] | None:
+        return None if ticked is None else [_number(one) for one in ticked]
 
 
 class EffectForm(FitForm, EffectRequest):
@@ -233,8 +238,10 @@ class EffectForm(FitForm, EffectRequest):
     model_config = ConfigDict(extra="ignore", strict=True)
 
 
-def _number(typed: str) -> int | str:
-    return int(typed) if typed.isascii() and typed.isdigit() else typed
+def _number(typed: str) -> int:
+    if not (typed.isascii() and typed.isdigit()):
+        raise ValueError(f"there is no event {typed!r}")
+    return int(typed)
 
 
 class EffectRow(Answer):
