@@ -3,11 +3,12 @@
 import logging
 import tomllib
 from collections.abc import Callable
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from datetime import UTC, datetime
 from pathlib import Path
 from threading import Event as Signal, Thread
 
+import httpx
 from rich.console import Console
 from sqlalchemy.orm import Session, sessionmaker
 
@@ -23,6 +24,8 @@ from service.settings.groups import Polling
 VISITOR = Caller("visitor", Role.engineer)
 """A spectator at this machine, who needs no key because the building is simulated; admin functions need one."""
 POLL_INTERVAL = 5.0  # s, so that the spectator need not wait
+FIRST_PAGE = 10.0
+"""s given to the first page, before the address is printed all the same."""
 
 Tale = Callable[[Stage, sessionmaker[Session], Signal, Console], None]
 """The text for the spectator, in its own thread, until it ends or is stopped."""
@@ -46,6 +49,8 @@ def perform(stage: Stage, settings: Settings, tale: Tale, console: Console) -> N
         door = stack.enter_context(serving.listening(settings))
 
         def answering() -> None:
+            with suppress(httpx.HTTPError):  # the first page takes longest; it is read before the address is printed
+                httpx.get(f"{address(settings)}/", timeout=FIRST_PAGE, trust_env=False)
             console.print(f"[bold]Menshin answers at {address(settings)}/[/] (Ctrl-C ends it)")
 
         serving.api_in_own_process(settings, stop, door, VISITOR, answering)
