@@ -65,7 +65,7 @@ class Demonstration:
     process: subprocess.Popen[bytes]
     folder: Path
     """Folder of its files."""
-    said: Path
+    printed: Path
     """Its printed text."""
 
     def until(self, found: Callable[[str], Answer | None]) -> Answer:
@@ -76,11 +76,11 @@ class Demonstration:
         """
         end = time.monotonic() + PATIENCE
         while time.monotonic() < end and self.process.poll() is None:
-            answer = found(self.said.read_text("utf-8"))
+            answer = found(self.printed.read_text("utf-8"))
             if answer:
                 return answer
             time.sleep(0.5)
-        raise RuntimeError(f"it did not come to pass; the demonstration said:\n{self.said.read_text('utf-8')}")
+        raise RuntimeError(f"it did not come to pass; the demonstration printed:\n{self.printed.read_text('utf-8')}")
 
 
 @contextmanager
@@ -123,7 +123,7 @@ def walk(page: Page, shown: Demonstration, pictures: Path) -> Seen:
     opened = shown.until(lambda said: re.search(r"1\. open (\S+)/models/(\d+).*records lie in", said, re.DOTALL))
     address, number = opened[1], int(opened[2])
     page.goto(f"{address}/models/{number}")
-    before = {"steps": _steps(shown.said.read_text("utf-8"), address)} | _failing(page, number, pictures)
+    before = {"steps": _steps(shown.printed.read_text("utf-8"), address)} | _failing(page, number, pictures)
     found = _diagnosed(page, pictures)
     told = _improved(page, found["set"][0], shown)
     return before | found | told | _better(page, pictures)

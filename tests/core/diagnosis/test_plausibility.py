@@ -28,7 +28,7 @@ def test_an_effect_whose_opposite_is_requested_has_no_strength() -> None:
     ]
     model = Isolator({**BOUC_WEN.effects, "hardening": {"k3": 1e10, "k5": 1e12}})
     found = fitted(FitData.by_noise(softer), model)
-    assert implausible("hardening", found, softer) == "it has no strength left: the records ask for the opposite of it"
+    assert implausible("hardening", found, softer) == "it has no strength left: the records support its opposite"
 
 
 def test_one_of_two_strengths_may_be_nothing() -> None:
