@@ -145,7 +145,7 @@ def explained_share(regressors: Matrix, bins: Indices, count: int, found: Blocks
 
 
 def _gain(regressors: Matrix, bins: Indices, count: int, found: Blocks) -> Vector:
-    """(blocks,) by how much the sum of squares falls in each block."""
+    """(blocks,) decrease of the sum of squares in each block, by a fit to the other folds."""
     size = regressors.shape[1]
     products = [by_bin(one * other, found, bins, count) for one in regressors.T for other in regressors.T]
     normal = np.stack(products, axis=-1).reshape(found.count, count, size, size)
@@ -153,10 +153,10 @@ def _gain(regressors: Matrix, bins: Indices, count: int, found: Blocks) -> Vecto
     ridge = SHRINKAGE * np.trace(normal.sum(axis=(0, 1))) / (count * size) * np.eye(size)
     fold = np.arange(found.count) % FOLDS
     gain = np.zeros(found.count)
-    for left_out in range(min(FOLDS, found.count)):
-        fitted, told = fold != left_out, fold == left_out
+    for number in range(min(FOLDS, found.count)):
+        fitted, held_out = fold != number, fold == number
         coefficients = np.linalg.solve(normal[fitted].sum(axis=0) + ridge, load[fitted].sum(axis=0)[..., None])[..., 0]
-        linear = np.einsum("bcp,cp->b", load[told], coefficients)
-        square = np.einsum("bcpq,cp,cq->b", normal[told], coefficients, coefficients)
-        gain[told] = 2 * linear - square
+        linear = np.einsum("bcp,cp->b", load[held_out], coefficients)
+        square = np.einsum("bcpq,cp,cq->b", normal[held_out], coefficients, coefficients)
+        gain[held_out] = 2 * linear - square
     return gain

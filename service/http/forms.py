@@ -60,9 +60,9 @@ class Posted(Generic[Wanted]):
     """A form as it was sent."""
 
     model: type[Wanted]
-    """What it has to be."""
+    """Model that validates the form."""
     fields: Mapping[str, str]
-    """What was typed, each field once."""
+    """Fields as typed, each once."""
 
     def checked(self) -> Wanted:
         """The form as its model; empty fields are left out.
@@ -99,7 +99,7 @@ def fields_of(body: str) -> dict[str, str]:
 
 
 def ticked(fields: Mapping[str, object], prefix: str) -> list[str]:
-    """What is ticked among boxes that are named by a prefix and a value."""
+    """Values of the ticked boxes, whose names are a prefix and a value."""
     return [name.removeprefix(prefix) for name in fields if name.startswith(prefix)]
 
 

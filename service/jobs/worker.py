@@ -47,7 +47,7 @@ class JobTimeoutError(Exception):
 
 @dataclass(slots=True)
 class Worker:
-    """Does jobs until it is stopped.
+    """A worker: computes jobs until it is stopped.
 
     A job is computed at least once and takes effect exactly once: the claim, the reading of the inputs and the
     writing of the result are three short transactions, and the last one writes only under a claim that still holds.

@@ -110,7 +110,7 @@ def comparison(found: ModelComparison, event: Event) -> ComparisonOut:
 
 
 def judged(compared: Compared) -> tuple[Judged, ...]:
-    """How a version did in every compared event, the earliest first."""
+    """Errors of a model version in every compared event, the earliest first."""
     return model_trend.judged(
         [
             Held(event.id, event.start, one.direction, one.role == "fitted", Misfit(**one.misfit))

@@ -180,7 +180,7 @@ class TrendRow(Answer):
 
 
 class Trend(Answer):
-    """How a model did in every event, and whether it is still good."""
+    """Errors of a model in every event, and whether it is still valid."""
 
     model: int = Field(description="Number of the model.")
     items: list[TrendRow] = Field(description="The earliest event first.")

@@ -165,7 +165,7 @@ class DataHealth(Group):
 
 
 class Retention(Group):
-    """What `menshin prune` may delete; by default nothing."""
+    """Data that `menshin prune` may delete; by default none."""
 
     superseded_histories: Annotated[float, Field(ge=0)] | None = Field(
         default=None,

@@ -22,11 +22,11 @@ from service.records.tables import Event
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class StoredFacts:
-    """What is stored of an earthquake and its building, beside the event and its analysis."""
+    """Stored facts about an earthquake and its building, besides the event and its analysis."""
 
     description: BuildingDescription
     results: Sequence[DirectionResult]
-    """Of the analysis; empty without one."""
+    """Directions of the analysis; empty without one."""
     layer: LayerResult | None
     largest_earlier: float | None
     """m, largest displacement in plan in the earthquakes before; None where none was measured."""

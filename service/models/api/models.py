@@ -107,11 +107,11 @@ def comparisons(model_id: ModelId, sessions: Reading, cursor: Cursor = None, lim
 
 @router.get("/models/{model_id}/trend", operation_id="get_model_trend", **responses(Trend, 404))
 def trend(model_id: ModelId, sessions: Reading) -> Trend:
-    """How the model did in every compared event, and whether it is still good.
+    """Errors of the model in every compared event, and whether the model is still valid.
 
-    The model in force is held against every new event by itself. An event is missed where more of the force is neither
-    the model's nor noise than 1.5 times the most in the events it was fitted to, 2 % at least, and the error is above
-    1.25 noise floors. Two missed in a row, and the model has stopped being good.
+    The model in force is compared with every new event. It misses an event if more of the force is neither the model's
+    nor noise than 1.5 times the most in the events it was fitted to, 2 % at least, and the noise ratio is above 1.25.
+    A model that misses two events in a row is no longer valid.
     """
     with sessions() as session:
         queries.version(session, model_id)
