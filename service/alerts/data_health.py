@@ -58,9 +58,11 @@ class Source:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rejected:
-    """A file of which nothing could be used."""
+    """Files of which nothing could be used."""
 
+    number: int
     name: str
+    """Of the earliest, as the time and the reason."""
     at: datetime
     """Time of arrival."""
     reason: str
@@ -122,20 +124,13 @@ def stopped_records(source: Source, thresholds: Thresholds, now: datetime) -> It
         yield _candidate("record", began, began + longest, wording, {"last_record": last})
 
 
-def rejected_files(files: Sequence[Rejected]) -> Iterator[AlertCandidate]:
-    """Files of which nothing could be used, as one candidate; its wording changes at every tenfold number only.
-
-    Args:
-        files: those that still count, the earliest first.
-    """
-    if not files:
-        return
-    number, first = len(files), files[0]
-    least = max(step for step in STEPS if step <= number)
-    count = texts.ONE_FILE if number == 1 else texts.SEVERAL_FILES.format(least=least)
-    wording = texts.FILES_REJECTED.filled(count=count, name=first.name, reason=first.reason)
-    evidence = {"files": number, "first": first.name, "reason": first.reason}
-    yield _candidate("rejected", first.at, first.at, wording, evidence)
+def rejected_files(files: Rejected) -> Iterator[AlertCandidate]:
+    """Files of which nothing could be used, as one candidate; its wording changes at every tenfold number only."""
+    least = max(step for step in STEPS if step <= files.number)
+    count = texts.ONE_FILE if files.number == 1 else texts.SEVERAL_FILES.format(least=least)
+    wording = texts.FILES_REJECTED.filled(count=count, name=files.name, reason=files.reason)
+    evidence = {"files": files.number, "first": files.name, "reason": files.reason}
+    yield _candidate("rejected", files.at, files.at, wording, evidence)
 
 
 def wrong_clocks(source: Source, thresholds: Thresholds) -> Iterator[AlertCandidate]:

@@ -1,7 +1,7 @@
 """The rules of when a message is written: about earthquakes and alerts, to new recipients, and as a reminder."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from datetime import datetime, timedelta
 from zoneinfo import ZoneInfo
 
@@ -43,6 +43,15 @@ REPEATING = "alertmanager"
 """Kind of recipients that repeat messages themselves."""
 REMINDERS_APART = timedelta(days=1)
 """Shortest time between two reminders of one building."""
+
+
+@dataclass(frozen=True, slots=True)
+class Reminder:
+    """A reminder of a building's unacknowledged alerts."""
+
+    due_at: datetime
+    content: MessageContent
+    recipients: Sequence[Receiver]
 
 
 def write_messages(session: Session, building_id: int, max_age: timedelta, now: datetime) -> None:
@@ -108,45 +117,42 @@ def remind(session: Session, building_id: int, interval: timedelta, now: datetim
         now: aware time.
     """
     session.get_one(Building, building_id, with_for_update=True)
-    if (due := due_reminder(session, building_id, interval, now)) is not None:
-        outbox.put_for(session, *due, now)
+    reminder = next_reminder(session, building_id, interval, now)
+    if reminder is not None and reminder.due_at <= now:
+        outbox.put_for(session, reminder.content, reminder.recipients, now)
 
 
-def due_reminder(
-    session: Session, building_id: int, interval: timedelta, now: datetime
-) -> tuple[MessageContent, Sequence[Receiver]] | None:
-    """The reminder of a building that is due now, with its recipients; None if none is."""
+def next_reminder(session: Session, building_id: int, interval: timedelta, now: datetime) -> Reminder | None:
+    """The next reminder of a building, as its alerts are now; None if there is nothing or no one to remind."""
     if not interval or all(one.state != ACTIVE for one in queries.open_alerts(session, building_id, GRAVITY)):
         return None
     building = session.get_one(Building, building_id)
     zone = ZoneInfo(building_store.described(session, building).timezone)
-    found = sorted(_unacknowledged(session, building_id, zone, now), key=lambda one: gravity(one[1].facts))
+    unacknowledged = sorted(_unacknowledged(session, building_id, zone, now), key=lambda one: gravity(one[1].facts))
     before = queries.messages(session, building_id, REMINDER_KEY)
-    alerts = [one for _, one in found]
-    if not is_reminder_due(alerts, before[-1].created_at if before else None, interval, now):
-        return None
-    reached = queries.recipients_of(session, building_id, {key for key, _ in found})
+    alerts = [one for _, one in unacknowledged]
+    due_at = reminder_due_at(alerts, before[-1].created_at if before else None, interval)
+    reached = queries.recipients_of(session, building_id, {key for key, _ in unacknowledged})
     every = recipients.of_building(session, building_id)
     again = [one for one in every if one.id in reached and one.kind != REPEATING]
+    if due_at is None or not again:
+        return None
     period = max(interval, REMINDERS_APART)
-    content = reminder_content(building_id, building.code, building.name, zone, alerts, period)
-    return (content, again) if again else None
+    return Reminder(due_at, reminder_content(building_id, building.code, building.name, zone, alerts, period), again)
 
 
-def is_reminder_due(
-    alerts: Sequence[Unacknowledged], last: datetime | None, interval: timedelta, now: datetime
-) -> bool:
-    """True if a reminder is due now.
+def reminder_due_at(alerts: Sequence[Unacknowledged], last: datetime | None, interval: timedelta) -> datetime | None:
+    """Time at which the next reminder is due; None without an alert.
 
     Args:
         alerts: of one building.
         last: time of the building's last reminder; None: there was none.
         interval: between reminders of an alert.
-        now: aware time.
     """
-    if last is not None and now - last < REMINDERS_APART:
-        return False
-    return any(now - (one.reported_at if last is None else max(one.reported_at, last)) >= interval for one in alerts)
+    if not alerts:
+        return None
+    reported = min(one.reported_at for one in alerts)
+    return reported + interval if last is None else max(max(reported, last) + interval, last + REMINDERS_APART)
 
 
 def _write_alert_message(session: Session, alert: Alert, now: datetime) -> None:

@@ -1,44 +1,70 @@
 """Periodic checks of every building: data health, new messages and reminders, whether records arrive or not."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime, timedelta
 from typing import Any
 
-from sqlalchemy import select
 from sqlalchemy.orm import Session, sessionmaker
 
-from service.alerts import data_health, queries
+from service.alerts import building_states, data_health, queries
+from service.alerts.building_states import BuildingState
 from service.alerts.candidates import KINDS, AlertCandidate
-from service.alerts.data_health import Rejected, Sighting, Source, Thresholds, Work
-from service.alerts.messages import due_reminder, remind, write_messages
+from service.alerts.data_health import Sighting, Source, Thresholds, Work
+from service.alerts.messages import next_reminder, remind, write_messages
 from service.alerts.reconciliation import is_reconciled, reconcile
 from service.buildings import store as building_store
-from service.buildings.description import BuildingFile
 from service.buildings.tables import Building
 from service.db.sessions import free_bytes, reading
 from service.health import queries as health_queries
-from service.jobs import queue as job_queue
-from service.records import queries as record_queries
-from service.records.tables import SourceState
 from service.settings import Settings
 
 NO_WORK = Work(oldest=None, last_progress=None)
 """Work of a building without a neglected job."""
 LATEST = 50
 """Latest earthquakes in which dead channels are looked for."""
+FULL_CHECK, SPREAD = timedelta(hours=6), 100
+"""Least time after which an unchanged building is checked in full all the same, at up to so many times until twice it.
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class Known:
+    """Facts about a building that change with its description and its events only."""
+
+    has_source: bool
+    is_continuous: bool
+    described_at: datetime
+    """Time when its description took effect."""
+    dead_channels: tuple[AlertCandidate, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Checked:
-    """State of a building at its last check: nothing is done again while it is the same."""
+    """A building at its last check: nothing is done again while it is the same."""
 
-    events: tuple[object, ...]
-    """Version of its events."""
-    dead_channels: tuple[AlertCandidate, ...]
-    """By these events."""
-    news: tuple[object, ...]
-    """Version of everything that its messages report."""
+    state: BuildingState
+    known: Known
+    began: Mapping[str, datetime]
+    """Beginning of each open data alert, by cause."""
+    candidates: tuple[AlertCandidate, ...]
+    expires_at: datetime
+    """Time of the next full check, even if the building is the same: a reminder may be due then."""
+    is_settled: bool
+    """True if there was nothing to write."""
+
+
+@dataclass(frozen=True, slots=True)
+class Round:
+    """Inputs of one round of checks that are the same for all buildings."""
+
+    settings: Settings
+    thresholds: Thresholds
+    work: Mapping[int, Work]
+    """Neglected work, by building."""
+    free: int | None
+    """Bytes on the disk of the database; None for a server."""
+    now: datetime
 
 
 def check_buildings(
@@ -50,96 +76,129 @@ def check_buildings(
 ) -> None:
     """Check the data health of every building, and write the messages and reminders that are due.
 
+    All buildings are read together; an unchanged one takes no statement of its own.
+
     Args:
         sessions: of the database.
         settings: of the service.
         now: aware time.
         stopped: checked before each building; the others are left to the next call.
-        last: state of each building at its last check, updated; an unchanged building takes a few reading statements.
+        last: each building at its last check, updated.
     """
     last = {} if last is None else last
     with reading(sessions)() as session:
-        numbers = session.scalars(select(Building.id).order_by(Building.code)).all()
-        work = _work(session, settings, now)
-    for building_id in numbers:
+        states = building_states.read(session, _rejected_age(settings), now)
+        this = Round(settings, _thresholds(settings), _work(session, settings, now), free_bytes(session), now)
+    for building_id, state in states.items():
         if stopped():
             return
-        own = work.get(building_id, NO_WORK)
-        with reading(sessions)() as session:
-            checked, candidates, is_due = _checked(session, building_id, settings, own, last.get(building_id), now)
-        if is_due:
-            _write(sessions, building_id, candidates, settings, now)
-        last[building_id] = checked
+        before = last.get(building_id)
+        if before is None or not _is_idle(building_id, state, before, this):
+            last[building_id] = _check(sessions, building_id, before, this)
 
 
-def _checked(
-    session: Session, building_id: int, settings: Settings, work: Work, before: Checked | None, now: datetime
-) -> tuple[Checked, tuple[AlertCandidate, ...], bool]:
-    """The state of a building, its candidates, and True if there may be something to write."""
-    building = session.get_one(Building, building_id)
-    events = queries.events_version(session, building_id)
-    is_same = before is not None and before.events == events
-    dead = before.dead_channels if before is not None and is_same else _dead_channels(session, building, settings)
-    candidates = _candidates(session, building, settings, work, dead, now)
-    is_watched = job_queue.is_monitoring_pending(session, building_id)
-    checked = Checked(events, dead, (*events, is_watched, *queries.news_version(session, building_id, now)))
+def _is_idle(building_id: int, state: BuildingState, before: Checked, this: Round) -> bool:
+    """True if the building is the same as at its last check, and the time that has passed changes nothing."""
+    return (
+        before.is_settled
+        and this.now < before.expires_at
+        and state.events == before.state.events
+        and state.news == before.state.news
+        and _candidates(building_id, state, before.known, before.began, this) == before.candidates
+    )
+
+
+def _check(sessions: sessionmaker[Session], building_id: int, before: Checked | None, this: Round) -> Checked:
+    """Check one building as it is now, and write what is due."""
+    with reading(sessions)() as session:
+        checked = _checked(session, building_id, before, this)
+    if not checked.is_settled:
+        with sessions.begin() as session:
+            reconcile(session, building_id, checked.candidates, "clock", this.now)
+            session.flush()
+            write_messages(session, building_id, timedelta(seconds=this.settings.notify.max_event_age), this.now)
+            remind(session, building_id, _reminder_interval(this.settings), this.now)
+    return checked
+
+
+def _checked(session: Session, building_id: int, before: Checked | None, this: Round) -> Checked:
+    state = building_states.read(session, _rejected_age(this.settings), this.now, building_id)[building_id]
+    is_known = before is not None and before.state.events == state.events
+    known = before.known if before is not None and is_known else _known(session, building_id, this.thresholds)
+    began = {one.cause: one.began_at for one in queries.open_alerts(session, building_id, KINDS["clock"])}
+    candidates = _candidates(building_id, state, known, began, this)
+    reminder = next_reminder(session, building_id, _reminder_interval(this.settings), this.now)
     is_settled = (
         before is not None
-        and before.news == checked.news
+        and is_known
+        and this.now < before.expires_at
+        and before.state.news == state.news
         and is_reconciled(session, building_id, candidates, "clock")
-        and due_reminder(session, building_id, _reminder_interval(settings), now) is None
+        and (reminder is None or reminder.due_at > this.now)
     )
-    return checked, candidates, not is_settled
-
-
-def _write(
-    sessions: sessionmaker[Session],
-    building_id: int,
-    candidates: Sequence[AlertCandidate],
-    settings: Settings,
-    now: datetime,
-) -> None:
-    with sessions.begin() as session:
-        reconcile(session, building_id, candidates, "clock", now)
-        session.flush()
-        write_messages(session, building_id, timedelta(seconds=settings.notify.max_event_age), now)
-        remind(session, building_id, _reminder_interval(settings), now)
+    expires_at = this.now + FULL_CHECK * (1 + building_id % SPREAD / SPREAD)
+    if reminder is not None:
+        expires_at = min(expires_at, reminder.due_at)
+    return Checked(state, known, began, candidates, expires_at, is_settled)
 
 
 def _reminder_interval(settings: Settings) -> timedelta:
     return timedelta(seconds=settings.notify.reminder_interval)
 
 
+def _rejected_age(settings: Settings) -> timedelta:
+    return timedelta(seconds=settings.data_health.rejected_age)
+
+
 def _candidates(
-    session: Session,
-    building: Building,
-    settings: Settings,
-    work: Work,
-    dead: Sequence[AlertCandidate],
-    now: datetime,
+    building_id: int, state: BuildingState, known: Known, began: Mapping[str, datetime], this: Round
 ) -> tuple[AlertCandidate, ...]:
     """Candidates of all periodic checks; what continues keeps the time at which it began."""
-    described, thresholds = building_store.described(session, building), _thresholds(settings)
-    began = {one.cause: one.began_at for one in queries.open_alerts(session, building.id, KINDS["clock"])}
     candidates: list[AlertCandidate] = []
-    if described.source is not None:
-        source = _source(session, building, described)
-        candidates += data_health.stopped_source(source, thresholds, now)
-        candidates += data_health.stopped_records(source, thresholds, now)
-        candidates += data_health.wrong_clocks(source, thresholds)
-    candidates += data_health.rejected_files(_rejected(session, building, settings, now))
-    candidates += dead
-    candidates += data_health.stuck_work(work, thresholds, now)
-    if (free := free_bytes(session)) is not None:
-        candidates += data_health.full_disk(free, thresholds, began.get("disk"), now)
+    if known.has_source:
+        source = _source(state, known)
+        candidates += data_health.stopped_source(source, this.thresholds, this.now)
+        candidates += data_health.stopped_records(source, this.thresholds, this.now)
+        candidates += data_health.wrong_clocks(source, this.thresholds)
+    if state.rejected is not None:
+        candidates += data_health.rejected_files(state.rejected)
+    candidates += known.dead_channels
+    candidates += data_health.stuck_work(this.work.get(building_id, NO_WORK), this.thresholds, this.now)
+    if this.free is not None:
+        candidates += data_health.full_disk(this.free, this.thresholds, began.get("disk"), this.now)
     return tuple(replace(one, began_at=min(one.began_at, began.get(one.cause, one.began_at))) for one in candidates)
 
 
-def _dead_channels(session: Session, building: Building, settings: Settings) -> tuple[AlertCandidate, ...]:
-    """Candidates of channels that stopped, which change with the building's events only."""
-    channels = [channel.id for channel in building_store.described(session, building).description.channels]
-    seen = health_queries.channels_ever(session, building.id)
-    return tuple(data_health.dead_channels(_sightings(session, building), channels, seen, _thresholds(settings)))
+def _source(state: BuildingState, known: Known) -> Source:
+    attempted_at, succeeded_at, failing_since, error, clock_ahead = state.poll or (None,) * 5
+    end, received_at = state.last_record or (None, None)
+    return Source(
+        is_continuous=known.is_continuous,
+        watched_since=state.created_at,
+        described_at=known.described_at,
+        attempted_at=attempted_at,
+        succeeded_at=succeeded_at,
+        failing_since=failing_since,
+        error=error,
+        last_record=end,
+        ahead=timedelta(0) if end is None or received_at is None else end - received_at,
+        came_at=received_at,
+        server_ahead=None if clock_ahead is None else timedelta(seconds=clock_ahead),
+    )
+
+
+def _known(session: Session, building_id: int, thresholds: Thresholds) -> Known:
+    building = session.get_one(Building, building_id)
+    revision = building_store.current(session, building)
+    described = building_store.parsed(revision)
+    channels = [channel.id for channel in described.description.channels]
+    seen = health_queries.channels_ever(session, building_id)
+    return Known(
+        has_source=described.source is not None,
+        is_continuous=described.source is not None and described.source.data == "continuous",
+        described_at=revision.created_at,
+        dead_channels=tuple(data_health.dead_channels(_sightings(session, building_id), channels, seen, thresholds)),
+    )
 
 
 def _thresholds(settings: Settings) -> Thresholds:
@@ -154,35 +213,9 @@ def _thresholds(settings: Settings) -> Thresholds:
     )
 
 
-def _source(session: Session, building: Building, described: BuildingFile) -> Source:
-    state = session.get(SourceState, building.id)
-    last = health_queries.last_good_recording(session, building.id)
-    return Source(
-        is_continuous=described.source is not None and described.source.data == "continuous",
-        watched_since=building.created_at,
-        described_at=building_store.current(session, building).created_at,
-        attempted_at=state.attempted_at if state else None,
-        succeeded_at=state.succeeded_at if state else None,
-        failing_since=state.failing_since if state else None,
-        error=state.error if state else None,
-        last_record=last.end if last else None,
-        ahead=last.end - last.received_at if last and last.end else timedelta(0),
-        came_at=last.received_at if last else None,
-        server_ahead=None if state is None or state.clock_ahead is None else timedelta(seconds=state.clock_ahead),
-    )
-
-
-def _rejected(session: Session, building: Building, settings: Settings, now: datetime) -> list[Rejected]:
-    """Rejected files that count: not too old, and later than the last inspection of their alert."""
-    ended = [inspection.at for cause, inspection in queries.inspections(session, building.id) if cause == "rejected"]
-    since = max([now - timedelta(seconds=settings.data_health.rejected_age), *ended])
-    rows = record_queries.rejected(session, building.id, since)
-    return [Rejected(name=row.name, at=row.received_at, reason=(row.reason or "").rstrip(".")) for row in rows]
-
-
-def _sightings(session: Session, building: Building) -> list[Sighting]:
+def _sightings(session: Session, building_id: int) -> list[Sighting]:
     """The latest earthquakes, each with its channels except dead ones."""
-    rows = health_queries.latest_events(session, building.id, LATEST)
+    rows = health_queries.latest_events(session, building_id, LATEST)
     numbers = [row.id for row in rows]
     recorded, files = health_queries.channels_of(session, numbers), health_queries.files_of(session, numbers)
     return [

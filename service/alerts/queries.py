@@ -8,7 +8,6 @@ from sqlalchemy.orm import Session, joinedload
 
 from service.alerts.tables import Alert, AlertChange, Inspection, Silence
 from service.analyses.tables import Analysis
-from service.buildings.tables import Revision
 from service.db.select import Line
 from service.errors import NotFoundError
 from service.notify.tables import Delivery, Message, Receiver
@@ -164,24 +163,3 @@ def alerts_without_event(session: Session, building_id: int) -> Sequence[Alert]:
     """Alerts of the periodic checks that became active, ended ones too, by number."""
     query = select(Alert).where(Alert.building_id == building_id, Alert.activated_at.is_not(None))
     return session.scalars(query.where(Alert.raised_event_id.is_(None)).order_by(Alert.id)).all()
-
-
-def events_version(session: Session, building_id: int) -> tuple[object, ...]:
-    """A value that changes with the building's description and with every event of it."""
-    events = select(func.count(), func.max(Event.updated_at)).where(Event.building_id == building_id)
-    revision = select(func.max(Revision.number)).where(Revision.building_id == building_id)
-    return (*session.execute(events).one(), session.scalar(revision))
-
-
-def news_version(session: Session, building_id: int, now: datetime) -> tuple[object, ...]:
-    """A value that changes with the building's alerts, current silences and recipients."""
-    alerts = select(func.count(), func.max(Alert.updated_at)).where(Alert.building_id == building_id)
-    changes = select(func.max(AlertChange.id)).join(AlertChange.alert).where(Alert.building_id == building_id)
-    silences = select(Silence.id).where(Silence.building_id == building_id, Silence.starts_at <= now)
-    receivers = select(Receiver).where(Receiver.building_id == building_id, Receiver.removed_at.is_(None))
-    return (
-        *session.execute(alerts).one(),
-        session.scalar(changes),
-        *session.scalars(silences.where(Silence.ends_at > now).order_by(Silence.id)),
-        *((one.id, one.since, *one.kinds, *one.severities) for one in session.scalars(receivers.order_by(Receiver.id))),
-    )

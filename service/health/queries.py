@@ -12,13 +12,7 @@ from service.db.select import Line
 from service.jobs.queue import UNDER_WAY
 from service.jobs.tables import Job
 from service.models.tables import ModelVersion
-from service.records.tables import READ, Event, EventRecording, Recording, Waveform
-
-
-def last_good_recording(session: Session, building_id: int) -> Recording | None:
-    """The latest recording of the building that could be used."""
-    good = (Recording.building_id == building_id, READ, Recording.end.is_not(None))
-    return session.scalars(select(Recording).where(*good).order_by(Recording.end.desc()).limit(1)).one_or_none()
+from service.records.tables import Event, EventRecording, Recording, Waveform
 
 
 def latest_events(session: Session, building_id: int, count: int) -> Sequence[Line]:

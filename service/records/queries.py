@@ -154,12 +154,6 @@ def recordings(
     return session.scalars(query.order_by(Recording.id.desc()).limit(limit)).all()
 
 
-def rejected(session: Session, building_id: int, since: datetime) -> Sequence[Recording]:
-    """The building's files rejected as a whole and received after `since`, the earliest first."""
-    of_building = (Recording.building_id == building_id, REJECTED, Recording.received_at > since)
-    return session.scalars(select(Recording).where(*of_building).order_by(Recording.received_at, Recording.id)).all()
-
-
 def rejected_counts(session: Session) -> Mapping[int, int]:
     """Number of rejected files by building; buildings without any are left out."""
     query = select(Recording.building_id, func.count()).where(REJECTED)

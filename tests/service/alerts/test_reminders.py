@@ -14,7 +14,7 @@ from sqlalchemy.orm import Session, sessionmaker
 from service.alerts import operator_actions
 from service.alerts.message_content import Unacknowledged, reminder_content
 from service.alerts.message_facts import AlertFacts
-from service.alerts.messages import REMINDERS_APART, is_reminder_due, remind, write_messages
+from service.alerts.messages import REMINDERS_APART, remind, reminder_due_at, write_messages
 from service.alerts.periodic_checks import check_buildings
 from service.alerts.reconciliation import reconcile
 from service.alerts.schema import alert_out
@@ -37,6 +37,11 @@ def untaken(reported_at: datetime, **differently: object) -> Unacknowledged:
     return Unacknowledged(facts=facts, activated_at=START, reported_at=reported_at)
 
 
+def is_due(waiting: list[Unacknowledged], last: datetime | None, interval: timedelta, now: datetime) -> bool:
+    due_at = reminder_due_at(waiting, last, interval)
+    return due_at is not None and due_at <= now
+
+
 @pytest.mark.parametrize(
     ("reported", "last", "due"),
     [
@@ -54,7 +59,7 @@ def untaken(reported_at: datetime, **differently: object) -> Unacknowledged:
 def test_when_a_reminder_is_due(reported: list[float], last: float | None, due: bool) -> None:
     """By the days since each alert was reported, and since the last reminder."""
     waiting = [untaken(NOW - days * DAY) for days in reported]
-    assert is_reminder_due(waiting, None if last is None else NOW - last * DAY, WEEK, NOW) is due
+    assert is_due(waiting, None if last is None else NOW - last * DAY, WEEK, NOW) is due
 
 
 @given(
@@ -68,7 +73,7 @@ def test_reminders_are_never_closer_than_a_day_and_none_is_forgotten(
     """At any time of a check: after the interval and a day without a reminder there is one."""
     waiting, every, sent = [untaken(START + days * DAY) for days in reported], timedelta(days=interval), [START]
     for now in (START + max(40.0, days) * DAY for days in sorted(looks)):
-        if is_reminder_due(waiting, sent[-1], every, now):
+        if is_due(waiting, sent[-1], every, now):
             assert now - sent[-1] >= REMINDERS_APART
             sent.append(now)
         else:
