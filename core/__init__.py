@@ -138,8 +138,8 @@ def __getattr__(name: str) -> Any:  # noqa: ANN401  whatever the name stands for
     module = next((module for module, names in _MODULES.items() if name in names), None)
     if module is None:
         raise AttributeError(f"module 'core' has no attribute {name!r}")
-    found = globals()[name] = getattr(import_module(module), name)
-    return found
+    value = globals()[name] = getattr(import_module(module), name)
+    return value
 
 
 def __dir__() -> list[str]:

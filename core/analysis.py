@@ -23,8 +23,7 @@ from core.isolation_layer.equivalent import (
 )
 from core.isolation_layer.layer import AxialLoad, axial_load, layer_motion, layer_torsion
 from core.isolation_layer.motion import MeasuredMotion
-from core.quality import Finding
-from core.record import Direction, Record, Segment
+from core.record import Direction, Finding, Record, Segment
 from core.sensors.preparation import prepared
 from core.sensors.reconciliation import reconciled
 from core.sensors.sensor_errors import SensorHealth, sensor_health
@@ -33,7 +32,7 @@ from core.tables import Table, report
 from core.units import quantity
 
 ABOVE_NOISE = 10.0
-"""Smallest amplitude of a reported cycle, in standard deviations of the displacement's noise."""
+"""Smallest amplitude of a reported cycle, in standard deviations of the displacement's noise. A choice."""
 HORIZONTAL: tuple[Direction, Direction] = ("x", "y")
 """Horizontal directions of the building."""
 SMALLEST_CYCLE = 1e-5
@@ -55,6 +54,7 @@ class AnalysisSettings:
 
 
 USUAL = AnalysisSettings()
+"""Settings of an analysis where none are given."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -118,14 +118,14 @@ class EventAnalysis:
         opening += [] if self.temperature is None else [f"Temperature: {quantity(self.temperature, '°C')}."]
         opening += [] if self.refusal is None else [f"Rejected: {self.refusal}."]
         headings = ("direction", "peak force", "peak displacement", "modes", "cycles")
-        rows = tuple(_row(direction, found) for direction, found in self.directions.items())
+        rows = tuple(_row(direction, analysed) for direction, analysed in self.directions.items())
         table = Table("Isolation layer", headings, rows) if rows else None
         return report(title, opening, table, [f"{one.severity.capitalize()}: {one.message}" for one in self.quality])
 
     @property
     def orbit(self) -> Matrix | None:
         """(2, n) m, displacement of the isolation layer in x and y; None unless both are known."""
-        path = [found.displacement for name in HORIZONTAL if (found := self.directions.get(name)) is not None]
+        path = [one.displacement for name in HORIZONTAL if (one := self.directions.get(name)) is not None]
         known = [displacement for displacement in path if displacement is not None]
         return np.array(known) if len(known) == len(HORIZONTAL) else None
 
@@ -135,10 +135,12 @@ class EventAnalysis:
         return None if self.orbit is None else float(np.hypot(*self.orbit).max())
 
 
-def _row(direction: Direction, found: DirectionAnalysis) -> tuple[str, ...]:
-    force, force_std = found.restoring_force.peak
-    moved = "not measured" if found.motion is None else quantity(found.motion.peak[0], "m", found.motion.peak[1])
-    modes, cycles = len(found.restoring_force.modes), len(found.equivalent)
+def _row(direction: Direction, analysed: DirectionAnalysis) -> tuple[str, ...]:
+    force, force_std = analysed.restoring_force.peak
+    moved = (
+        "not measured" if analysed.motion is None else quantity(analysed.motion.peak[0], "m", analysed.motion.peak[1])
+    )
+    modes, cycles = len(analysed.restoring_force.modes), len(analysed.equivalent)
     return (direction, quantity(force, "N", force_std), moved, str(modes), str(cycles))
 
 
@@ -161,7 +163,7 @@ def analyse(
     if settings.estimator not in ESTIMATORS:
         raise ModelError(f"no estimator is called {settings.estimator!r}; there are {', '.join(sorted(ESTIMATORS))}")
     preparation = prepared(segments, description, settings.rate)
-    found, record = list(preparation.findings), preparation.record
+    problems, record = list(preparation.findings), preparation.record
     if record is None:
         start = min((segment.start for segment in segments), default=datetime.min.replace(tzinfo=UTC))
         return EventAnalysis(
@@ -169,37 +171,37 @@ def analyse(
             rate=settings.rate,
             count=0,
             directions={},
-            quality=tuple(found),
+            quality=tuple(problems),
             peaks={},
             pga=None,
             torsion=None,
             axial_load=None,
-            refusal=_refusal(found),
+            refusal=_refusal(problems),
         )
     levels = reconciled(record, description)
     torsion, torsion_findings = layer_torsion(levels, description)
     load, load_findings = axial_load(levels.record, description, settings.band)
-    found += [*levels.findings, *torsion_findings, *load_findings]
+    problems += [*levels.findings, *torsion_findings, *load_findings]
     directions: dict[Direction, DirectionAnalysis] = {}
     for direction in description.horizontal_directions:
         try:
             directions[direction], findings = _direction(levels.record, description, settings, direction)
-            found += findings
+            problems += findings
         except CoreError as error:
-            found.append(Finding("direction", "fatal", f"direction {direction}: {error}"))
-    if not directions and all(finding.severity != "fatal" for finding in found):
-        found.append(Finding("direction", "fatal", "no horizontal acceleration of the base slab is described"))
+            problems.append(Finding("direction", "fatal", f"direction {direction}: {error}"))
+    if not directions and all(finding.severity != "fatal" for finding in problems):
+        problems.append(Finding("direction", "fatal", "no horizontal acceleration of the base slab is described"))
     return EventAnalysis(
         start=record.start,
         rate=record.rate,
         count=record.samples.shape[1],
         directions=directions,
-        quality=tuple(found),
+        quality=tuple(problems),
         peaks={c.id: float(np.abs(row).max()) for c, row in zip(record.channels, record.samples, strict=True)},
         pga=_pga(levels.record, description),
         torsion=torsion,
         axial_load=load,
-        refusal=None if directions else _refusal(found),
+        refusal=None if directions else _refusal(problems),
         record=levels.record,
         temperature=_temperature(segments, description),
         band=settings.band,
@@ -246,10 +248,10 @@ def equivalent_cycles(
     """
     within = band_passed(motion.displacement, rate, band)
     spans = cycles(within, max(SMALLEST_CYCLE, ABOVE_NOISE * motion.noise))
-    found = determined(equivalent_segments(force.force, motion, rate, spans, rubber_height))
+    segments = determined(equivalent_segments(force.force, motion, rate, spans, rubber_height))
     if force.systematic is not None:
-        found = with_force_errors(found, force.systematic, motion, rate)
-    return with_slow_errors(found, motion, rate)
+        segments = with_force_errors(segments, force.systematic, motion, rate)
+    return with_slow_errors(segments, motion, rate)
 
 
 def _pga(record: Record, description: BuildingDescription) -> float | None:
@@ -265,8 +267,8 @@ def _temperature(segments: Sequence[Segment], description: BuildingDescription) 
     return float(np.nanmean(measured)) if np.isfinite(measured).any() else None
 
 
-def _refusal(found: Sequence[Finding]) -> str:
-    fatal = [finding for finding in found if finding.severity == "fatal"]
+def _refusal(quality: Sequence[Finding]) -> str:
+    fatal = [finding for finding in quality if finding.severity == "fatal"]
     return "; ".join(
         f"{finding.channel}: {finding.message}" if finding.channel else finding.message for finding in fatal
     )

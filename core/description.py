@@ -115,5 +115,5 @@ class BuildingDescription:
     @property
     def horizontal_directions(self) -> tuple[Direction, ...]:
         """The horizontal directions in which the base slab's acceleration is measured."""
-        found = {c.direction for c in self.channels if c.level == self.base.name and c.quantity == "acceleration"}
-        return tuple(direction for direction in ("x", "y") if direction in found)
+        measured = {c.direction for c in self.channels if c.level == self.base.name and c.quantity == "acceleration"}
+        return tuple(direction for direction in ("x", "y") if direction in measured)

@@ -44,6 +44,7 @@ CHANNELS: Mapping[str, Channel] = MappingProxyType(
 RESULTS = ("force", "inertance")
 """Channels that make up the layer's answer. The others are set by effects that act on them and read by laws."""
 SCALES = tuple(name for name in CHANNELS if name not in RESULTS)
+"""Channels through which laws change each other."""
 YIELDED = "yielded"
 """Name under which every law may read the hysteretic variable of the effect that publishes one; 0 if none does."""
 

@@ -35,6 +35,7 @@ EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 BAND = (0.1, 30.0)
 """Hz, usual pass band of forces."""
 GROUND, BASE = "ground", "base slab"
+"""Names of the two lowest levels."""
 STRONGEST = 100.0
 """m/s², about ten times gravity: an acceleration beyond it is in another unit."""
 FARTHEST = 10.0
@@ -158,8 +159,8 @@ def restoring_force(
     ]
     record, remarks = _record(rate, samples, description)
     superstructure = instrumented_superstructure(record, description, "x", None, band)
-    found = ESTIMATORS[estimator](superstructure)
-    known = {one.name: getattr(found, one.name) for one in fields(RestoringForce)}
+    estimate = ESTIMATORS[estimator](superstructure)
+    known = {one.name: getattr(estimate, one.name) for one in fields(RestoringForce)}
     return ForceHistory(
         **known,
         rate=record.rate,
@@ -252,12 +253,12 @@ def beside(force: ForceHistory, name: str, acceleration: ArrayLike) -> Vector:
 
 
 def _vector(name: str, values: ArrayLike) -> Vector:
-    found = np.asarray(values, dtype=float)
-    if found.ndim != 1 or not found.size:
-        raise RecordError(f"{name}: one row of numbers is needed, got an array of shape {found.shape}")
-    if gaps := int(np.count_nonzero(~np.isfinite(found))):
-        raise RecordError(f"{name}: {gaps} of {found.size} samples are gaps (NaN); mend or cut them first")
-    return found
+    vector = np.asarray(values, dtype=float)
+    if vector.ndim != 1 or not vector.size:
+        raise RecordError(f"{name}: one row of numbers is needed, got an array of shape {vector.shape}")
+    if gaps := int(np.count_nonzero(~np.isfinite(vector))):
+        raise RecordError(f"{name}: {gaps} of {vector.size} samples are gaps (NaN); mend or cut them first")
+    return vector
 
 
 def _record(

@@ -1,11 +1,13 @@
-"""Damped steps of least squares, bounded least squares and scaled inverses, for parameters of very different units.
+"""Minimisation: Levenberg-Marquardt steps, bounded least squares and scaled inverses, for very different units.
 
-Fits of models and of modes take their Levenberg-Marquardt steps here; each has its own test of whether a step succeeds.
-The calibration of the frame solves the same equations itself: another order of its products changes the last digits,
-and a choice between hypotheses of nearly equal cost could change with them.
+Fits of models and of modes and the calibration of the frame descend by `lower_point`: one way of computing a trial
+step, of accepting it and of changing the damping. `minimised` repeats it until a stopping rule is met. A model's fit
+repeats it itself, because the searches of several candidates take turns (core.diagnosis.candidate_search).
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Generic, Protocol, TypeAlias, TypeVar
 
 import numpy as np
 from scipy import linalg
@@ -26,6 +28,143 @@ MOST_CHANGES = 20
 """Largest number of changes of the active bounds, per amplitude."""
 
 
+class Point(Protocol):
+    """Values of the parameters, with all that was computed at them."""
+
+    @property
+    def cost(self) -> float:
+        """Cost to be minimised: infinite where it cannot be computed."""
+        ...
+
+
+P = TypeVar("P", bound=Point)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Quadratic:
+    """Quadratic approximation of a cost about a point."""
+
+    normal: Matrix
+    """(k, k) Gauss-Newton matrix, or the Hessian."""
+    descent: Vector
+    """(k,) negative gradient."""
+    scale: Vector | None = None
+    """(k,) square root of the curvature by each parameter; None for that of the matrix's diagonal."""
+
+    def step(self, damping: float) -> Vector | None:
+        """(k,) step to the minimum, shortened by damping; see `damped_step`."""
+        return damped_step(self.normal, self.descent, damping, self.scale)
+
+
+@dataclass(frozen=True, slots=True)
+class FactorDamping:
+    """Damping that a step divides by one factor and a failed trial multiplies by another (Marquardt 1963)."""
+
+    value: float
+    divisor: float
+    multiplier: float
+    smallest: float
+
+    def after_step(self, gained: float, expected: float) -> "FactorDamping":
+        """Damping for the step after one that lowered the cost."""
+        return replace(self, value=max(self.value / self.divisor, self.smallest))
+
+    def after_failure(self) -> "FactorDamping":
+        """Damping for the trial after one that did not."""
+        return replace(self, value=self.value * self.multiplier)
+
+
+@dataclass(frozen=True, slots=True)
+class GainRatioDamping:
+    """Damping that follows the ratio of achieved to expected reduction (Nielsen 1999).
+
+    One step divides it by 10 at most, where Nielsen's divides it by 3. Not tuned.
+    """
+
+    value: float
+    multiplier: float = 2.0
+    """Factor after the next failed trial; it doubles with every failure in a row."""
+
+    def after_step(self, gained: float, expected: float) -> "GainRatioDamping":
+        """Damping for the step after one that lowered the cost."""
+        return GainRatioDamping(self.value * max(1 / 10, 1 - (2 * (gained / expected) - 1) ** 3))
+
+    def after_failure(self) -> "GainRatioDamping":
+        """Damping for the trial after one that did not."""
+        return GainRatioDamping(self.value * self.multiplier, 2 * self.multiplier)
+
+
+Damping: TypeAlias = FactorDamping | GainRatioDamping
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Step(Generic[P]):
+    """Result of the trials of one Levenberg-Marquardt step."""
+
+    start: P
+    point: P
+    """Point of lower cost; the start if no trial gave one."""
+    damping: Damping
+    """Damping for the next step."""
+    gained: float
+    """Reduction of the cost; 0 without a point of lower cost."""
+    expected: float
+    """Reduction by the gradient alone along the last trial."""
+
+
+def lower_point(
+    start: P, quadratic: Quadratic, moved: Callable[[Vector], P], damping: Damping, most_trials: int
+) -> Step[P] | None:
+    """Levenberg-Marquardt step: damping grows until a trial lowers the cost. None if no step can be computed.
+
+    Args:
+        start: the point to improve.
+        quadratic: approximation about it.
+        moved: point at the start's parameters plus a (k,) step, perhaps shortened to what the parameters allow.
+        damping: of the first trial.
+        most_trials: largest number of trials.
+    """
+    expected = 0.0
+    for _ in range(most_trials):
+        change = quadratic.step(damping.value)
+        if change is None:
+            return None
+        expected = float(quadratic.descent @ change)
+        trial = moved(change)
+        if trial.cost < start.cost:
+            gained = start.cost - trial.cost
+            return Step(start, trial, damping.after_step(gained, expected), gained, expected)
+        damping = damping.after_failure()
+    return Step(start, start, damping, 0.0, expected)
+
+
+def minimised(
+    start: P,
+    step: Callable[[P, Damping], Step[P] | None],
+    has_settled: Callable[[P, Step[P]], bool],
+    damping: Damping,
+    most_steps: int,
+) -> tuple[P, bool]:
+    """Point at which a cost has its minimum, and whether the stopping rule was met.
+
+    Args:
+        start: the first point.
+        step: by `lower_point` from a point with a damping. It may first improve the point by other means.
+        has_settled: stopping rule, from the point before a step and that step.
+        damping: of the first trial.
+        most_steps: largest number of steps.
+    """
+    point = start
+    for _ in range(most_steps):
+        latest = step(point, damping)
+        if latest is None:
+            break
+        if has_settled(point, latest):
+            return latest.point, True
+        point, damping = latest.point, latest.damping
+    return point, False
+
+
 def damped_step(normal: Matrix, descent: Vector, damping: float, scale: Vector | None = None) -> Vector | None:
     """Step to the minimum of a quadratic, shortened by damping relative to the diagonal (Marquardt, 1963).
 
@@ -43,13 +182,15 @@ def damped_step(normal: Matrix, descent: Vector, damping: float, scale: Vector |
     size = np.sqrt(np.diag(normal)) if scale is None else scale
     if not (np.all(size > 0) and np.isfinite(normal).all() and np.isfinite(descent).all()):
         return None
-    scaled = normal / np.outer(size, size)
+    # in this order: where data determine nearly nothing, as some flexibilities of the frame, the last digits grow
+    unit = 1 / size
+    scaled = normal * np.outer(unit, unit)
     for raised in damping * 10.0 ** np.arange(MOST_INCREASES):
         try:
             factor = linalg.cho_factor(scaled + raised * np.eye(size.size), check_finite=False)
         except linalg.LinAlgError:
             continue
-        return np.asarray(linalg.cho_solve(factor, descent / size, check_finite=False) / size)
+        return np.asarray(linalg.cho_solve(factor, unit * descent, check_finite=False) * unit)
     return None
 
 
@@ -89,7 +230,7 @@ def bounded_least_squares(rows: Matrix, target: Vector, bounds: Sequence[tuple[f
     size = float(np.linalg.norm(along)) or 1.0
     roots = np.sqrt(np.maximum(values, SMALLEST * values[-1]))
     reduced, wanted = roots[:, None] * vectors.T, along / roots / size
-    found = lsq_linear(
+    solution = lsq_linear(
         reduced,
         wanted,
         (ends[0] / size, ends[1] / size),
@@ -97,7 +238,7 @@ def bounded_least_squares(rows: Matrix, target: Vector, bounds: Sequence[tuple[f
         tol=TOLERANCE,
         max_iter=MOST_CHANGES * free.size,
     )
-    best[free] = np.clip(found.x * size / scale[free], low[free], high[free])
-    best[free[found.active_mask < 0]] = low[free[found.active_mask < 0]]
-    best[free[found.active_mask > 0]] = high[free[found.active_mask > 0]]
+    best[free] = np.clip(solution.x * size / scale[free], low[free], high[free])
+    best[free[solution.active_mask < 0]] = low[free[solution.active_mask < 0]]
+    best[free[solution.active_mask > 0]] = high[free[solution.active_mask > 0]]
     return best

@@ -11,6 +11,9 @@ from core.errors import RecordError
 
 Direction = Literal["x", "y", "z"]
 Quantity = Literal["acceleration", "velocity", "displacement", "temperature"]
+Severity = Literal["note", "warning", "fatal"]
+"""`note`: mended or harmless; `warning`: the results may be affected; `fatal`: its direction is left out. An event
+without any direction is rejected."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,3 +95,17 @@ class Record:
             if (channel.level, channel.quantity, channel.direction) == (level, quantity, direction):
                 return samples
         return None
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One data quality finding."""
+
+    kind: str
+    """Kind of the finding, one word that programs may rely on: `gap`, `spike`, `clipping`, `dead`, `swapped`, ..."""
+    severity: Severity
+    message: str
+    """For an engineer: the problem, with its number and unit, and what helps."""
+    channel: str | None = None
+    value: float | None = None
+    """The finding's number in SI units, if it has one."""

@@ -14,10 +14,12 @@ from core.model.force_response import force_response
 from core.model.isolator import Isolator, Key
 from core.signals.regression import regression
 
-TOLD = 0.25
-"""Largest useful standard deviation of a correction, as a share of the block's own stiffness or yield force."""
+LARGEST_STD = 0.25
+"""Largest useful standard deviation of a correction, as a share of the block's own stiffness or yield force. A
+choice."""
 YIELDING = 0.7
-"""Share of the hysteretic variable's ultimate value that a block must reach to separate yield force and stiffness."""
+"""Share of the hysteretic variable's ultimate value that a block must reach to separate yield force and stiffness. A
+choice."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +43,7 @@ class BlockCorrection:
 
 
 def block_corrections(isolator: Isolator, compared: Sequence[ForceComparison]) -> tuple[BlockCorrection, ...]:
-    """Of every block of BLOCK seconds that determines its stiffness.
+    """Corrections of every block of BLOCK seconds that determines its stiffness.
 
     The residual's regression on displacement and velocity gives the stiffness; together with the model's own hysteretic
     variable it gives the yield force.
@@ -50,28 +52,28 @@ def block_corrections(isolator: Isolator, compared: Sequence[ForceComparison]) -
         isolator: the model.
         compared: its force against what was estimated, in order of time.
     """
-    found: list[BlockCorrection] = []
+    corrections: list[BlockCorrection] = []
     travelled: dict[str, float] = {}
     for one in compared:
         direction = one.observation.direction
-        found += _of_one(isolator, one, travelled.get(direction, 0.0))
+        corrections += _of_one(isolator, one, travelled.get(direction, 0.0))
         path = float(np.abs(one.observation.layer.velocity).sum()) / one.observation.rate
         travelled[direction] = travelled.get(direction, 0.0) + path
-    return tuple(found)
+    return tuple(corrections)
 
 
 def _of_one(isolator: Isolator, one: ForceComparison, travelled: float) -> list[BlockCorrection]:
     layer, rate = one.observation.layer, one.observation.rate
     motion, hysteresis = np.column_stack([layer.displacement, layer.velocity]), _hysteresis(isolator, one)
     travel = travelled + np.cumsum(np.abs(layer.velocity)) / rate
-    found = []
+    corrections = []
     for start, end in windows(layer.displacement.size, rate, BLOCK):
         own, _ = _slopes(motion[start:end], layer.force[start:end])
         soft, soft_std = _slopes(motion[start:end], one.residual[start:end])
-        if not soft_std[0] < TOLD * abs(own[0]):
+        if not soft_std[0] < LARGEST_STD * abs(own[0]):
             continue
         yielding = None if hysteresis is None else _yield_correction(hysteresis, motion, one, slice(start, end))
-        found.append(
+        corrections.append(
             BlockCorrection(
                 earthquake=one.observation.name,
                 direction=one.observation.direction,
@@ -84,7 +86,7 @@ def _of_one(isolator: Isolator, one: ForceComparison, travelled: float) -> list[
                 yield_std=yielding and yielding[1],
             )
         )
-    return found
+    return corrections
 
 
 def _slopes(regressors: Matrix, response: Vector) -> tuple[Vector, Vector]:
@@ -97,7 +99,7 @@ def _slopes(regressors: Matrix, response: Vector) -> tuple[Vector, Vector]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Hysteresis:
-    """What the model has of it in one earthquake."""
+    """The model's hysteresis in one earthquake."""
 
     yield_force: float
     """N."""
@@ -130,10 +132,10 @@ def _yield_correction(
     if np.abs(variable).max() < YIELDING:
         return None
     change, std = (float(s[2]) for s in _slopes(np.column_stack([motion[block], variable]), one.residual[block]))
-    return (change, std) if std < TOLD * abs(hysteresis.yield_force + change) else None
+    return (change, std) if std < LARGEST_STD * abs(hysteresis.yield_force + change) else None
 
 
 def _yield_force(isolator: Isolator) -> Key | None:
-    """What the force of the effect that publishes its hysteretic variable is proportional to."""
+    """Parameter that the force of the effect with the hysteretic variable is proportional to."""
     publishing = [name for name in isolator.effects if EFFECTS[name].publishes is not None]
     return (publishing[0], EFFECTS[publishing[0]].linear[0]) if publishing and EFFECTS[publishing[0]].linear else None

@@ -11,11 +11,11 @@ from core.fitting.observation import Observation
 PHASES = ("on loading", "on unloading", "around the reversals")
 """Away from the middle, back to it, and between."""
 REVERSAL = 0.9
-"""Share of a half cycle's largest displacement beyond which a sample is near the reversal."""
+"""Share of a half cycle's largest displacement beyond which a sample is near the reversal. A choice."""
 COUNTED = 0.1
-"""Smallest half cycle that counts, as a share of the record's largest displacement."""
+"""Smallest half cycle that counts, as a share of the record's largest displacement. A choice."""
 TRACE = 1e-9
-"""Smallest range of a covariate that counts as a change, as a share of its larger end."""
+"""Smallest range of a covariate that counts as a change, as a share of its larger end. A choice."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -14,9 +14,9 @@ from core.arrays import Indices, Matrix, Vector
 from core.comparison.compared import ForceComparison
 
 BLOCK = 5.0
-"""s, length of a block."""
+"""s, length of a block. A choice."""
 DRAWS = 400
-"""Of the blocks."""
+"""Bootstrap draws of the blocks. Not tuned: the ends of an interval vary by a few percent of its length."""
 INTERVAL = (2.5, 97.5)
 """%, quantiles of the draws: 95 % lie between."""
 
@@ -54,7 +54,7 @@ class Blocks:
 
     @property
     def count(self) -> int:
-        """Of the blocks."""
+        """Number of blocks."""
         return self.draws.shape[1]
 
 
@@ -99,10 +99,10 @@ def drawn(count: int, rng: np.random.Generator) -> Matrix:
     return np.asarray(rng.standard_exponential((DRAWS, count)))
 
 
-def by_bin(values: Vector, found: Blocks, bins: Indices, count: int) -> Matrix:
+def by_bin(values: Vector, samples: Blocks, bins: Indices, count: int) -> Matrix:
     """(blocks, count) sums of a (n,) series over blocks and bins."""
-    sums = np.bincount(found.number * count + bins, weights=values, minlength=found.count * count)
-    return np.asarray(sums.reshape(found.count, count), dtype=float)
+    sums = np.bincount(samples.number * count + bins, weights=values, minlength=samples.count * count)
+    return np.asarray(sums.reshape(samples.count, count), dtype=float)
 
 
 def ratio(part: Matrix, whole: Matrix, draws: Matrix) -> tuple[Vector, Matrix]:
@@ -124,36 +124,36 @@ def shares(part: Matrix, whole: Matrix, draws: Matrix) -> tuple[Share, ...]:
 
 
 FOLDS = 5
-"""Folds of the cross-validation."""
+"""Folds of the cross-validation. A choice."""
 SHRINKAGE = 1e-3
-"""Shrinkage of a bin's coefficients towards zero, as a share of a bin's mean weight, for rare bins."""
+"""Shrinkage of a bin's coefficients towards zero, as a share of a bin's mean weight, for rare bins. A choice."""
 
 
-def explained_share(regressors: Matrix, bins: Indices, count: int, found: Blocks) -> Share:
+def explained_share(regressors: Matrix, bins: Indices, count: int, samples: Blocks) -> Share:
     """Share of the excess error that a separate regression in every bin removes from blocks it was not fitted to.
 
     Args:
         regressors: (n, p), such as displacement and velocity.
         bins: (n,) bin of each sample.
         count: of bins.
-        found: the error.
+        samples: the error.
     """
-    weighted = regressors * found.weight[:, None]
-    gain = _gain(weighted / np.sqrt(np.mean(weighted**2, axis=0)), bins, count, found)
+    weighted = regressors * samples.weight[:, None]
+    gain = _gain(weighted / np.sqrt(np.mean(weighted**2, axis=0)), bins, count, samples)
     one = np.zeros(bins.size, dtype=np.intp)
-    return shares(gain[:, None], by_bin(found.excess, found, one, 1), found.draws)[0]
+    return shares(gain[:, None], by_bin(samples.excess, samples, one, 1), samples.draws)[0]
 
 
-def _gain(regressors: Matrix, bins: Indices, count: int, found: Blocks) -> Vector:
+def _gain(regressors: Matrix, bins: Indices, count: int, samples: Blocks) -> Vector:
     """(blocks,) decrease of the sum of squares in each block, by a fit to the other folds."""
     size = regressors.shape[1]
-    products = [by_bin(one * other, found, bins, count) for one in regressors.T for other in regressors.T]
-    normal = np.stack(products, axis=-1).reshape(found.count, count, size, size)
-    load = np.stack([by_bin(one * found.residual, found, bins, count) for one in regressors.T], axis=-1)
+    products = [by_bin(one * other, samples, bins, count) for one in regressors.T for other in regressors.T]
+    normal = np.stack(products, axis=-1).reshape(samples.count, count, size, size)
+    load = np.stack([by_bin(one * samples.residual, samples, bins, count) for one in regressors.T], axis=-1)
     ridge = SHRINKAGE * np.trace(normal.sum(axis=(0, 1))) / (count * size) * np.eye(size)
-    fold = np.arange(found.count) % FOLDS
-    gain = np.zeros(found.count)
-    for number in range(min(FOLDS, found.count)):
+    fold = np.arange(samples.count) % FOLDS
+    gain = np.zeros(samples.count)
+    for number in range(min(FOLDS, samples.count)):
         fitted, held_out = fold != number, fold == number
         coefficients = np.linalg.solve(normal[fitted].sum(axis=0) + ridge, load[fitted].sum(axis=0)[..., None])[..., 0]
         linear = np.einsum("bcp,cp->b", load[held_out], coefficients)

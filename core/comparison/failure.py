@@ -1,7 +1,11 @@
-"""Places at which a model of the isolation layer fails: windows, covariates and regions of its excess error."""
+"""Places at which a model of the isolation layer fails: windows, covariates and regions of its excess error.
 
-from collections.abc import Sequence
+`failure` finds them; `failure_sentences` describes them to engineers, in mm, mm/s and kN.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 
@@ -10,16 +14,49 @@ from core.comparison.covariates import covariates
 from core.comparison.excess import BLOCK, Blocks, Share, blocks, by_bin, shares
 from core.comparison.misfit import Misfit
 from core.comparison.profile import Profile, constant, over_frequency, over_motion, profile
-from core.comparison.region import Region, significant_regions, within
+from core.comparison.region import AS_CLEAR, Region, significant_regions, within
 from core.errors import RecordError
 
 MORE_THAN_NOISE, IN_A_BLOCK = 1.1, 2.0
 """Noise ratio up to which noise may explain everything, the noise being an estimate: over all
 earthquakes, and in the worst block."""
 VALUES_OFF = 0.9
-"""Share of the excess error that another constant stiffness and damping must remove for the values to be wrong."""
+"""Share of the excess error that another constant stiffness and damping must remove for the values to be wrong. A
+choice."""
 WORST = 5
 """Number of windows that are reported."""
+SIDES: Mapping[str, tuple[str, str, float]] = MappingProxyType(
+    {
+        "amplitude": ("in cycles above {} mm", "in cycles below {} mm", 1e3),
+        "velocity": ("above {} mm/s", "below {} mm/s", 1e3),
+        "largest past displacement": (
+            "after the layer has been {} mm away from the middle",
+            "before the layer has been {} mm away from the middle",
+            1e3,
+        ),
+        "travel": ("after {} m of travel in an earthquake", "in the first {} m of travel of an earthquake", 1.0),
+        "cycle": ("after {} cycles of an earthquake", "in the first {} cycles of an earthquake", 1.0),
+        "time": ("later than {} s into the record", "in the first {} s of the record", 1.0),
+        "other direction": (
+            "while the layer is more than {} mm away in the other direction",
+            "while the layer is less than {} mm away in the other direction",
+            1e3,
+        ),
+        "vertical load": (
+            "while the vertical load is above {} times the weight",
+            "while the vertical load is below {} times the weight",
+            1.0,
+        ),
+        "temperature": ("above {} °C", "below {} °C", 1.0),
+    }
+)
+"""Phrases for the two sides of a threshold, and users' units per SI unit."""
+MOST_NAMED = 3
+"""Largest number of regions, varying stiffnesses or windows in a sentence."""
+NAMED = 0.01
+"""Smallest share of the excess error for which a window is named."""
+WORTH_NAMING = 0.1
+"""Smallest share of the excess error that a varying stiffness must remove beyond a constant one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,43 +115,43 @@ def failure(compared: Sequence[ForceComparison], rng: np.random.Generator) -> Fa
     """
     if not compared:
         raise RecordError("no earthquake has both a force and a motion of the layer; the model cannot be compared")
-    found, misfit = blocks(compared, rng), force_misfit(compared)
+    samples, misfit = blocks(compared, rng), force_misfit(compared)
     observations = [one.observation for one in compared]
     motion = np.concatenate([np.column_stack([one.layer.displacement, one.layer.velocity]) for one in observations])
     each = covariates(observations)
-    ratio = _noise_ratio(found)
-    is_noise = ratio.value <= MORE_THAN_NOISE and _worst(found) <= IN_A_BLOCK
-    regions = () if is_noise else significant_regions(each, found)
+    ratio = _noise_ratio(samples)
+    is_noise = ratio.value <= MORE_THAN_NOISE and _worst(samples) <= IN_A_BLOCK
+    regions = () if is_noise else significant_regions(each, samples)
     phases = next((one for one in each if one.name == "phase"), None)
     by_phase = bool(regions) and phases is not None and regions[0].name != phases.name
     return Failure(
         misfit=misfit,
         noise_ratio=ratio,
         is_noise=is_noise,
-        windows=_windows(compared, found),
-        profiles=(*(profile(one, found, motion) for one in each), over_frequency(compared, rng)),
-        constant=constant(found, motion),
-        over_motion=over_motion(found, motion),
+        windows=_windows(compared, samples),
+        profiles=(*(profile(one, samples, motion) for one in each), over_frequency(compared, rng)),
+        constant=constant(samples, motion),
+        over_motion=over_motion(samples, motion),
         regions=regions,
-        narrowed=within(regions[0], phases, found) if by_phase and phases is not None else None,
+        narrowed=within(regions[0], phases, samples) if by_phase and phases is not None else None,
     )
 
 
-def _noise_ratio(found: Blocks) -> Share:
-    one = np.zeros(found.number.size, dtype=np.intp)
-    error, noise = (by_bin(values, found, one, 1) for values in (found.residual**2, found.noise))
-    (squared,) = shares(error, noise, found.draws)
+def _noise_ratio(samples: Blocks) -> Share:
+    one = np.zeros(samples.number.size, dtype=np.intp)
+    error, noise = (by_bin(values, samples, one, 1) for values in (samples.residual**2, samples.noise))
+    (squared,) = shares(error, noise, samples.draws)
     return Share(*(float(np.sqrt(value)) for value in (squared.value, squared.low, squared.high)))
 
 
-def _worst(found: Blocks) -> float:
+def _worst(samples: Blocks) -> float:
     """Noise ratio of the worst block."""
-    error, noise = (np.bincount(found.number, weights=values) for values in (found.residual**2, found.noise))
+    error, noise = (np.bincount(samples.number, weights=values) for values in (samples.residual**2, samples.noise))
     return float(np.sqrt(np.max(error / noise)))
 
 
-def _windows(compared: Sequence[ForceComparison], found: Blocks) -> tuple[Window, ...]:
-    excess = np.bincount(found.number, weights=found.excess)
+def _windows(compared: Sequence[ForceComparison], samples: Blocks) -> tuple[Window, ...]:
+    excess = np.bincount(samples.number, weights=samples.excess)
     places = [
         (one, first, min(first + length, one.model.size))
         for one in compared
@@ -135,3 +172,89 @@ def _windows(compared: Sequence[ForceComparison], found: Blocks) -> tuple[Window
         for at in worst.tolist()
         for one, first, last in (places[at],)
     )
+
+
+def failure_sentences(failing: Failure) -> tuple[str, ...]:
+    """Sentences, the most important first."""
+    return tuple(_sentences(failing))
+
+
+def _sentences(failing: Failure) -> Iterator[str]:
+    size = (
+        f"{_kilonewton(failing.misfit.rms)} (root mean square), {_round(100 * failing.misfit.nrmse, 2)} % of the force"
+    )
+    ratio = f"{failing.noise_ratio.value:.3g} times the noise"
+    error = f"The model's force is off by {size}"
+    if failing.is_noise:
+        yield f"{error} and {ratio}: it cannot be distinguished from noise."
+        return
+    yield f"{error} and {ratio}."
+    if failing.is_of_values:
+        yield (
+            f"Another constant stiffness and damping would remove {_share(failing.constant)} of the excess error: "
+            "the values are wrong, and no effect need be missing. Fit the model."
+        )
+        return
+    yield _where(failing)
+    if also := [place(one) for one in failing.regions[1:] if one.odds.low * AS_CLEAR >= failing.regions[0].odds.low]:
+        yield f"The records can barely distinguish this from: {'; '.join(also[:MOST_NAMED])}."
+    yield from _corrections(failing)
+    yield f"Largest errors: {'; '.join(_window(one) for one in failing.windows[:MOST_NAMED] if one.share >= NAMED)}."
+
+
+def _where(failing: Failure) -> str:
+    if not failing.regions:
+        return "The excess error is not concentrated anywhere: it is distributed like the force itself."
+    first, chosen = failing.regions[0], failing.narrowed or failing.regions[0]
+    phase = f", {chosen.classed}" if failing.narrowed else ""
+    energy = f"which has {_percent(chosen.energy)} of the force's energy"
+    return f"{_share(chosen.share)} of the excess error lies {place(first)}{phase}, {energy}."
+
+
+def place(region: Region) -> str:
+    """A region, as in `in cycles above 150 mm`."""
+    if region.classed:
+        return region.classed if region.name == "phase" else f"in the {region.name} of {region.classed}"
+    above, below, unit = SIDES[region.name]
+    return (above if region.is_above else below).format(_round(region.threshold * unit, 2))
+
+
+def _corrections(failing: Failure) -> Iterator[str]:
+    yield (
+        f"Another constant stiffness and damping would remove {_share(failing.constant)} of the excess error; the best "
+        f"function of displacement and velocity would remove {_share(failing.over_motion)}."
+    )
+    helping = [(one, one.explained_share) for one in failing.profiles if one.explained_share is not None]
+    helping = [(one, away) for one, away in helping if away.low > failing.constant.value + WORTH_NAMING]
+    helping.sort(key=lambda pair: -pair[1].value)
+    if helping:
+        shares = ", ".join(f"{_share(away)} with {_name(one)}" for one, away in helping[:MOST_NAMED])
+        yield f"Stiffness and damping that vary would explain {shares}."
+
+
+def _name(one: Profile) -> str:
+    return "the phase of the loop" if one.name == "phase" else f"the {one.name}"
+
+
+def _window(window: Window) -> str:
+    return (
+        f"{window.start:.0f} to {window.end:.0f} s of {window.earthquake}, direction {window.direction} "
+        f"({_kilonewton(window.rms)}, {_percent(window.share)} of the excess)"
+    )
+
+
+def _share(share: Share) -> str:
+    low, high = (min(max(100 * bound, 0.0), 100.0) for bound in (share.low, share.high))
+    return f"{_percent(share.value)} ({low:.0f} to {high:.0f})"
+
+
+def _percent(value: float) -> str:
+    return f"{_round(100 * min(max(value, 0.0), 1.0), 2)} %"
+
+
+def _kilonewton(value: float) -> str:
+    return f"{_round(value * 1e-3, 3)} kN"
+
+
+def _round(value: float, digits: int) -> str:
+    return f"{float(f'{value:.{digits}g}'):,.10g}"

@@ -58,7 +58,7 @@ class Misfit:
 
 
 def misfit(measured: Vector, model: Vector, std: Vector) -> Misfit:
-    """Of one record.
+    """Misfit over one record.
 
     Args:
         measured: (n,) any unit.

@@ -22,6 +22,7 @@ from core.signals.conditioning import band_passed, without_baseline
 from core.signals.noise import noise_std
 
 UNDRIVEN = "the ground's acceleration was not measured; the model has no excitation"
+"""Remark on an earthquake whose response cannot be predicted."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -13,13 +13,13 @@ from core.comparison.covariates import Covariate
 from core.comparison.excess import Blocks, Share, by_bin, drawn, explained_share, shares
 
 BINS = 8
-"""Bins of a numerical covariate, each with the same share of the force's energy."""
+"""Bins of a numerical covariate, each with the same share of the force's energy. A choice."""
 GRID = 9
-"""Cells along each of displacement and velocity."""
+"""Cells along each of displacement and velocity. A choice."""
 WINDOW = 10.0
-"""s, of a spectrum."""
+"""s, of a spectrum. A choice."""
 OCTAVES = (0.0, 0.2, 0.4, 0.8, 1.6, 3.2, 6.4, 12.8)
-"""Hz, where bands of frequency begin."""
+"""Hz, where bands of frequency begin. A choice."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,32 +52,32 @@ class Profile:
     """Names of the bins, of a covariate that is no number."""
 
 
-def profile(covariate: Covariate, found: Blocks, motion: Matrix) -> Profile:
+def profile(covariate: Covariate, samples: Blocks, motion: Matrix) -> Profile:
     """Profile over one covariate.
 
     Args:
         covariate: at every sample.
-        found: the error.
+        samples: the error.
         motion: (n, 2) displacement and velocity.
     """
-    edges = _edges(covariate, found.energy)
+    edges = _edges(covariate, samples.energy)
     bins = np.clip(np.searchsorted(edges, covariate.values, side="right") - 1, 0, edges.size - 2).astype(np.intp)
     count = edges.size - 1
-    away = explained_share(motion, bins, count, found)
-    return Profile(covariate.name, _bins(edges, bins, found), away, covariate.classes)
+    away = explained_share(motion, bins, count, samples)
+    return Profile(covariate.name, _bins(edges, bins, samples), away, covariate.classes)
 
 
-def constant(found: Blocks, motion: Matrix) -> Share:
+def constant(samples: Blocks, motion: Matrix) -> Share:
     """Share of the excess error that another constant stiffness and damping would remove."""
-    return explained_share(motion, np.zeros(found.number.size, dtype=np.intp), 1, found)
+    return explained_share(motion, np.zeros(samples.number.size, dtype=np.intp), 1, samples)
 
 
-def over_motion(found: Blocks, motion: Matrix) -> Share:
+def over_motion(samples: Blocks, motion: Matrix) -> Share:
     """Share of the excess error that the best function of displacement and velocity would remove."""
     largest = np.abs(motion).max(axis=0)
     cells = np.clip(((motion / largest + 1) / 2 * GRID).astype(np.intp), 0, GRID - 1)
     one = np.ones((motion.shape[0], 1))
-    return explained_share(one, np.asarray(cells[:, 0] * GRID + cells[:, 1]), GRID**2, found)
+    return explained_share(one, np.asarray(cells[:, 0] * GRID + cells[:, 1]), GRID**2, samples)
 
 
 def _edges(covariate: Covariate, energy: Vector) -> Vector:
@@ -92,12 +92,13 @@ def _edges(covariate: Covariate, energy: Vector) -> Vector:
     return np.unique([values.min(), *inner, np.nextafter(values.max(), np.inf)])
 
 
-def _bins(edges: Vector, bins: Indices, found: Blocks) -> tuple[Bin, ...]:
+def _bins(edges: Vector, bins: Indices, samples: Blocks) -> tuple[Bin, ...]:
     count = edges.size - 1
-    excess = by_bin(found.excess, found, bins, count)
-    each = shares(excess, excess.sum(axis=1, keepdims=True), found.draws)
+    excess = by_bin(samples.excess, samples, bins, count)
+    each = shares(excess, excess.sum(axis=1, keepdims=True), samples.draws)
     energy, noise, error = (
-        by_bin(values, found, bins, count).sum(axis=0) for values in (found.energy, found.noise, found.residual**2)
+        by_bin(values, samples, bins, count).sum(axis=0)
+        for values in (samples.energy, samples.noise, samples.residual**2)
     )
     time = np.bincount(bins, minlength=count) / bins.size
     ratios = np.sqrt(error / np.where(noise > 0, noise, np.nan))

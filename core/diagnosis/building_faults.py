@@ -1,20 +1,43 @@
-"""Faults of sensors, superstructure and masses, which are judged before the isolation layer."""
+"""Faults of sensors, superstructure and masses, which are judged before the isolation layer.
 
-from collections.abc import Sequence
-from dataclasses import asdict
+A force is mass times acceleration: if the building file states too large a mass, all forces are too large by the same
+factor, and so are the stiffness, the damping and the yield force of a fitted model. Its yield displacement is not. The
+hypothesis of a wrong mass competes with values that are as designed and with values that differ each by itself.
+"""
+
+import inspect
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
 
 from core.analysis import EventAnalysis
+from core.arrays import Matrix, Vector
 from core.description import BuildingDescription
 from core.diagnosis.sensor_faults import BuildingFault, Cause, sensor_faults
 from core.diagnosis.softened_storey import softened_storey
-from core.diagnosis.wrong_mass import wrong_mass
+from core.effects import EFFECTS
 from core.fitting.fit import Fit
 from core.model.first_model import first_model
+from core.model.isolator import Isolator, Key
 from core.record import Direction
 from core.rounding import with_std
 
 UNMENDED = frozenset({"gain", "delay", "clock", "clock_jump", "drift"})
 """Faults with which a channel stays in use; channels with other faults are corrected or excluded."""
+LENGTHS = ("D_y",)
+"""Design values that do not scale with the mass."""
+DESIGN = 0.04
+"""Standard deviation of the logarithm of a value as built about its design value. A choice."""
+COMMON = 0.15
+"""Standard deviation of the logarithm of the factor that a wrong mass makes. A choice."""
+OFF = 0.2
+"""Standard deviation of the logarithm of a design value that is wrong by itself. A choice."""
+DECISIVE = 2.5
+"""Smallest log evidence of a wrong mass over the design's usual scatter."""
+FEWEST = 2
+"""Smallest number of values that a mass scales: fewer cannot distinguish it from one wrong value."""
 
 
 def building_faults(
@@ -23,9 +46,9 @@ def building_faults(
     """Faults of sensors, superstructure and mass, the cause first; empty if there are none.
 
     Sensors come first, judged by kinematics alone: an erring one, still in use, makes a storey look soft, a layer look
-    damped and a mass look wrong, so it must be corrected first. The superstructure comes next: its
-    stiffness is found with no model of the layer, and the force allows for what was found. The mass comes last: it
-    shows in nothing but a model of the layer, and only if that model leaves nothing to explain.
+    damped and a mass look wrong, so it must be corrected first. The superstructure comes next: its stiffness is
+    estimated with no model of the layer, and the force allows for the estimate. The mass comes last: it shows in
+    nothing but a model of the layer, and only if that model leaves nothing to explain.
 
     Args:
         analyses: of several earthquakes, also of those that were refused.
@@ -42,12 +65,12 @@ def building_faults(
 
 def _storeys(analyses: Sequence[EventAnalysis], description: BuildingDescription) -> tuple[BuildingFault, ...]:
     """Softened storeys, each in the direction with the most certain result."""
-    found: dict[str | None, BuildingFault] = {}
+    faults: dict[str | None, BuildingFault] = {}
     for direction in description.horizontal_directions:
         suspect = _storey(analyses, description, direction)
-        if suspect is not None and _certainty(suspect) > _certainty(found.get(suspect.channel)):
-            found[suspect.channel] = suspect
-    return tuple(found.values())
+        if suspect is not None and _certainty(suspect) > _certainty(faults.get(suspect.channel)):
+            faults[suspect.channel] = suspect
+    return tuple(faults.values())
 
 
 def _certainty(suspect: BuildingFault | None) -> float:
@@ -59,31 +82,102 @@ def _storey(
 ) -> BuildingFault | None:
     known = [analysis.directions[direction] for analysis in analyses if direction in analysis.directions]
     storeys = [one.restoring_force.storeys for one in known if one.restoring_force.storeys is not None]
-    found = softened_storey(storeys) if storeys else None
-    if found is None:
+    softened = softened_storey(storeys) if storeys else None
+    if softened is None:
         return None
     names = [floor.name for floor in description.floors]
-    instead = " or ".join(f"that below {names[storey]!r}" for storey in found.others)
-    less = with_std(-100 * found.change, 100 * found.std)
+    instead = " or ".join(f"that below {names[storey]!r}" for storey in softened.others)
+    less = with_std(-100 * softened.change, 100 * softened.std)
     message = (
-        f"direction {direction}: the storey below {names[found.storey]!r} has {less} % less stiffness than designed, "
-        f"against the other storeys"
+        f"direction {direction}: the storey below {names[softened.storey]!r} has {less} % less stiffness than "
+        "designed, against the other storeys"
         f"{f' (or {instead}: a sensor between would show it)' if instead else ''}. Look for damage there, or correct "
         "its stiffness in the building file; the estimated force already allows for it"
     )
-    return BuildingFault(Cause.SUPERSTRUCTURE, "storey", names[found.storey], found.change, found.std, message)
+    return BuildingFault(Cause.SUPERSTRUCTURE, "storey", names[softened.storey], softened.change, softened.std, message)
 
 
 def _mass(fit: Fit, description: BuildingDescription) -> BuildingFault | None:
-    found = wrong_mass(fit, first_model(description).isolator, asdict(description.isolation.design))
-    if found is None:
+    wrong = wrong_mass(fit, first_model(description).isolator, asdict(description.isolation.design))
+    if wrong is None:
         return None
-    percent, std = 100 * abs(found.change), 100 * found.std
+    percent, std = 100 * abs(wrong.change), 100 * wrong.std
     message = (
         f"stiffness, damping and yield force all are {with_std(percent, std)} % "
-        f"{'above' if found.change > 0 else 'below'} the design, the yield displacement is not: as if the given mass "
-        f"were that much too {'large' if found.change > 0 else 'small'}. Records cannot distinguish this from "
+        f"{'above' if wrong.change > 0 else 'below'} the design, the yield displacement is not: as if the given mass "
+        f"were that much too {'large' if wrong.change > 0 else 'small'}. Records cannot distinguish this from "
         "isolators that all differ from their design by this factor: the weight on "
         "the isolators, or a test of one, would"
     )
-    return BuildingFault(Cause.MASS, "mass", None, found.change, found.std, message)
+    return BuildingFault(Cause.MASS, "mass", None, wrong.change, wrong.std, message)
+
+
+@dataclass(frozen=True, slots=True)
+class WrongMass:
+    """Common factor of all forces."""
+
+    change: float
+    """Relative difference of the stated mass from the one that agrees with the layer's design."""
+    std: float
+
+
+def wrong_mass(fit: Fit, design: Isolator, given: Mapping[str, float | None]) -> WrongMass | None:
+    """Error of the stated mass; None unless it explains the fitted values best.
+
+    A model that lacks an effect differs from the design for that reason: the residual of the fit should be noise.
+
+    Args:
+        fit: of a model whose effects have design values; see core.effect.Effect.design.
+        design: the same model at the building's design values.
+        given: the design values by name, None for those that the building file does not give.
+    """
+    names = [name for name, value in given.items() if value is not None]
+    here, change = _logarithms(fit.model, fit.free)
+    there, _ = _logarithms(design, fit.free)
+    kept = [name for name in names if name in here and name in there]
+    forces = np.array([name not in LENGTHS for name in kept])
+    if forces.sum() < FEWEST:
+        return None
+    deviation = np.array([here[name] - there[name] for name in kept])
+    rows = np.array([change[name] for name in kept])
+    noise = rows @ fit.covariance @ rows.T
+    designed = noise + DESIGN**2 * np.eye(len(kept))
+    common = designed + COMMON**2 * np.outer(forces, forces)
+    mass = _evidence(deviation, common)
+    apart = _evidence(deviation, noise + OFF**2 * np.eye(len(kept)))
+    if mass < max(apart, DECISIVE + _evidence(deviation, designed)):
+        return None
+    factor, std = _common(deviation, designed, forces)
+    return WrongMass(float(np.expm1(factor)), float(np.exp(factor)) * std)
+
+
+def _logarithms(model: Isolator, free: tuple[Key, ...]) -> tuple[dict[str, float], dict[str, Vector]]:
+    """Logarithms of the model's positive design values, and their (free,) derivatives by fitted parameters."""
+    values, slopes = dict[str, float](), dict[str, Vector]()
+    for effect, parameters in model.effects.items():
+        for name, value_of in EFFECTS[effect].design.items():
+            own = {key: parameters[key] for key in inspect.signature(value_of).parameters}
+            if (value := value_of(**own)) > 0:
+                by = {(effect, key): _derivative(value_of, own, key) / value for key in own}
+                values[name], slopes[name] = float(np.log(value)), np.array([by.get(key, 0.0) for key in free])
+    return values, slopes
+
+
+def _derivative(value_of: Callable[..., Any], parameters: Mapping[str, float], key: str) -> float:
+    """Exact to rounding, by a step into the complex plane (Squire and Trapp 1998)."""
+    step = 1e-20 * parameters[key]
+    return float(value_of(**{**parameters, key: parameters[key] + 1j * step}).imag / step) if step else 0.0
+
+
+def _evidence(deviation: Vector, covariance: Matrix) -> float:
+    """Log probability density of the deviation."""
+    return -0.5 * float(deviation @ np.linalg.solve(covariance, deviation)) - 0.5 * float(
+        np.linalg.slogdet(covariance)[1]
+    )
+
+
+def _common(deviation: Vector, covariance: Matrix, forces: Vector) -> tuple[float, float]:
+    """Logarithm of the factor by least squares, and its standard deviation."""
+    weighted = np.linalg.solve(covariance, forces.astype(float))
+    variance = 1 / float(weighted @ forces)
+    return variance * float(weighted @ deviation), float(np.sqrt(variance))

@@ -22,22 +22,23 @@ from core.fitting.search import Outcome, Search, start_search, step_search
 from core.model.isolator import Isolator, parameter
 
 GRID = (5, 3, 2)
-"""Values of a candidate's parameter that are tried, if it has one, two or more that are not proportional."""
+"""Values of a candidate's parameter that are tried, if it has one, two or more that are not proportional. A choice."""
 POLISHED = 2
-"""Number of the best places from which a search starts."""
+"""Number of the best places from which a search starts. A choice."""
 PROMISING = 0.85
-"""Share of the best place's gain from which on another place is worth a search."""
+"""Share of the best place's gain from which on another place is worth a search. Chosen on even seeds of
+benchmarks.diagnosis."""
 OWN = 1e-4
-"""Share of a signature that must be its own, else the model's parameters imitate it."""
+"""Share of a signature that must be its own, else the model's parameters imitate it. A choice."""
 FREQUENCIES = (0.3, 8.0, 9)
 """Hz, from and to, and how many: of what swings by itself, which may be of a narrow band."""
 INSTANTS = (0.2, 0.4, 0.6, 0.8)
-"""Shares of the layer's travel in an earthquake at which a property may have changed."""
+"""Shares of the layer's travel in an earthquake at which a property may have changed. A choice."""
 WIDE = 4.0
 """Times, from the least to the largest of the usual lengths or speeds of an effect that the layer has seen: if fewer,
 REACH holds."""
 REACH = 50.0
-"""A length or speed of an effect is then looked for from this part of the largest."""
+"""A length or speed of an effect is then looked for from this part of the largest. A choice."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,17 +63,17 @@ def score_tests(data: FitData, base: Fit, effects: Iterable[str]) -> tuple[tuple
         effects: their names.
     """
     basis = np.linalg.qr(tangents(data, base).T).Q
-    found = (_preview(data, base, basis, effect) for effect in effects)
-    return tuple(sorted(found, key=lambda places: -places[0].gain))
+    previews = (_preview(data, base, basis, effect) for effect in effects)
+    return tuple(sorted(previews, key=lambda places: -places[0].gain))
 
 
 def _preview(data: FitData, base: Fit, basis: Matrix, effect: str) -> tuple[Preview, ...]:
-    found = [
+    places = [
         Preview(effect, model, _gain(base.residual, basis, signature(data, base, model), _is_one_sided(effect)))
         for values in starts(effect, data.observations)
         for model in (Isolator({**base.model.effects, effect: values}),)
     ]
-    best = sorted(found, key=lambda one: -one.gain)[:POLISHED]
+    best = sorted(places, key=lambda one: -one.gain)[:POLISHED]
     return tuple(one for one in best if one.gain >= PROMISING * best[0].gain)
 
 
@@ -92,10 +93,10 @@ def _gain(residual: Vector, basis: Matrix, signature: Matrix, one_sided: Sequenc
         return 0.0
     unit = own[there] / size[there, None]
     across = np.linalg.qr(unit.T)
-    asked = residual @ across.Q
+    amplitudes = residual @ across.Q
     both = np.flatnonzero(~np.array(one_sided)[there])
-    _, left = nnls(np.hstack([across.R, -across.R[:, both]]), asked)
-    return max(0.0, float(asked @ asked - left**2))
+    _, left = nnls(np.hstack([across.R, -across.R[:, both]]), amplitudes)
+    return max(0.0, float(amplitudes @ amplitudes - left**2))
 
 
 def starts(effect: str, observations: Sequence[Observation]) -> Iterator[Mapping[str, float]]:
@@ -133,13 +134,13 @@ def _grid(one: Parameter, observations: Sequence[Observation], points: int) -> V
 
 def _instants(observations: Sequence[Observation]) -> Vector:
     """s, between every two earthquakes, and in each by the way that the layer went."""
-    found: list[float] = []
+    instants: list[float] = []
     for number, one in enumerate(observations):
         time, travel = one.conditions.time, np.cumsum(np.abs(one.layer.velocity))
         if number:
-            found.append(0.5 * float(observations[number - 1].conditions.time[-1] + time[0]))
-        found += [float(time[np.searchsorted(travel, share * travel[-1])]) for share in INSTANTS]
-    return np.unique(found)
+            instants.append(0.5 * float(observations[number - 1].conditions.time[-1] + time[0]))
+        instants += [float(time[np.searchsorted(travel, share * travel[-1])]) for share in INSTANTS]
+    return np.unique(instants)
 
 
 SPARE = 4.0
@@ -158,12 +159,12 @@ def search_in_parallel(data: FitData, places: Mapping[str, Sequence[Isolator]]) 
         data: the records, weighed.
         places: by effect, models with it at values from which to search, the most promising first.
     """
-    found = _in_turn(data, {effect: start_search(data, models[0]) for effect, models in places.items()})
-    diverged = [effect for effect, one in found.items() if one.outcome is Outcome.DIVERGED]
-    for effect in [*_near(found), *diverged]:
+    searches = _in_turn(data, {effect: start_search(data, models[0]) for effect, models in places.items()})
+    diverged = [effect for effect, one in searches.items() if one.outcome is Outcome.DIVERGED]
+    for effect in [*_near(searches), *diverged]:
         for model in places[effect][1:]:
-            found[effect] = _better(data, found[effect], start_search(data, model))
-    return {effect: finish_search(data, one, one.outcome or Outcome.STOPPED) for effect, one in found.items()}
+            searches[effect] = _better(data, searches[effect], start_search(data, model))
+    return {effect: finish_search(data, one, one.outcome or Outcome.STOPPED) for effect, one in searches.items()}
 
 
 def _in_turn(data: FitData, running: dict[str, Search]) -> dict[str, Search]:
@@ -181,9 +182,9 @@ def _hopeful(running: Mapping[str, Search]) -> Iterator[str]:
             yield effect
 
 
-def _near(found: Mapping[str, Search]) -> Iterator[str]:
-    near = NEAR * _least(found)
-    return (effect for effect, one in found.items() if one.cost < near)
+def _near(searches: Mapping[str, Search]) -> Iterator[str]:
+    near = NEAR * _least(searches)
+    return (effect for effect, one in searches.items() if one.cost < near)
 
 
 def _least(searches: Mapping[str, Search]) -> float:

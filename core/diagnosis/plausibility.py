@@ -18,7 +18,7 @@ from core.model.force_response import force_history
 from core.model.isolator import Isolator, parameter
 
 FED = 0.05
-"""Energy that numerical errors may feed into the motion, as a share of the layer's work."""
+"""Energy that numerical errors may feed into the motion, as a share of the layer's work. A choice."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,8 +52,8 @@ def objection(effect: str, fit: Fit, observations: Sequence[Observation]) -> Obj
 
 def implausible(effect: str, fit: Fit, observations: Sequence[Observation]) -> str | None:
     """The same, its reason alone."""
-    found = objection(effect, fit, observations)
-    return None if found is None else found.reason
+    strongest = objection(effect, fit, observations)
+    return None if strongest is None else strongest.reason
 
 
 def _doubts(effect: str, fit: Fit) -> Iterator[str]:

@@ -22,20 +22,24 @@ from core.model.isolator import Isolator
 DECISIVE = 10.0
 """Difference in BIC that settles a question (Kass and Raftery 1995: very strong from 10 on)."""
 ALIKE = 0.02
-"""Relative difference of what two models leave over that is no difference."""
+"""Relative difference of what two models leave over that is no difference. Chosen on even seeds of
+benchmarks.diagnosis."""
 WORTH = 0.06
-"""Smallest share of the residual's power that a supported candidate must explain, however certain it is."""
+"""Smallest share of the residual's power that a supported candidate must explain, however certain it is. Chosen on even
+seeds of benchmarks.diagnosis."""
 FELT = 0.01
 """The same of the force in N, over its noise: the residual of a superstructure's mode at its frequency may be far above
 the noise there, and is nothing to the layer."""
 ALIKE_DIGITS = 6
-"""Decimals of ΔBIC that count in the order of candidates; below lie rounding errors."""
+"""Decimals of ΔBIC that count in the order of candidates; below lie rounding errors. Chosen on even seeds of
+benchmarks.diagnosis."""
 SEARCHED = 7
-"""Candidates at most whose parameters are searched for; the others stay where their preview was best."""
+"""Candidates at most whose parameters are searched for; the others stay where their preview was best. Chosen on even
+seeds of benchmarks.diagnosis."""
 PROMISING = 0.1
 """Share of the best preview's gain from which on another candidate is worth a search,"""
 VISIBLE = 0.015
-"""and of what is left over, its power."""
+"""and of what is left over, its power. Chosen on even seeds of benchmarks.diagnosis."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -126,8 +130,8 @@ def ranked(by_noise: FitData, model: Isolator, effects: Sequence[str]) -> Rankin
     base = finite_fit(data, base.model)
     seen = score_tests(data, base, effects)
     least = max(VISIBLE * base.chi_square, PROMISING * seen[0][0].gain) if seen else 0.0
-    promising = [found for n, found in enumerate(seen[:SEARCHED]) if n == 0 or found[0].gain > least]
-    fits = search_in_parallel(data, {found[0].effect: [place.model for place in found] for found in promising})
+    promising = [places for n, places in enumerate(seen[:SEARCHED]) if n == 0 or places[0].gain > least]
+    fits = search_in_parallel(data, {places[0].effect: [place.model for place in places] for places in promising})
     judgeable = {name: fit for name, fit in fits.items() if fit.outcome is not Outcome.DIVERGED}
     if judgeable:
         best = min(judgeable.values(), key=lambda fit: fit.chi_square)
@@ -137,7 +141,7 @@ def ranked(by_noise: FitData, model: Isolator, effects: Sequence[str]) -> Rankin
         name: (at_values if fit.outcome is Outcome.STOPPED else fitted)(data, fit.model)
         for name, fit in judgeable.items()
     }
-    every |= {found[0].effect: at_values(data, found[0].model) for found in seen[len(fits) :]}
+    every |= {places[0].effect: at_values(data, places[0].model) for places in seen[len(fits) :]}
     final = {name: fit for name, fit in every.items() if fit.outcome is not Outcome.DIVERGED}
     best = min([base, *final.values()], key=lambda fit: fit.chi_square)
     τ = inflation(data, best)

@@ -14,8 +14,7 @@ import numpy as np
 
 from core.analysis import EventAnalysis
 from core.description import BuildingDescription
-from core.quality import Finding
-from core.record import Channel, Quantity
+from core.record import Channel, Finding, Quantity
 from core.rounding import with_std
 from core.sensors.resting_level import BaselineDrift, baseline_drift
 from core.sensors.sensor_errors import SensorError, sensor_errors
@@ -64,11 +63,11 @@ KINDS: Mapping[str, str] = MappingProxyType(
 )
 """Part at fault for each finding of the screening; a note is no fault."""
 AGAIN = 0.5
-"""Share of the earthquakes in which a fault comes again if it is the sensor's."""
+"""Share of the earthquakes in which a fault comes again if it is the sensor's. A choice."""
 SMALLEST = {"gain": 0.03, "delay": 2e-3, "clock": 5e-5}
 """1, s and s/s: smaller errors do not change the conclusions."""
 CERTAIN = 4.0
-"""Standard deviations that a gain, a delay or a change of level must be of."""
+"""Standard deviations that a gain, a delay or a change of level must be of. A choice."""
 SMALLEST_CREEP: Mapping[Quantity, float] = MappingProxyType({"displacement": 0.004, "acceleration": 0.03})
 """Smallest change of level, as a share of the largest value: the filter removes most of an acceleration's drift."""
 
@@ -81,10 +80,10 @@ def sensor_faults(analyses: Sequence[EventAnalysis], description: BuildingDescri
         description: of the building.
     """
     records = [analysis.record for analysis in analyses if analysis.record is not None]
-    found = [*_screened(analyses), *_drifting_channels(analyses, description)]
+    faults = [*_screened(analyses), *_drifting_channels(analyses, description)]
     for direction in description.horizontal_directions:
-        found += [s for error in sensor_errors(records, description, direction) if (s := _erring(error)) is not None]
-    return tuple({(suspect.channel, suspect.kind): suspect for suspect in found}.values())
+        faults += [s for error in sensor_errors(records, description, direction) if (s := _erring(error)) is not None]
+    return tuple({(suspect.channel, suspect.kind): suspect for suspect in faults}.values())
 
 
 def _screened(analyses: Sequence[EventAnalysis]) -> list[BuildingFault]:
@@ -139,8 +138,8 @@ def _drifting_channels(analyses: Sequence[EventAnalysis], description: BuildingD
         if analysis.record is None:
             continue
         for channel, samples in zip(analysis.record.channels, analysis.record.samples, strict=True):
-            if _rests(channel, description) and (found := baseline_drift(samples, analysis.rate)) is not None:
-                known[channel].append(found)
+            if _rests(channel, description) and (drift := baseline_drift(samples, analysis.rate)) is not None:
+                known[channel].append(drift)
     return [suspect for channel, all_ in known.items() if (suspect := _drift_suspect(channel, all_)) is not None]
 
 

@@ -14,21 +14,21 @@ from core.arrays import Matrix, Vector
 from core.estimators.result import StoreyStiffness
 
 COMMON = 0.5
-"""Standard deviation of the logarithm of the factor by which all storeys differ from the design."""
+"""Standard deviation of the logarithm of the factor by which all storeys differ from the design. A choice."""
 OWN = 0.04
 """The same for each storey alone: the scatter about the design."""
 LOST = 0.5
-"""The same for a storey that has lost stiffness."""
+"""The same for a storey that has lost stiffness. A choice."""
 EVENT = 0.05
 """The same for the error of one record beyond its own uncertainty: no building is a frame with proportional damping."""
 FREEDOM = 4.0
-"""Degrees of freedom of Student's distribution, which the records' errors have."""
+"""Degrees of freedom of Student's distribution, which the records' errors have. A choice."""
 ROUNDS = 20
-"""Iterations of the records' weights."""
+"""Iterations of the records' weights. A choice."""
 DECISIVE = 5.0
-"""Smallest gain of log evidence for a softened storey."""
+"""Smallest gain of log evidence for a softened storey. A choice."""
 UNDECIDED = 3.0
-"""Difference of log evidence within which another storey may be the softened one."""
+"""Difference of log evidence within which another storey may be the softened one. A choice."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,13 +61,13 @@ class _Known:
         return 0.5 * float(self.pull @ mean) - 0.5 * float(np.linalg.slogdet(scaled)[1]), mean, covariance
 
 
-def softened_storey(found: Sequence[StoreyStiffness]) -> SoftenedStorey | None:
+def softened_storey(records: Sequence[StoreyStiffness]) -> SoftenedStorey | None:
     """The storey that has lost stiffness, None if there is none, or none that the records identify.
 
     Args:
-        found: from several earthquakes in one direction, one at least.
+        records: from several earthquakes in one direction, one at least.
     """
-    known = _together(found)
+    known = _together(records)
     floors = known.pull.size
     sound = COMMON**2 * np.ones((floors, floors)) + OWN**2 * np.eye(floors)
     lost = {storey: _softened(known, sound, storey) for storey in range(floors)}
@@ -99,13 +99,13 @@ def _softened(known: _Known, sound: Matrix, storey: int) -> _Softened:
     return _Softened(storey, evidence, ratio - 1, ratio * float(np.sqrt(against @ covariance @ against)))
 
 
-def _together(found: Sequence[StoreyStiffness]) -> _Known:
+def _together(stiffnesses: Sequence[StoreyStiffness]) -> _Known:
     """Combined information of the records; one that contradicts the others has little weight.
 
     A calibration may settle in a wrong valley and be sure of it. Each record therefore errs by EVENT besides, and its
-    weight is that of Student's distribution (Lange, Little and Taylor, 1989), found in turn with what all say.
+    weight is that of Student's distribution (Lange, Little and Taylor, 1989), computed in turn with the mean of all.
     """
-    records = [_one(storeys) for storeys in found]
+    records = [_one(storeys) for storeys in stiffnesses]
     weights = np.ones(len(records))
     for _ in range(ROUNDS):
         known = _Known(

@@ -1,12 +1,13 @@
 """Structure in a model's residual, whatever its cause.
 
 A linear regression of the residual on what a layer's force may depend on: motion and its powers, hysteretic variables
-of several lengths, the largest past displacement, travel, lags, the other direction, vertical load, temperature. What
-the model's own parameters can do is taken out of both. It is judged on blocks of time that it was not fitted to, so
-that noise gives it nothing.
+of several lengths, the largest past displacement, travel, lags, the other direction, vertical load, temperature.
+Effects of the model's own parameters are projected out of both. The regression is judged on blocks of time that it was
+not fitted to, so that noise gives it nothing.
 """
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
@@ -17,15 +18,59 @@ from core.fitting.data import FitData
 from core.fitting.fit import Fit, tangents
 from core.fitting.observation import Observation
 
+STRUCTURED = 0.05
+"""Share of the residual's power predicted by a regression from which on the residual has structure. Chosen on even
+seeds of benchmarks.diagnosis."""
+ABOVE_FLOOR = 1.25
+"""Noise ratio from which on something remains to explain beside an added effect. Chosen on even seeds of
+benchmarks.diagnosis."""
+ABOVE_COLOURED = 2.0
+"""The same where no effect takes anything: noise that is stronger at low frequencies than at the high ones, where it is
+seen, looks like that, and nothing in it depends on the motion."""
 BLOCK = 5.0
-"""s, longer than the memory of noise in an estimated force."""
+"""s, length of a block of the cross-validation, longer than the memory of noise in an estimated force. A choice."""
 FOLDS = 5
+"""Folds of the cross-validation. A choice."""
 LENGTHS = (0.01, 0.04, 0.15, 0.5)
-"""Lengths over which the hysteretic variables develop, as shares of the largest displacement."""
+"""Lengths over which the hysteretic variables develop, as shares of the largest displacement. A choice."""
 LAGS = (0.02, 0.05, 0.1)
-"""s."""
+"""s, delays of the motion among the regressors. A choice."""
 RIDGE = 1e-3
-"""Regularisation, as a share of a regressor's power."""
+"""Regularisation, as a share of a regressor's power. A choice."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Unexplained:
+    """Structure that remains in the residual, and its size."""
+
+    share: float
+    """Share of the residual's power that a regression predicts; see `explained_share`."""
+    noise_ratio: float
+    """Noise ratio of the residual, root mean square over the records."""
+    allowed: float
+    """The largest of it that noise may make."""
+
+    @property
+    def is_there(self) -> bool:
+        """Beyond doubt."""
+        return self.noise_ratio > self.allowed or (self.share > STRUCTURED and self.noise_ratio > 1.0)
+
+    @property
+    def excess(self) -> float:
+        """Power beyond the noise, over the noise's."""
+        return max(self.noise_ratio**2 - 1, 0.0)
+
+
+def unexplained(data: FitData, fit: Fit, noise_ratio: float, allowed: float) -> Unexplained:
+    """Structure that a fit leaves in the residual.
+
+    Args:
+        data: the records.
+        fit: of a model to them.
+        noise_ratio: of the residual.
+        allowed: the largest noise ratio that noise may make.
+    """
+    return Unexplained(explained_share(data, fit), noise_ratio, allowed)
 
 
 def explained_share(data: FitData, fit: Fit) -> float:
@@ -48,7 +93,7 @@ def explained_share(data: FitData, fit: Fit) -> float:
     ]
     blocks = _blocks(data)
     whole = np.concatenate(histories, axis=1)
-    return _foretold(whole[0], _unit(whole[1:]) * np.sqrt(whole.shape[1]), blocks)
+    return _predicted_share(whole[0], _unit(whole[1:]) * np.sqrt(whole.shape[1]), blocks)
 
 
 def _largest(data: FitData) -> tuple[float, float]:
@@ -105,7 +150,7 @@ def _blocks(data: FitData) -> Vector:
     return np.concatenate(each) % FOLDS
 
 
-def _foretold(residual: Vector, rows: Matrix, folds: Vector) -> float:
+def _predicted_share(residual: Vector, rows: Matrix, folds: Vector) -> float:
     left = 0.0
     for fold in range(FOLDS):
         seen = folds != fold

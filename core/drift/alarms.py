@@ -1,7 +1,12 @@
-"""Alarms: the changes that the rules find in a sequence of deviations, one after the other.
+"""Alarms: the changes that the rules find in a sequence of deviations, one after the other, and their onsets.
 
-Once a change was found, its pattern joins the covariance with an unknown size, so that later events are tested against
-the level that it left.
+Once a change is detected, its pattern joins the covariance with an unknown size, so that later events are tested
+against the level that it left.
+
+The onset is given as the interval of events that holds it, from its posterior. Every onset of a change has the
+likelihood ratio of its pattern, the size integrated out under a normal prior; all onsets are equally likely beforehand
+(Smith, 1975; Barry and Hartigan, 1993). Rules of one sign share the posterior, because a small sudden loss and the
+beginning of a slow one are hard to distinguish.
 """
 
 from collections.abc import Sequence
@@ -13,9 +18,18 @@ import numpy as np
 from core import rounding
 from core.arrays import Matrix, Vector
 from core.drift.baseline import Baseline
-from core.drift.change_statistics import LOCATING_CLIP, DeviationSequence, Innovations, change_size, first_innovations
+from core.drift.change_statistics import (
+    CLIP,
+    LOCATING_CLIP,
+    DeviationSequence,
+    Innovations,
+    ReferenceDeviations,
+    change_size,
+    first_innovations,
+    signed_roots,
+    whitened,
+)
 from core.drift.deviations import relative_change
-from core.drift.onset import changed_reference_events, onset_interval
 from core.drift.quantities import Quantity
 from core.drift.rules import (
     RECOVERY,
@@ -33,13 +47,18 @@ PENDING_MARGIN = -0.7
 HINDSIGHT = 10
 """Events after an alarm was raised that still decide which kind it is and where it began. A choice."""
 NUISANCE_STD = 0.5
-"""Prior standard deviation of the size of a change that was found; relative. Wide, so that the later events alone
+"""Prior standard deviation of the size of a detected change; relative. Wide, so that the later events alone
 decide the level that the change left."""
+ONSET_LEVEL = 0.95
+"""Posterior probability of an onset interval; docs/operate/drift.md says how often the interval contains the truth."""
+ONSET_SIZE = 0.2
+"""Prior standard deviation of the size of a change; relative. A choice; docs/operate/drift.md has the coverage of the
+intervals that it leads to."""
 
 
 @dataclass(frozen=True, slots=True)
 class Alarm:
-    """A change that a rule found. Events are identified as in the series."""
+    """A change that a rule detected. Events are identified as in the series."""
 
     rule: str
     """`sudden`, `slow`, `recovery` or `within` (damage within one event)."""
@@ -126,11 +145,13 @@ def printed_change(known: Quantity, drift: float, low: float, high: float) -> st
 
 def _crossing(white: Innovations, looked_for: Sequence[Rule], start: int) -> Crossing | None:
     """The first crossing; of rules that cross at the same event the surest; else a pending one at the latest event."""
-    found = [(rule, rule_statistics(white, rule, start) - rule.threshold) for rule in looked_for]
-    reached = [int(np.flatnonzero(surest >= 0)[0]) for _, excess in found if (surest := excess.max(axis=1)).max() >= 0]
+    margins = [(rule, rule_statistics(white, rule, start) - rule.threshold) for rule in looked_for]
+    reached = [
+        int(np.flatnonzero(surest >= 0)[0]) for _, excess in margins if (surest := excess.max(axis=1)).max() >= 0
+    ]
     if reached:
         now = min(reached)
-        rule, excess = max(found, key=lambda pair: float(pair[1][now].max()))
+        rule, excess = max(margins, key=lambda pair: float(pair[1][now].max()))
         onset = int(excess[now].argmax())
         return Crossing(rule, onset, onset, now, True, onset, onset)
     last = [(rule, pending_statistics(white, rule, start) - rule.threshold) for rule in looked_for]
@@ -210,3 +231,47 @@ def _message(rule: Rule, change: str, known: Quantity, after: datetime, by: date
     pace = {SLOW: "gradually, beginning", RECOVERY: "as a recovery, beginning"}.get(rule.name, "beginning")
     began = f"between the events of {after:%Y-%m-%d %H:%M} and {by:%Y-%m-%d %H:%M} UTC"
     return f"the {known.title} has changed by {change}, {pace} {began}"
+
+
+def onset_interval(white: Innovations, rules: Sequence[Rule], scale: float, first: int, last: int) -> tuple[int, int]:
+    """The shortest run of onsets with a posterior probability of `ONSET_LEVEL`.
+
+    Args:
+        white: innovations of the events whose evidence counts.
+        rules: kinds of change that are possible.
+        scale: unit of the sizes of changes, 1 for a logarithm.
+        first: earliest onset that is possible.
+        last: latest onset that is possible.
+
+    Returns:
+        The earliest and the latest onset of the run, both included.
+    """
+    logarithm = np.array([_log_posterior(white, rule, scale)[first : last + 1] for rule in rules])
+    weight = np.exp(logarithm - logarithm.max()).sum(axis=0)
+    share = np.concatenate([[0.0], np.cumsum(weight / weight.sum())])
+    ends = np.searchsorted(share, share[:-1] + ONSET_LEVEL - 1e-12)
+    possible = np.flatnonzero(ends < share.size)
+    start = int(possible[(ends[possible] - possible).argmin()])
+    return first + start, first + int(ends[start]) - 1
+
+
+def changed_reference_events(reference: ReferenceDeviations, size: float) -> int:
+    """Number of events at the end of the reference that may already show a sudden change of this size.
+
+    The reference is not tested, and a change that began in its last events shows from the first tested event on. Each
+    of these events counts for or against the change by its likelihood, clipped; with a probability of `ONSET_LEVEL`
+    no more events show it.
+    """
+    deviation = np.clip(reference.deviation[::-1] / reference.std[::-1], -CLIP, CLIP)
+    shift = size / reference.std[::-1]
+    odds = np.concatenate([[0.0], np.cumsum((deviation**2 - (deviation - shift) ** 2) / 2)])
+    share = np.exp(odds - odds.max())
+    return int(np.searchsorted(np.cumsum(share / share.sum()), ONSET_LEVEL))
+
+
+def _log_posterior(white: Innovations, rule: Rule, scale: float) -> Vector:
+    """(onsets,) log posterior up to a constant common to all rules, with the size integrated out."""
+    patterns = rule.pattern(white.raw.size)
+    root, _ = signed_roots(white, patterns, rule.sign)
+    length = (whitened(white, patterns) ** 2).sum(axis=0) * (ONSET_SIZE * scale) ** 2
+    return np.asarray(root[-1] ** 2 / 2 - np.log1p(length) / 2)

@@ -4,8 +4,8 @@ A linear mixed model, y = X β + u + e, with an error u common to the measuremen
 holds a cubic spline over the logarithm of the amplitude with equidistant knots (P-spline; Eilers and Marx, 1996), whose
 penalty on second differences is a Gaussian prior of β (Lang and Brezger, 2004): where there are no data, the curve goes
 on straight and its variance grows. One more column is the temperature or, where it was not measured, two are a yearly
-wave. β is found by generalised least squares with its prior, made robust by Huber's weights (1964) on measurements and
-on events.
+wave. β is estimated by generalised least squares with its prior, made robust by Huber's weights (1964) on measurements
+and on events.
 """
 
 from dataclasses import dataclass
@@ -33,7 +33,7 @@ KNOT_SPACING = 0.5
 """Distance of the knots in the natural logarithm of amplitude: the curve of a yielding layer bends over one to two."""
 KNOT_MARGIN = 2.5
 """Natural logarithm of amplitude by which the knots reach beyond the data, a factor of twelve. Amplitudes farther away
-are taken to lie there."""
+are assumed to lie there."""
 DEGREE = 3
 """Degree of the spline."""
 LEVEL_STD = 3.0

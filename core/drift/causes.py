@@ -18,18 +18,23 @@ A choice: a fifth larger than anything before."""
 RECOVERY_TIME = timedelta(days=90)
 """Time in which most softening recovers: three half-lives of `core.drift.deviations`."""
 MASS = "a change of the building's mass, which scales the force, stiffness and damping of every direction alike"
+"""Cause in words: the mass."""
 GAIN = "a gain error of one sensor: of the displacement, or of an acceleration that the force is computed from"
+"""Cause in words: a sensor."""
 TEMPERATURE = "the temperature, which was not measured"
+"""Cause in words: the temperature."""
 SCRAGGING = "the largest event so far: rubber that is stretched farther than before softens, and recovers with time"
+"""Cause in words: scragging in the event itself."""
 AFTER_SCRAGGING = "the largest event so far was less than 90 days before: rubber that softened in it recovers with time"
+"""Cause in words: scragging in an earlier event."""
 OUT_OF_RANGE = "all amplitudes lie outside the range of the baseline: the rules do not use the value"
-"""Causes in words."""
+"""Cause in words: amplitudes that the baseline does not know."""
 
 
 def causes_of_events(
     arrays: SeriesArrays,
     events: Sequence[SeriesEvent],
-    found: Sequence[Deviation],
+    deviations: Sequence[Deviation],
     baseline: Baseline,
     notes: Sequence[EventNotes],
 ) -> list[tuple[str, ...]]:
@@ -38,7 +43,7 @@ def causes_of_events(
     Args:
         arrays: all measurements of the series.
         events: its n events.
-        found: n deviations.
+        deviations: n deviations.
         baseline: baseline of the series.
         notes: n notes.
     """
@@ -48,7 +53,7 @@ def causes_of_events(
     excess = amplitude_excess(arrays, len(events), baseline) if known.softening else np.zeros(len(events))
     largest = np.flatnonzero(excess > LARGER).tolist()
     every = []
-    for n, (when, deviation, note) in enumerate(zip(events, found, notes, strict=True)):
+    for n, (when, deviation, note) in enumerate(zip(events, deviations, notes, strict=True)):
         recent = [m for m in largest if m < n and when.time - events[m].time <= RECOVERY_TIME]
         causes = [finding.message for finding in note.excluding]
         causes += [OUT_OF_RANGE] if deviation.is_out_of_range else []
@@ -67,5 +72,5 @@ def with_causes(alarm: Alarm, known: Quantity, of_events: Mapping[int, tuple[str
         of_events: causes by event.
     """
     always = [MASS, GAIN] if known.name in LAYER_QUANTITIES else []
-    found = [cause for event in alarm.events for cause in of_events[event]]
-    return replace(alarm, causes=tuple(dict.fromkeys([*found, *always])))
+    of_alarm = [cause for event in alarm.events for cause in of_events[event]]
+    return replace(alarm, causes=tuple(dict.fromkeys([*of_alarm, *always])))

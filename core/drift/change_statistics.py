@@ -64,7 +64,7 @@ class ReferenceDeviations:
     deviation: Vector
     """(m,) natural logarithm, or SI units."""
     std: Vector
-    """(m,) standard deviation of each, the baseline taken as known."""
+    """(m,) standard deviation of each, the baseline assumed known."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -15,7 +15,7 @@ import numpy as np
 from core.arrays import Indices, Mask, Matrix, Vector
 from core.drift.baseline import HUBER, Baseline
 from core.drift.series import SeriesArrays, SeriesEvent
-from core.quality import Finding
+from core.record import Finding
 
 MARGIN = 0.05
 """Natural logarithm of amplitude by which a measurement may lie outside the range of the baseline.
@@ -58,11 +58,11 @@ class EventValue:
     count: int
     """Measurements that it is the mean of."""
     is_reference: bool
-    """Whether the event belongs to the reference."""
+    """True if the event belongs to the reference."""
     is_out_of_range: bool
-    """Whether all its amplitudes lie outside the range of the baseline, which excludes it from the rules."""
+    """True if all its amplitudes lie outside the range of the baseline, which excludes it from the rules."""
     is_excluded: bool
-    """Whether a sensor finding excludes it from the rules."""
+    """True if a sensor finding excludes it from the rules."""
     causes: tuple[str, ...]
     """Possible causes of a deviation other than a change of the building, for people."""
 
@@ -80,7 +80,7 @@ class Deviation:
     count: int
     """Number of measurements."""
     is_out_of_range: bool
-    """Whether all amplitudes lie outside the range of the baseline."""
+    """True if all amplitudes lie outside the range of the baseline."""
 
 
 def deviations(arrays: SeriesArrays, count: int, baseline: Baseline) -> list[Deviation]:
@@ -106,16 +106,16 @@ def deviations(arrays: SeriesArrays, count: int, baseline: Baseline) -> list[Dev
     ]
 
 
-def deviation_covariance(found: Sequence[Deviation], softening: Matrix, baseline: Baseline) -> Matrix:
+def deviation_covariance(measured: Sequence[Deviation], softening: Matrix, baseline: Baseline) -> Matrix:
     """(n, n) covariance of the deviations of healthy events.
 
     Args:
-        found: n deviations.
+        measured: n deviations.
         softening: (n, earthquakes) as `softening_std` gives.
         baseline: baseline of the deviations.
     """
-    rows = np.array([one.row for one in found])
-    own = np.array([one.variance for one in found]) + baseline.scatter.events**2
+    rows = np.array([one.row for one in measured])
+    own = np.array([one.variance for one in measured]) + baseline.scatter.events**2
     return np.asarray(rows @ baseline.covariance @ rows.T + softening @ softening.T + np.diag(own))
 
 

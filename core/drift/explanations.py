@@ -50,7 +50,7 @@ class Explanation:
 
     @property
     def is_possible(self) -> bool:
-        """Whether it is not ruled out."""
+        """True if it is not ruled out."""
         return self.probability >= SIGNIFICANCE
 
 
@@ -61,7 +61,7 @@ def shifts(monitorings: Sequence[Monitoring], since: datetime) -> tuple[Shift, .
         monitorings: all series of a building; those without a tested event on or after the time are left out.
         since: time from which on the change applies, aware.
     """
-    found = []
+    shifted = []
     for one in monitorings:
         if one.tested is None or one.series.quantity not in (*LAYER_QUANTITIES, "frequency"):
             continue
@@ -69,22 +69,22 @@ def shifts(monitorings: Sequence[Monitoring], since: datetime) -> tuple[Shift, .
         if not pattern.any():
             continue
         size = change_size(one.tested.innovations(), pattern)
-        found.append(Shift(one.series.quantity, one.series.subject, size.size, size.std))
-    return tuple(found)
+        shifted.append(Shift(one.series.quantity, one.series.subject, size.size, size.std))
+    return tuple(shifted)
 
 
-def explanations(found: Sequence[Shift]) -> tuple[Explanation, ...]:
+def explanations(observed: Sequence[Shift]) -> tuple[Explanation, ...]:
     """A wrong mass and a wrong gain of each direction as explanations, the likeliest first.
 
     Empty for fewer than two shifts: a single one agrees with every explanation.
     """
-    if len(found) < 2:
+    if len(observed) < 2:
         return ()
-    size, std = (np.array([getattr(one, name) for one in found]) for name in ("size", "std"))
-    directions = sorted({one.subject for one in found if one.quantity in LAYER_QUANTITIES})
-    every = [_explanation("mass", np.array([_mass_effect(one) for one in found]), size, std)]
+    size, std = (np.array([getattr(one, name) for one in observed]) for name in ("size", "std"))
+    directions = sorted({one.subject for one in observed if one.quantity in LAYER_QUANTITIES})
+    every = [_explanation("mass", np.array([_mass_effect(one) for one in observed]), size, std)]
     for direction in directions:
-        pattern = np.array([float(one.quantity in LAYER_QUANTITIES and one.subject == direction) for one in found])
+        pattern = np.array([float(one.quantity in LAYER_QUANTITIES and one.subject == direction) for one in observed])
         every.append(_explanation(f"gain/{direction}", pattern, size, std))
     return tuple(sorted(every, key=lambda one: -one.probability))
 

@@ -19,7 +19,7 @@ from core.drift.series import Measurement, Series
 from core.identification.modes import Mode
 from core.identification.tracking import tracks
 from core.isolation_layer.equivalent import EquivalentSegment
-from core.quality import Finding
+from core.record import Finding
 from core.sensors.sensor_errors import SensorHealth
 
 Named = tuple[tuple[str, str], Measurement]

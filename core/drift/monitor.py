@@ -109,12 +109,12 @@ def monitor(
     if len(healthy) < FEWEST_EVENTS:
         return Monitoring(series, None, FEWEST_EVENTS - len(healthy), (), ())
     baseline = _baseline(known, arrays, events, healthy, _sizes(len(healthy), reference))
-    found = deviations(arrays, len(events), baseline)
-    covariance = deviation_covariance(found, softening_std(arrays, events, baseline), baseline)
-    causes = causes_of_events(arrays, events, found, baseline, noted)
-    values = _values(found, np.sqrt(np.diag(covariance)), events, baseline, noted, causes)
+    measured = deviations(arrays, len(events), baseline)
+    covariance = deviation_covariance(measured, softening_std(arrays, events, baseline), baseline)
+    causes = causes_of_events(arrays, events, measured, baseline, noted)
+    values = _values(measured, np.sqrt(np.diag(covariance)), events, baseline, noted, causes)
     chosen = _comparable(values) if reference.end is not None or not baseline.events_needed else []
-    tested = _tested(found, covariance, events, chosen, baseline)
+    tested = _tested(measured, covariance, events, chosen, baseline)
     raised = (*alarms(known, baseline, tested), *alarms_within(known, baseline, arrays, events, chosen))
     ordered = _ordered(raised, events, causes, known)
     return Monitoring(series, baseline, baseline.events_needed, values, ordered, tested)
@@ -172,7 +172,7 @@ def _baseline(
 
 
 def _values(
-    found: Sequence[Deviation],
+    measured: Sequence[Deviation],
     std: Vector,
     events: Sequence[SeriesEvent],
     baseline: Baseline,
@@ -192,7 +192,7 @@ def _values(
             is_excluded=bool(note.excluding),
             causes=cause,
         )
-        for when, one, error, note, cause in zip(events, found, std, noted, causes, strict=True)
+        for when, one, error, note, cause in zip(events, measured, std, noted, causes, strict=True)
     )
 
 
@@ -203,7 +203,7 @@ def _comparable(values: Sequence[EventValue]) -> list[int]:
 
 
 def _tested(
-    found: Sequence[Deviation],
+    measured: Sequence[Deviation],
     covariance: Matrix,
     events: Sequence[SeriesEvent],
     chosen: Sequence[int],
@@ -211,20 +211,20 @@ def _tested(
 ) -> DeviationSequence:
     return DeviationSequence(
         events=tuple(events[n] for n in chosen),
-        deviation=np.array([found[n].value for n in chosen]),
+        deviation=np.array([measured[n].value for n in chosen]),
         covariance=covariance[np.ix_(chosen, chosen)],
         freedom=baseline.scatter.freedom,
-        reference=_reference(found, events, baseline),
+        reference=_reference(measured, events, baseline),
     )
 
 
-def _reference(found: Sequence[Deviation], events: Sequence[SeriesEvent], baseline: Baseline) -> ReferenceDeviations:
+def _reference(measured: Sequence[Deviation], events: Sequence[SeriesEvent], baseline: Baseline) -> ReferenceDeviations:
     reference = set(baseline.events)
     own = [n for n, one in enumerate(events) if one.event in reference]
     return ReferenceDeviations(
         events=tuple(events[n] for n in own),
-        deviation=np.array([found[n].value for n in own]),
-        std=np.sqrt(np.array([found[n].variance for n in own]) + baseline.scatter.events**2),
+        deviation=np.array([measured[n].value for n in own]),
+        std=np.sqrt(np.array([measured[n].variance for n in own]) + baseline.scatter.events**2),
     )
 
 

@@ -78,8 +78,8 @@ def scatter_correlation(one: Monitoring, other: Monitoring) -> float:
     common = sorted(values[0].keys() & values[1].keys())
     first, last = (np.array([side[event] for event in common]) for side in values)
     scale = np.sqrt(float(first @ first) * float(last @ last))
-    found = float(first @ last) / scale if scale > 0 else 0.0
-    return max(0.0, (PRIOR_EVENTS * PRIOR_CORRELATION + len(common) * found) / (PRIOR_EVENTS + len(common)))
+    correlation = float(first @ last) / scale if scale > 0 else 0.0
+    return max(0.0, (PRIOR_EVENTS * PRIOR_CORRELATION + len(common) * correlation) / (PRIOR_EVENTS + len(common)))
 
 
 def _pooled_value(one: EventValue, other: EventValue, correlation: float, known: Quantity) -> EventValue:

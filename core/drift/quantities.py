@@ -24,11 +24,11 @@ class Quantity:
     title: str
     """Name for people, as in "stiffness of the isolation layer"."""
     is_logarithmic: bool
-    """Whether relative changes are monitored; else changes in SI units."""
+    """True if relative changes are monitored; else changes in SI units are."""
     follows_amplitude: bool
-    """Whether a healthy value depends on the amplitude of motion."""
+    """True if a healthy value depends on the amplitude of motion."""
     follows_temperature: bool
-    """Whether a healthy value depends on the temperature of the isolation layer."""
+    """True if a healthy value depends on the temperature of the isolation layer."""
     harm: Literal["less", "more", "either"]
     """Sign of a change for the worse; a change of the other sign is a recovery."""
     scatter: float

@@ -59,19 +59,19 @@ def rules(known: Quantity, earlier: Sequence[int] = ()) -> tuple[Rule, ...]:
 
     Args:
         known: the quantity.
-        earlier: signs of the changes found so far, in order of time. Where either sign is harmful, a change back is a
-            recovery.
+        earlier: signs of the changes detected so far, in order of time. Where either sign is harmful, a change back is
+            a recovery.
     """
     harmful = {"less": (-1,), "more": (1,), "either": (-1, 1)}[known.harm]
-    found = []
+    possible = []
     for sign in (-1, 1):
         is_return = sign not in harmful or (bool(earlier) and known.harm == "either" and sign == -earlier[-1])
         if is_return:
-            found.append(Rule(RECOVERY, steps, sign, SUPPORTING, RECOVERY_THRESHOLD, RECOVERY_RATE))
+            possible.append(Rule(RECOVERY, steps, sign, SUPPORTING, RECOVERY_THRESHOLD, RECOVERY_RATE))
         else:
-            found.append(Rule(SUDDEN, steps, sign, SUPPORTING, SUDDEN_THRESHOLD, SUDDEN_RATE))
-            found.append(Rule(SLOW, ramps, sign, SUPPORTING_SLOPE, SLOW_THRESHOLD, SLOW_RATE))
-    return tuple(found)
+            possible.append(Rule(SUDDEN, steps, sign, SUPPORTING, SUDDEN_THRESHOLD, SUDDEN_RATE))
+            possible.append(Rule(SLOW, ramps, sign, SUPPORTING_SLOPE, SLOW_THRESHOLD, SLOW_RATE))
+    return tuple(possible)
 
 
 def rule_statistics(white: Innovations, rule: Rule, start: int) -> Matrix:

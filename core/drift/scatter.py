@@ -13,12 +13,12 @@ from core.arrays import Indices, Matrix, Tensor, Vector
 from core.drift.quantities import Quantity
 
 EVENT_FACTORS = np.geomspace(1 / 6, 8.0, 12)
-"""Grid of the scatter between events, over the quantity's typical one."""
+"""Grid of the scatter between events, over the quantity's typical one. A choice."""
 EVENT_SPREAD = 0.7
 """Prior standard deviation of the logarithm of the scatter between events, among buildings and quantities: a factor of
 two either way. A choice."""
 WITHIN_FACTORS = np.geomspace(1 / 16, 4.0, 5)
-"""Grid of the scatter within an event, over the quantity's typical one."""
+"""Grid of the scatter within an event, over the quantity's typical one. A choice."""
 WITHIN_SPREAD = 1.2
 """Prior standard deviation of the logarithm of the scatter within an event: a factor of three either way. A choice."""
 CURVATURES = np.array([0.01, 0.03, 0.1, 0.3])
@@ -27,7 +27,7 @@ A choice: from nearly straight lines to bends of 30 % within a knot's distance."
 FEWEST_DEGREES = 5.0
 """Degrees of freedom at least: more than four, else the variance of a scaled inverse chi-square is not finite."""
 MOST_DEGREES = 1000.0
-"""Degrees of freedom at most."""
+"""Degrees of freedom at most. A choice."""
 
 
 @dataclass(frozen=True, slots=True)

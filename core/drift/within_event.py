@@ -89,26 +89,26 @@ def contrasts(arrays: SeriesArrays, count: int, baseline: Baseline) -> list[Cont
     residual = arrays.value - baseline.model.offset(arrays) - columns @ baseline.coefficients
     variance = arrays.variance + baseline.scatter.own**2
     edges = np.searchsorted(arrays.event, np.arange(count + 1))
-    found: list[Contrast | None] = []
+    every: list[Contrast | None] = []
     for first, end in pairwise(edges):
         largest = int(first + arrays.amplitude[first:end].argmax())
         before, after = _parts(arrays, np.arange(first, end), largest, baseline)
         if min(before.size, after.size) < FEWEST_CYCLES:
-            found.append(None)
+            every.append(None)
             continue
         (one, of_one), (other, of_other) = (_median(residual, variance, part) for part in (before, after))
         turned = columns[after].mean(axis=0) - columns[before].mean(axis=0)
         of_curve = float(turned @ baseline.covariance @ turned)
         excess = max(0.0, float(arrays.amplitude[largest]) - baseline.model.high)
-        found.append(Contrast(other - one, of_one + of_other + of_curve, excess))
-    return found
+        every.append(Contrast(other - one, of_one + of_other + of_curve, excess))
+    return every
 
 
-def damage(found: Contrast, healthy: list[Contrast], typical: float) -> ChangeSize | None:
+def damage(contrast: Contrast, healthy: list[Contrast], typical: float) -> ChangeSize | None:
     """The loss within an event; None unless it is significant.
 
     Args:
-        found: contrast of the event.
+        contrast: contrast of the event.
         healthy: contrasts of the events of the reference.
         typical: typical standard deviation of the quantity between events.
     """
@@ -121,8 +121,8 @@ def damage(found: Contrast, healthy: list[Contrast], typical: float) -> ChangeSi
     of_mean = 1 / (float(weight.sum()) + USUAL_STD**-2)
     usual = of_mean * float(weight @ values)
     freedom = PRIOR_EVENTS + len(healthy)
-    std = np.sqrt(found.variance + scatter + of_mean + (SOFTENING_STD * found.excess) ** 2)
-    size = found.value - usual
+    std = np.sqrt(contrast.variance + scatter + of_mean + (SOFTENING_STD * contrast.excess) ** 2)
+    size = contrast.value - usual
     if size > -std * student.isf(WITHIN_RATE / HUNDRED, freedom):
         return None
     half = float(std * student.isf((1 - LEVEL) / 2, freedom))

@@ -11,9 +11,9 @@ SHORTEST = 2e-3
 
 
 def law(v, v_cross, yielded, z_cross, joined, D_cross):
-    taken = joined * max(v * yielded, 0.0)
-    plastic = 0.5 * (abs(v_cross) * z_cross + v_cross * abs(z_cross)) + taken * z_cross
-    reach = max(D_cross, SHORTEST * (abs(v_cross) + taken))
+    used = joined * max(v * yielded, 0.0)
+    plastic = 0.5 * (abs(v_cross) * z_cross + v_cross * abs(z_cross)) + used * z_cross
+    reach = max(D_cross, SHORTEST * (abs(v_cross) + used))
     return joined * max(v_cross * z_cross, 0.0), (v_cross - plastic) / reach
 
 

@@ -3,7 +3,8 @@
 from core.effect import Effect, LogNormal, Parameter
 
 LINEAR_BELOW = 1e-6
-"""Of the reference speed: no damper's force has an infinite slope, and no solver could follow it."""
+"""Share of the reference speed below which the force is linear. Not tuned: no damper's force has an infinite slope, and
+no solver could follow it."""
 
 
 def law(v, force, exponent, speed):

@@ -1,4 +1,4 @@
-"""How sharply the damper turns from elastic to yielding: the exponent of Wen (1976)."""
+"""Sharpness of the damper's turn from elastic to yielding: the exponent of Wen (1976)."""
 
 from core.effect import Effect, LogNormal, Parameter
 

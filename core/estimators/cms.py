@@ -22,6 +22,7 @@ from core.identification.refinement import Refinement, refined
 from core.signals.noise import flicker, noise_std, record_flicker
 
 NAME = "cms"
+"""Name of the estimator."""
 LOWEST = 0.1
 """Hz, below which noise is assumed not to rise further: slower parts are filtered out of records."""
 
@@ -48,10 +49,10 @@ def fixed_base_modes(superstructure: InstrumentedSuperstructure, identification:
     """The superstructure's identified modes, refined and expanded to all floors; none if the record holds none."""
     measured = superstructure.base_acceleration, superstructure.floor_acceleration, superstructure.rate
     try:
-        found = identified_modes(*measured, identification)
+        identified = identified_modes(*measured, identification)
     except IdentificationError:
         return ()
-    refinement = refined(found, *measured, identification)
+    refinement = refined(identified, *measured, identification)
     return at_all_floors(refinement, superstructure)
 
 
@@ -61,14 +62,14 @@ def at_all_floors(refinement: Refinement, superstructure: InstrumentedSuperstruc
     return tuple(_at_all_floors(mode, refinement.misfit, expansion) for mode in refinement.modes)
 
 
-def _at_all_floors(found: IdentifiedMode, misfit: float | None, expansion: Matrix) -> Mode:
-    covariance = found.shape_covariance
+def _at_all_floors(mode: IdentifiedMode, misfit: float | None, expansion: Matrix) -> Mode:
+    covariance = mode.shape_covariance
     return Mode(
-        frequency=found.frequency,
-        damping_ratio=found.damping_ratio,
-        shape=expansion @ real_shape(found.shape),
-        frequency_std=None if found.deviation is None else found.deviation.frequency,
-        damping_ratio_std=None if found.deviation is None else found.deviation.damping_ratio,
+        frequency=mode.frequency,
+        damping_ratio=mode.damping_ratio,
+        shape=expansion @ real_shape(mode.shape),
+        frequency_std=None if mode.deviation is None else mode.deviation.frequency,
+        damping_ratio_std=None if mode.deviation is None else mode.deviation.damping_ratio,
         shape_std=None if covariance is None else np.sqrt(np.sum((expansion @ covariance) * expansion, axis=1)),
         misfit=misfit,
     )

@@ -12,11 +12,11 @@ from core.estimators.substructure import assumed_stiffness, static_shapes
 from core.estimators.superstructure import InstrumentedSuperstructure
 
 DAMPING = 0.02
-"""Damping ratio of the chain's modes."""
+"""Damping ratio of the chain's modes. A choice."""
 FIRST = (0.4, 8.0)
-"""Hz, between which the chain's first fixed-base frequency lies."""
+"""Hz, between which the chain's first fixed-base frequency lies. A choice."""
 TRIED = 30
-"""Number of frequencies tried between these, and then between the neighbours of the best."""
+"""Number of frequencies tried between these, and then between the neighbours of the best. A choice."""
 JUDGED = (0.2, 15.0)
 """Hz, band of the lines by which it is chosen."""
 ENOUGH = 500
@@ -25,7 +25,7 @@ UNEVEN = 1.25
 """Standard deviation of the interpolation's error over that of the chain; chosen on even seeds of
 tests/support/band_coverage.py, on which it was 1 to 1.5."""
 ENVELOPE = 2.0
-"""s, over which the strength of the error is averaged."""
+"""s, over which the strength of the error is averaged. A choice."""
 
 
 def interpolation_error(superstructure: InstrumentedSuperstructure, weights: Vector, noise: Vector) -> Vector:

@@ -7,11 +7,10 @@ import numpy as np
 from core.arrays import Matrix, Vector
 from core.building import FixedBaseModes
 from core.identification.modes import Mode
-from core.quality import Finding
-from core.record import Direction
+from core.record import Direction, Finding
 
 EXPLAINED = 2.0
-"""Chi-square per degree of freedom above which an engineer should know that the model is not the building."""
+"""Chi-square per degree of freedom above which an engineer should know that the model is not the building. A choice."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

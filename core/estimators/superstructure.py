@@ -15,7 +15,7 @@ from core.record import Direction, Record
 from core.signals.conditioning import band_passed
 
 USUAL_DAMPING = 0.02
-"""Damping ratio of the first mode of a building without any identified one."""
+"""Damping ratio of the first mode of a building without any identified one. A choice."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -51,14 +51,14 @@ class ColumnMemory:
             if key in self._kept:
                 self._kept.move_to_end(key)
                 return self._kept[key]
-        found = compute()
+        columns = compute()
         with self._lock:
             if key not in self._kept:
-                self._kept[key] = found
-                self._bytes += found.nbytes
+                self._kept[key] = columns
+                self._bytes += columns.nbytes
             while self._bytes > KEPT and len(self._kept) > 1:
                 self._bytes -= self._kept.popitem(last=False)[1].nbytes
-        return found
+        return columns
 
     def clear(self) -> None:
         """Empty the cache, so that results which refer to it stay small."""
@@ -135,7 +135,7 @@ def columns(data: FitData, model: Isolator, wanted: Sequence[Key]) -> Matrix:
 
 
 def _columns(data: FitData, model: Isolator, wanted: Sequence[Key]) -> Matrix:
-    found: list[Matrix] = []
+    matrices: list[Matrix] = []
     last: dict[Direction, ForceResponse] = {}
     each = zip(data.observations, data.excitations, data.whitenings, strict=True)
     for observation, excited, weights in each:
@@ -147,5 +147,5 @@ def _columns(data: FitData, model: Isolator, wanted: Sequence[Key]) -> Matrix:
             states=None if before is None else carried(model, before.states),
             states_by_parameter=None if before is None else carried(model, before.states_by_parameter),
         )
-        found.append(weights.filtered(now.by_parameter))
-    return np.concatenate(found, axis=1)
+        matrices.append(weights.filtered(now.by_parameter))
+    return np.concatenate(matrices, axis=1)

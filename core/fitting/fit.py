@@ -97,12 +97,12 @@ def finite_fit(data: FitData, model: Isolator) -> Fit:
     Raises:
         ModelError: the model's force, or its derivatives, diverged.
     """
-    found = fitted(data, model)
-    if found.outcome is Outcome.DIVERGED:
+    fit = fitted(data, model)
+    if fit.outcome is Outcome.DIVERGED:
         raise ModelError(
-            f"{found.outcome.value}, with {', '.join(model.effects)}: start from other values, or leave an effect out"
+            f"{fit.outcome.value}, with {', '.join(model.effects)}: start from other values, or leave an effect out"
         )
-    return found
+    return fit
 
 
 def finish_search(data: FitData, search: Search, outcome: Outcome) -> Fit:

@@ -19,18 +19,18 @@ from core.fitting.observation import LayerHistory, Observation
 from core.signals.whitening import BAND, Whitening, shrunk, whitening
 
 EDGE = 0.5
-"""s, length of either end of a record, by which its strength is judged."""
+"""s, length of either end of a record, by which its strength is judged. A choice."""
 AT_REST = 0.01
-"""Strength of an end over that of the strongest stretch, below which the record is at rest there."""
+"""Strength of an end over that of the strongest stretch, below which the record is at rest there. A choice."""
 IGNORED, FADED = 5.0, 15.0
 """s from an end in motion: nothing is used up to the first, everything beyond the second. In simulated records the
 force there errs by up to 13 %, 2 % and 0.5 % of its root mean square in the first, second and third five seconds."""
 LONGEST = 0.25
-"""Largest share of the record that is lost so at either end."""
+"""Largest share of the record that is lost so at either end. A choice."""
 LEAST_NOISE = 1e-6
 """Smallest noise over the root mean square of the force: a smaller one, or none, is not credible."""
 LEAST_SAMPLE = 1e-3
-"""Smallest noise of a sample over that of its record."""
+"""Smallest noise of a sample over that of its record. A choice."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -25,6 +25,7 @@ from core.units import quantity
 USUAL_TEMPERATURE = 20.0
 """°C, where none was measured."""
 CROSS: Mapping[Direction, Direction] = {"x": "y", "y": "x"}
+"""The other horizontal direction."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -202,9 +203,9 @@ def observations(
 
 def _histories(analysis: EventAnalysis) -> Mapping[Direction, LayerHistory]:
     return {
-        direction: _history(found.restoring_force, found.motion, analysis.band)
-        for direction, found in analysis.directions.items()
-        if found.motion is not None
+        direction: _history(analysed.restoring_force, analysed.motion, analysis.band)
+        for direction, analysed in analysis.directions.items()
+        if analysed.motion is not None
     }
 
 
@@ -228,5 +229,5 @@ def _history(force: RestoringForce, motion: MeasuredMotion, band: tuple[float, f
 
 def _measured(record: Record, description: BuildingDescription, direction: Direction) -> tuple[tuple[str, Vector], ...]:
     levels = (description.base, *description.floors)
-    found = ((level.name, record.find(level.name, "acceleration", direction)) for level in levels)
-    return tuple((name, samples) for name, samples in found if samples is not None)
+    channels = ((level.name, record.find(level.name, "acceleration", direction)) for level in levels)
+    return tuple((name, samples) for name, samples in channels if samples is not None)

@@ -74,7 +74,7 @@ def diverges(turned: Matrix) -> bool:
 
 def derivatives(data: FitData, search: FreeParameters, values: Mapping[Key, float], wanted: Sequence[Key]) -> Matrix:
     """(wanted, m) derivatives of the whitened force by parameters, group by group."""
-    found = np.empty((len(wanted), data.target.size))
+    by_parameter = np.empty((len(wanted), data.target.size))
     for group in search.groups:
         rows = [row for row, key in enumerate(wanted) if key[0] in group]
         if not rows:
@@ -86,8 +86,8 @@ def derivatives(data: FitData, search: FreeParameters, values: Mapping[Key, floa
             scale = values[proportional[0]] / unit[proportional[0]]
         own = [wanted[row] for row in rows]
         scales = np.array([1.0 if key in proportional else scale for key in own])
-        found[rows] = scales[:, None] * columns(data, model_of(unit, group), own)
-    return found
+        by_parameter[rows] = scales[:, None] * columns(data, model_of(unit, group), own)
+    return by_parameter
 
 
 def projected(data: FitData, search: FreeParameters, values: Mapping[Key, float]) -> Point:
@@ -97,8 +97,8 @@ def projected(data: FitData, search: FreeParameters, values: Mapping[Key, float]
         return Point(dict(values), np.inf, data.target, np.zeros_like(linear))
     best = bounded_least_squares(linear, data.target, [parameter(key).bounds for key in search.linear])
     residual = data.target - best @ linear
-    found = {**values, **dict(zip(search.linear, best, strict=True))}
-    return Point(found, 0.5 * float(residual @ residual) + _penalty(search, found), residual, linear)
+    fitted = {**values, **dict(zip(search.linear, best, strict=True))}
+    return Point(fitted, 0.5 * float(residual @ residual) + _penalty(search, fitted), residual, linear)
 
 
 def _penalty(search: FreeParameters, values: Mapping[Key, float]) -> float:

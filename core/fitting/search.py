@@ -5,9 +5,9 @@ finds the others), with Kaufman's (1975) approximation of the projection's deriv
 integrated laws, exact to rounding.
 """
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
+from functools import partial
 
 import numpy as np
 from scipy import linalg
@@ -27,20 +27,22 @@ from core.fitting.projection import (
     values_of,
 )
 from core.model.isolator import Isolator, Key, parameter
-from core.optimisation import damped_step
+from core.optimisation import Damping, FactorDamping, Quadratic, lower_point
 
 SETTLED = 0.05
 """Reduction of the cost (half of chi-square) below which a search ends; a choice: 1.92 is significant at 5 %."""
 RELATIVE = 1e-5
-"""Reduction relative to the cost below which the search ends, for models whose residual is far above the noise."""
+"""Reduction relative to the cost below which the search ends, for models whose residual is far above the noise. A
+choice."""
 LONGEST_STEP = 1.0
 """Longest change in one step: of a logarithm, or in standard deviations of the prior."""
 MOST_STEPS = 40
-FIRST_DAMPING = 1e-3
-"""Damping relative to the diagonal at the first step; a step that succeeds divides it by 8, one that fails
-multiplies it by 8."""
+"""Steps after which a search is stopped. A choice."""
+FIRST_DAMPING = FactorDamping(value=1e-3, divisor=8.0, multiplier=8.0, smallest=1e-8)
+"""Damping of the first step, relative to the diagonal, and its changes. Not tuned: a step is a change of less than
+LONGEST_STEP, so that few trials fail."""
 MOST_TRIALS = 8
-"""Trials of larger damping in one step."""
+"""Trials of larger damping in one step. A choice."""
 
 
 class Outcome(Enum):
@@ -57,10 +59,8 @@ class Outcome(Enum):
 class LocalQuadratic:
     """Quadratic approximation of the cost about a point."""
 
-    normal: Matrix
-    """(free, free) Gauss-Newton matrix."""
-    descent: Vector
-    """(free,) negative gradient."""
+    quadratic: Quadratic
+    """(free, free) Gauss-Newton matrix and (free,) negative gradient."""
     free: tuple[int, ...]
     """Indices of the nonlinear parameters that may move: not those that a bound stops."""
     diverges: bool = False
@@ -69,12 +69,12 @@ class LocalQuadratic:
     @property
     def predicted_gain(self) -> float:
         """Reduction of the cost at the minimum of the quadratic."""
-        return 0.5 * float(self.descent @ self.step(FIRST_DAMPING)) if self.free else 0.0
+        step = self.quadratic.step(FIRST_DAMPING.value)
+        return 0.0 if step is None else 0.5 * float(self.quadratic.descent @ step)
 
-    def step(self, damping: float) -> Vector:
-        """(free,) step to that minimum, shortened by damping."""
-        step = damped_step(self.normal, self.descent, damping)
-        return np.zeros(self.descent.size) if step is None else step
+
+NO_QUADRATIC = LocalQuadratic(Quadratic(np.zeros((0, 0)), np.zeros(0)), ())
+"""Approximation where no nonlinear parameter may move."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -84,7 +84,7 @@ class Search:
     search: FreeParameters
     point: Point
     slope: LocalQuadratic
-    damping: float
+    damping: Damping
     steps: int
     gained: float
     """Reduction of the cost by the last step."""
@@ -122,10 +122,9 @@ def step_search(data: FitData, now: Search) -> Search:
         data: the records.
         now: a search without an outcome.
     """
-    better, damping = _step(data, now)
-    gained = 0.0 if better is None else now.point.cost - better.cost
-    point = better or now.point
-    slope = now.slope if better is None else _slope(data, now.search, point)
+    step = lower_point(now.point, now.slope.quadratic, partial(_moved, data, now), now.damping, MOST_TRIALS)
+    point, gained, damping = (now.point, 0.0, now.damping) if step is None else (step.point, step.gained, step.damping)
+    slope = _slope(data, now.search, point) if gained else now.slope
     outcome: Outcome | None = None
     if slope.diverges:
         outcome = Outcome.DIVERGED
@@ -146,11 +145,11 @@ def _unit(key: Key, value: float) -> float:
 
 def _slope(data: FitData, search: FreeParameters, point: Point) -> LocalQuadratic:
     if not search.nonlinear or not np.isfinite(point.cost):
-        return LocalQuadratic(np.zeros((0, 0)), np.zeros(0), ())
+        return NO_QUADRATIC
     units = np.array([_unit(key, point.values[key]) for key in search.nonlinear])
     turned = units[:, None] * derivatives(data, search, point.values, search.nonlinear)
     if diverges(turned):
-        return LocalQuadratic(np.zeros((0, 0)), np.zeros(0), (), diverges=True)
+        return replace(NO_QUADRATIC, diverges=True)
     basis = linalg.orth(_adapting(search, point).T)
     own = turned - (turned @ basis) @ basis.T
     priors = [parameter(key).prior for key in search.nonlinear]
@@ -164,7 +163,7 @@ def _slope(data: FitData, search: FreeParameters, point: Point) -> LocalQuadrati
         if parameter(key).bounds[0] < point.values[key] < parameter(key).bounds[1]
         or (descent[row] > 0) == (point.values[key] <= parameter(key).bounds[0])
     ]
-    return LocalQuadratic(normal[np.ix_(free, free)], descent[free], tuple(free))
+    return LocalQuadratic(Quadratic(normal[np.ix_(free, free)], descent[free]), tuple(free))
 
 
 def _adapting(search: FreeParameters, point: Point) -> Matrix:
@@ -175,22 +174,13 @@ def _adapting(search: FreeParameters, point: Point) -> Matrix:
     return np.asarray(point.linear[follows] / scale[follows, None])
 
 
-def _step(data: FitData, now: Search) -> tuple[Point | None, float]:
-    """A point of lower cost, None if no damping leads to one, and the damping for the next step."""
-    slope, values, damping = now.slope, now.point.values, now.damping
-    for _ in range(MOST_TRIALS):
-        change = slope.step(damping)
-        change *= LONGEST_STEP / max(LONGEST_STEP, float(np.abs(change).max()))
-        moved = {now.search.nonlinear[row]: step for row, step in zip(slope.free, change, strict=True)}
-        tried = projected(data, now.search, {**values, **dict(_moved(values, moved))})
-        if tried.cost < now.point.cost:
-            return tried, max(damping / 8, 1e-8)
-        damping *= 8
-    return None, damping
-
-
-def _moved(values: Mapping[Key, float], steps: Mapping[Key, float]) -> Iterator[tuple[Key, float]]:
-    for key, step in steps.items():
+def _moved(data: FitData, now: Search, step: Vector) -> Point:
+    """Point after a step of the search variables, shortened to LONGEST_STEP and ended at the bounds."""
+    step = step * (LONGEST_STEP / max(LONGEST_STEP, float(np.abs(step).max())))
+    values = dict(now.point.values)
+    for row, change in zip(now.slope.free, step, strict=True):
+        key = now.search.nonlinear[row]
         prior: LogNormal | Normal = parameter(key).prior
-        new = values[key] * np.exp(step) if isinstance(prior, LogNormal) else values[key] + step * prior.spread
-        yield key, float(np.clip(new, *parameter(key).bounds))
+        new = values[key] * np.exp(change) if isinstance(prior, LogNormal) else values[key] + change * prior.spread
+        values[key] = float(np.clip(new, *parameter(key).bounds))
+    return projected(data, now.search, values)

@@ -6,12 +6,13 @@ its most likely parameters. The base slab's true motion is unknown and estimated
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from scipy import linalg
 
 from core.arrays import ComplexMatrix, ComplexVector, Indices, Matrix, Vector
-from core.optimisation import damped_step
+from core.optimisation import Damping, GainRatioDamping, Quadratic, Step, lower_point, minimised
 
 RESIDUAL_TERMS = 4
 """Residual terms of a floor: 1 for its gain relative to the base slab's; ω², iω³ and ω⁴ for the stiffness, dashpots
@@ -19,12 +20,12 @@ and masses of the modes above the band."""
 SMOOTH_TERMS = 3
 """Smooth transient terms of a floor, 1, iω and ω²: the part of the transient apart from the modes' free decay."""
 MOST_STEPS = 60
-"""Steps after which a fit ends without convergence."""
-FIRST_DAMPING = 1e-4
-"""Initial Levenberg-Marquardt damping, relative to the diagonal of the information matrix."""
+"""Trial steps after which a fit ends without convergence. A choice."""
+FIRST_DAMPING = GainRatioDamping(1e-4)
+"""Damping of the first step, relative to the diagonal of the information matrix. Not tuned: starts are near."""
 SMALL_DECREASE = 5e-2
-"""Decrease of the cost at which a fit has converged, expected or achieved, in units of half the larger of one and
-chi-square per degree of freedom."""
+"""Decrease of the cost at which a fit has converged, expected or achieved, in units of half the larger of one and chi-
+square per degree of freedom. A choice."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -191,31 +192,42 @@ def least_squares_coefficients(
     return replace(transfer, forced=forced, transient=of_transient)
 
 
+@dataclass(frozen=True, eq=False)
+class _Point:
+    """A transfer and its cost."""
+
+    transfer: ModalTransfer
+    lines: NoisySpectra
+    cost: float
+
+    @cached_property
+    def expansion(self) -> "CostExpansion":
+        """Expansion of the cost around the transfer; most trials need none."""
+        return cost_expansion(self.transfer, self.lines)
+
+    def moved(self, step: Vector) -> "_Point":
+        """Point at the parameters plus a step."""
+        transfer = self.transfer.plus(step)
+        return _Point(transfer, self.lines, cost(transfer, self.lines))
+
+
 def fit_transfer(start: ModalTransfer, lines: NoisySpectra) -> TransferFit:
     """Most likely transfer near a start, by Newton's method with the damping of Levenberg and Marquardt."""
-    transfer, here = start, cost_expansion(start, lines)
     freedom = 2 * len(start.forced) * lines.angular_frequency.size - start.parameters.size
-    damping, growth, converged = FIRST_DAMPING, 2.0, False
-    for _ in range(MOST_STEPS):
-        curvature = np.sqrt(np.diag(here.information))
-        step = damped_step(here.hessian, -here.gradient, damping, curvature)
-        if step is None:
-            break
-        expected = -float(here.gradient @ step)
-        candidate = transfer.plus(step)
-        decrease = here.cost - cost(candidate, lines)
-        if decrease > 0:
-            gain = decrease / expected
-            transfer, here = candidate, cost_expansion(candidate, lines)
-            damping, growth = damping * max(1 / 10, 1 - (2 * gain - 1) ** 3), 2.0
-        else:
-            damping, growth = damping * growth, 2 * growth
-        small = SMALL_DECREASE * max(0.5, here.cost / freedom)
-        if expected < small or 0 < decrease < small:
-            converged = True
-            break
-    covariance, inverse = _covariance(here, freedom)
-    return TransferFit(transfer, covariance, here.cost, freedom, converged, inverse)
+
+    def step(here: _Point, damping: Damping) -> Step[_Point] | None:
+        at = here.expansion
+        curvature = np.sqrt(np.diag(at.information))
+        return lower_point(here, Quadratic(at.hessian, -at.gradient, curvature), here.moved, damping, most_trials=1)
+
+    def has_converged(_: _Point, latest: Step[_Point]) -> bool:
+        small = SMALL_DECREASE * max(0.5, latest.point.cost / freedom)
+        return latest.expected < small or 0 < latest.gained < small
+
+    first = _Point(start, lines, cost_expansion(start, lines).cost)
+    end, converged = minimised(first, step, has_converged, FIRST_DAMPING, MOST_STEPS)
+    covariance, inverse = _covariance(end.expansion, freedom)
+    return TransferFit(end.transfer, covariance, end.cost, freedom, converged, inverse)
 
 
 def cost(transfer: ModalTransfer, lines: NoisySpectra) -> float:

@@ -31,7 +31,7 @@ LEAST_INCREASE = 0.1
 """Relative increase of the mean square misfit without a mode from which the mode counts although its damping ratio is
 poorly determined. Noise alone does not reach it."""
 ROUNDING = 1e-24
-"""Ratio of rounding errors to an output's sum of squares."""
+"""Ratio of rounding errors to an output's sum of squares. A choice."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -22,7 +22,7 @@ from core.identification.errors_in_variables import (
 FREQUENCY_STEP = 1.06
 """Ratio of one trial frequency to the previous one: about the half-power bandwidth at the trial damping ratio."""
 TRIAL_DAMPING_RATIO = 0.04
-"""Damping ratio of a trial mode; the fit then estimates it."""
+"""Damping ratio of a trial mode; the fit then estimates it. A choice."""
 MOST_TRIALS = 2
 """Trial frequencies from which a further mode is fitted: those with the largest expected gain."""
 LEAST_GAIN = 3.0
@@ -30,9 +30,9 @@ LEAST_GAIN = 3.0
 
 Akaike's criterion is two; the best of many frequencies needs more."""
 LARGEST_DAMPING_RATIO = 0.3
-"""A pole with more damping describes the background of the spectrum."""
+"""A pole with more damping describes the background of the spectrum. A choice."""
 TRIAL_DISTANCE = 0.06
-"""Smallest relative distance of a trial frequency from a known mode."""
+"""Smallest relative distance of a trial frequency from a known mode. A choice."""
 LEAST_SPACING = 0.02
 """Smallest relative distance between two modes: closer ones are a single mode split in two."""
 

@@ -32,25 +32,26 @@ LOWEST_LINE = 0.2
 LEAST_NOISE = 1e-6
 """Lowest noise of a channel relative to its standard deviation: no recorder has less."""
 SMOOTHING_BANDWIDTH = 1.0
-"""Hz, over which a spectrum is averaged before it is compared with the noise."""
+"""Hz, over which a spectrum is averaged before it is compared with the noise. A choice."""
 LEAST_POWER = 1.5
-"""Smoothed power over noise, averaged over the floors, below which a line holds no information about the modes."""
+"""Smoothed power over noise, averaged over the floors, below which a line holds no information about the modes. A
+choice."""
 BAND_MARGIN = 1.2
-"""Ratio of the band's upper end to the highest mode's frequency, at least."""
+"""Ratio of the band's upper end to the highest mode's frequency, at least. A choice."""
 LARGEST_MISFIT = 4.0
 """Chi-square per degree of freedom of residuals that are twice the noise.
 
-Above it the error is not noise but the model, and the spectra do not show which channel causes it."""
+Above it the error is not noise but the model, and the spectra do not show which channel causes it. A choice."""
 HOPELESS_MISFIT = 100.0
-"""Chi-square per degree of freedom that no missing mode reduces to LARGEST_MISFIT."""
+"""Chi-square per degree of freedom that no missing mode reduces to LARGEST_MISFIT. A choice."""
 LARGEST_DAMPING_RATIO = 0.2
-"""A pole with more damping is not a mode of a superstructure."""
+"""A pole with more damping is not a mode of a superstructure. A choice."""
 LOWEST_MISSING_MODE = 0.5
-"""Hz, lowest frequency at which a missing mode is searched for."""
+"""Hz, lowest frequency at which a missing mode is searched for. A choice."""
 SAME_FREQUENCY = 0.1
-"""Largest relative distance between a mode and its refinement."""
+"""Largest relative distance between a mode and its refinement. A choice."""
 SAME_SHAPE = 0.8
-"""Smallest modal assurance criterion between a mode and its refinement."""
+"""Smallest modal assurance criterion between a mode and its refinement. A choice."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

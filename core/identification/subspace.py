@@ -16,7 +16,7 @@ from core.errors import IdentificationError
 from core.identification.projection import Projection
 
 RANK_TOLERANCE = 1e-10
-"""Ratio to the largest singular value below which a direction is rounding error rather than data."""
+"""Ratio to the largest singular value below which a direction is rounding error rather than data. A choice."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -12,13 +12,13 @@ from core.identification.modes import Mode
 FREQUENCY_SCATTER = 0.04
 """Relative standard deviation of a mode's frequency between events: stronger shaking softens a building."""
 SHAPE_SCATTER = 0.1
-"""1 - MAC, MAC being the modal assurance criterion, that counts as one standard deviation."""
+"""1 - MAC, MAC being the modal assurance criterion, that counts as one standard deviation. A choice."""
 GATE = 3.0
-"""Distance in standard deviations beyond which two modes are different."""
+"""Distance in standard deviations beyond which two modes are different. A choice."""
 REFERENCE_EVENTS = 5
-"""Number of a mode's latest events that define its expected frequency and shape."""
+"""Number of a mode's latest events that define its expected frequency and shape. A choice."""
 LEAST_EVENTS = 3
-"""Events from which a mode belongs to the building rather than to a record."""
+"""Events from which a mode belongs to the building rather than to a record. A choice."""
 LEAST_SHARE = 1 / 3
 """Smallest share of the events since its first one in which an established mode was identified."""
 

@@ -6,10 +6,17 @@ from scipy.ndimage import gaussian_filter1d
 from core.arrays import Vector
 from core.errors import RecordError
 from core.isolation_layer.motion import MeasuredMotion, ResidualDisplacement
-from core.signals import sine_series
 from core.signals.noise import clear_band, drifting_noise, flicker
 from core.signals.regression import mean_with_std
-from core.signals.spectra import smoothed
+from core.signals.spectra import (
+    falling_line,
+    sine_coefficients,
+    sine_frequencies,
+    sine_power,
+    sine_variances,
+    smoothed,
+    sum_with_line,
+)
 
 START, END = 2.0, 10.0
 """s, longest beginning and end of the record whose means give the residual displacement. A choice: 10 s are several
@@ -57,15 +64,15 @@ def fuse(
         )
     _refuse_nan(displacement, relative_acceleration)
     line = _line_between_the_ends(displacement, rate)
-    ω = sine_series.angular_frequencies(displacement.size, rate)
+    ω = sine_frequencies(displacement.size, rate)
     trust = np.zeros_like(ω)
     if acceleration_noise > 0:
         rising = flicker(ω / (2 * np.pi), corner)
         trust = ω**4 * (displacement_noise / acceleration_noise) ** 2 / rising
-    X_d = sine_series.coefficients(displacement - line)
-    X_a = -sine_series.coefficients(relative_acceleration - relative_acceleration.mean()) / ω**2
-    fused, velocity = sine_series.sum_with_line((X_d + trust * X_a) / (1 + trust), line, rate)
-    variances = sine_series.variances(displacement_noise**2 / (1 + trust), ω)
+    X_d = sine_coefficients(displacement - line)
+    X_a = -sine_coefficients(relative_acceleration - relative_acceleration.mean()) / ω**2
+    fused, velocity = sum_with_line((X_d + trust * X_a) / (1 + trust), line, rate)
+    variances = sine_variances(displacement_noise**2 / (1 + trust), ω)
     ends = _variances_of_the_line(trust / (1 + trust), displacement_noise, rate)
     std, velocity_std = (np.sqrt(one + end) for one, end in zip(variances, ends, strict=True))
     noise = displacement_noise * float(np.sqrt(np.mean(1 / (1 + trust))))
@@ -93,23 +100,23 @@ def differentiate(displacement: Vector, rate: float, *, displacement_noise: floa
     """
     _refuse_nan(displacement)
     line = _line_between_the_ends(displacement, rate)
-    ω = sine_series.angular_frequencies(displacement.size, rate)
-    sines = sine_series.coefficients(displacement - line)
+    ω = sine_frequencies(displacement.size, rate)
+    sines = sine_coefficients(displacement - line)
     frequency = ω / (2 * np.pi)
-    power = smoothed(sine_series.power(sines), frequency)
+    power = smoothed(sine_power(sines), frequency)
     noise = displacement_noise**2 * (1 + smoothed(_power_of_the_line(displacement.size, rate), frequency))
     band = clear_band(power, noise, frequency)
     if band is None:
         return None
     corner = band[1]
     low_pass = 1 / (1 + (frequency / corner) ** FILTER_POWER)
-    smooth, velocity = sine_series.sum_with_line(sines * low_pass, line, rate)
+    smooth, velocity = sum_with_line(sines * low_pass, line, rate)
     signal = np.maximum(power - noise, 0.0)
     octave = (frequency > corner / 2) & (frequency <= corner)
     beyond = np.where(frequency > corner, np.mean((signal * ω**4)[octave]) / ω**4, signal)
     density = displacement_noise**2 * low_pass**2 + beyond * (1 - low_pass) ** 2
     ends = _variances_of_the_line(1 - low_pass, displacement_noise, rate)
-    std, velocity_std = (np.sqrt(one + end) for one, end in zip(sine_series.variances(density, ω), ends, strict=True))
+    std, velocity_std = (np.sqrt(one + end) for one, end in zip(sine_variances(density, ω), ends, strict=True))
     residual = residual_displacement(displacement, rate)
     passed = displacement_noise * float(np.sqrt(np.mean(low_pass**2)))
     return MeasuredMotion(smooth, velocity, std, velocity_std, (0.0, corner), passed, residual)
@@ -138,9 +145,9 @@ def integrate(
         RecordError: the history contains NaN.
     """
     _refuse_nan(relative_acceleration)
-    ω = sine_series.angular_frequencies(relative_acceleration.size, rate)
-    sines = sine_series.coefficients(relative_acceleration - relative_acceleration.mean())
-    periodogram, frequency = sine_series.power(sines), ω / (2 * np.pi)
+    ω = sine_frequencies(relative_acceleration.size, rate)
+    sines = sine_coefficients(relative_acceleration - relative_acceleration.mean())
+    periodogram, frequency = sine_power(sines), ω / (2 * np.pi)
     noise = drifting_noise(periodogram, frequency, acceleration_noise)
     power = smoothed(periodogram, frequency)
     band = clear_band(power, noise, frequency)
@@ -148,14 +155,14 @@ def integrate(
         return None
     lowest = band[0]
     high_pass = 1 / (1 + (lowest / frequency) ** FILTER_POWER)
-    moved, velocity = sine_series.sum_with_line(-sines / ω**2 * high_pass, np.zeros_like(relative_acceleration), rate)
+    moved, velocity = sum_with_line(-sines / ω**2 * high_pass, np.zeros_like(relative_acceleration), rate)
     damping = (high_pass / ω**2) ** 2
     left, rising = noise * damping, acceleration_noise**2 * (flicker(frequency, corner) - 1) * damping
-    passed = sine_series.variances(left + rising, ω)
+    passed = sine_variances(left + rising, ω)
     signal = np.maximum(power - noise, 0.0) / ω**4
     level = np.mean(signal[(frequency >= lowest) & (frequency < 2 * lowest)])
     slow = np.where(frequency < lowest, np.minimum(level, power / ω**4), signal)
-    lost = sine_series.variances((1 - high_pass) ** 2 * slow, ω)
+    lost = sine_variances((1 - high_pass) ** 2 * slow, ω)
     envelope = _envelope(moved, rate / lowest)
     std, velocity_std = (np.sqrt(one + other * envelope) for one, other in zip(passed, lost, strict=True))
     return MeasuredMotion(moved, velocity, std, velocity_std, (lowest, rate / 2), float(np.sqrt(left.mean())))
@@ -203,7 +210,7 @@ def _line_between_the_ends(samples: Vector, rate: float) -> Vector:
 
 def _power_of_the_line(size: int, rate: float) -> Vector:
     """(size − 2,) periodogram of the error of the line removed from samples of variance 1."""
-    return 2 / _ends(rate) * sine_series.power(sine_series.falling_line(size))
+    return 2 / _ends(rate) * sine_power(falling_line(size))
 
 
 def _variances_of_the_line(replaced: Vector, displacement_noise: float, rate: float) -> tuple[Vector, Vector]:
@@ -215,6 +222,6 @@ def _variances_of_the_line(replaced: Vector, displacement_noise: float, rate: fl
         rate: Hz.
     """
     start = np.linspace(1.0, 0.0, replaced.size + 2)
-    left = sine_series.sum_with_line(sine_series.falling_line(start.size) * (replaced - 1), start, rate)
+    left = sum_with_line(falling_line(start.size) * (replaced - 1), start, rate)
     one, two = (displacement_noise**2 / _ends(rate) * history**2 for history in left)
     return one + one[::-1], two + two[::-1]

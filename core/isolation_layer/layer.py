@@ -8,8 +8,7 @@ from core.arrays import Vector
 from core.description import BuildingDescription
 from core.isolation_layer.fusion import differentiate, fuse, integrate
 from core.isolation_layer.motion import MeasuredMotion
-from core.quality import Finding
-from core.record import Direction, Record
+from core.record import Direction, Finding, Record
 from core.sensors.layer_agreement import agreeing, transducer_reading
 from core.sensors.rigid import RigidLevels
 from core.signals.conditioning import band_passed, quiet_samples
@@ -23,9 +22,11 @@ HIDING = 1.5
 """Ratio of the beginning's standard deviation to the transducer's noise below which the layer may be at rest there. A
 choice: of 200 samples of noise alone, the ratio is within 5 % of 1."""
 ROUNDING = 1e-6
-"""Ratio of a displacement's mean to its standard deviation below which the mean of the record was its baseline."""
+"""Ratio of a displacement's mean to its standard deviation below which the mean of the record was its baseline. A
+choice."""
 
 NO_CHANNEL = "no displacement was measured"
+"""Reason for the lack of a measured displacement, in words."""
 INTEGRAL_CHANNEL = "the displacement channel contains accelerations integrated twice, so no displacement was measured"
 """Reasons for integrating the accelerations."""
 

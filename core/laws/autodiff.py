@@ -139,9 +139,9 @@ def _definition(law: Callable[..., Any]) -> ast.FunctionDef:
     if not isinstance(definition, ast.FunctionDef):
         raise ModelError(f"the law `{source.strip()}` is no `def`; write it as one, in a file of its own")
     for node in ast.walk(definition):
-        taken = node.arg if isinstance(node, ast.arg) else node.id if isinstance(node, ast.Name) else ""
-        if taken.startswith(RESERVED):
-            Tangent(law, set()).refuse(node, f"names that begin with {' or '.join(RESERVED)} are taken")
+        name = node.arg if isinstance(node, ast.arg) else node.id if isinstance(node, ast.Name) else ""
+        if name.startswith(RESERVED):
+            Tangent(law, set()).refuse(node, f"names that begin with {' or '.join(RESERVED)} are reserved")
     return definition
 
 
@@ -172,8 +172,8 @@ def _assign(tangent: Tangent, target: ast.expr, value: ast.expr) -> None:
         case ast.Tuple(elts=names), ast.Tuple(elts=values) if len(names) == len(values):
             if not all(isinstance(one, ast.Name) for one in names):
                 tangent.refuse(target, "assign to names only")
-            found = [expression(tangent, one) for one in values]
-            kept = [Changing(_copy(tangent, f.value), f.change and _copy(tangent, f.change)) for f in found]
+            tangents = [expression(tangent, one) for one in values]
+            kept = [Changing(_copy(tangent, f.value), f.change and _copy(tangent, f.change)) for f in tangents]
             for one, change in zip(names, kept, strict=True):
                 _store(tangent, ast.unparse(one), change)
         case _:
@@ -278,6 +278,7 @@ ARITHMETIC: dict[type[ast.operator], Callable[[Tangent, Changing, Changing], Cha
     ast.Div: _quotient,
     ast.Pow: _power,
 }
+"""Derivatives of the arithmetic operators."""
 
 
 def _call(tangent: Tangent, name: ast.expr, arguments: list[ast.expr]) -> Changing:
@@ -307,9 +308,9 @@ def _choice(tangent: Tangent, node: ast.IfExp) -> Changing:
     value, change = f"part_{tangent.parts}", f"change_of_part_{tangent.parts}"
     for head, branch in ((f"if {_test(tangent, node.test)}:", node.body), ("else:", node.orelse)):
         with tangent.block(head):
-            found = expression(tangent, branch)
-            tangent.write(f"{value} = {found.value}")
-            tangent.write(f"{change} = {found.change or 0.0}")
+            derivative = expression(tangent, branch)
+            tangent.write(f"{value} = {derivative.value}")
+            tangent.write(f"{change} = {derivative.change or 0.0}")
     return Changing(value, change)
 
 

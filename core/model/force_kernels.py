@@ -35,10 +35,11 @@ program: Any = None
 at: Any = None
 """Placeholders of the functions that are bound before compilation."""
 TOLERANCE = 3e-3
-"""Largest difference between the two slopes in the middle of a step, times the step, relative to the largest value
-that the state has had."""
+"""Largest difference between the two slopes in the middle of a step, times the step, relative to the largest value that
+the state has had. A choice."""
 END_TOLERANCE = 0.03
-"""The same for the difference between the sum of the slopes at the ends and the sum of those in the middle."""
+"""The same for the difference between the sum of the slopes at the ends and the sum of those in the middle. A
+choice."""
 
 
 def _force_at(m, opcode, at_p, at_x, p, change_of_p, behind, x, dx):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
@@ -53,15 +54,15 @@ def _tangent_at(m, opcode, at_p, at_x, p, change_of_p, behind, x, dx):  # type: 
 def _columns(samples, acceleration, opcode, at_p, at_x, p, directions, states):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     """(directions, n) N, changes of the force along directions that affect no state; states is (n, m)."""
     n, behind = states.shape
-    found = np.empty((directions.shape[0], n))
+    columns = np.empty((directions.shape[0], n))
     x, dx = np.zeros(2 * behind), np.zeros(2 * behind)
     for i in range(n):
         for j in range(behind):
             x[j] = states[i, j]
         for k in range(directions.shape[0]):
             answer = at(samples[i + 1], opcode, at_p, at_x, p, directions[k], behind, x, dx)
-            found[k, i] = answer[2] + answer[3] * acceleration[i]
-    return found
+            columns[k, i] = answer[2] + answer[3] * acceleration[i]
+    return columns
 
 
 def _integrate(samples, acceleration, weights, interval, least, opcode, at_p, at_x, p, change_of_p, behind, start):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202

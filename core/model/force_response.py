@@ -15,9 +15,9 @@ from core.model.force_kernels import column_kernel, force_kernel, tangent_kernel
 from core.model.isolator import Conditions, Isolator, Key, PackedModel, packed, parameter_names
 
 LONGEST_STEP = 1e-2
-"""s, longest step of the integration."""
+"""s, longest step of the integration. A choice."""
 MOST_HALVINGS = 2
-"""Times that a step may be halved where a law needs shorter steps."""
+"""Times that a step may be halved where a law needs shorter steps. A choice."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -27,7 +27,8 @@ SUBSTEPS = 3
 """Smallest number of steps per sample: the force of the paper's building at 100 Hz then has an error of 1e-5 of its
 norm."""
 LARGEST_STEP = 1.0
-"""rad, largest phase of the fastest mode per step, the base slab free to move; the method is stable up to 2.8."""
+"""rad, largest phase of the fastest mode per step, the base slab free to move; the method is stable up to 2.8. A
+choice."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -7,8 +7,7 @@ import numpy as np
 
 from core.arrays import ComplexMatrix, ComplexVector, Mask, Matrix, Vector
 from core.description import BuildingDescription
-from core.quality import Finding
-from core.record import Channel, Quantity
+from core.record import Channel, Finding, Quantity
 from core.sensors.clock import BAND
 from core.sensors.screening import loss
 from core.signals.noise import noise_std
@@ -18,7 +17,7 @@ CLEAR = 100.0
 """Power of a channel over that of its noise in the band, below which it is not judged. A choice: a signal ten times the
 noise."""
 COHERENT = 0.8
-"""Least squared coherence of two levels of one rigid body; healthy buildings have 0.98 and more."""
+"""Least squared coherence of two levels of one rigid body; healthy buildings have 0.98 and more. A choice."""
 GAIN = 2.0
 """Largest factor between two levels, beyond their quasi-static deflection. A choice: units err by ten and more."""
 LEAST_EXPECTED = 3.0

@@ -17,8 +17,7 @@ import numpy as np
 
 from core.arrays import ComplexMatrix, ComplexVector, Matrix, Vector
 from core.description import BuildingDescription
-from core.quality import Finding
-from core.record import Channel, Direction, Quantity, Record
+from core.record import Channel, Direction, Finding, Quantity, Record
 from core.signals.spectra import hann_spectra, second_derivative
 
 BAND = (0.2, 0.7)
@@ -26,7 +25,7 @@ BAND = (0.2, 0.7)
 UNEXPLAINED = 0.03
 """Share of a window's power that may remain with the delays removed. Not tuned."""
 LATE = 0.03
-"""s, delay that is reported; the damping of a real building causes 0.007 s."""
+"""s, delay that is reported; the damping of a real building causes 0.007 s. A choice."""
 JUMP = 0.06
 """s, difference between two windows that is reported. A choice: twice LATE."""
 WINDOW = 20.0
@@ -105,13 +104,13 @@ def _delays(
     power = np.array([np.vdot(spectra[0], spectra[0]).real for _, spectra in windows])
     strong = power > STRONG * power.max(initial=0.0)
     for i in np.flatnonzero(strong):
-        found, (slopes, spectra) = delays[i], windows[i]
+        delay, (slopes, spectra) = delays[i], windows[i]
         base_motion = np.vstack([spectra[0], slopes[0]])
-        found[0] = 0.0
+        delay[0] = 0.0
         for place in range(1, len(floors) + 1):
-            found[place] = _floor_delay(ω, spectra[place], slopes[place + 1], base_motion)
+            delay[place] = _floor_delay(ω, spectra[place], slopes[place + 1], base_motion)
         if sides:
-            found[-2:] = _layer_delays(ω, spectra[0], spectra[-2], spectra[-1])
+            delay[-2:] = _layer_delays(ω, spectra[0], spectra[-2], spectra[-1])
     return [channel for channel, _ in used], delays
 
 

@@ -113,14 +113,14 @@ def floor_agreement(base: Vector, floors: Matrix, rate: float) -> FloorAgreement
         frequency, damping = np.exp(unknown[:2]).tolist()
         return _residual(lines, columns(frequency, damping), unknown[2:].reshape(-1, PER_FLOOR))
 
-    found = least_squares(residual, start, x_scale="jac", method="lm")
-    left = 2 * found.cost / max(1, found.fun.size - found.x.size)
-    covariance = scaled_inverse(found.jac.T @ found.jac)
-    gains = found.x[2::PER_FLOOR]
+    solution = least_squares(residual, start, x_scale="jac", method="lm")
+    left = 2 * solution.cost / max(1, solution.fun.size - solution.x.size)
+    covariance = scaled_inverse(solution.jac.T @ solution.jac)
+    gains = solution.x[2::PER_FLOOR]
     if not (gains > 0).all():
         return None
-    places = np.arange(2, found.x.size).reshape(-1, PER_FLOOR)[:, [0, 3, 4]].ravel()
-    value, change = found.x[places], np.ones(places.size)
+    places = np.arange(2, solution.x.size).reshape(-1, PER_FLOOR)[:, [0, 3, 4]].ravel()
+    value, change = solution.x[places], np.ones(places.size)
     value[::3], change[::3] = np.log(gains), 1 / gains
     own = covariance[np.ix_(places, places)] * np.outer(change, change)
     return FloorAgreement(value, own * HANN_CORRELATION * max(left, 1.0))

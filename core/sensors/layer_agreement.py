@@ -97,20 +97,20 @@ def layer_agreement(displacement: Vector, base: Vector, ground: Vector, rate: fl
     density = noise_density(np.array([displacement, base, ground]), rate) * rate / 2
     time = _time(displacement.size, rate)
     sides = [CubicSpline(time, own) for own in (base, ground)]
-    found = np.zeros(6)
+    errors = np.zeros(6)
     for band in BANDS:
         for _ in range(ROUNDS):
-            lines = _lines(displacement, sides, found, density, rate, band)
+            lines = _lines(displacement, sides, errors, density, rate, band)
             if lines.columns.shape[1] < FEWEST_LINES:
                 return None
-            solved = _step(lines, found)
+            solved = _step(lines, errors)
             if solved is None:
                 return None
             step, covariance = solved
-            found = found + np.clip(step, -LARGEST_STEP, LARGEST_STEP)
+            errors = errors + np.clip(step, -LARGEST_STEP, LARGEST_STEP)
             if (np.abs(step) < SETTLED * np.sqrt(np.diag(covariance))).all():
                 break
-    return LayerAgreement(found, covariance)
+    return LayerAgreement(errors, covariance)
 
 
 def agreeing(displacement: Vector, base: Vector, ground: Vector, rate: float) -> tuple[Vector, Vector]:
@@ -125,10 +125,10 @@ def agreeing(displacement: Vector, base: Vector, ground: Vector, rate: float) ->
     Returns:
         (n,) m/s² each; unchanged if the record does not determine the differences.
     """
-    if displacement.size < WINDOW * rate or (found := layer_agreement(displacement, base, ground, rate)) is None:
+    if displacement.size < WINDOW * rate or (agreement := layer_agreement(displacement, base, ground, rate)) is None:
         return base, ground
     prior = np.diag(np.tile(PRIOR, 2) ** 2)
-    posterior = prior @ np.linalg.solve(prior + found.covariance, found.value)
+    posterior = prior @ np.linalg.solve(prior + agreement.covariance, agreement.value)
     time = _time(base.size, rate)
     corrected = [
         np.exp(-gain) * CubicSpline(time, own)(np.clip(time + delay + slow * time, time[0], time[-1]))
@@ -140,7 +140,7 @@ def agreeing(displacement: Vector, base: Vector, ground: Vector, rate: float) ->
 def _lines(
     displacement: Vector,
     sides: Sequence[CubicSpline],
-    found: Vector,
+    errors: Vector,
     density: Vector,
     rate: float,
     band: tuple[float, float],
@@ -149,7 +149,7 @@ def _lines(
     count = displacement.size
     time = _time(count, rate)
     rows = [displacement]
-    for spline, (_, delay, slow) in zip(sides, found.reshape(2, 3), strict=True):
+    for spline, (_, delay, slow) in zip(sides, errors.reshape(2, 3), strict=True):
         at = np.clip(time + delay + slow * time, time[0], time[-1])
         rows += [spline(at), spline(at, 1), time * spline(at, 1)]
     length = min(count, round(WINDOW * rate))
@@ -185,10 +185,10 @@ def _power(window: Matrix, ω: Vector) -> Vector:
     return np.asarray([np.sum((bend - o**2 * w) ** 2 + (2 * o * slope) ** 2) for o in ω])
 
 
-def _step(lines: _Lines, found: Vector) -> tuple[Vector, Matrix] | None:
+def _step(lines: _Lines, errors: Vector) -> tuple[Vector, Matrix] | None:
     """Gauss-Newton step, and the covariance of the result; None if only noise is left."""
     layer, base, ground = lines.columns[0], lines.columns[1:4], lines.columns[4:7]
-    shares = np.exp(-found[[0, 3]])
+    shares = np.exp(-errors[[0, 3]])
     residual = layer - shares[0] * base[0] + shares[1] * ground[0]
     jacobian = np.vstack([shares[0] * base * [[1], [-1], [-1]], -shares[1] * ground * [[1], [-1], [-1]]])
     noise = lines.noise * np.array([1.0, *shares**2])[:, None]

@@ -17,8 +17,7 @@ import numpy as np
 
 from core.arrays import ComplexMatrix, ComplexTensor, Matrix, Tensor
 from core.description import BuildingDescription
-from core.quality import Finding
-from core.record import Channel, Direction, Quantity, Record
+from core.record import Channel, Direction, Finding, Quantity, Record
 from core.rounding import with_std
 from core.sensors.screening import loss
 from core.signals.spectra import hann_spectra, second_derivative
@@ -89,16 +88,16 @@ def oriented(record: Record, description: BuildingDescription) -> tuple[Record, 
         record: complete channels relative to their position at rest, one per level, quantity and direction.
         description: of the building.
     """
-    samples, lost, found = record.samples.copy(), set[Channel](), list[Finding]()
+    samples, lost, findings = record.samples.copy(), set[Channel](), list[Finding]()
     for (channels, _), turn in _turned(_pairs(record), description, record.rate):
         rows = [record.channels.index(channel) for channel in channels]
         if turn.mirrored:
             lost.update(channels)
         else:
             samples[rows] = turned_back(samples[rows], turn.angle)
-        found += [_finding(channel, turn, description) for channel in channels]
+        findings += [_finding(channel, turn, description) for channel in channels]
     kept = [row for row, channel in enumerate(record.channels) if channel not in lost]
-    return replace(record, channels=tuple(record.channels[row] for row in kept), samples=samples[kept]), tuple(found)
+    return replace(record, channels=tuple(record.channels[row] for row in kept), samples=samples[kept]), tuple(findings)
 
 
 def along_described_axes(record: Record, description: BuildingDescription) -> tuple[Record, tuple[Finding, ...]]:
@@ -110,19 +109,19 @@ def along_described_axes(record: Record, description: BuildingDescription) -> tu
         record: complete channels relative to their position at rest, any number per level and direction.
         description: of the building.
     """
-    samples, found = record.samples.copy(), list[Finding]()
+    samples, findings = record.samples.copy(), list[Finding]()
     for row, channel in enumerate(record.channels):
         if not channel.rotation:
             continue
         other = _other_axis(record, channel)
         if other is None:
             message = "its axes are turned; without the sensor's other axis it cannot be turned back and is left out"
-            found.append(Finding("rotation", loss(channel, description), message, channel.id, channel.rotation))
+            findings.append(Finding("rotation", loss(channel, description), message, channel.id, channel.rotation))
         elif channel.direction == "x":
             samples[[row, other]] = turned_back(record.samples[[row, other]], channel.rotation)
-    lost = {finding.channel for finding in found}
+    lost = {finding.channel for finding in findings}
     kept = [row for row, channel in enumerate(record.channels) if channel.id not in lost]
-    return replace(record, channels=tuple(record.channels[row] for row in kept), samples=samples[kept]), tuple(found)
+    return replace(record, channels=tuple(record.channels[row] for row in kept), samples=samples[kept]), tuple(findings)
 
 
 def turned_back(samples: Matrix, angle: float) -> Matrix:
@@ -179,22 +178,22 @@ def _turned(
 
 def _turn(reference: Matrix, sensor: Matrix, rate: float) -> _Turn | None:
     """Rotation of a sensor that moves with the reference, so that its signs count."""
-    found = relative_angle(reference, sensor, rate)
-    return None if found is None else _signed(found)
+    angle = relative_angle(reference, sensor, rate)
+    return None if angle is None else _signed(angle)
 
 
-def _signed(found: RelativeAngle) -> _Turn:
-    x, y = found.signs
+def _signed(measured: RelativeAngle) -> _Turn:
+    x, y = measured.signs
     mirrored = x != y
-    angle = (-found.angle if mirrored else found.angle) + (np.pi if x < 0 else 0.0)
-    return _Turn(float(np.pi - (np.pi - angle) % (2 * np.pi)), found.std, mirrored)
+    angle = (-measured.angle if mirrored else measured.angle) + (np.pi if x < 0 else 0.0)
+    return _Turn(float(np.pi - (np.pi - angle) % (2 * np.pi)), measured.std, mirrored)
 
 
 def _ground_turn(base: Matrix, ground: Matrix, layer: Pair | None, rate: float) -> _Turn | None:
     if layer is not None:
         return _turn(base - second_derivative(layer[1], rate), ground, rate)
-    found = relative_angle(base, ground, rate)  # across the layer, signs have no meaning
-    return None if found is None else _signed(replace(found, signs=(1.0, 1.0)))
+    angle = relative_angle(base, ground, rate)  # across the layer, signs have no meaning
+    return None if angle is None else _signed(replace(angle, signs=(1.0, 1.0)))
 
 
 def _base_turn(others: list[_Turn]) -> _Turn | None:

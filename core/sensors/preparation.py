@@ -10,8 +10,7 @@ import numpy as np
 from core.arrays import Vector
 from core.description import BuildingDescription
 from core.errors import RecordError
-from core.quality import Finding
-from core.record import Channel, Record, Segment, Trace
+from core.record import Channel, Finding, Record, Segment, Trace
 from core.sensors.screening import loss, missing, screened
 from core.signals.conditioning import SAME_INSTANT, SAME_RATE, resampled, without_baseline
 
@@ -47,19 +46,19 @@ def prepared(segments: Sequence[Segment], description: BuildingDescription, rate
         return Preparation(None, (too_long,))
     pieces = _by_channel(segments)
     traces: dict[str, Trace] = {}
-    found: list[Finding] = []
+    quality: list[Finding] = []
     for channel in wanted:
         if channel.id in pieces:
             trace, findings = _trace(pieces[channel.id], channel, description)
-            found += findings
+            quality += findings
             if trace is not None:
                 traces[channel.id] = trace
-    found += missing(wanted, set(pieces), description)
+    quality += missing(wanted, set(pieces), description)
     try:
         record, incomplete = _record(traces, wanted, description, rate)
     except RecordError as error:
-        return Preparation(None, (*found, Finding("record", "fatal", str(error))))
-    return Preparation(record, (*found, *incomplete))
+        return Preparation(None, (*quality, Finding("record", "fatal", str(error))))
+    return Preparation(record, (*quality, *incomplete))
 
 
 def joined(segments: Sequence[Segment]) -> tuple[Trace, tuple[Finding, ...]]:

@@ -14,8 +14,7 @@ import numpy as np
 from core.arrays import ComplexMatrix, ComplexVector, Vector
 from core.description import BuildingDescription
 from core.errors import RecordError
-from core.quality import Finding
-from core.record import Channel, Direction, Record
+from core.record import Channel, Direction, Finding, Record
 from core.sensors.agreement import GAIN, Fault, against, low_spectra
 from core.sensors.clock import clock_faults
 from core.sensors.orientation import along_described_axes, oriented

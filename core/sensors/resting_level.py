@@ -12,8 +12,7 @@ from itertools import combinations, pairwise
 import numpy as np
 
 from core.arrays import Mask, Matrix, Vector
-from core.quality import Finding
-from core.record import Channel, Quantity, Trace
+from core.record import Channel, Finding, Quantity, Trace
 from core.signals.conditioning import position_at_rest
 
 NOTABLE: Mapping[Quantity, float] = {"acceleration": 0.01, "velocity": 0.01, "displacement": 0.001}

@@ -13,8 +13,7 @@ import numpy as np
 from core.arrays import ComplexMatrix, ComplexVector, Matrix, Vector
 from core.description import BuildingDescription
 from core.errors import RecordError
-from core.quality import Finding
-from core.record import Channel, Quantity, Record
+from core.record import Channel, Finding, Quantity, Record
 from core.sensors.agreement import Fault, against, low_spectra
 
 SHORTEST_ARM = 0.5
@@ -54,7 +53,7 @@ def rigid_levels(record: Record) -> RigidLevels:
     groups: dict[Key, list[int]] = {}
     for row, channel in enumerate(record.channels):
         groups.setdefault((channel.level, channel.quantity), []).append(row)
-    channels, rows, torsion, found = list[Channel](), list[Vector](), dict[Key, Vector](), list[Finding]()
+    channels, rows, torsion, findings = list[Channel](), list[Vector](), dict[Key, Vector](), list[Finding]()
     for key, members in groups.items():
         sensors, samples = [record.channels[row] for row in members], record.samples[members]
         combined = _combined(sensors)
@@ -64,8 +63,8 @@ def rigid_levels(record: Record) -> RigidLevels:
         if turning is not None:
             torsion[key] = turning @ samples
         elif len({one.direction for one in combined} - {"z"}) < sum(sensor.direction != "z" for sensor in sensors):
-            found.append(_without_torsion(sensors))
-    return RigidLevels(replace(record, channels=tuple(channels), samples=np.array(rows)), torsion, tuple(found))
+            findings.append(_without_torsion(sensors))
+    return RigidLevels(replace(record, channels=tuple(channels), samples=np.array(rows)), torsion, tuple(findings))
 
 
 def _combined(sensors: Sequence[Channel]) -> list[Channel]:

@@ -7,8 +7,7 @@ from scipy.ndimage import maximum_filter1d, median_filter
 
 from core.arrays import Mask, Vector
 from core.description import BuildingDescription
-from core.quality import Finding, Severity
-from core.record import Channel, Trace
+from core.record import Channel, Finding, Severity, Trace
 from core.sensors.resting_level import without_jump
 
 MENDED_GAP = 0.1
@@ -43,7 +42,8 @@ APART = 0.9
 LIMIT_SHARE = 0.2
 """Smallest value of a limit over the channel's whole range. Not tuned."""
 SMALLEST_STEPS = 0.01
-"""Quantile of the changes from sample to sample that is the step of the digitiser; interpolated samples are finer."""
+"""Quantile of the changes from sample to sample that is the step of the digitiser; interpolated samples are finer. A
+choice."""
 
 
 def loss(channel: Channel, description: BuildingDescription) -> Severity:
@@ -85,9 +85,9 @@ def screened(trace: Trace, channel: Channel, lost: Severity) -> tuple[Trace | No
     if mended is None:
         return None, gaps
     faults = [check(mended, channel, lost) for check in (_dead, _unit, _clipping)]
-    found = [finding for finding in faults if finding is not None]
-    if found:
-        return None, (*gaps, *found)
+    findings = [finding for finding in faults if finding is not None]
+    if findings:
+        return None, (*gaps, *findings)
     smooth, spikes = _without_spikes(mended, channel, lost)
     if smooth is None:
         return None, (*gaps, *spikes)

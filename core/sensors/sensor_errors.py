@@ -96,17 +96,19 @@ def sensor_differences(
         description: of the building.
         direction: horizontal.
     """
-    found = {
+    differences = {
         (channel.level, channel.quantity): (channel.id, row)
         for channel, row in zip(record.channels, record.samples, strict=True)
         if channel.direction == direction
     }
-    base = found.get((description.base.name, "acceleration"))
+    base = differences.get((description.base.name, "acceleration"))
     ground, layer = (
-        found.get((description.ground.name, "acceleration")),
-        found.get((description.base.name, "displacement")),
+        differences.get((description.ground.name, "acceleration")),
+        differences.get((description.base.name, "displacement")),
     )
-    floors = [found[f.name, "acceleration"] for f in description.floors if (f.name, "acceleration") in found]
+    floors = [
+        differences[f.name, "acceleration"] for f in description.floors if (f.name, "acceleration") in differences
+    ]
     if base is None:
         return
     try:
@@ -145,10 +147,10 @@ def sensor_health(record: Record, levels: Record, description: BuildingDescripti
 def _noise(record: Record) -> Mapping[str, float]:
     """SI units by channel; empty if the record is too short."""
     try:
-        found = noise_std(record.samples, record.rate)
+        noise = noise_std(record.samples, record.rate)
     except RecordError:
         return {}
-    return {channel.id: float(std) for channel, std in zip(record.channels, found, strict=True)}
+    return {channel.id: float(std) for channel, std in zip(record.channels, noise, strict=True)}
 
 
 def _gains(
@@ -184,7 +186,9 @@ def sensor_errors(
         description: of the building.
         direction: horizontal.
     """
-    pooled = _pooled([found for record in records for found in sensor_differences(record, description, direction)])
+    pooled = _pooled(
+        [difference for record in records for difference in sensor_differences(record, description, direction)]
+    )
     erring: list[Unit] = []
     others: list[tuple[str, ...]] = []
     while True:

@@ -10,7 +10,7 @@ MaskMatrix = np.ndarray[tuple[int, int], np.dtype[np.bool_]]
 WINDOW = 2.0
 """s, of one spectrum. A choice: 0.5 Hz resolves the edges of usual filters, and 10 s give nine windows."""
 FEWEST_WINDOWS = 5
-"""Windows without overlap that a record must have, so that its quietest fifth is one of them."""
+"""Windows without overlap that a record must have, so that its quietest fifth is one of them. A choice."""
 QUIET = 0.2
 """Share of the record, in one piece, that counts as quiet: before the event or in its tail. Not tuned."""
 STRUCTURE_ENDS = 15.0

@@ -22,9 +22,9 @@ NEGLIGIBLE = 1e-5
 """Fraction of the measured force's power that may be omitted at high frequencies: it belongs to the superstructure's
 higher modes rather than to the layer. Not tuned."""
 AVERAGED = 41
-"""Coefficients over which the force's power is averaged."""
+"""Coefficients over which the force's power is averaged. A choice."""
 LEAST_TOP = 3.0
-"""Hz, that are kept in any case."""
+"""Hz, that are kept in any case. A choice."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

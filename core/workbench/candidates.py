@@ -13,7 +13,7 @@ from core.errors import ModelError
 from core.fitting.fit import Fit, weighted_fit
 from core.frozen import FrozenDict
 from core.model.isolator import Isolator
-from core.workbench.earthquakes import FITTED, LEFT_OUT, Earthquakes
+from core.workbench.earthquakes import FITTED, HELD_OUT, Earthquakes
 from core.workbench.fitting import deviations
 
 
@@ -70,7 +70,7 @@ def _candidate(judged: ScoredCandidate, ranking: Ranking, earthquakes: Earthquak
         in_set=in_set and against is None,
         after=errors[FITTED],
         noise_ratio=ranking.noise_ratio(judged.fit),
-        after_held_out=errors.get(LEFT_OUT),
+        after_held_out=errors.get(HELD_OUT),
         implausible=against,
         std=deviations(judged.fit, ranking.inflation).get(judged.effect, FrozenDict({})),
     )
@@ -89,20 +89,20 @@ class Stage:
     """Ratio of the variances to those that the measurement's noise alone would cause."""
 
 
-def stages(found: Diagnosis, earthquakes: Earthquakes) -> tuple[Stage, ...]:
+def stages(diagnosis: Diagnosis, earthquakes: Earthquakes) -> tuple[Stage, ...]:
     """The model with the first effect of a diagnosis, with the first two, and so on.
 
     Where an effect took another's place the diagnosis never fitted the models before it: they are fitted here.
     """
     added: list[str] = []
     made: list[Stage] = []
-    for step in found.steps:
+    for step in diagnosis.steps:
         added.append(step.chosen.effect)
-        wanted = {*found.given.effects, *added}
+        wanted = {*diagnosis.given.effects, *added}
         if set(step.chosen.fit.model.effects) == wanted:
             fit, inflation = step.chosen.fit, step.ranking.inflation
         else:
-            whole = found.after.model.effects
+            whole = diagnosis.after.model.effects
             own = weighted_fit(earthquakes.fitted, Isolator({n: v for n, v in whole.items() if n in wanted}))
             fit, inflation = own.fit, own.inflation
         made.append(Stage(step.chosen.effect, step, fit, inflation))

@@ -7,8 +7,7 @@ import numpy as np
 
 from core.comparison.block_corrections import BlockCorrection, block_corrections
 from core.comparison.compared import ForceComparison
-from core.comparison.failure import Failure, failure
-from core.comparison.failure_words import words
+from core.comparison.failure import Failure, failure, failure_sentences
 from core.comparison.misfit import Misfit
 from core.comparison.prediction import Prediction, predicted_accelerations, predicted_displacement
 from core.fitting.observation import Observation
@@ -61,10 +60,10 @@ def compare(
     progress("driving the model by the measured motion and by the ground alone", 0, 2)
     errors = model_errors(model, seen)
     progress("locating the model's errors", 1, 2)
-    found = failure_of(errors)
+    failing = failure_of(errors)
     corrections = block_corrections(model, errors.forces)
     progress("compared", 2, 2)
-    return ComparisonResult(model, seen, errors, found, words(found), corrections)
+    return ComparisonResult(model, seen, errors, failing, failure_sentences(failing), corrections)
 
 
 def failure_of(errors: ModelErrors) -> Failure:
@@ -86,54 +85,54 @@ def _held_out(earthquakes: Earthquakes) -> list[Observation]:
     return [one for one in earthquakes.observations if one.name in earthquakes.held_out]
 
 
-def force_table(found: ComparisonResult) -> Table:
+def force_table(result: ComparisonResult) -> Table:
     """Errors of the force for the measured motion, against the estimated force."""
     return Table(
         "Force, driven by the measured motion",
         ("earthquake", "peak", "error", "of the force", "fitting rate", "noise ratio"),
-        tuple(_force_rows(found)),
+        tuple(_force_rows(result)),
         "Peak: of the displacement. Error: root mean square, against the force estimated from the accelerations. "
         "Fitting rate: 100 (1 − ‖error‖ / ‖measured − its mean‖). Noise ratio: error over the error that the "
         "measurement's noise alone makes; over all earthquakes, each by its own noise.",
-        sums=1 if len(found.errors.forces) > 1 else 0,
+        sums=1 if len(result.errors.forces) > 1 else 0,
     )
 
 
-def prediction_table(found: ComparisonResult, levels: Collection[str]) -> Table | None:
+def prediction_table(result: ComparisonResult, levels: Collection[str]) -> Table | None:
     """Errors of the response to the ground motion alone; None if it could be predicted in no earthquake.
 
     Args:
-        found: the comparison.
+        result: the comparison.
         levels: levels whose accelerations are shown.
     """
-    if not found.errors.predictions:
+    if not result.errors.predictions:
         return None
     return Table(
         "Predicted from the ground motion alone",
         ("earthquake", "displacement", *(f"acceleration, {level}" for level in levels)),
-        tuple(_prediction_rows(found, levels)),
+        tuple(_prediction_rows(result, levels)),
         "Error, root mean square, and in percent of what was measured.",
-        sums=1 if len(found.errors.predictions) > 1 else 0,
+        sums=1 if len(result.errors.predictions) > 1 else 0,
     )
 
 
-def levels_of(found: ComparisonResult) -> tuple[str, ...]:
+def levels_of(result: ComparisonResult) -> tuple[str, ...]:
     """Levels whose acceleration was measured in any earthquake, from the base slab upwards."""
-    return tuple(predicted_accelerations(found.errors.predictions))
+    return tuple(predicted_accelerations(result.errors.predictions))
 
 
-def outer_levels(found: ComparisonResult) -> tuple[str, ...]:
+def outer_levels(result: ComparisonResult) -> tuple[str, ...]:
     """The lowest and the highest of them."""
-    levels = levels_of(found)
+    levels = levels_of(result)
     return tuple(dict.fromkeys([*levels[:1], *levels[-1:]]))
 
 
-def _force_rows(found: ComparisonResult) -> Iterator[tuple[str, ...]]:
-    forces = found.errors.forces
+def _force_rows(result: ComparisonResult) -> Iterator[tuple[str, ...]]:
+    forces = result.errors.forces
     for one in forces:
-        yield _force_row(_label(one, found), _largest([one]), one.misfit, one.misfit.noise_ratio)
+        yield _force_row(_label(one, result), _largest([one]), one.misfit, one.misfit.noise_ratio)
     if len(forces) > 1:
-        yield _force_row("all", _largest(forces), found.failure.misfit, found.failure.noise_ratio.value)
+        yield _force_row("all", _largest(forces), result.failure.misfit, result.failure.noise_ratio.value)
 
 
 def _force_row(name: str, largest: float, misfit: Misfit, noise_ratio: float) -> tuple[str, ...]:
@@ -141,11 +140,11 @@ def _force_row(name: str, largest: float, misfit: Misfit, noise_ratio: float) ->
     return (name, *size, f"{misfit.fitting_rate:.1f} %", f"{noise_ratio:.3g}")
 
 
-def _prediction_rows(found: ComparisonResult, levels: Collection[str]) -> Iterator[tuple[str, ...]]:
-    predictions = found.errors.predictions
+def _prediction_rows(result: ComparisonResult, levels: Collection[str]) -> Iterator[tuple[str, ...]]:
+    predictions = result.errors.predictions
     for one in predictions:
         errors = {level: of.misfit for level, of in one.accelerations.items()}
-        yield _prediction_row(_label(one, found), one.displacement.misfit, errors, levels)
+        yield _prediction_row(_label(one, result), one.displacement.misfit, errors, levels)
     if len(predictions) > 1:
         over_all = predicted_accelerations(predictions)
         yield _prediction_row("all", predicted_displacement(predictions), over_all, levels)
@@ -161,8 +160,8 @@ def _prediction_row(
     )
 
 
-def _label(one: ForceComparison | Prediction, found: ComparisonResult) -> str:
-    return found.earthquakes.label(one.observation.name, one.observation.direction)
+def _label(one: ForceComparison | Prediction, result: ComparisonResult) -> str:
+    return result.earthquakes.label(one.observation.name, one.observation.direction)
 
 
 def _largest(forces: Sequence[ForceComparison]) -> float:

@@ -25,10 +25,10 @@ from core.rounding import plain
 from core.tables import Table, report
 from core.workbench.candidates import Candidate, Stage, candidates, stages, version_name
 from core.workbench.comparing import ComparisonResult, compare, counted
-from core.workbench.earthquakes import LEFT_OUT, Earthquakes, Progress, Version, lowers, model_errors, silent
-from core.workbench.effect_sentences import evidence, lowers_error, missing, titled
+from core.workbench.earthquakes import HELD_OUT, Earthquakes, Progress, Version, lowers, model_errors, silent
 from core.workbench.fitting import deviations, readable
 from core.workbench.tables import Deviations, gain, percent, values_table, version_tables
+from core.workbench.texts import evidence, lowers_error, missing, titled
 
 RUNNERS_UP = 2
 """Number of effects that are named although something speaks against them."""
@@ -37,7 +37,9 @@ BRIEF = 8
 CALLED = MappingProxyType(
     {Cause.SENSOR: "The sensor {}", Cause.SUPERSTRUCTURE: "The superstructure", Cause.MASS: "The mass"}
 )
+"""Openings of the sentences on faults, by cause."""
 NONE_TO_FIT = "every earthquake is held out; leave at least one to fit"
+"""Message of an error."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -125,91 +127,91 @@ def diagnose(
     progress("trying every effect", 0, 4)
     offered, diverging = set(EFFECTS if effects is None else effects), list[Dropped]()
     while True:
-        found = diagnosed(seen.fitted, model, offered, lambda so_far: progress(so_far, 0, 4))
+        diagnosis = diagnosed(seen.fitted, model, offered, lambda so_far: progress(so_far, 0, 4))
         progress("trying them on every earthquake", 1, 4)
-        tried, dropped = candidates(found.first, seen)
-        added = {step.chosen.effect for step in found.steps}
+        tried, dropped = candidates(diagnosis.first, seen)
+        added = {step.chosen.effect for step in diagnosis.steps}
         diverging += dropped
         if not added & {one.effect for one in dropped}:
             break
         offered -= {one.effect for one in dropped}
     progress("locating the model's errors", 2, 4)
-    refitted = compare(readable(found.refitted.model), seen)
+    refitted = compare(readable(diagnosis.refitted.model), seen)
     progress("driving the versions by the motion and by the ground alone", 3, 4)
-    staged = stages(found, seen)
+    staged = stages(diagnosis, seen)
     versions = [Version("as given", model_errors(model, seen)), Version("refitted", refitted.errors)]
     for number, stage in enumerate(staged):
         version = Version(version_name(staged[: number + 1]), model_errors(stage.fit.model, seen))
         if not lowers(versions[-1], version, seen):
-            found, staged = _cut(found, staged[:number], seen), staged[:number]
+            diagnosis, staged = _cut(diagnosis, staged[:number], seen), staged[:number]
             break
         versions.append(version)
     progress("diagnosed", 4, 4)
     return DiagnosisResult(
         given=model,
-        model=readable(last_fit(found, staged)[0].model),
+        model=readable(last_fit(diagnosis, staged)[0].model),
         earthquakes=seen,
-        diagnosis=found,
+        diagnosis=diagnosis,
         refitted=refitted,
         candidates=tried,
-        faults=_faults(found, seen),
+        faults=_faults(diagnosis, seen),
         stages=staged,
         versions=tuple(versions),
         diverging=tuple(diverging),
     )
 
 
-def last_fit(found: Diagnosis, staged: Sequence[Stage]) -> tuple[Fit, float]:
+def last_fit(diagnosis: Diagnosis, staged: Sequence[Stage]) -> tuple[Fit, float]:
     """Fit of the model with the effects of all these stages, and the inflation of its variances."""
-    return (staged[-1].fit, staged[-1].inflation) if staged else (found.refitted, found.first.inflation)
+    return (staged[-1].fit, staged[-1].inflation) if staged else (diagnosis.refitted, diagnosis.first.inflation)
 
 
-def _cut(found: Diagnosis, kept: Sequence[Stage], earthquakes: Earthquakes) -> Diagnosis:
+def _cut(diagnosis: Diagnosis, kept: Sequence[Stage], earthquakes: Earthquakes) -> Diagnosis:
     """The diagnosis with the first effects only, since the next one does not lower the error of whole histories."""
-    left = diagnosed(earthquakes.fitted, kept[-1].fit.model, ()).unexplained if kept else found.before
+    left = diagnosed(earthquakes.fitted, kept[-1].fit.model, ()).unexplained if kept else diagnosis.before
     return replace(
-        found,
-        outcome=found.outcome if kept else Outcome.UNKNOWN,
-        steps=found.steps[: len(kept)],
-        after=kept[-1].fit if kept else found.refitted,
-        unexplained=replace(left, allowed=found.unexplained.allowed),
+        diagnosis,
+        outcome=diagnosis.outcome if kept else Outcome.UNKNOWN,
+        steps=diagnosis.steps[: len(kept)],
+        after=kept[-1].fit if kept else diagnosis.refitted,
+        unexplained=replace(left, allowed=diagnosis.unexplained.allowed),
     )
 
 
-def _faults(found: Diagnosis, earthquakes: Earthquakes) -> tuple[BuildingFault, ...]:
+def _faults(diagnosis: Diagnosis, earthquakes: Earthquakes) -> tuple[BuildingFault, ...]:
     """Faults of the building; the mass is judged only where the design's model explains everything."""
     description = earthquakes.description
     if description is None:
         return ()
-    is_of_design = set(found.given.effects) == set(first_model(description).isolator.effects)
-    explains = is_of_design and not found.steps and not found.unexplained.is_there
-    return building_faults(earthquakes.analyses, description, found.refitted if explains else None)
+    is_of_design = set(diagnosis.given.effects) == set(first_model(description).isolator.effects)
+    explains = is_of_design and not diagnosis.steps and not diagnosis.unexplained.is_there
+    return building_faults(earthquakes.analyses, description, diagnosis.refitted if explains else None)
 
 
-def first_cause(found: Sequence[BuildingFault]) -> Cause | None:
+def first_cause(faults: Sequence[BuildingFault]) -> Cause | None:
     """The fault that must be repaired first; None if there is none."""
-    return next((cause for cause in Cause if any(one.cause is cause for one in found)), None)
+    return next((cause for cause in Cause if any(one.cause is cause for one in faults)), None)
 
 
-def fault_sentences(found: Sequence[BuildingFault]) -> tuple[str, ...]:
+def fault_sentences(faults: Sequence[BuildingFault]) -> tuple[str, ...]:
     """Sentences on faults of sensors, superstructure and masses; none without a fault."""
-    each = tuple(f"{CALLED[one.cause].format(one.channel)}: {one.message.rstrip('.')}." for one in found)
+    each = tuple(f"{CALLED[one.cause].format(one.channel)}: {one.message.rstrip('.')}." for one in faults)
     return (*each, "Correct this first: it may cause the findings on the isolation layer below.") if each else ()
 
 
-def candidate_table(found: DiagnosisResult, tried: Sequence[Candidate]) -> Table:
+def candidate_table(result: DiagnosisResult, tried: Sequence[Candidate]) -> Table:
     """Effects that were tried on the refitted model, the best first.
 
     Args:
-        found: the diagnosis.
+        result: the diagnosis.
         tried: the candidates to show.
     """
-    without, groups = found.versions[1], found.earthquakes.groups
+    without, groups = result.versions[1], result.earthquakes.groups
     errors = [percent(without.error(names).nrmse) for names in groups.values()]
-    ratio = found.diagnosis.first.noise_ratio(found.diagnosis.refitted)
+    ratio = result.diagnosis.first.noise_ratio(result.diagnosis.refitted)
     return Table(
         "Effects tried, each added alone and the whole model refitted",
-        ("effect", "family", "error", *(["held out"] if LEFT_OUT in groups else []), "noise ratio", "ΔBIC", "remark"),
+        ("effect", "family", "error", *(["held out"] if HELD_OUT in groups else []), "noise ratio", "ΔBIC", "remark"),
         (("none", "", *errors, f"{ratio:.3g}", "0", ""), *_candidate_rows(tried)),
         "Error: of the force, root mean square in percent of it. ΔBIC below −10: the records support the effect.",
         sums=0,
@@ -225,79 +227,79 @@ def _candidate_rows(tried: Sequence[Candidate]) -> Iterator[tuple[str, ...]]:
         yield (one.effect, one.family, *size, plain(one.delta_bic, 3), remark)
 
 
-def _nothing(found: DiagnosisResult) -> Iterator[str]:
-    yield f"No known effect is missing: {_size(found)}, and no effect takes enough of that away."
-    yield from _nearest(found)
+def _nothing(result: DiagnosisResult) -> Iterator[str]:
+    yield f"No known effect is missing: {_size(result)}, and no effect takes enough of that away."
+    yield from _nearest(result)
 
 
-def _refit(found: DiagnosisResult) -> Iterator[str]:
+def _refit(result: DiagnosisResult) -> Iterator[str]:
     yield "No known effect is missing, but the values are wrong: fit the model."
-    yield f"Fitted, {_size(found)}."
-    yield from _nearest(found)
+    yield f"Fitted, {_size(result)}."
+    yield from _nearest(result)
 
 
-def _missing(found: DiagnosisResult) -> Iterator[str]:
-    for number in range(1, len(found.stages) + 1):
-        yield from missing(found.stages[:number], found.versions[1 : number + 2], found.given, found.earthquakes)
+def _missing(result: DiagnosisResult) -> Iterator[str]:
+    for number in range(1, len(result.stages) + 1):
+        yield from missing(result.stages[:number], result.versions[1 : number + 2], result.given, result.earthquakes)
 
 
-def _unknown(found: DiagnosisResult) -> Iterator[str]:
+def _unknown(result: DiagnosisResult) -> Iterator[str]:
     yield (
-        f"Something is missing that no known effect explains: fitted, {_size(found)}, and that has structure. "
+        f"Something is missing that no known effect explains: fitted, {_size(result)}, and that has structure. "
         "Any effect named below is only the nearest known one."
     )
-    yield from _nearest(found)
-    yield from found.refitted.text[1:2]
+    yield from _nearest(result)
+    yield from result.refitted.text[1:2]
 
 
 OPENINGS = MappingProxyType({Outcome.NOTHING_MISSING: _nothing, Outcome.REFIT: _refit, Outcome.UNKNOWN: _unknown})
 """First sentences of outcomes without a name; the others name what is missing."""
 
 
-def _after(found: DiagnosisResult) -> Iterator[str]:
-    if found.diagnosis.steps:
-        yield from gain(found.versions[1], found.versions[-1], found.earthquakes)
-    if found.diagnosis.steps and found.diagnosis.unexplained.is_there:
-        share = percent(max(found.diagnosis.unexplained.share, 0.0))
+def _after(result: DiagnosisResult) -> Iterator[str]:
+    if result.diagnosis.steps:
+        yield from gain(result.versions[1], result.versions[-1], result.earthquakes)
+    if result.diagnosis.steps and result.diagnosis.unexplained.is_there:
+        share = percent(max(result.diagnosis.unexplained.share, 0.0))
         yield (
             "With this effect, the model is still incomplete: its error is "
-            f"{plain(found.diagnosis.unexplained.noise_ratio, 3)} times the noise, {share} of it with structure."
+            f"{plain(result.diagnosis.unexplained.noise_ratio, 3)} times the noise, {share} of it with structure."
         )
 
 
-def _open(found: DiagnosisResult) -> Iterator[str]:
+def _open(result: DiagnosisResult) -> Iterator[str]:
     """Effects that the numbers ask for although something speaks against them, and effects left undetermined."""
-    named = {stage.effect for stage in found.stages}
-    strange = [one for one in found.candidates if one.implausible and one.delta_bic < -DECISIVE]
+    named = {stage.effect for stage in result.stages}
+    strange = [one for one in result.candidates if one.implausible and one.delta_bic < -DECISIVE]
     for one in [one for one in strange if one.effect not in named][:RUNNERS_UP]:
-        against = objection(one.effect, one.fit, found.earthquakes.fitted)
+        against = objection(one.effect, one.fit, result.earthquakes.fitted)
         verdict = "impossible" if against is not None and against.is_impossible else "doubtful"
         yield f"Not proposed because it is {verdict}: {titled(one.effect)}; {one.implausible}."
-    unseen = ", ".join(dict.fromkeys(name for name, _ in found.diagnosis.refitted.undetermined))
+    unseen = ", ".join(dict.fromkeys(name for name, _ in result.diagnosis.refitted.undetermined))
     if unseen:
         yield f"Not determined by these records: {unseen}."
 
 
-def _dropped(found: DiagnosisResult) -> Iterator[str]:
-    for one in found.dropped:
+def _dropped(result: DiagnosisResult) -> Iterator[str]:
+    for one in result.dropped:
         yield f"{titled(one.effect)} could not be checked: {one.reason}."
 
 
-def _nearest(found: DiagnosisResult) -> Iterator[str]:
+def _nearest(result: DiagnosisResult) -> Iterator[str]:
     """The best effect that lowers the error and that nothing speaks against."""
-    plausible = (one for one in found.candidates if not one.implausible and lowers_error(found.before, one.after))
+    plausible = (one for one in result.candidates if not one.implausible and lowers_error(result.before, one.after))
     best = next(plausible, None)
     if best is None:
-        if found.candidates:
+        if result.candidates:
             yield "No plausible effect lowers the error of the force."
         return
     yield f"The nearest known effect is {titled(best.effect)}."
-    yield evidence(best.effect, found.before, best.after, best.delta_bic)
+    yield evidence(best.effect, result.before, best.after, best.delta_bic)
 
 
-def _size(found: DiagnosisResult) -> str:
-    fitted = found.versions[1].errors.of(found.earthquakes.fitted_names)
-    rms, share = plain(found.before.rms * 1e-3, 3), percent(found.before.nrmse)
+def _size(result: DiagnosisResult) -> str:
+    fitted = result.versions[1].errors.of(result.earthquakes.fitted_names)
+    rms, share = plain(result.before.rms * 1e-3, 3), percent(result.before.nrmse)
     return (
         f"the error of the force is {rms} kN, {share} of the force and {plain(fitted.noise_ratio, 3)} times the noise "
         "floor"

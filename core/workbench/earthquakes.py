@@ -18,14 +18,16 @@ from core.model.isolator import Isolator
 from core.record import Direction
 
 EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
+"""Instant from which effects count time unless another is given."""
 USUAL_BAND = (0.1, 30.0)
 """Hz, of forces whose own band is not known."""
 TOGETHER = timedelta(milliseconds=1)
-"""Instants nearer than this are the same."""
-FITTED, LEFT_OUT = "all fitted", "all held out"
+"""Instants nearer than this are the same. A choice."""
+FITTED, HELD_OUT = "all fitted", "all held out"
 """Groups of earthquakes, as tables name them."""
 HELPS = 0.98
-"""Ratio of the errors with and without a change on held-out earthquakes, below which the change helps there."""
+"""Ratio of the errors with and without a change on held-out earthquakes, below which the change helps there. A
+choice."""
 
 Progress = Callable[[str, int, int], None]
 """Called with the current step in words, the number of finished steps, and their total."""
@@ -58,7 +60,7 @@ class Earthquakes:
 
     @classmethod
     def of(cls, seen: "Sequence[Observation] | Earthquakes", hold_out: Collection[str] = ()) -> "Earthquakes":
-        """Observations as the workbench takes them; of a set that is one already, the same with more held out.
+        """Observations as the workbench uses them; of a set that is one already, the same with more held out.
 
         Raises:
             RecordError: there are none, two have one name or one start, bands differ, or a held-out name is unknown.
@@ -90,7 +92,7 @@ class Earthquakes:
         names = tuple(dict.fromkeys(one.name for one in self.observations))
         parted = {
             FITTED: tuple(name for name in names if name not in self.held_out),
-            LEFT_OUT: tuple(name for name in names if name in self.held_out),
+            HELD_OUT: tuple(name for name in names if name in self.held_out),
         }
         return {group: members for group, members in parted.items() if members}
 
@@ -285,8 +287,8 @@ def model_errors(model: Isolator, earthquakes: Earthquakes, names: Collection[st
     if earthquakes.description is None:
         return ModelErrors(forces, (), sources)
     modes = {direction: one.modes for direction, one in known.items() if not isinstance(one, str)}
-    found = predict_all(forces, modes, model, earthquakes.description, earthquakes.band)
-    return ModelErrors(forces, found.each, (*sources, *found.remarks))
+    predicted = predict_all(forces, modes, model, earthquakes.description, earthquakes.band)
+    return ModelErrors(forces, predicted.each, (*sources, *predicted.remarks))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -309,5 +311,5 @@ def lowers(before: Version, after: Version, earthquakes: Earthquakes) -> bool:
 
 def helps(before: Version, after: Version, earthquakes: Earthquakes) -> bool:
     """True if the error of the force falls on held-out earthquakes; true if there are none."""
-    names = earthquakes.groups.get(LEFT_OUT, ())
+    names = earthquakes.groups.get(HELD_OUT, ())
     return not names or after.error(names).rms < HELPS * before.error(names).rms

@@ -22,9 +22,9 @@ from core.workbench.tables import Deviations, gain, values_table, version_tables
 DIGITS = 6
 """Digits of a fitted value: records determine no more, and a file of such values is readable."""
 CLOSE = 0.95
-"""Correlation of two values, from which on the records barely separate them."""
+"""Correlation of two values, from which on the records barely separate them. A choice."""
 VAGUE = 0.5
-"""Standard deviation over value, from which on a value is barely known."""
+"""Standard deviation over value, from which on a value is barely known. A choice."""
 MOST_PAIRS = 3
 """Number of correlated pairs that are named."""
 
@@ -86,12 +86,12 @@ def fit(
     """
     seen = Earthquakes.of(earthquakes, hold_out)
     progress("fitting", 0, 2)
-    found = weighted_fit(seen.fitted, model)
-    fitted = readable(found.fit.model)
+    weighted = weighted_fit(seen.fitted, model)
+    fitted = readable(weighted.fit.model)
     progress("driving the model by the motion and by the ground alone", 1, 2)
     versions = (Version("as given", model_errors(model, seen)), Version("fitted", model_errors(fitted, seen)))
     progress("fitted", 2, 2)
-    return FitResult(model, fitted, found.fit, found.inflation, seen, versions)
+    return FitResult(model, fitted, weighted.fit, weighted.inflation, seen, versions)
 
 
 def readable(model: Isolator) -> Isolator:
@@ -106,11 +106,11 @@ def readable(model: Isolator) -> Isolator:
 
 def deviations(fit: Fit, inflation: float) -> Deviations:
     """Standard deviations by effect and parameter, to three digits; infinite where the records leave the value open."""
-    found: dict[str, dict[str, float]] = {}
+    by_effect: dict[str, dict[str, float]] = {}
     for (effect, name), std in fit.std.items():
         lost = (effect, name) in fit.undetermined
-        found.setdefault(effect, {})[name] = inf if lost else float(f"{std * sqrt(inflation):.3g}")
-    return FrozenDict({effect: FrozenDict(values) for effect, values in found.items()})
+        by_effect.setdefault(effect, {})[name] = inf if lost else float(f"{std * sqrt(inflation):.3g}")
+    return FrozenDict({effect: FrozenDict(values) for effect, values in by_effect.items()})
 
 
 def fit_sentences(fit: Fit, inflation: float) -> tuple[str, ...]:
@@ -147,6 +147,7 @@ OPENINGS = {
     Outcome.STOPPED: "Not fitted: ",
     Outcome.DIVERGED: "Not fitted: ",
 }
+"""Openings of the sentences on how a fit ended, by outcome."""
 
 
 def _ends(fit: Fit) -> Iterator[str]:

@@ -23,12 +23,12 @@ from core.workbench.candidates import Candidate, candidates
 from core.workbench.comparing import counted
 from core.workbench.diagnosing import NONE_TO_FIT, DiagnosisResult, diagnose, last_fit
 from core.workbench.earthquakes import Earthquakes, Progress, Version, helps, model_errors, silent
-from core.workbench.effect_sentences import explained
 from core.workbench.fitting import deviations, fit_sentences, readable
 from core.workbench.tables import Deviations, gain, values_table, version_tables
+from core.workbench.texts import explained
 
 ROUNDS = 3
-"""Diagnoses at most."""
+"""Diagnoses at most. A choice."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -120,18 +120,18 @@ def add(
     return ExtensionResult(model, better, effect, candidate, candidate.fit, ranking.inflation, seen, versions)
 
 
-def _extension_sentences(found: ExtensionResult) -> Iterator[str]:
-    about, tried = EFFECTS[found.effect], found.candidate
+def _extension_sentences(result: ExtensionResult) -> Iterator[str]:
+    about, tried = EFFECTS[result.effect], result.candidate
     bic = f"ΔBIC {plain(tried.delta_bic, 3)}"
-    yield f"{about.title} ({found.effect}): {explained(about, found.model.effects[found.effect])}"
+    yield f"{about.title} ({result.effect}): {explained(about, result.model.effects[result.effect])}"
     if tried.delta_bic < -DECISIVE:
         yield f"The records support it ({bic}, below −{DECISIVE:g})."
     else:
         yield f"The records do not support it ({bic}, not below −{DECISIVE:g}); it was added as requested."
     if tried.implausible:
         yield f"It is implausible: {tried.implausible}."
-    yield from gain(found.versions[1], found.versions[2], found.earthquakes)
-    yield from found.fit_text
+    yield from gain(result.versions[1], result.versions[2], result.earthquakes)
+    yield from result.fit_text
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -196,52 +196,52 @@ def improve(
     versions: list[Version] = []
     now, ended = model, "the maximum number of diagnoses was reached; run `menshin model improve` again to continue"
     while len(rounds) < ROUNDS:
-        found = diagnose(now, seen, effects=effects, progress=progress)
-        rounds.append(found)
-        count = _confirmed(found)
-        versions += found.versions[0 if not versions else 2 : 2 + count]
-        added += [stage.effect for stage in found.stages[:count]]
-        fit, inflation = last_fit(found.diagnosis, found.stages[:count])
+        result = diagnose(now, seen, effects=effects, progress=progress)
+        rounds.append(result)
+        count = _confirmed(result)
+        versions += result.versions[0 if not versions else 2 : 2 + count]
+        added += [stage.effect for stage in result.stages[:count]]
+        fit, inflation = last_fit(result.diagnosis, result.stages[:count])
         now = readable(fit.model)
-        if reason := _reason_to_end(found, count):
+        if reason := _reason_to_end(result, count):
             ended = reason
             break
     return ImprovementResult(model, tuple(rounds), now, fit, inflation, tuple(added), ended, tuple(versions), seen)
 
 
-def _confirmed(found: DiagnosisResult) -> int:
+def _confirmed(result: DiagnosisResult) -> int:
     """Number of effects, from the first on, that are worth adding.
 
     If something unknown is missing, the next best name is a stand-in, which only held-out earthquakes can justify.
     """
-    is_unknown = found.diagnosis.outcome is Outcome.UNKNOWN
-    if found.faults or (is_unknown and not found.earthquakes.held_out):
+    is_unknown = result.diagnosis.outcome is Outcome.UNKNOWN
+    if result.faults or (is_unknown and not result.earthquakes.held_out):
         return 0
     count = 0
-    for before, after in zip(found.versions[1:], found.versions[2:], strict=False):
-        if not helps(before, after, found.earthquakes):
+    for before, after in zip(result.versions[1:], result.versions[2:], strict=False):
+        if not helps(before, after, result.earthquakes):
             break
         count += 1
     return count
 
 
-def _reason_to_end(found: DiagnosisResult, count: int) -> str | None:
+def _reason_to_end(result: DiagnosisResult, count: int) -> str | None:
     """Reason to add nothing more; None if another diagnosis may support more."""
-    if found.faults:
-        return f"the building or its sensors have a fault ({found.outcome}); `menshin model diagnose` describes it"
-    if found.diagnosis.outcome is Outcome.UNKNOWN and not count:
+    if result.faults:
+        return f"the building or its sensors have a fault ({result.outcome}); `menshin model diagnose` describes it"
+    if result.diagnosis.outcome is Outcome.UNKNOWN and not count:
         return "the remaining error has structure that no known effect explains"
-    if count < len(found.stages):
-        return f"{found.stages[count].effect} has support but does not lower the error on held-out earthquakes"
-    return None if found.stages else "no further effect is needed"
+    if count < len(result.stages):
+        return f"{result.stages[count].effect} has support but does not lower the error on held-out earthquakes"
+    return None if result.stages else "no further effect is needed"
 
 
-def _improvement_sentences(found: ImprovementResult) -> Iterator[str]:
-    for effect in found.added:
+def _improvement_sentences(result: ImprovementResult) -> Iterator[str]:
+    for effect in result.added:
         about = EFFECTS[effect]
-        yield f"Added: {about.title} ({effect}). {explained(about, found.model.effects[effect])}"
-    if not found.added:
+        yield f"Added: {about.title} ({effect}). {explained(about, result.model.effects[effect])}"
+    if not result.added:
         yield "No effect was added; the values were fitted."
-    yield f"Improvement ended: {found.ended}."
-    yield from gain(found.versions[0], found.versions[-1], found.earthquakes)
-    yield from fit_sentences(found.fit, found.inflation)
+    yield f"Improvement ended: {result.ended}."
+    yield from gain(result.versions[0], result.versions[-1], result.earthquakes)
+    yield from fit_sentences(result.fit, result.inflation)

@@ -12,7 +12,7 @@ from core.model.isolator import Isolator
 from core.rounding import apart, plain
 from core.tables import Table
 from core.units import shown, unit
-from core.workbench.earthquakes import FITTED, LEFT_OUT, Earthquakes, ModelErrors, Version, helps
+from core.workbench.earthquakes import FITTED, HELD_OUT, Earthquakes, ModelErrors, Version, helps
 
 Deviations = Mapping[str, Mapping[str, float]]
 """Standard deviations by effect and parameter, of those that were fitted; infinite where the records leave it open."""
@@ -97,7 +97,7 @@ def gain(before: Version, after: Version, earthquakes: Earthquakes) -> tuple[str
     }
     changes = [_change(group, *errors[group]) for group in errors]
     opening = f"The error of the force changes {' and '.join(changes)}."
-    if LEFT_OUT not in errors:
+    if HELD_OUT not in errors:
         return opening, "No earthquake was held out, so this result is not validated. Hold one out to validate it."
     if helps(before, after, earthquakes):
         return (opening,)

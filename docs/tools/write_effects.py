@@ -11,7 +11,7 @@ from core.effect import CHANNELS, RESULTS, Effect, LogNormal, Parameter
 from core.effects import EFFECTS
 from core.model.force_response import force_history
 from core.model.isolator import Conditions, Isolator
-from core.workbench.effect_sentences import PLACE
+from core.workbench.texts import PLACE
 from service.models.workbench.effect_sheets import families, law
 
 PAGE = Path(__file__).parents[1] / "models" / "effects.md"

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, Strict, WithJsonSchema
 
 from core.estimators import ESTIMATORS
-from core.quality import Severity
+from core.record import Severity
 from service.schema import Answer, Number, Page
 from service.verdict.schema import VerdictOut
 

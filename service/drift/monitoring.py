@@ -16,7 +16,7 @@ from core.drift.monitor import Monitoring, Reference, monitor
 from core.drift.pooled import pooled
 from core.drift.quantities import BOTH_DIRECTIONS, LAYER_QUANTITIES
 from core.drift.series import Series
-from core.quality import Finding
+from core.record import Finding
 from service.alerts.messages import write_messages
 from service.alerts.reconciliation import reconcile
 from service.analyses import history

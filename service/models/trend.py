@@ -12,7 +12,7 @@ from datetime import datetime
 from math import sqrt
 
 from core.comparison.misfit import Misfit
-from core.quality import Finding
+from core.record import Finding
 
 SPARE = 1.5
 LEAST = 0.02

@@ -8,7 +8,7 @@ from typing import cast
 from core.analysis import analyse
 from core.arrays import Vector
 from core.comparison.compared import ForceComparison
-from core.comparison.failure_words import words
+from core.comparison.failure import failure_sentences
 from core.comparison.misfit import Misfit
 from core.comparison.prediction import Prediction
 from core.description import BuildingDescription
@@ -79,7 +79,7 @@ def compared(
         _compared(of[force.observation.name], force, by_observation.get(id(force.observation)))
         for force in errors.forces
     )
-    return Comparison(each, words(failure_of(errors)))
+    return Comparison(each, failure_sentences(failure_of(errors)))
 
 
 def stages(inputs: WorkInputs) -> Sequence[Stage]:

@@ -1,27 +1,34 @@
 """Calibration of the frame from a record: the parameters of greatest posterior probability, and their evidence."""
 
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from scipy import linalg
 
 from core.arrays import Matrix, Vector
-from core.estimators.frame.evaluation import Evaluation, Gradient, Hypothesis, Problem, evaluated, gradient
+from core.estimators.frame.evaluation import Evaluation, Hypothesis, Problem, evaluated, gradient
 from core.estimators.frame.likelihood import DYNAMIC_SHARE, Variances, local_covariance
 from core.estimators.frame.model import Superstructure
+from core.optimisation import Damping, FactorDamping, Quadratic, Step, lower_point, minimised
 
 STEPS = 60
-"""Largest number of Levenberg-Marquardt steps."""
+"""Largest number of Levenberg-Marquardt steps. A choice."""
+FIRST_DAMPING = FactorDamping(value=1e-3, divisor=5.0, multiplier=8.0, smallest=1e-7)
+"""Damping of the first step, relative to the diagonal, and its changes. Not tuned."""
+MOST_TRIALS = 8
+"""Trials of larger damping in one step; the last damping is 2 million times the first. A choice."""
 ENOUGH = 700
-"""Lines by which a first, coarse calibration is made."""
+"""Lines by which a first, coarse calibration is made. A choice."""
 SETTLED = 0.2
-"""Fall of the cost, in units of a log likelihood times the chi-square, below which a calibration has settled."""
+"""Fall of the cost, in units of a log likelihood times the chi-square, below which a calibration has settled. A
+choice."""
 STARTS = np.geomspace(0.4, 8.0, 24)
-"""Hz, first fixed-base frequencies tried as a start."""
+"""Hz, first fixed-base frequencies tried as a start. A choice."""
 VARIANCE_STEPS = 2
-"""Steps of the variances before each step of the parameters."""
+"""Steps of the variances before each step of the parameters. A choice."""
 LARGEST_STEP = 1.0
-"""Largest step of a parameter that is a logarithm."""
+"""Largest step of a parameter that is a logarithm. A choice."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -58,8 +65,8 @@ def calibrated(problem: Problem, start: Vector) -> Calibration:
         problem: lines, design and hypothesis.
         start: (size,) parameters.
     """
-    found = on_some_lines(problem, start)
-    return found if found.lines == problem.lines.angular.size else on_all_lines(problem, found)
+    coarse = on_some_lines(problem, start)
+    return coarse if coarse.lines == problem.lines.angular.size else on_all_lines(problem, coarse)
 
 
 def on_some_lines(problem: Problem, start: Vector) -> Calibration:
@@ -75,19 +82,32 @@ def on_all_lines(problem: Problem, near: Calibration) -> Calibration:
 
 
 def _settled(problem: Problem, start: Vector, variances: Variances) -> Calibration:
-    here = evaluated(problem, start, variances)
-    damping, has_settled = 1e-3, False
-    for _ in range(STEPS):
-        before = here.cost
-        for _ in range(VARIANCE_STEPS if problem.hypothesis.is_random else 0):
-            here = evaluated(problem, here.parameters, next_variances(here), here.given.base)
-        way = gradient(here)
-        there, damping = _step(here, way, damping)
-        has_settled = there is None or before - there.cost < SETTLED * max(1.0, here.chi_square)
-        here = there or here
-        if has_settled:
-            break
-    return _result(here, has_settled)
+    first = evaluated(problem, start, variances)
+    return _result(*minimised(first, _step, _has_settled, FIRST_DAMPING, STEPS))
+
+
+def _step(here: Evaluation, damping: Damping) -> Step[Evaluation] | None:
+    """Steps of the variances, then one of the parameters."""
+    for _ in range(VARIANCE_STEPS if here.problem.hypothesis.is_random else 0):
+        here = evaluated(here.problem, here.parameters, next_variances(here), here.given.base)
+    free, slope = here.problem.hypothesis.free, gradient(here)
+    quadratic = Quadratic(slope.normal[np.ix_(free, free)], slope.descent[free])
+    return lower_point(here, quadratic, partial(_moved, here), damping, MOST_TRIALS)
+
+
+def _moved(here: Evaluation, step: Vector) -> Evaluation:
+    """Evaluation after a step of the free parameters, shortened to LARGEST_STEP; its determinant is at the same h."""
+    free = here.problem.hypothesis.free
+    longest = np.abs(step[free < here.problem.design.layout.delays.start]).max(initial=0.0)
+    parameters = here.parameters.copy()
+    parameters[free] += step * min(1.0, LARGEST_STEP / max(longest, 1e-300))
+    return evaluated(here.problem, parameters, here.variances, here.given.base)
+
+
+def _has_settled(before: Evaluation, latest: Step[Evaluation]) -> bool:
+    """True if no trial lowered the cost, or the variances and the parameters together lowered it by little."""
+    enough = SETTLED * max(1.0, latest.start.chi_square)
+    return latest.gained == 0 or before.cost - latest.point.cost < enough
 
 
 def first_variances(problem: Problem) -> Variances:
@@ -106,26 +126,6 @@ def best_start(problem: Problem) -> Vector:
         start[layout.scale] = 2 * np.log(frequency)
         starts.append((evaluated(coarse, start, variances).cost, start))
     return min(starts, key=lambda pair: pair[0])[1]
-
-
-def _step(here: Evaluation, way: Gradient, damping: float) -> tuple[Evaluation | None, float]:
-    """The evaluation at the next parameters, None if no step lowers the cost; and the damping for the next."""
-    free = here.problem.hypothesis.free
-    normal, descent = way.normal[np.ix_(free, free)], way.descent[free]
-    scale = 1 / np.sqrt(np.diag(normal))
-    scaled = normal * np.outer(scale, scale)
-    logarithms = free < here.problem.design.layout.delays.start
-    for _ in range(8):
-        change = scale * linalg.solve(scaled + damping * np.eye(scale.size), scale * descent, assume_a="pos")
-        longest = np.abs(change[logarithms]).max(initial=0.0)
-        tried = here.parameters.copy()
-        tried[free] += change * min(1.0, LARGEST_STEP / max(longest, 1e-300))
-        there = evaluated(here.problem, tried, here.variances, here.given.base)
-        # the determinant is compared at the same h
-        if there.cost < here.cost:
-            return there, max(damping / 5, 1e-7)
-        damping *= 8
-    return None, damping
 
 
 def _result(here: Evaluation, has_settled: bool) -> Calibration:

@@ -19,11 +19,13 @@ from core.estimators.superstructure import InstrumentedSuperstructure, check
 from core.identification.identified_modes import Identification
 
 NAME = "smoother"
+"""Name of the estimator in stored results."""
 CALIBRATED = (0.2, 20.0)
-"""Hz, of the lines that the superstructure is calibrated by."""
+"""Hz, of the lines that the superstructure is calibrated by. A choice."""
 ALL_MEASURED = "nothing: every floor is measured"
+"""Assumption of an estimate that needs no model, in words."""
 FREE_VIBRATION_BOUND = 3.0
-"""Standard deviation of the free vibration at the record's ends over the floors' root mean square."""
+"""Standard deviation of the free vibration at the record's ends over the floors' root mean square. A choice."""
 
 
 def estimate(superstructure: InstrumentedSuperstructure) -> RestoringForce:
@@ -72,18 +74,18 @@ def _force(
 ) -> RestoringForce:
     bands = choice.lines.band
     whole = replace(lines, noise=choice.lines.noise, band=np.clip(lines.band, bands.min(), bands.max()))
-    found = reconstructed(whole, design, choice.calibration, superstructure.base_mass, share)
-    rivals = rival_errors(whole, design, choice, superstructure.base_mass, found)
+    reconstruction = reconstructed(whole, design, choice.calibration, superstructure.base_mass, share)
+    rivals = rival_errors(whole, design, choice, superstructure.base_mass, reconstruction)
     return RestoringForce(
         estimator=NAME,
-        force=found.force,
-        rigid=found.rigid,
-        modal=found.force - found.rigid,
-        std=np.sqrt(found.std**2 + local_mean_square(rivals, whole.rate)),
+        force=reconstruction.force,
+        rigid=reconstruction.rigid,
+        modal=reconstruction.force - reconstruction.rigid,
+        std=np.sqrt(reconstruction.std**2 + local_mean_square(rivals, whole.rate)),
         modes=cms.fixed_base_modes(superstructure, Identification()),
-        error=found.error,
-        noise_std=found.noise_std,
-        systematic=np.vstack([found.systematic, rivals]),
+        error=reconstruction.error,
+        noise_std=reconstruction.noise_std,
+        systematic=np.vstack([reconstruction.systematic, rivals]),
         assessment=assessment,
         superstructure=_modes(choice),
         storeys=_storeys(superstructure, design, choice),

@@ -12,7 +12,7 @@ from core.estimators.frame.lines import Lines
 from core.estimators.frame.model import Superstructure, modal_changes
 
 LARGEST_RATIO = 0.9
-"""Largest damping ratio; a calibration may try larger ones, which mean no vibration."""
+"""Largest damping ratio; a calibration may try larger ones, which mean no vibration. A choice."""
 
 
 def free_vibration(structure: Superstructure, angular: Vector, samples: int, rate: float) -> ComplexTensor:

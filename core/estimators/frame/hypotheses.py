@@ -20,29 +20,30 @@ from core.estimators.frame.lines import Lines
 from core.estimators.frame.model import Design, Layout
 
 STOREYS = 0.3
-"""Standard deviation of the logarithm of a storey's stiffness over that of the one below, about the design's."""
+"""Standard deviation of the logarithm of a storey's stiffness over that of the one below, about the design's. A
+choice."""
 EVEN_STOREYS = 0.15
 """The same where masses are uncertain: an uneven building is then rather one of uneven masses."""
 MASSES = 0.15
-"""Standard deviation of the logarithm of a floor's mass over the given one, where masses are uncertain."""
+"""Standard deviation of the logarithm of a floor's mass over the given one, where masses are uncertain. A choice."""
 GAINS = 0.02
-"""Standard deviation of the logarithm of a sensor's gain, where sensors are uncertain."""
+"""Standard deviation of the logarithm of a sensor's gain, where sensors are uncertain. A choice."""
 DELAYS = 0.01
-"""s, standard deviation of a sensor's clock, where sensors are uncertain."""
+"""s, standard deviation of a sensor's clock, where sensors are uncertain. A choice."""
 FLEXIBILITIES = ((0.1, 1.5), (0.3, 1.0), (0.05, 1.5))
 """Median and standard deviation of the logarithm: of rocking, of the joints, of bending as a whole."""
 JOINTS_IDENTIFIED_FROM = 3
 """Channels needed to distinguish the joints' rotation from the storeys' own shear; with fewer, joints are rigid."""
 RIGID = 1e-3
-"""Flexibility of practically rigid joints."""
+"""Flexibility of practically rigid joints. A choice."""
 DAMPING = ((0.002, 1.5), (0.02, 1.5), (0.1, 1.5))
 """The same of α in s, η, and β in 1/s: each alone would damp a mode of 1 Hz by about 1 %."""
 MODAL_DAMPING = 0.4
-"""Standard deviation of the logarithm of a mode's damping over what these give it."""
+"""Standard deviation of the logarithm of a mode's damping over what these give it. A choice."""
 NOISE_TOLERANCE = 1.25
-"""Largest factor of the noise's power over that of the quiet part of the record."""
+"""Largest factor of the noise's power over that of the quiet part of the record. A choice."""
 ANNEALING = (1000.0, 30.0)
-"""Factors on the noise's power, in turn, before it is used as it is."""
+"""Factors on the noise's power, in turn, before it is used as it is. A choice."""
 UNDECIDED = 15.0
 """Difference of log evidence that counts as a tie, since Laplace's approximation is no better."""
 MISSED = 75.0
@@ -52,14 +53,14 @@ EVIDENT = 100.0
 """Log evidence that separate damping of every mode must gain: with less it may compensate for wrong floor masses,
 with an error of some percent of the force; buildings that need it gained thousands."""
 UNEXPLAINED = 4.0
-"""Standard deviations of a band's misfit above the record's, beyond which noise alone does not explain it."""
+"""Standard deviations of a band's misfit above the record's, beyond which noise alone does not explain it. A choice."""
 TEMPERATURE = 100.0
 """Difference of log evidence at which the weight of a hypothesis falls to 1/e.
 
 It would be 1 if one of the hypotheses were the building. Where none is, evidence preferred the less exact of two by up
 to 120. Chosen on even seeds of tests/support/band_coverage.py."""
 NEGLIGIBLE = 0.02
-"""Weight below which a hypothesis is left out."""
+"""Weight below which a hypothesis is left out. A choice."""
 
 
 def as_given(design: Design, transient: float) -> Hypothesis:
@@ -137,30 +138,30 @@ def best_hypothesis(lines: Lines, design: Design, transient: float) -> Choice:
     """
     given = Problem(lines, design, as_given(design, transient))
     doubt = replace(given, hypothesis=corrected(design, transient))
-    found = [calibrated(given, best_start(given)), calibrated(doubt, _annealed(doubt))]
-    choice = _choice(found, given)
+    calibrations = [calibrated(given, best_start(given)), calibrated(doubt, _annealed(doubt))]
+    choice = _choice(calibrations, given)
     if unexplained(choice.calibration, choice.lines) > UNEXPLAINED:
-        by_mode = [_damped_by_mode(one, lines, design) for one in found]
-        found, damped = found + by_mode, _choice(by_mode, given)
-        asked = replace(given, lines=damped.lines)
-        if log_evidence(damped.calibration, asked) > log_evidence(choice.calibration, asked) + EVIDENT:
+        by_mode = [_damped_by_mode(one, lines, design) for one in calibrations]
+        calibrations, damped = calibrations + by_mode, _choice(by_mode, given)
+        compared = replace(given, lines=damped.lines)
+        if log_evidence(damped.calibration, compared) > log_evidence(choice.calibration, compared) + EVIDENT:
             choice = damped
     if unexplained(choice.calibration, choice.lines) > UNEXPLAINED:
         wider = Problem(choice.lines, design, with_unmodelled_motion(design, transient))
         choice = replace(choice, calibration=_or_wider(choice.calibration, wider))
-    return choice if choice.calibration.hypothesis.is_random else _with_rivals(choice, found, given)
+    return choice if choice.calibration.hypothesis.is_random else _with_rivals(choice, calibrations, given)
 
 
-def _choice(found: list[Calibration], given: Problem) -> Choice:
+def _choice(calibrations: list[Calibration], given: Problem) -> Choice:
     """The calibration with most evidence, with the smallest noise that any of them needs."""
-    chi_square = min(calibration.chi_square for calibration in found)
+    chi_square = min(calibration.chi_square for calibration in calibrations)
     noisier = replace(given.lines, noise=given.lines.noise * float(np.clip(chi_square, 1.0, NOISE_TOLERANCE)))
-    return Choice(_most_evident(found, replace(given, lines=noisier)), noisier, chi_square)
+    return Choice(_most_evident(calibrations, replace(given, lines=noisier)), noisier, chi_square)
 
 
-def _with_rivals(choice: Choice, found: list[Calibration], given: Problem) -> Choice:
-    asked = replace(given, lines=choice.lines)
-    judged = [(log_evidence(calibration, asked), calibration) for calibration in found]
+def _with_rivals(choice: Choice, calibrations: list[Calibration], given: Problem) -> Choice:
+    compared = replace(given, lines=choice.lines)
+    judged = [(log_evidence(calibration, compared), calibration) for calibration in calibrations]
     return replace(choice, rivals=rivals(judged, choice.calibration))
 
 
@@ -203,25 +204,25 @@ def _annealed(doubt: Problem) -> Vector:
     leads from one to the other. With little noise the misfit has many minima; with much it has one.
     """
     coarse = doubt.lines.every(max(1, doubt.lines.angular.size // ENOUGH))
-    found = best_start(doubt)
+    parameters = best_start(doubt)
     for power in ANNEALING:
         noisy = replace(doubt, lines=replace(coarse, noise=power * coarse.noise))
-        found = calibrated(noisy, found).parameters
-    return found
+        parameters = calibrated(noisy, parameters).parameters
+    return parameters
 
 
 def unexplained(calibration: Calibration, lines: Lines) -> float:
     """Largest excess of a band's misfit over its expectation, in standard deviations."""
     count = np.bincount(lines.band, minlength=calibration.misfit_by_band.size) * (lines.spectra.shape[0] - 1)
     scale = lines.noise[0] / calibration.noise[0]
-    held = count > 0
-    excess = (calibration.misfit_by_band[held] / scale - count[held]) / np.sqrt(count[held])
+    used = count > 0
+    excess = (calibration.misfit_by_band[used] / scale - count[used]) / np.sqrt(count[used])
     return float(excess.max())
 
 
-def _most_evident(found: list[Calibration], problem: Problem) -> Calibration:
+def _most_evident(calibrations: list[Calibration], problem: Problem) -> Calibration:
     """The one with most free parameters, so of widest uncertainty, among those of nearly equal evidence."""
-    judged = [(log_evidence(calibration, problem), calibration) for calibration in found]
+    judged = [(log_evidence(calibration, problem), calibration) for calibration in calibrations]
     best = max(evidence for evidence, _ in judged)
     near = [pair for pair in judged if pair[0] > best - UNDECIDED]
     return max(near, key=lambda pair: (pair[1].hypothesis.free.size, pair[0]))[1]

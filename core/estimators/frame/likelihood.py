@@ -17,9 +17,10 @@ from core.estimators.frame.lines import Lines
 from core.estimators.frame.model import Design, Superstructure, rigid_motion
 
 DYNAMIC_SHARE = 0.2
-"""Share of the floors' random motion that acts through the structure; the rest appears at the sensors alone."""
+"""Share of the floors' random motion that acts through the structure; the rest appears at the sensors alone. A
+choice."""
 FIRST_SHARE = 0.01
-"""Share of the record's power at which the search for the variances starts."""
+"""Share of the record's power at which the search for the variances starts. A choice."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

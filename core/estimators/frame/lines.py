@@ -9,17 +9,18 @@ from core.estimators.superstructure import InstrumentedSuperstructure
 from core.signals.noise import flicker, flicker_corner, noise_density
 
 BANDS = np.geomspace(0.3, 25.0, 16)
-"""Hz, limits between the bands in each of which unmodelled motion has one strength."""
+"""Hz, limits between the bands in each of which unmodelled motion has one strength. A choice."""
 AT_REST = 0.02
-"""Share of the largest root mean square over EDGE; a record's end no further above the quietest is at rest."""
+"""Share of the largest root mean square over EDGE; a record's end no further above the quietest is at rest. A
+choice."""
 LOWEST = 0.1
 """Hz, below which the noise is assumed not to rise further: slower parts are filtered out of records."""
 NOISELESS = 1e-6
 """Share of a channel's power below which its noise is not set: with less the misfit has too many local minima."""
 EDGE = 0.5
-"""s, window by which rest at the record's ends is judged."""
+"""s, window by which rest at the record's ends is judged. A choice."""
 QUIETEST = 0.02
-"""Share of the record that counts as noise alone in judging rest."""
+"""Share of the record that counts as noise alone in judging rest. A choice."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -14,7 +14,7 @@ from core.estimators.frame.lines import Lines
 from core.estimators.frame.model import Design, Superstructure, rigid_motion
 
 NEIGHBOURS = 21
-"""Lines over which the spectrum of the base slab's motion is averaged."""
+"""Lines over which the spectrum of the base slab's motion is averaged. A choice."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -31,7 +31,7 @@ SHARE = 0.1
 It applies where no measured floor lies between others. Chosen by the first of the real
 building's three records; the other two and the simulated ones had no part in it."""
 ENVELOPE = 2.0
-"""s, window of local mean squares."""
+"""s, window of local mean squares. A choice."""
 
 
 def shape_error(model: LinearModel, spectra: ComplexMatrix, force: ComplexVector, share: float | None) -> Vector:

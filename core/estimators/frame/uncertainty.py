@@ -21,11 +21,11 @@ from core.estimators.frame.shape_error import local_mean_square, shape_error
 from core.estimators.result import ErrorSpectrum
 
 AVERAGED = 9
-"""Lines over which the force's error is averaged."""
+"""Lines over which the force's error is averaged. A choice."""
 MOVING = 15.0
-"""Hz, above which the force moves too little for the parameters' uncertainty to matter."""
+"""Hz, above which the force moves too little for the parameters' uncertainty to matter. A choice."""
 COUNTED = 0.999
-"""Share of the force's variance by the parameters; further directions of their uncertainty are left out."""
+"""Share of the force's variance by the parameters; further directions of their uncertainty are left out. A choice."""
 BEYOND = 1.5
 """Mean square of the building's distance over that of a rival as likely as the chosen hypothesis.
 
@@ -158,7 +158,7 @@ def _envelope(lines: Lines) -> Vector:
     return np.asarray(strength / strength.mean())
 
 
-def rival_errors(lines: Lines, design: Design, choice: Choice, base_mass: float, found: Reconstruction) -> Matrix:
+def rival_errors(lines: Lines, design: Design, choice: Choice, base_mass: float, chosen: Reconstruction) -> Matrix:
     """(rivals, n) N, one standard deviation of the force towards each rival of the chosen hypothesis.
 
     Args:
@@ -166,11 +166,11 @@ def rival_errors(lines: Lines, design: Design, choice: Choice, base_mass: float,
         design: of the building.
         choice: the hypothesis chosen, and its rivals.
         base_mass: kg.
-        found: by the one chosen.
+        chosen: by the one chosen.
     """
     errors = np.zeros((len(choice.rivals), lines.samples))
     for row, rival in zip(errors, choice.rivals, strict=True):
         calibration = rival.calibration
         model = LinearModel(lines, design, calibration, calibration.parameters, calibration.structure, base_mass)
-        row[:] = np.sqrt(BEYOND * rival.weight) * (force_history(model) - found.force)
+        row[:] = np.sqrt(BEYOND * rival.weight) * (force_history(model) - chosen.force)
     return errors

@@ -11,7 +11,7 @@ from core.description import BuildingDescription
 from core.estimators.result import Assessment
 from core.isolation_layer.equivalent import EquivalentSegment
 from core.isolation_layer.motion import MeasuredMotion
-from core.quality import Finding
+from core.record import Finding
 from core.rounding import significant, with_std
 
 STYLES = {"note": "dim", "warning": "yellow", "fatal": "bold red"}

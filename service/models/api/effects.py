@@ -6,7 +6,7 @@ from fastapi import APIRouter, Path
 
 from core.effect import Effect
 from core.effects import EFFECTS
-from core.workbench.effect_sentences import explained
+from core.workbench.texts import explained
 from service.errors import NotFoundError
 from service.http.paging import rows_of
 from service.http.responses import TaggedRoute, responses, table_responses

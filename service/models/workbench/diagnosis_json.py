@@ -9,7 +9,7 @@ from core.diagnosis.sensor_faults import BuildingFault
 from core.effects import EFFECTS
 from core.workbench.candidates import Candidate
 from core.workbench.diagnosing import DiagnosisResult, fault_sentences, first_cause
-from core.workbench.earthquakes import FITTED, LEFT_OUT, Earthquakes, Version
+from core.workbench.earthquakes import FITTED, HELD_OUT, Earthquakes, Version
 from service.models.workbench.comparison_json import events_as_json, finite, misfit_as_json, model_as_json
 from service.models.workbench.work import Work
 from service.version import VERSION
@@ -53,7 +53,7 @@ def versions_as_json(versions: Sequence[Version], earthquakes: Earthquakes) -> l
         {
             "name": version.name,
             "error": misfit_as_json(version.error(groups[FITTED])),
-            "error_held_out": misfit_as_json(version.error(groups[LEFT_OUT])) if LEFT_OUT in groups else None,
+            "error_held_out": misfit_as_json(version.error(groups[HELD_OUT])) if HELD_OUT in groups else None,
             "events": events_as_json(version.errors, earthquakes.held_out),
         }
         for version in versions

@@ -10,7 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from core.effect import Effect, Parameter
-from core.workbench.effect_sentences import explained
+from core.workbench.texts import explained
 
 
 def families(effects: Mapping[str, Effect]) -> dict[str, tuple[str, ...]]:

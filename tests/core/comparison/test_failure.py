@@ -9,8 +9,7 @@ from hypothesis import given, settings, strategies as st
 
 from core.comparison.compared import ForceComparison, force_misfit
 from core.comparison.covariates import PHASES, covariates, half_cycle_amplitude
-from core.comparison.failure import Failure, failure
-from core.comparison.failure_words import words
+from core.comparison.failure import Failure, failure, failure_sentences
 from core.errors import RecordError
 from core.fitting.observation import Observation
 
@@ -23,7 +22,7 @@ def failed(compared: list[ForceComparison], seed: int = 3) -> Failure:
 
 
 def printed(found: Failure) -> str:
-    return " ".join(words(found))
+    return " ".join(failure_sentences(found))
 
 
 @few
@@ -151,7 +150,7 @@ def test_units_of_force_change_nothing_that_is_found(seed: int, scale: float) ->
 
     compared = comparisons_with_error(hardening_error(0.1), seed)
     one, other = (failed([scaled(each, factor) for each in compared]) for factor in (1.0, scale))
-    assert words(one)[1:-1] == words(other)[1:-1]
+    assert failure_sentences(one)[1:-1] == failure_sentences(other)[1:-1]
 
 
 @few

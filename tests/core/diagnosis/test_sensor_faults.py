@@ -10,8 +10,7 @@ from paper_records import START
 from core.analysis import EventAnalysis
 from core.arrays import Vector
 from core.diagnosis.sensor_faults import BuildingFault, Cause, sensor_faults
-from core.quality import Finding
-from core.record import Record
+from core.record import Finding, Record
 
 SOUND: dict[str, Vector] = {}
 

@@ -12,7 +12,7 @@ from building_models import BASE, GROUND, LAYER, paper
 import core
 from core.drift.from_analyses import channels_of, sensor_notes
 from core.drift.series import Series
-from core.quality import Finding
+from core.record import Finding
 
 COUNT, ONSET = 30, 24
 

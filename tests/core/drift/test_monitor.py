@@ -15,7 +15,7 @@ from core.drift.deviations import EventNotes
 from core.drift.monitor import Monitoring, Reference, monitor
 from core.drift.series import Series
 from core.errors import ModelError
-from core.quality import Finding
+from core.record import Finding
 
 QUIET = Plan(events=80, giant=False, outliers=0.0, scatter=(0.008, 0.01))
 """Histories in which every change of this file is many standard deviations large."""

@@ -35,6 +35,6 @@ def test_the_slope_is_the_derivative_of_the_misfit(fed: float) -> None:
 
     keys = [search.nonlinear[row] for row in start.slope.free]
     assert ("bouc_wen", "D_y") in keys
-    for key, descent in zip(keys, start.slope.descent, strict=True):
+    for key, descent in zip(keys, start.slope.quadratic.descent, strict=True):
         derivative = (cost(key, STEP) - cost(key, -STEP)) / (2 * STEP)
         assert -descent == pytest.approx(derivative, rel=1e-3, abs=1e-4 * start.point.cost)

@@ -125,7 +125,7 @@ def test_a_light_base_slab_gets_more_substeps_by_itself() -> None:
 
 
 def test_energy_is_neither_made_nor_lost() -> None:
-    """What the ground puts in is stored or dissipated: eq 1 times the velocities, integrated.
+    """The energy that the ground puts in is stored or dissipated: eq 1 times the velocities, integrated.
 
     1e-5 of the input: the histories are splines through samples 1 ms apart, and the force turns sharply between them.
     """

@@ -12,7 +12,7 @@ from core.identification.modes import Mode
 from core.isolation_layer.equivalent import EquivalentSegment
 from core.isolation_layer.layer import AxialLoad
 from core.isolation_layer.motion import MeasuredMotion, ResidualDisplacement
-from core.quality import Finding
+from core.record import Finding
 from service.analyses.report.document import as_json
 from service.buildings.description import read
 

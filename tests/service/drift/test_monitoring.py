@@ -13,7 +13,7 @@ from sqlalchemy import delete, event as sqlalchemy_event, select, update
 from sqlalchemy.orm import Session, sessionmaker
 
 from core.drift.from_analyses import drift_series
-from core.quality import Finding
+from core.record import Finding
 from service.alerts import operator_actions
 from service.alerts.tables import Alert
 from service.buildings import reference_periods

@@ -6,7 +6,7 @@ import pytest
 
 from core.effect import Effect, LogNormal, Parameter
 from core.effects import EFFECTS
-from core.workbench.effect_sentences import explained
+from core.workbench.texts import explained
 
 
 @pytest.mark.parametrize("name", sorted(EFFECTS))

@@ -15,7 +15,7 @@ from core.model.isolator import Isolator
 from core.rounding import plain
 from core.units import shown, unit
 from core.workbench.candidates import Stage
-from core.workbench.earthquakes import LEFT_OUT, Earthquakes, Version, helps
+from core.workbench.earthquakes import HELD_OUT, Earthquakes, Version, helps
 from core.workbench.tables import percent
 
 PLACE = re.compile(r"\{(\w+)[^}]*\}")
@@ -134,7 +134,7 @@ def _hints(effects: Sequence[str]) -> Iterator[str]:
 
 def _only_elsewhere(effect: str, before: Version, after: Version, earthquakes: Earthquakes) -> Iterator[str]:
     """The worth on held-out earthquakes of an effect that does not lower the error where it was fitted."""
-    held_out = earthquakes.groups.get(LEFT_OUT, ())
+    held_out = earthquakes.groups.get(HELD_OUT, ())
     was, now = (version.error(held_out) if held_out else None for version in (before, after))
     if was is None or now is None or not lowers_error(was, now):
         yield f"{titled(effect)} was tried next and does not lower the error enough to be kept."
