@@ -1,13 +1,13 @@
-"""Yield in both directions draws on one strength: Park, Wen & Ang (1986).
+"""Interaction of the two directions in yielding: Park, Wen & Ang (1986).
 
-The other direction's hysteretic variable is a state here, driven by the motion there; both follow Wen (1976) with n = 1
-and β = γ = 1/2, and each takes from the other the terms of their equations' second halves, λ times.
+The other direction's hysteretic variable is a state here, driven by the motion there. Both follow Wen (1976) with n = 1
+and β = γ = 1/2; the terms of each equation that contain the other variable are multiplied by the coupling.
 """
 
 from core.effect import Effect, LogNormal, Parameter
 
 SHORTEST = 2e-3
-"""s: a yield faster than that is slowed down to it, since no step of a few milliseconds follows it."""
+"""s: a yield faster than this is slowed down to it, since steps of a few milliseconds cannot follow it."""
 
 
 def law(v, v_cross, yielded, z_cross, joined, D_cross):
@@ -23,13 +23,13 @@ EFFECT = Effect(
     states=("z_cross",),
     acts_on="cross_flow",
     parameters=(
-        Parameter("joined", "1", (0.0, 2.0), LogNormal(0.8, 0.7), "coupling: 0 for none, 1 for one strength in all"),
+        Parameter("joined", "1", (0.0, 2.0), LogNormal(0.8, 0.7), "coupling; 0: none, 1: the full interaction"),
         Parameter("D_cross", "m", (1e-3, 0.5), LogNormal(3e-3, 1.0), "yield displacement in the other direction"),
     ),
     absent={"joined": 0.0},
     family="shape of the yield",
-    explanation="Motion in the other direction (yielding at {D_cross}) uses up strength of this one, "
-    "with a coupling of {joined:.2f}.",
-    suspect_when="The yield force is low just while the layer moves fast in the other direction.",
+    explanation="Motion in the other direction (yield displacement {D_cross}) reduces the strength in this one, with "
+    "a coupling of {joined:.2f}.",
+    suspect_when="The yield force is low while the layer moves fast in the other direction.",
     source="Park, Wen & Ang (1986): coupled equations of the two hysteretic variables",
 )

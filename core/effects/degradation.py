@@ -1,6 +1,6 @@
 """Yield that weakens with the energy it has dissipated: Baber & Wen (1981) with ν = η = 1 + δ ε.
 
-Both together scale the slope of the hysteretic variable. ε, in m, is the work of its force over F_y.
+Together they scale the slope of the hysteretic variable. ε, in m, is the work of its force over F_y.
 """
 
 from core.effect import Effect, LogNormal, Parameter
@@ -21,9 +21,9 @@ EFFECT = Effect(
     ),
     absent={"delta": 0.0},
     family="softening with use",
-    explanation="The damper weakens for good with the energy it has dissipated, as 1 / (1 + {delta:.3g} per metre of "
-    "fully yielded travel).",
-    suspect_when="Loops of the same amplitude become lower and less steep as motion goes on, and stay so in later "
+    explanation="The damper weakens permanently with the energy it has dissipated: by the factor 1 / (1 + {delta:.3g} "
+    "per metre of fully yielded travel).",
+    suspect_when="Loops of the same amplitude become lower and less steep as the motion goes on, and stay so in later "
     "earthquakes.",
     source="Baber & Wen (1981): degradation by dissipated energy",
 )

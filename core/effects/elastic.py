@@ -19,7 +19,7 @@ EFFECT = Effect(
     linear=("k_b",),
     design={"k_b": stiffness_after_yield},
     family="elasticity",
-    explanation="The rubber pushes back with {k_b}.",
+    explanation="The rubber has a stiffness of {k_b}.",
     suspect_when="The force rises in proportion to the displacement.",
     source="the paper, eq 9",
 )

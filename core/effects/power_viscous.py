@@ -16,7 +16,7 @@ EFFECT = Effect(
     title="Power-law viscous damper",
     law=law,
     linear=("force",),
-    held=("speed",),  # a reference: force and exponent say all
+    held=("speed",),  # a reference value: force and exponent describe the damper
     parameters=(
         Parameter("force", "N", (0.0, 1e11), LogNormal(1e6, 1.5), "force at the reference speed"),
         Parameter("exponent", "1", (0.05, 4.0), LogNormal(0.5, 0.7), "power of the speed"),
@@ -24,7 +24,7 @@ EFFECT = Effect(
     ),
     absent={"force": 0.0},
     family="nonlinear viscosity",
-    explanation="A damper resists with {force} at {speed}, as the speed to the power {exponent:.2f}.",
+    explanation="A damper resists with {force} at {speed}; its force grows with the speed to the power {exponent:.2f}.",
     suspect_when="The damping ratio that a linear dashpot would need changes with the amplitude of the velocity.",
     source="Soong & Constantinou (1994): fluid viscous dampers, force C |v|^α sgn v",
 )

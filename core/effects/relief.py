@@ -17,7 +17,7 @@ EFFECT = Effect(
     ),
     absent={"relieved": 0.0},
     family="nonlinear viscosity",
-    explanation="Above {v_r} a valve opens and the dampers' coefficient falls by {relieved}.",
-    suspect_when="The loop is an ellipse in small motion, and has a flat top and bottom in fast motion.",
+    explanation="Above {v_r} a valve opens, and the damping coefficient falls by {relieved}.",
+    suspect_when="The loop is an ellipse in slow motion, and has a flat top and bottom in fast motion.",
     source="JSSI manual of passive control (2013): bilinear oil damper; a dashpot must remain, c - D >= 0",
 )

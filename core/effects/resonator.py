@@ -1,6 +1,6 @@
-"""Something on a spring of its own is carried along by the layer's motion: a tuned mass, den Hartog (1956).
+"""Mass on its own spring, driven by the motion of the layer: a tuned mass, den Hartog (1956).
 
-It sees the slab's motion against the ground, as whatever spans the layer does; its force is that of its mass.
+It is driven by the motion of the slab relative to the ground; its force is the inertia of its mass.
 """
 
 from core.effect import Effect, LogNormal, Parameter
@@ -21,13 +21,13 @@ EFFECT = Effect(
     states=("place", "speed"),
     linear=("mass",),
     parameters=(
-        Parameter("mass", "kg", (0.0, 1e10), LogNormal(5e5, 1.5), "mass that swings"),
-        Parameter("frequency", "Hz", (0.05, 30.0), LogNormal(1.5, 1.0), "its own frequency"),
-        Parameter("damping", "1", (1e-3, 1.0), LogNormal(0.05, 1.0), "its own damping ratio"),
+        Parameter("mass", "kg", (0.0, 1e10), LogNormal(5e5, 1.5), "oscillating mass"),
+        Parameter("frequency", "Hz", (0.05, 30.0), LogNormal(1.5, 1.0), "its natural frequency"),
+        Parameter("damping", "1", (1e-3, 1.0), LogNormal(0.05, 1.0), "its damping ratio"),
     ),
     absent={"mass": 0.0},
     family="inertia",
-    explanation="Something of {mass} swings along at {frequency}, with a damping ratio of {damping:.3f}.",
-    suspect_when="The residual rings on at one frequency, also after the strong motion.",
+    explanation="A mass of {mass} oscillates at {frequency}, with a damping ratio of {damping:.3f}.",
+    suspect_when="The residual keeps oscillating at one frequency, also after the strong motion.",
     source="den Hartog (1956): dynamic vibration absorber",
 )

@@ -1,12 +1,12 @@
 """Flag-shaped loop of a device that opens under load and closes at zero: Christopoulos, Filiatrault & Folz (2002).
 
-Friction in proportion to the clamping force that is overcome, so that no force is left at zero displacement.
+The friction is proportional to the clamping force that is overcome, so that no force is left at zero displacement.
 """
 
 from core.effect import Effect, LogNormal, Parameter
 
 SHORTEST = 2e-3
-"""s: a slip faster than that is slowed down to it, since no step of a few milliseconds follows it."""
+"""s: a slip faster than this is slowed down to it, since steps of a few milliseconds cannot follow it."""
 
 
 def law(u, v, z_s, activation, lost, opening):
@@ -27,8 +27,9 @@ EFFECT = Effect(
     ),
     absent={"activation": 0.0},
     family="self-centring",
-    explanation="A device opens at {activation} (over {opening}), closes at a share of {lost:.2f} less, "
+    explanation="A device opens at {activation} (over {opening}), closes at a force lower by a share of {lost:.2f}, "
     "and returns to zero.",
-    suspect_when="Loops have area away from zero displacement, none at it, and the layer comes to rest where it began.",
+    suspect_when="Loops enclose area away from zero displacement and none at it, and the layer comes to rest where it "
+    "began.",
     source="Christopoulos, Filiatrault & Folz (2002): flag-shaped hysteresis, energy dissipation factor",
 )

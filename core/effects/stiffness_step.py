@@ -1,4 +1,4 @@
-"""The rubber's forces change at one instant, and stay changed: a tear, a stop that broke, a bearing replaced."""
+"""Lasting change of the rubber's forces at one instant: a tear, a broken stop, a replaced bearing."""
 
 from math import tanh
 
@@ -13,7 +13,7 @@ EFFECT = Effect(
     title="Step of the stiffness",
     law=law,
     acts_on="stiffness",
-    held=("width",),  # only so wide that the date has a derivative
+    held=("width",),  # only wide enough for a derivative with respect to the date
     parameters=(
         Parameter("change", "1", (-0.95, 5.0), Normal(-0.1, 0.15), "share of stiffness gained, or lost if negative"),
         Parameter("date", "s", (-1e10, 1e10), Normal(4.0, 4.0), "when, after the model's reference instant"),
@@ -21,8 +21,8 @@ EFFECT = Effect(
     ),
     absent={"change": 0.0},
     family="softening with use",
-    explanation="The rubber's stiffness changed by a share of {change:+.3f} at {date:.7g} s after the model's "
+    explanation="The stiffness of the rubber changed by a share of {change:+.3f} at {date:.7g} s after the model's "
     "reference instant, and stayed so.",
-    suspect_when="The stiffness at small amplitude leaps between two instants, and neither comes back nor goes on.",
+    suspect_when="The stiffness in small motion changes within a short time, and stays at its new value.",
     source="Basseville & Nikiforov (1993): a change at an unknown instant",
 )

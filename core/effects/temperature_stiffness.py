@@ -13,12 +13,12 @@ EFFECT = Effect(
     title="Temperature on the rubber's forces",
     law=law,
     acts_on="stiffness",
-    held=("reference",),  # where the stiffness itself is stated
+    held=("reference",),  # the temperature for which the stiffness is given
     parameters=(
         Parameter(
             "stiffening", "1/°C", (-0.1, 0.1), Normal(0.003, 0.005), "share of stiffness gained per degree colder"
         ),
-        Parameter("reference", "°C", (-60.0, 60.0), Normal(20.0, 10.0), "temperature that the stiffness is stated at"),
+        Parameter("reference", "°C", (-60.0, 60.0), Normal(20.0, 10.0), "temperature for which the stiffness is given"),
     ),
     absent={"stiffening": 0.0},
     family="temperature",

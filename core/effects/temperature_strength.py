@@ -13,18 +13,18 @@ EFFECT = Effect(
     title="Temperature on the yield force",
     law=law,
     acts_on="strength",
-    held=("reference",),  # where the yield force itself is stated
+    held=("reference",),  # the temperature for which the yield force is given
     parameters=(
         Parameter(
             "strengthening", "1/°C", (-0.1, 0.1), Normal(0.007, 0.007), "share of strength gained per degree colder"
         ),
         Parameter(
-            "reference", "°C", (-60.0, 60.0), Normal(20.0, 10.0), "temperature that the yield force is stated at"
+            "reference", "°C", (-60.0, 60.0), Normal(20.0, 10.0), "temperature for which the yield force is given"
         ),
     ),
     absent={"strengthening": 0.0},
     family="temperature",
     explanation="The yield force grows by a share of {strengthening:.4f} for each degree below {reference:.0f} °C.",
-    suspect_when="Loops of the same amplitude are higher in winter than in summer, their slopes alike.",
+    suspect_when="Loops of the same amplitude are higher in winter than in summer, with equal slopes.",
     source="Kalpakidis & Constantinou (2009): yield stress of lead falls by exp(-0.0069 per °C)",
 )

@@ -22,7 +22,7 @@ EFFECT = Effect(
     ),
     absent={"share": 0.0},
     family="vertical load",
-    explanation="Yield and sliding forces follow the vertical load: {share:+.2f} % for each percent of it.",
-    suspect_when="The force has ripples at the frequencies of the vertical motion, in step with it.",
+    explanation="Yield and sliding forces change by {share:+.2f} % for each percent of change in the vertical load.",
+    suspect_when="The force has ripples at the frequencies of the vertical motion, in phase with it.",
     source="Constantinou, Mokha & Reinhorn (1990) for sliding; Ryan, Kelly & Chopra (2005) for lead-rubber bearings",
 )

@@ -19,7 +19,7 @@ EFFECT = Effect(
     linear=("c_b",),
     design={"c_b": damping_coefficient},
     family="viscosity",
-    explanation="A dashpot opposes the motion with {c_b}.",
-    suspect_when="The loop is an ellipse that grows wider as the motion grows faster.",
+    explanation="Viscous damping with a coefficient of {c_b} opposes the motion.",
+    suspect_when="The loop is an ellipse that becomes wider as the motion becomes faster.",
     source="the paper, eq 9",
 )
