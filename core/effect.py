@@ -92,7 +92,7 @@ class Parameter:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Effect:
-    """A physical effect. Its law's arguments say what it needs, by name."""
+    """A physical effect. Its law's arguments name what it needs."""
 
     title: str
     law: Callable[..., float | tuple[float, ...]]
@@ -115,7 +115,7 @@ class Effect:
     linear: tuple[str, ...] = ()
     """Parameters that what it does is proportional to, all of them together; no state depends on them."""
     held: tuple[str, ...] = ()
-    """Parameters that a fit leaves alone, since the others can do the same."""
+    """Parameters that a fit keeps fixed, since other parameters have the same effect."""
     carried: tuple[str, ...] = ()
     """States that the layer keeps from one earthquake to the next; the others begin each at zero."""
     design: Mapping[str, Callable[..., Any]] = field(default_factory=FrozenDict)

@@ -204,8 +204,8 @@ def scaled_inverse(normal: Matrix) -> Matrix:
 def bounded_least_squares(rows: Matrix, target: Vector, bounds: Sequence[tuple[float, float]]) -> Vector:
     """(k,) amplitudes x of least |target − x rows| within bounds; Stark and Parker's (1995) BVLS where they matter.
 
-    Where the amplitudes without bounds are within them, they are the answer. What other rows can do all of gets the
-    least amplitudes.
+    Where the amplitudes without bounds are within them, they are the answer. Among linearly dependent rows the
+    answer is that of least amplitudes.
 
     Args:
         rows: (k, m).

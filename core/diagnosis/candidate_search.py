@@ -144,16 +144,15 @@ def _instants(observations: Sequence[Observation]) -> Vector:
 
 
 SPARE = 4.0
-"""Times what its slope and its last step promise: so much a search may still gain."""
+"""Ratio of the largest gain that a search may still have to that which its slope and its last step predict."""
 NEAR = 1.08
-"""Times what the best one leaves over: a search that may come as near goes on."""
+"""Ratio to the lowest cost of all searches: a search that may reach it continues."""
 FEWEST_STEPS = 2
-"""Steps that every first search makes: the slope at its start may promise nothing."""
+"""Steps that every first search makes: the slope at its start may predict no gain."""
 
 
 def search_in_parallel(data: FitData, places: Mapping[str, Sequence[Isolator]]) -> Mapping[str, Fit]:
-    """Best fit of every effect; STOPPED where it was left behind, DIVERGED where no place led
-    anywhere.
+    """Best fit of every effect: STOPPED if others were much better, DIVERGED if no start converged.
 
     Args:
         data: the records, weighed.
@@ -168,7 +167,7 @@ def search_in_parallel(data: FitData, places: Mapping[str, Sequence[Isolator]]) 
 
 
 def _in_turn(data: FitData, running: dict[str, Search]) -> dict[str, Search]:
-    """Until each has ended, or has no hope."""
+    """The searches, each continued until it ends or cannot reach the best."""
     while waiting := list(_hopeful(running)):
         for effect in waiting:
             running[effect] = step_search(data, running[effect])
@@ -192,7 +191,7 @@ def _least(searches: Mapping[str, Search]) -> float:
 
 
 def _better(data: FitData, known: Search, other: Search) -> Search:
-    """The other search if it comes to a lower minimum than the known one."""
+    """The other search if it reaches a lower minimum than the known one."""
     while other.outcome is None and _may_reach(other, known.cost):
         other = step_search(data, other)
     return min(known, other, key=lambda one: one.cost)

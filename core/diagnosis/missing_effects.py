@@ -1,6 +1,6 @@
 """Physical effects that a model lacks, and whether adding them helps.
 
-Effects are added one at a time, each time the best of those that are left, until the records ask for no more. Where
+Effects are added one at a time, each time the best of those that are left, until the records support no more. Where
 there are several, each is then compared with all others once again. Whatever no effect explains is reported beside
 every name: if the library lacks the true effect, a wrong name is nearly always significant.
 """
@@ -142,7 +142,7 @@ def diagnosed(
     steps, last = _without_idle(by_noise, steps, last, effects)
     allowed = ABOVE_FLOOR if steps else ABOVE_COLOURED
     before, left = (unexplained(one.data, one.base, one.noise_ratio(one.base), allowed) for one in (first, last))
-    outcome = _outcome(steps, before, left, is_asked=bool(first.asked_for))
+    outcome = _outcome(steps, before, left, is_supported=bool(first.supported))
     if outcome is Outcome.NOTHING_MISSING and _is_off(first, model):
         outcome = Outcome.REFIT
     by_noise.memory.clear()
@@ -167,7 +167,7 @@ def _more(steps: Sequence[Step], last: Ranking) -> Step | None:
 
 def _step(ranking: Ranking) -> Step | None:
     """The best effect that the records support; one against which something speaks only where it does against all."""
-    judged = [(one, objection(one.effect, one.fit, ranking.data.observations)) for one in ranking.asked_for]
+    judged = [(one, objection(one.effect, one.fit, ranking.data.observations)) for one in ranking.supported]
     plausible = [one for one, against in judged if against is None]
     named = plausible or [one for one, against in judged if against is not None and not against.is_impossible]
     return Step(ranking, named[0], tuple(named)) if named else None
@@ -250,10 +250,10 @@ def _absent(effects: Collection[str], model: Isolator) -> tuple[str, ...]:
     return tuple(name for name in sorted(effects) if name not in model.effects)
 
 
-def _outcome(steps: Sequence[Step], before: Unexplained, left: Unexplained, *, is_asked: bool) -> Outcome:
+def _outcome(steps: Sequence[Step], before: Unexplained, left: Unexplained, *, is_supported: bool) -> Outcome:
     """Outcome; an effect that the records support but that was not added leaves an unknown cause."""
     if not steps:
-        return Outcome.UNKNOWN if before.is_there or is_asked else Outcome.NOTHING_MISSING
+        return Outcome.UNKNOWN if before.is_there or is_supported else Outcome.NOTHING_MISSING
     if left.is_there and left.excess > MOST_UNEXPLAINED * before.excess:
         return Outcome.UNKNOWN
     sets = [{one.effect for one in step.alike} for step in steps]

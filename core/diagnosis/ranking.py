@@ -90,7 +90,7 @@ class Ranking:
         return pooled_rms(self.left(fit) / self.floor, np.array([w.count for w in self.data.whitenings]))
 
     @property
-    def asked_for(self) -> tuple[ScoredCandidate, ...]:
+    def supported(self) -> tuple[ScoredCandidate, ...]:
         """Candidates that cannot be distinguished from the best one, the best first; none if nothing is missing."""
         best = next(filter(self._is_worth_it, self.candidates), None)
         if best is None or best.delta_bic > -DECISIVE:

@@ -50,7 +50,7 @@ NUISANCE_STD = 0.5
 """Prior standard deviation of the size of a detected change; relative. Wide, so that the later events alone
 decide the level that the change left."""
 ONSET_LEVEL = 0.95
-"""Posterior probability of an onset interval; docs/operate/drift.md says how often the interval contains the truth."""
+"""Posterior probability of an onset interval; docs/operate/drift.md has its measured coverage."""
 ONSET_SIZE = 0.2
 """Prior standard deviation of the size of a change; relative. A choice; docs/operate/drift.md has the coverage of the
 intervals that it leads to."""
@@ -120,11 +120,11 @@ def alarms(known: Quantity, baseline: Baseline, tested: DeviationSequence) -> tu
     start, left = 0, tested
     while start < tested.deviation.size:
         signs = [crossing.rule.sign for crossing, _ in crossings]
-        white, looked_for = left.innovations(), rules(known, signs)
-        crossing = _crossing(white, looked_for, start)
+        white, possible = left.innovations(), rules(known, signs)
+        crossing = _crossing(white, possible, start)
         if crossing is None:
             break
-        crossing = _located(crossing, left.innovations(LOCATING_CLIP), looked_for, start, baseline)
+        crossing = _located(crossing, left.innovations(LOCATING_CLIP), possible, start, baseline)
         crossings.append((crossing, white))
         if not crossing.is_sure:
             break
@@ -143,9 +143,9 @@ def printed_change(known: Quantity, drift: float, low: float, high: float) -> st
     return rounding.interval(scale * drift, scale * low, scale * high, unit)
 
 
-def _crossing(white: Innovations, looked_for: Sequence[Rule], start: int) -> Crossing | None:
+def _crossing(white: Innovations, possible: Sequence[Rule], start: int) -> Crossing | None:
     """The first crossing; of rules that cross at the same event the surest; else a pending one at the latest event."""
-    margins = [(rule, rule_statistics(white, rule, start) - rule.threshold) for rule in looked_for]
+    margins = [(rule, rule_statistics(white, rule, start) - rule.threshold) for rule in possible]
     reached = [
         int(np.flatnonzero(surest >= 0)[0]) for _, excess in margins if (surest := excess.max(axis=1)).max() >= 0
     ]
@@ -154,7 +154,7 @@ def _crossing(white: Innovations, looked_for: Sequence[Rule], start: int) -> Cro
         rule, excess = max(margins, key=lambda pair: float(pair[1][now].max()))
         onset = int(excess[now].argmax())
         return Crossing(rule, onset, onset, now, True, onset, onset)
-    last = [(rule, pending_statistics(white, rule, start) - rule.threshold) for rule in looked_for]
+    last = [(rule, pending_statistics(white, rule, start) - rule.threshold) for rule in possible]
     rule, pending = max(last, key=lambda pair: float(pair[1].max()))
     if pending.max() < PENDING_MARGIN:
         return None
@@ -163,7 +163,7 @@ def _crossing(white: Innovations, looked_for: Sequence[Rule], start: int) -> Cro
 
 
 def _located(
-    crossing: Crossing, white: Innovations, looked_for: Sequence[Rule], start: int, baseline: Baseline
+    crossing: Crossing, white: Innovations, possible: Sequence[Rule], start: int, baseline: Baseline
 ) -> Crossing:
     """The crossing with the kind and onset that are likeliest in hindsight.
 
@@ -174,7 +174,7 @@ def _located(
     likely: list[tuple[Rule, Vector]] = [(crossing.rule, pending_statistics(white, crossing.rule, start))]
     alike = [crossing.rule]
     if crossing.is_sure:
-        alike = [rule for rule in looked_for if rule.sign == crossing.rule.sign]
+        alike = [rule for rule in possible if rule.sign == crossing.rule.sign]
         likely = [(rule, rule_statistics(white, rule, start)[seen, : crossing.raised + 1]) for rule in alike]
     rule, statistic = max(likely, key=lambda pair: float(pair[1].max()))
     if statistic.max() == 0.0:

@@ -1,6 +1,6 @@
 """Series for drift from the analyses of a building's events.
 
-`drift_series` goes from analyses to series at once. A store of results that holds years of events uses its parts: it
+`drift_series` makes series from analyses at once. A store of results that holds years of events uses its parts: it
 reads the rows that a quantity needs, and `measurements_of_cycle`, `measurements_of_sensor`, `measurements_of_modes` and
 `measurement` make the same series of them.
 """

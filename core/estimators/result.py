@@ -109,7 +109,7 @@ class StoreyStiffness:
 
     @property
     def information(self) -> Matrix:
-        """(floors, floors) information of the record alone, an inverse covariance; 0 where it says nothing."""
+        """(floors, floors) information of the record alone, an inverse covariance; 0 where it determines nothing."""
         scale = np.sqrt(np.diag(self.covariance))
         gained = np.linalg.inv(self.covariance) - np.linalg.inv(self.prior_covariance)
         values, vectors = np.linalg.eigh(gained * np.outer(scale, scale))

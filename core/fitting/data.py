@@ -82,8 +82,10 @@ def _coupled(one: str, other: str) -> bool:
 
 def _heeds(reader: str, other: str) -> bool:
     """True if one effect reads a channel or state that the other sets."""
-    needs, said = EFFECTS[reader].needs, EFFECTS[other]
-    return (said.acts_on not in RESULTS and said.acts_on in needs) or (said.publishes is not None and YIELDED in needs)
+    needs, acting = EFFECTS[reader].needs, EFFECTS[other]
+    if acting.publishes is not None and YIELDED in needs:
+        return True
+    return acting.acts_on not in RESULTS and acting.acts_on in needs
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -3,7 +3,7 @@ residual.
 
 Fits, comparisons and diagnoses all measure a residual against this noise, so that a model has one noise ratio in each
 record: about 1 if the model is right (0.95 to 1 where only white noise was added; 0.33 to 1.17 in 32 records of
-simulated buildings, as the patterns of their error may do less than is allowed for). The ratio covers the frequencies
+simulated buildings, as the patterns of their error may be smaller than assumed). The ratio covers the frequencies
 at which the noise is known, leaves out the ends of a record that begins or ends in motion, and removes the known
 patterns of the force's error.
 """

@@ -44,7 +44,7 @@ class Whitening:
     std: Vector
     """(m,) N, of the noise in each coefficient."""
     passed: Vector
-    """(m,) share of each that is left of the true force in the measured one."""
+    """(m,) share of each coefficient of the true force that the measured one retains."""
     patterns: Matrix
     """(p, m) v, orthonormal, over the std."""
     strengths: Vector

@@ -46,7 +46,7 @@ class Candidate:
 
 def candidates(ranking: Ranking, earthquakes: Earthquakes) -> tuple[tuple[Candidate, ...], tuple[Dropped, ...]]:
     """All effects of a ranking, each on every earthquake, the best first; and those whose force diverged in one."""
-    alike = {one.effect for one in ranking.asked_for}
+    alike = {one.effect for one in ranking.supported}
     tried, dropped = [], []
     for one in ranking.candidates:
         try:

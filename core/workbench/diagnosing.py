@@ -268,7 +268,7 @@ def _after(result: DiagnosisResult) -> Iterator[str]:
 
 
 def _open(result: DiagnosisResult) -> Iterator[str]:
-    """Effects that the numbers ask for although something speaks against them, and effects left undetermined."""
+    """Effects that the numbers support although something speaks against them, and undetermined effects."""
     named = {stage.effect for stage in result.stages}
     strange = [one for one in result.candidates if one.implausible and one.delta_bic < -DECISIVE]
     for one in [one for one in strange if one.effect not in named][:RUNNERS_UP]:

@@ -37,7 +37,7 @@ def test_force_of_the_real_building(sensors: tuple[str, ...], published: tuple[f
 def test_stiffness_of_the_real_building_falls_with_amplitude() -> None:
     """From about 9 kN/mm at 5 mm to 4.4 at 50-100 mm, as its description says: read off to 15 %."""
     results = [analyse(bncs_segments(event), bncs(), CHAIN).directions["x"].equivalent for event in EVENTS]
-    a, k = np.array([(s.amplitude, s.k_eq) for found in results for s in found]).T
+    a, k = np.array([(s.amplitude, s.k_eq) for one in results for s in one]).T
     small = np.median(k[(a > 0.004) & (a < 0.006)])
     large = np.median(k[(a > 0.05) & (a < 0.1)])
     assert (small / 1e6, large / 1e6) == (pytest.approx(9, rel=0.15), pytest.approx(4.4, rel=0.15))
@@ -50,7 +50,7 @@ def test_no_cycle_of_the_real_building_is_out_of_line() -> None:
     The farthest of 90 lies 0.28 off in log k, a cycle of 4 mm.
     """
     results = [analyse(bncs_segments(event), bncs(), CHAIN).directions["x"].equivalent for event in EVENTS]
-    a, k = np.array([(s.amplitude, s.k_eq) for found in results for s in found if s.amplitude > 0.001]).T
+    a, k = np.array([(s.amplitude, s.k_eq) for one in results for s in one if s.amplitude > 0.001]).T
     off = np.abs(np.log(k) - np.polyval(np.polyfit(np.log(a), np.log(k), 2), np.log(a)))
     assert len(a) > 50
     assert np.quantile(off, 0.95) < 0.2

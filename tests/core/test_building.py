@@ -52,9 +52,9 @@ def test_modes_are_normalised_and_damped_in_proportion(building: ShearBuilding) 
 def test_only_the_isolation_layer_holds_the_building(building: ShearBuilding, layer: float) -> None:
     """Moved as one, the building meets the layer alone, at the base slab (eq 1)."""
     together = np.ones(7)
-    held = np.append(np.zeros(6), layer)
-    assert stiffness_matrix(building, layer) @ together == pytest.approx(held, abs=1e-5)
-    assert damping_matrix(building, layer) @ together == pytest.approx(held, abs=1e-5)
+    restoring = np.append(np.zeros(6), layer)
+    assert stiffness_matrix(building, layer) @ together == pytest.approx(restoring, abs=1e-5)
+    assert damping_matrix(building, layer) @ together == pytest.approx(restoring, abs=1e-5)
     assert mass_matrix(building).sum() == pytest.approx(building.total_mass)
 
 

@@ -109,7 +109,7 @@ def test_a_change_of_units_changes_the_force_by_its_own(name: str) -> None:
 @every_effect
 def test_the_compiled_force_agrees_with_plain_python(name: str) -> None:
     """Laws as written, their states by an adaptive solver, the motion exact: left is the line between samples, of
-    second order, until 2e-4, where kinks count. The last sample has no neighbour to tell an acceleration from."""
+    second order, until 2e-4, where kinks count. The last sample has no neighbour that gives an acceleration."""
     model, coarse = {**required_effects(name), name: usual_values(name)}, 100.0
     times = excitation(coarse, SECONDS).conditions.time
     plain = plain_force(model, times, SECONDS, AMPLITUDE, longest_step=1 / coarse)

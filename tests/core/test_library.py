@@ -68,7 +68,7 @@ def results() -> dict[str, Any]:
     model = core.Isolator({"elastic": {"k_b": 4e8}, "viscous": {"c_b": 5e6}, "bouc_wen": {"F_y": 1e6}})
     fit = core.fit(model, [quake])
     comparison = core.compare(fit.model, [quake])
-    found = core.diagnose(fit.model, [quake], effects=EFFECTS_TRIED)
+    result = core.diagnose(fit.model, [quake], effects=EFFECTS_TRIED)
     return {
         "force": force,
         "motion": motion,
@@ -77,10 +77,10 @@ def results() -> dict[str, Any]:
         "model": model,
         "fit": fit,
         "comparison": comparison,
-        "diagnosis": found,
+        "diagnosis": result,
         "extension": core.add("hardening", fit.model, [quake]),
         "improvement": core.improve(fit.model, [quake], effects=("hardening",)),
-        "better fit": core.fit(found.model, [quake]),
+        "better fit": core.fit(result.model, [quake]),
         "analysis": core.analyse(segments(sensors(1)), paper()),
     }
 

@@ -57,8 +57,8 @@ def test_no_step_without_curvature_or_with_infinite_values() -> None:
 def test_the_scaled_inverse_is_the_inverse_in_any_units(seed: int, units: tuple[float, float, float]) -> None:
     normal, _ = quadratic(seed)
     scale = np.array(units)
-    found = scaled_inverse(normal * np.outer(scale, scale)) * np.outer(scale, scale)
-    assert found == pytest.approx(np.linalg.inv(normal), rel=1e-6, abs=1e-9)
+    inverse = scaled_inverse(normal * np.outer(scale, scale)) * np.outer(scale, scale)
+    assert inverse == pytest.approx(np.linalg.inv(normal), rel=1e-6, abs=1e-9)
 
 
 def test_an_undetermined_parameter_does_not_spoil_the_others() -> None:

@@ -25,7 +25,7 @@ other_than_static = pytest.mark.parametrize("estimator", [name for name in ESTIM
 
 
 @cache
-def found(estimator: str, kind: str, motion: str, noise: float) -> Agreement:
+def agreement_result(estimator: str, kind: str, motion: str, noise: float) -> Agreement:
     channels = recorded(KINDS[kind], motion, noise, seed=0)
     return agreement(exact_response(KINDS[kind], motion).force, ESTIMATORS[estimator](estimator_input(channels)))
 
@@ -40,8 +40,8 @@ def on_the_real_building(estimator: str, test: str, floors: tuple[str, ...]) -> 
 @pytest.mark.parametrize("motion", MOTIONS)
 def test_fit_where_the_model_holds(estimator: str, motion: str) -> None:
     low, _, high = GOALS[estimator].in_class
-    assert found(estimator, LIKE, motion, LITTLE).fit >= low
-    assert found(estimator, LIKE, motion, MUCH).fit >= high
+    assert agreement_result(estimator, LIKE, motion, LITTLE).fit >= low
+    assert agreement_result(estimator, LIKE, motion, MUCH).fit >= high
 
 
 @judged
@@ -49,7 +49,7 @@ def test_fit_where_the_model_holds(estimator: str, motion: str) -> None:
 @pytest.mark.parametrize("noise", [LITTLE, MUCH])
 def test_the_band_covers_the_force(estimator: str, noise: float) -> None:
     """In the mean of the motions, over their whole records."""
-    share = np.mean([found(estimator, LIKE, motion, noise).coverage for motion in MOTIONS])
+    share = np.mean([agreement_result(estimator, LIKE, motion, noise).coverage for motion in MOTIONS])
     assert COVERED[0] <= share <= COVERED[1]
 
 
@@ -58,14 +58,14 @@ def test_the_band_covers_the_force(estimator: str, noise: float) -> None:
 @pytest.mark.parametrize("kind", OUTSIDE)
 def test_fit_where_the_model_does_not_hold(estimator: str, kind: str) -> None:
     """Kobe, whose high frequencies make it the hardest of the motions, with much noise."""
-    assert found(estimator, kind, "Kobe", MUCH).fit >= GOALS[estimator].outside
+    assert agreement_result(estimator, kind, "Kobe", MUCH).fit >= GOALS[estimator].outside
 
 
 @other_than_static
 @pytest.mark.accuracy
 @pytest.mark.parametrize("kind", KINDS)
 def test_never_worse_than_static_interpolation(estimator: str, kind: str) -> None:
-    assert found(estimator, kind, "Kobe", MUCH).fit >= found(STATIC, kind, "Kobe", MUCH).fit
+    assert agreement_result(estimator, kind, "Kobe", MUCH).fit >= agreement_result(STATIC, kind, "Kobe", MUCH).fit
 
 
 @judged

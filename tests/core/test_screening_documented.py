@@ -21,7 +21,7 @@ def kinds_in_code() -> Iterator[str]:
 def test_every_kind_of_finding_is_documented() -> None:
     text = (ROOT / "docs" / "operate" / "screening.md").read_text(encoding="utf-8")
     documented = re.findall(r"^\| `(\w+)` \|", text, flags=re.MULTILINE)
-    found = set(kinds_in_code())
-    assert len(found) > 10
-    assert set(documented) == found
+    result = set(kinds_in_code())
+    assert len(result) > 10
+    assert set(documented) == result
     assert documented == sorted(documented)

@@ -73,10 +73,10 @@ def test_fit_of_the_modal_accelerations(motion, force, first, second, one_mode) 
     for level, noise in enumerate((0.01, 0.1)):
         record = measured(truth, noise, seed=1)
         shapes = mass_normalised(shape_matrix(subspace_modes(record)[:2], 7), BUILDING.floor_mass)
-        found = modal_acceleration(shapes, MEASURED, record.floor_acceleration - record.base_acceleration)
-        assert fit(modal[0], found[0]) == pytest.approx(first[level], abs=POINTS)
+        result = modal_acceleration(shapes, MEASURED, record.floor_acceleration - record.base_acceleration)
+        assert fit(modal[0], result[0]) == pytest.approx(first[level], abs=POINTS)
         # Ten percent of noise in the second mode's shape moves this by half a point from one draw to the next.
-        assert fit(modal[1], found[1]) == pytest.approx(second[level], abs=POINTS if noise < 0.1 else 1.0)
+        assert fit(modal[1], result[1]) == pytest.approx(second[level], abs=POINTS if noise < 0.1 else 1.0)
 
 
 @records

@@ -29,7 +29,7 @@ def seen() -> list[Observation]:
     """CNP100, LAC100 and SP100, in the order of the tests."""
     building = read_building(BNCS / "building.toml")
     files = [path for path in sorted(BNCS.iterdir()) if path.suffix in {".mseed", ".xml"}]
-    found = [
+    results = [
         one
         for event in events(files, building)
         for one in observations(
@@ -39,7 +39,7 @@ def seen() -> list[Observation]:
             datetime(2012, 1, 1, tzinfo=UTC),
         )
     ]
-    return sorted(found, key=lambda one: one.start)
+    return sorted(results, key=lambda one: one.start)
 
 
 def error(model: Isolator, of: list[Observation]) -> float:
@@ -50,8 +50,8 @@ def error(model: Isolator, of: list[Observation]) -> float:
 
 def test_hysteresis_is_detected_missing_and_foretells_the_strongest_earthquake(seen: list[Observation]) -> None:
     """The program's own words are in docs/models/real-building.md: 29.1 % before and 11.7 % with two effects."""
-    found = diagnosed(seen[:2], LINEAR)
-    assert found.steps
-    assert EFFECTS[found.steps[0].chosen.effect].family in HYSTERETIC
-    assert error(found.refitted.model, seen) > 0.25
-    assert error(found.after.model, seen) < 0.13
+    diagnosis = diagnosed(seen[:2], LINEAR)
+    assert diagnosis.steps
+    assert EFFECTS[diagnosis.steps[0].chosen.effect].family in HYSTERETIC
+    assert error(diagnosis.refitted.model, seen) > 0.25
+    assert error(diagnosis.after.model, seen) < 0.13

@@ -56,8 +56,8 @@ def answer(hidden: tuple[Hidden, ...], every: int = 2) -> Response:
     return simulate_building(STANDS, with_usual_yielding(STANDS, hidden), driving(every, axes))
 
 
-def distance(found: Matrix, exact: Matrix) -> float:
-    return float(np.linalg.norm(found - exact) / np.linalg.norm(exact))
+def distance(result: Matrix, exact: Matrix) -> float:
+    return float(np.linalg.norm(result - exact) / np.linalg.norm(exact))
 
 
 def test_agrees_with_the_products_simulation_where_both_know_the_law() -> None:
@@ -81,7 +81,7 @@ def test_agrees_with_the_products_simulation_where_both_know_the_law() -> None:
 def test_work_of_the_ground_is_what_is_stored_and_lost(name: str) -> None:
     """Sums of squares and products at 1 kHz: the trapezoidal rule leaves 1e-4 of the work."""
     structure, shaking = STANDS.superstructure, driving(1, 1)
-    found = answer(() if name == "yielding" else (drawn(name),), every=1)
+    result = answer(() if name == "yielding" else (drawn(name),), every=1)
     masses = np.append(structure.base_mass, structure.floor_mass)
     above = np.append(structure.storey_stiffness[1:], 0.0)
     K = np.diag(structure.storey_stiffness + above) - np.diag(above[:-1], 1) - np.diag(above[:-1], -1)
@@ -90,13 +90,13 @@ def test_work_of_the_ground_is_what_is_stored_and_lost(name: str) -> None:
     def summed(rates: np.ndarray) -> np.ndarray:
         return cumulative_trapezoid(rates, dx=shaking.h, initial=0.0)
 
-    velocity = summed(found.acceleration[0] - shaking.ground[0])
+    velocity = summed(result.acceleration[0] - shaking.ground[0])
     modal = shape.T @ (structure.floor_mass[:, None] * (velocity[1:] - velocity[0]))
     work = summed(-shaking.ground[0] * (masses @ velocity))
     kinetic = 0.5 * masses @ velocity**2
     strain = 0.5 * squared @ summed(modal) ** 2
     lost = summed(2 * (structure.damping_ratio * np.sqrt(squared)) @ modal**2)
-    layer = summed(found.force[0] * found.velocity[0])
+    layer = summed(result.force[0] * result.velocity[0])
     assert np.abs(kinetic + strain + lost + layer - work).max() < 1e-3 * np.abs(work).max()
 
 
@@ -159,10 +159,10 @@ def test_the_same_seed_gives_the_same_bytes(tmp_path: Path) -> None:
 
 
 def test_peaks_are_about_those_planned_and_the_misfit_about_that_wanted() -> None:
-    found = made("friction")
-    peaks = [float(np.abs(event.displacement[0]).max()) for event in found.events]
+    result = made("friction")
+    peaks = [float(np.abs(event.displacement[0]).max()) for event in result.events]
     np.testing.assert_allclose(peaks, [0.004, 0.020, 0.080, 0.030, 0.050], rtol=0.25)
-    assert 0.008 < found.misfit < 0.19
+    assert 0.008 < result.misfit < 0.19
     assert made("nothing").misfit < 1e-3
 
 
@@ -183,9 +183,9 @@ def test_records_hold_the_force_that_was_there() -> None:
 def test_a_fault_shows_on_its_channel_and_on_no_other(text: str) -> None:
     erring, rng = made(text).faults[0], np.random.default_rng(1)
     channels, samples = made(text).description.channels, made(text).events[2].record.samples
-    found = faults.faulty(samples, channels, erring, rng)
+    result = faults.faulty(samples, channels, erring, rng)
     changed = {
-        c.id for c, a, b in zip(channels, samples, found, strict=True) if not np.array_equal(a, b, equal_nan=True)
+        c.id for c, a, b in zip(channels, samples, result, strict=True) if not np.array_equal(a, b, equal_nan=True)
     }
     assert changed == {erring.channel, erring.other} - {""}
 
@@ -222,16 +222,16 @@ def test_a_record_that_begins_in_motion_does_so_and_keeps_its_time() -> None:
 
 
 def test_the_files_say_what_the_trial_is(tmp_path: Path) -> None:
-    found = made("biaxial")
-    files = write(found, tmp_path)
+    result = made("biaxial")
+    files = write(result, tmp_path)
     reported = read((tmp_path / "building.toml").read_text(), tmp_path)
-    assert reported.description == found.description
-    assert building_file(reported.description) == building_file(found.description)
-    for event, held in zip(found.events, events(files, reported), strict=True):
-        by_channel = {segment.channel: segment.samples for segment in held.segments}
+    assert reported.description == result.description
+    assert building_file(reported.description) == building_file(result.description)
+    for event, stored in zip(result.events, events(files, reported), strict=True):
+        by_channel = {segment.channel: segment.samples for segment in stored.segments}
         for channel, samples in zip(event.record.channels, event.record.samples, strict=True):
             np.testing.assert_array_equal(by_channel[channel.id], samples)
-        assert held.start == event.record.start
+        assert stored.start == event.record.start
 
 
 def test_pairs_are_of_known_laws() -> None:

@@ -40,14 +40,14 @@ def calibrated_structure(motion: str, noise: float) -> Superstructure:
 def test_as_near_as_a_smoother_in_time(motion: str, noise: float) -> None:
     """By the same superstructure, although the smoother in time knows the noise's level."""
     channels, force = recorded(CUT, motion, noise, seed=0), exact_response(CUT, motion).force
-    found = estimate(estimator_input(channels))
-    assert found.assessment is not None
-    assert not found.assessment.is_at_rest
+    estimated = estimate(estimator_input(channels))
+    assert estimated.assessment is not None
+    assert not estimated.assessment.is_at_rest
     level = noise * np.sqrt(
         np.mean(exact_response(CUT, motion).acceleration[[0, *(f + 1 for f in SENSORS)]] ** 2, axis=1)
     )
     model = state_space(calibrated_structure(motion, noise), np.array(SENSORS), BUILDING.base_mass, RATE)
-    fit, other = (fitting_rate(force, each) for each in (found.force, smoothed_force(model, channels, level)))
+    fit, other = (fitting_rate(force, each) for each in (estimated.force, smoothed_force(model, channels, level)))
     assert fit > 98
     assert other > 97.5  # so that the measure is one
     assert fit >= other - 0.2

@@ -14,8 +14,8 @@ from core.paper import BUILDING, ISOLATOR
 DESIGN = IN_CLASS.building(0)
 
 
-def distance(found: Matrix, exact: Matrix) -> float:
-    return float(np.linalg.norm(found - exact) / np.linalg.norm(exact))
+def distance(result: Matrix, exact: Matrix) -> float:
+    return float(np.linalg.norm(result - exact) / np.linalg.norm(exact))
 
 
 @pytest.mark.parametrize("motion", MOTIONS)

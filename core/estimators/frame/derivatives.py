@@ -15,7 +15,7 @@ class DampingCoupling:
 
     The derivative of a response Σ φ_r c_r L_r, with c_r = 1 / (λ_r - ω² + iρ_r (...)), by a change of the modal
     stiffness has at each two modes the quotient (c_r - c_s) / (λ_r - λ_s), by one of the modal mass that of λ c; these
-    are what is left of them over c_r c_s. The diagonals are the limits of s towards r.
+    are their remainders over c_r c_s. The diagonals are the limits of s towards r.
     """
 
     stiff: Matrix

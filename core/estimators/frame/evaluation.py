@@ -111,7 +111,7 @@ def evaluated(
 
     Args:
         problem: lines, design and hypothesis.
-        parameters: (size,) as core.estimators.frame.model.Layout says.
+        parameters: (size,) in the order of core.estimators.frame.model.Layout.
         variances: of unmodelled motion.
         along: (channels, lines) the h at which the determinant along h is taken; None for that of the parameters.
     """

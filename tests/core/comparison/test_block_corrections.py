@@ -17,11 +17,11 @@ def corrections(model: Isolator, truth: Isolator = ISOLATOR, *scales: float) -> 
 
 def test_a_missing_stiffness_is_requested_by_every_block() -> None:
     softer = Isolator({**ISOLATOR.effects, "elastic": {"k_b": 400e6}})
-    found = corrections(softer)
-    assert len(found) > 10
-    apart = np.array([(one.stiffness - 75e6) / one.stiffness_std for one in found])
+    blocks = corrections(softer)
+    assert len(blocks) > 10
+    apart = np.array([(one.stiffness - 75e6) / one.stiffness_std for one in blocks])
     assert np.mean(np.abs(apart) < 2) > 0.8  # 95 % if the deviations were exact
-    strong = [one for one in found if one.amplitude > 0.02]
+    strong = [one for one in blocks if one.amplitude > 0.02]
     assert [one.stiffness for one in strong] == pytest.approx([75e6] * len(strong), rel=0.1)
 
 
@@ -36,9 +36,9 @@ def test_a_missing_yield_force_is_requested_by_the_blocks_that_yield() -> None:
 
 def test_a_model_without_hysteresis_has_no_yield_force_to_correct_but_a_stiffness_that_falls_with_amplitude() -> None:
     linear = Isolator({name: values for name, values in ISOLATOR.effects.items() if name != "bouc_wen"})
-    found = corrections(linear)
-    assert {one.yield_force for one in found} == {None}
-    weak, strong = ([one.stiffness for one in found if (one.amplitude > 5e-3) == large] for large in (False, True))
+    blocks = corrections(linear)
+    assert {one.yield_force for one in blocks} == {None}
+    weak, strong = ([one.stiffness for one in blocks if (one.amplitude > 5e-3) == large] for large in (False, True))
     assert np.median(weak) > 5 * np.median(strong) > 0
 
 
@@ -51,9 +51,9 @@ def test_travel_goes_on_from_earthquake_to_earthquake() -> None:
 def test_a_block_in_which_the_layer_barely_yields_shows_no_yield_force() -> None:
     """The yield displacement is 1.5 mm."""
     weaker = Isolator({**ISOLATOR.effects, "bouc_wen": {**ISOLATOR.effects["bouc_wen"], "F_y": 400e3}})
-    found = corrections(weaker)
-    small = [one for one in found if one.amplitude < 0.5e-3]
+    blocks = corrections(weaker)
+    small = [one for one in blocks if one.amplitude < 0.5e-3]
     assert small
     assert {one.yield_force for one in small} == {None}
-    reported = [one.yield_std for one in found if one.yield_force is not None and one.yield_std is not None]
+    reported = [one.yield_std for one in blocks if one.yield_force is not None and one.yield_std is not None]
     assert max(reported) < 0.25 * 700e3

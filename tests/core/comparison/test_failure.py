@@ -1,4 +1,4 @@
-"""Planted errors are found where they were planted, and named so."""
+"""Planted errors are reported where they were planted."""
 
 from dataclasses import replace
 
@@ -21,17 +21,17 @@ def failed(compared: list[ForceComparison], seed: int = 3) -> Failure:
     return failure(compared, np.random.default_rng(seed))
 
 
-def printed(found: Failure) -> str:
-    return " ".join(failure_sentences(found))
+def printed(result: Failure) -> str:
+    return " ".join(failure_sentences(result))
 
 
 @few
 @given(seed=seeds)
 def test_of_pure_noise_nothing_stands_out(seed: int) -> None:
-    found = failed(comparisons_with_error(no_error, seed))
-    assert found.is_noise
-    assert found.regions == ()
-    assert printed(found).endswith("it cannot be distinguished from noise.")
+    failing = failed(comparisons_with_error(no_error, seed))
+    assert failing.is_noise
+    assert failing.regions == ()
+    assert printed(failing).endswith("it cannot be distinguished from noise.")
 
 
 @few
@@ -39,36 +39,36 @@ def test_of_pure_noise_nothing_stands_out(seed: int) -> None:
 def test_hardening_is_reported_to_lie_above_its_onset(seed: int, onset: float) -> None:
     """No cycle above the threshold is below the onset, except for the threshold's two digits (5 %).
 
-    The threshold itself lies anywhere between two cycles: records tell no more than which cycles pass the onset.
+    The threshold itself lies anywhere between two cycles: records show no more than which cycles pass the onset.
     """
     compared = comparisons_with_error(hardening_error(onset), seed)
-    found = failed(compared)
-    region = found.regions[0]
+    failing = failed(compared)
+    region = failing.regions[0]
     assert (region.name, region.is_above) == ("amplitude", True)
     amplitude = np.concatenate([half_cycle_amplitude(one.observation.layer.displacement) for one in compared])
     assert onset * 0.95 <= amplitude[region.inside].min() <= PEAKS[-1]
     assert region.share.value > 0.9
-    assert f"of the excess error lies in cycles above {float(f'{region.threshold * 1e3:.2g}'):g} mm" in printed(found)
+    assert f"of the excess error lies in cycles above {float(f'{region.threshold * 1e3:.2g}'):g} mm" in printed(failing)
 
 
 def test_a_threshold_between_two_cycles_leaves_neither_on_the_wrong_side() -> None:
     """Cycles of this motion reach 115 and 157 mm: rounded up, 160 mm would leave out the second, 110 hold the first."""
-    (found,) = [
+    (failings,) = [
         one
         for one in failed(comparisons_with_error(hardening_error(0.125), seed=111)).regions
         if one.name == "amplitude"
     ]
-    assert 0.115 < found.threshold < 0.157
+    assert 0.115 < failings.threshold < 0.157
 
 
 @few
 @given(seed=seeds, outwards=st.booleans())
 def test_an_error_on_one_phase_of_the_loop_is_reported_to_lie_there(seed: int, outwards: bool) -> None:
     """A spring on the way out, or back, only: around the reversals it is half there."""
-    found = failed(comparisons_with_error(error_on_one_branch(outwards), seed))
+    failing = failed(comparisons_with_error(error_on_one_branch(outwards), seed))
     wrong, right = PHASES[outwards], PHASES[1 - outwards]
-    assert wrong not in printed(found).split("Largest errors")[0]
-    by_phase = next(one for one in found.profiles if one.name == "phase")
+    assert wrong not in printed(failing).split("Largest errors")[0]
+    by_phase = next(one for one in failing.profiles if one.name == "phase")
     shares = dict(zip(by_phase.classes, (one.share.value for one in by_phase.bins), strict=True))
     assert shares[right] > 10 * abs(shares[wrong])
 
@@ -81,20 +81,20 @@ def test_an_error_above_an_amplitude_and_on_loading_is_reported_as_both(seed: in
         large = half_cycle_amplitude(x) > 0.1
         return 0.3 * STIFFNESS * x * (large & (x * v > 0) & (np.abs(x) < 0.9 * half_cycle_amplitude(x)))
 
-    found = failed(comparisons_with_error(error, seed))
-    assert found.narrowed is not None
-    assert found.narrowed.classed == "on loading"
-    assert found.narrowed.share.value > 0.9
-    assert ", on loading, which has" in printed(found)
+    failing = failed(comparisons_with_error(error, seed))
+    assert failing.narrowed is not None
+    assert failing.narrowed.classed == "on loading"
+    assert failing.narrowed.share.value > 0.9
+    assert ", on loading, which has" in printed(failing)
 
 
 @few
 @given(seed=seeds, factor=st.floats(0.7, 0.95))
 def test_wrong_values_are_stated_to_be_wrong_values(seed: int, factor: float) -> None:
-    found = failed(comparisons_with_error(lambda one: (1 - factor) * one.layer.force, seed))
-    assert found.is_of_values
-    assert "the values are wrong, and no effect need be missing" in printed(found)
-    assert "lies" not in printed(found)
+    failing = failed(comparisons_with_error(lambda one: (1 - factor) * one.layer.force, seed))
+    assert failing.is_of_values
+    assert "the values are wrong, and no effect need be missing" in printed(failing)
+    assert "lies" not in printed(failing)
 
 
 @few
@@ -103,11 +103,11 @@ def test_an_error_of_one_earthquake_is_reported_by_what_sets_it_apart(seed: int)
     def error(observation: Observation) -> np.ndarray:
         return 0.1 * STIFFNESS * observation.layer.displacement * (observation.name.startswith("2024-06"))
 
-    found = failed(comparisons_with_error(error, seed))
-    away = {one.name: one.explained_share.value for one in found.profiles if one.explained_share is not None}
+    failing = failed(comparisons_with_error(error, seed))
+    away = {one.name: one.explained_share.value for one in failing.profiles if one.explained_share is not None}
     assert max(away, key=lambda name: away[name]) == "earthquake"
     assert away["earthquake"] > 0.95
-    by_earthquake = next(one for one in found.profiles if one.name == "earthquake")
+    by_earthquake = next(one for one in failing.profiles if one.name == "earthquake")
     assert by_earthquake.bins[1].share.value > 0.97
 
 
@@ -133,11 +133,11 @@ def test_an_error_that_goes_with_a_condition_is_taken_away_by_it(name: str) -> N
         apart = getattr(observation.conditions, field) - np.mean(values)
         return np.asarray(0.01 / spread * STIFFNESS * apart * 10 * observation.layer.displacement)
 
-    found = failed(comparisons_with_error(error, prepare=conditioned))
-    away = {one.name: one.explained_share.value for one in found.profiles if one.explained_share is not None}
-    assert away[name] > found.constant.value + 0.1
+    failing = failed(comparisons_with_error(error, prepare=conditioned))
+    away = {one.name: one.explained_share.value for one in failing.profiles if one.explained_share is not None}
+    assert away[name] > failing.constant.value + 0.1
     assert away[name] > 0.9
-    assert f"with the {name}" in printed(found)
+    assert f"with the {name}" in printed(failing)
 
 
 @few
@@ -156,8 +156,8 @@ def test_units_of_force_change_nothing_that_is_found(seed: int, scale: float) ->
 @few
 @given(seed=seeds)
 def test_every_profile_shares_out_all_of_the_excess(seed: int) -> None:
-    found = failed(comparisons_with_error(hardening_error(0.1), seed))
-    for profile in found.profiles:
+    failing = failed(comparisons_with_error(hardening_error(0.1), seed))
+    for profile in failing.profiles:
         assert sum(one.share.value for one in profile.bins) == pytest.approx(1.0), profile.name
         assert sum(one.energy for one in profile.bins) == pytest.approx(1.0), profile.name
         for one in profile.bins:
@@ -214,11 +214,11 @@ def test_an_estimate_without_any_noise_has_its_failure_in_numbers(silent: slice)
         std[silent] = 0.0
         return replace(observation, layer=replace(observation.layer, force_std=std))
 
-    found = failed(comparisons_with_error(hardening_error(0.1), seed=5, prepare=silenced))
-    assert not found.is_noise
-    assert np.isfinite([found.noise_ratio.value, found.noise_ratio.low, found.noise_ratio.high]).all()
-    assert all(np.isfinite([window.rms, window.share]).all() for window in found.windows)
-    assert printed(found)
+    failing = failed(comparisons_with_error(hardening_error(0.1), seed=5, prepare=silenced))
+    assert not failing.is_noise
+    assert np.isfinite([failing.noise_ratio.value, failing.noise_ratio.low, failing.noise_ratio.high]).all()
+    assert all(np.isfinite([window.rms, window.share]).all() for window in failing.windows)
+    assert printed(failing)
 
 
 def test_octaves_in_which_the_noise_is_not_known_are_left_out() -> None:

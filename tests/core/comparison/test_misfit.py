@@ -34,29 +34,29 @@ def test_each_record_counts_by_its_own_noise(seed: int) -> None:
     noise = np.array([0.1, 10.0])
     parts = [misfit(m, n, np.full(40, std)) for m, n, std in zip(measured, model, noise, strict=True)]
     whole = misfit((measured / noise[:, None]).ravel(), (model / noise[:, None]).ravel(), np.ones(80))
-    found = pooled(parts)
-    assert found.noise_ratio == pytest.approx(whole.noise_ratio)
-    assert found.rms == pytest.approx(found.noise_ratio * found.floor)
+    result = pooled(parts)
+    assert result.noise_ratio == pytest.approx(whole.noise_ratio)
+    assert result.rms == pytest.approx(result.noise_ratio * result.floor)
 
 
 def test_a_right_model_has_an_error_of_one_floor() -> None:
     """To 3 %: 10 standard errors of a root mean square over 10⁵ samples."""
     noise = 2.0 * np.random.default_rng(1).standard_normal(100_000)
-    found = misfit(100.0 + noise, np.full(noise.size, 100.0), np.full(noise.size, 2.0))
-    assert found.noise_ratio == pytest.approx(1.0, rel=0.03)
-    assert found.floor == pytest.approx(2.0)
+    error = misfit(100.0 + noise, np.full(noise.size, 100.0), np.full(noise.size, 2.0))
+    assert error.noise_ratio == pytest.approx(1.0, rel=0.03)
+    assert error.floor == pytest.approx(2.0)
 
 
 def test_excess_is_what_noise_does_not_explain() -> None:
-    found = misfit(np.full(10, 5.0), np.zeros(10), np.full(10, 3.0))
-    assert found.excess == pytest.approx(4.0)
-    assert found.nrmse == pytest.approx(1.0)
+    error = misfit(np.full(10, 5.0), np.zeros(10), np.full(10, 3.0))
+    assert error.excess == pytest.approx(4.0)
+    assert error.nrmse == pytest.approx(1.0)
 
 
 def test_a_measurement_at_rest_has_no_rate() -> None:
-    found = misfit(np.zeros(10), np.ones(10), np.zeros(10))
-    assert found.nrmse == found.noise_ratio == np.inf
-    assert found.fitting_rate == -np.inf
+    error = misfit(np.zeros(10), np.ones(10), np.zeros(10))
+    assert error.nrmse == error.noise_ratio == np.inf
+    assert error.fitting_rate == -np.inf
 
 
 def test_exact_is_a_hundred_and_the_mean_is_zero() -> None:

@@ -31,21 +31,21 @@ def predictions(seen: tuple[Observation, ...]) -> Predictions:
 def test_both_directions_are_predicted_from_their_grounds_alone(seen: tuple[Observation, Observation]) -> None:
     """No direction knows how the other one moved. 0.1 %: as test_prediction."""
     x, y = (replace(one, conditions=replace(one.conditions, u_cross=0 * one.conditions.u_cross)) for one in seen)
-    found = predictions((x, replace(y, conditions=replace(y.conditions, v_cross=-y.conditions.v_cross))))
-    assert [one.observation.direction for one in found.each] == ["x", "y"]
-    assert all(one.displacement.misfit.nrmse < 1e-3 for one in found.each)
-    assert found.remarks == ()
+    result = predictions((x, replace(y, conditions=replace(y.conditions, v_cross=-y.conditions.v_cross))))
+    assert [one.observation.direction for one in result.each] == ["x", "y"]
+    assert all(one.displacement.misfit.nrmse < 1e-3 for one in result.each)
+    assert result.remarks == ()
 
 
 def test_a_direction_that_cannot_be_predicted_is_reported_to_the_other_as_it_was_measured(
     seen: tuple[Observation, Observation],
 ) -> None:
     """0.5 %: it is given at the samples, and straight between them."""
-    found = predictions((seen[0], replace(seen[1], ground_acceleration=None)))
-    (x,) = found.each
+    result = predictions((seen[0], replace(seen[1], ground_acceleration=None)))
+    (x,) = result.each
     assert x.displacement.misfit.nrmse < 5e-3
     name = seen[0].name
-    assert found.remarks == (
+    assert result.remarks == (
         f"{name}, direction y: the ground's acceleration was not measured; the model has no excitation",
         f"{name}: motion in the other direction is given as measured, not predicted",
     )
@@ -58,9 +58,9 @@ def test_what_cannot_be_computed_is_stated_and_the_other_earthquakes_are_there(
         replace(one, name="later", start=one.start.replace(year=2025), ground_acceleration=np.full(6000, np.nan))
         for one in seen
     )
-    found = predictions((*seen, *later))
-    assert [one.observation.name for one in found.each] == [seen[0].name] * 2
-    (remark,) = found.remarks
+    result = predictions((*seen, *later))
+    assert [one.observation.name for one in result.each] == [seen[0].name] * 2
+    (remark,) = result.remarks
     assert remark.startswith("later: the ground acceleration must be one series without gaps")
 
 
@@ -68,5 +68,5 @@ def test_the_coupling_matters_here(seen: tuple[Observation, Observation]) -> Non
     """Or the tests above would hold for a prediction that leaves it out."""
     forces = compare_forces(COUPLED, seen, BAND)
     apart = Isolator({name: values for name, values in COUPLED.effects.items() if name != "biaxial"})
-    found = predict_all(forces, {"x": MODES, "y": MODES}, apart, paper(), BAND)
-    assert all(one.displacement.misfit.nrmse > 0.03 for one in found.each)
+    result = predict_all(forces, {"x": MODES, "y": MODES}, apart, paper(), BAND)
+    assert all(one.displacement.misfit.nrmse > 0.03 for one in result.each)

@@ -92,21 +92,21 @@ def test_a_sensor_that_was_left_out_does_not_hide_the_rest() -> None:
 
 
 def test_a_softened_storey_is_named_with_what_it_lost() -> None:
-    (found,) = building_faults(earthquakes(SOUND, SOFT), described(), fitted(1.0))
-    assert (found.cause, found.kind, found.channel) == (Cause.SUPERSTRUCTURE, "storey", FLOORS[4])
-    assert found.std is not None
-    assert found.value == pytest.approx(-0.3, abs=4 * found.std)
-    assert f"storey below '{FLOORS[4]}'" in found.message
+    (fault,) = building_faults(earthquakes(SOUND, SOFT), described(), fitted(1.0))
+    assert (fault.cause, fault.kind, fault.channel) == (Cause.SUPERSTRUCTURE, "storey", FLOORS[4])
+    assert fault.std is not None
+    assert fault.value == pytest.approx(-0.3, abs=4 * fault.std)
+    assert f"storey below '{FLOORS[4]}'" in fault.message
 
 
 @pytest.mark.parametrize(("mass", "printed"), [(1.12, "too large"), (0.88, "too small")])
 def test_a_wrong_mass_says_what_it_cannot_be_distinguished_from(mass: float, printed: str) -> None:
-    (found,) = building_faults(earthquakes(SOUND, np.zeros(7)), described(), fitted(mass))
-    assert (found.cause, found.kind, found.channel) == (Cause.MASS, "mass", None)
-    assert found.std is not None
-    assert found.value == pytest.approx(mass - 1, abs=2 * found.std)
-    assert printed in found.message
-    assert "cannot distinguish this from isolators" in found.message
+    (fault,) = building_faults(earthquakes(SOUND, np.zeros(7)), described(), fitted(mass))
+    assert (fault.cause, fault.kind, fault.channel) == (Cause.MASS, "mass", None)
+    assert fault.std is not None
+    assert fault.value == pytest.approx(mass - 1, abs=2 * fault.std)
+    assert printed in fault.message
+    assert "cannot distinguish this from isolators" in fault.message
 
 
 def test_without_a_fit_the_mass_is_not_judged() -> None:
@@ -133,9 +133,9 @@ def test_a_wrong_mass_is_reported(sign: float, off: float, beta: float, seed: in
     """Four standard deviations; β trades with yield force and displacement and must not matter."""
     scatter = np.exp(0.01 * np.random.default_rng(seed).standard_normal(4))
     factors = scatter * np.array([*[1 + sign * off] * 3, 1.0])
-    found = wrong_mass(deviating_fit(factors, beta), MODEL, asdict(DESIGN))
-    assert found is not None
-    assert abs(found.change - sign * off) < 4 * found.std
+    mass_error = wrong_mass(deviating_fit(factors, beta), MODEL, asdict(DESIGN))
+    assert mass_error is not None
+    assert abs(mass_error.change - sign * off) < 4 * mass_error.std
 
 
 @settings(max_examples=50, deadline=None)
@@ -167,8 +167,8 @@ def test_a_model_without_hysteresis_shows_it_by_stiffness_and_damping() -> None:
     linear = Isolator({name: MODEL.effects[name] for name in ("elastic", "viscous")})
     fit = deviating_fit(np.array([1.2, 1.2, 1.0, 1.0]))
     kept = Isolator({name: fit.model.effects[name] for name in ("elastic", "viscous")})
-    found = wrong_mass(
+    mass_error = wrong_mass(
         replace(fit, model=kept, free=FREE[:2], covariance=fit.covariance[:2, :2]), linear, asdict(DESIGN)
     )
-    assert found is not None
-    assert found.change == pytest.approx(0.2, abs=4 * found.std)
+    assert mass_error is not None
+    assert mass_error.change == pytest.approx(0.2, abs=4 * mass_error.std)

@@ -1,4 +1,4 @@
-"""Searches that are left off: the best one is found as if all had been made, and what is left off is far from it."""
+"""Searches that are left off: the best one is the same as if all had been made, and what is left off is far from it."""
 
 from itertools import pairwise
 
@@ -26,15 +26,15 @@ def test_the_best_is_as_good_as_by_full_searches_and_what_is_left_off_is_far_fro
 ) -> None:
     data = FitData.by_noise(observations(Isolator({**BOUC_WEN.effects, name: values}), 0.02, 5))
     base = fitted(data, BOUC_WEN)
-    places = {found[0].effect: [one.model for one in found] for found in score_tests(data, base, EFFECTS)}
-    found = search_in_parallel(data, places)
+    places = {searches[0].effect: [one.model for one in searches] for searches in score_tests(data, base, EFFECTS)}
+    searches = search_in_parallel(data, places)
     whole = {
         effect: min((fitted(data, model) for model in models), key=lambda fit: fit.chi_square)
         for effect, models in places.items()
     }
     best = min(whole, key=lambda effect: whole[effect].chi_square)
-    assert found[best].chi_square == pytest.approx(whole[best].chi_square, rel=1e-3)
-    left_off = [effect for effect, fit in found.items() if fit.outcome is Outcome.STOPPED]
+    assert searches[best].chi_square == pytest.approx(whole[best].chi_square, rel=1e-3)
+    left_off = [effect for effect, fit in searches.items() if fit.outcome is Outcome.STOPPED]
     assert left_off
     assert all(whole[effect].chi_square > NEAR * whole[best].chi_square for effect in left_off)
 

@@ -33,34 +33,38 @@ FAR = Isolator(
 def test_a_hidden_effect_is_named_and_its_error_taken_away(effect: str) -> None:
     """5 %: of the noise floor, for the fitted parameters and the one draw of noise."""
     truth = Isolator({**BOUC_WEN.effects, effect: HIDDEN[effect]})
-    found = diagnosed(observations(truth, 0.01, 7), FAR, OFFERED)
-    assert found.outcome is Outcome.EFFECT
-    assert [step.chosen.effect for step in found.steps] == [effect]
-    assert not found.unexplained.is_there
-    assert found.unexplained.noise_ratio == pytest.approx(1.0, abs=0.05)
-    assert found.before.noise_ratio > 1.1
+    diagnosis = diagnosed(observations(truth, 0.01, 7), FAR, OFFERED)
+    assert diagnosis.outcome is Outcome.EFFECT
+    assert [step.chosen.effect for step in diagnosis.steps] == [effect]
+    assert not diagnosis.unexplained.is_there
+    assert diagnosis.unexplained.noise_ratio == pytest.approx(1.0, abs=0.05)
+    assert diagnosis.before.noise_ratio > 1.1
 
 
 @pytest.mark.parametrize("seed", range(2))
 def test_nothing_is_named_where_nothing_is_hidden(seed: int) -> None:
-    found = diagnosed(observations(BOUC_WEN, 0.02, seed), BOUC_WEN, OFFERED)
-    assert found.outcome is Outcome.NOTHING_MISSING
-    assert not found.steps
-    assert not found.unexplained.is_there
+    diagnosis = diagnosed(observations(BOUC_WEN, 0.02, seed), BOUC_WEN, OFFERED)
+    assert diagnosis.outcome is Outcome.NOTHING_MISSING
+    assert not diagnosis.steps
+    assert not diagnosis.unexplained.is_there
 
 
 def test_other_values_of_the_same_effects_are_a_refit() -> None:
-    found = diagnosed(observations(BOUC_WEN, 0.02, 5), FAR, OFFERED)
-    assert found.outcome is Outcome.REFIT
+    diagnosis = diagnosed(observations(BOUC_WEN, 0.02, 5), FAR, OFFERED)
+    assert diagnosis.outcome is Outcome.REFIT
 
 
 def test_two_hidden_effects_are_both_named() -> None:
     """And who waits hears of the first while the second is looked for."""
     hidden = {name: HIDDEN[name] for name in ("friction", "hardening")}
     reported: list[str] = []
-    found = diagnosed(observations(Isolator({**BOUC_WEN.effects, **hidden}), 0.01, 8), FAR, OFFERED, reported.append)
-    assert {step.chosen.effect for step in found.steps} == set(hidden)
-    second, first = (step.chosen.effect for step in found.steps)  # what lowers the error most comes first in the end
+    diagnosis = diagnosed(
+        observations(Isolator({**BOUC_WEN.effects, **hidden}), 0.01, 8), FAR, OFFERED, reported.append
+    )
+    assert {step.chosen.effect for step in diagnosis.steps} == set(hidden)
+    second, first = (
+        step.chosen.effect for step in diagnosis.steps
+    )  # what lowers the error most comes first in the end
     assert reported == [
         f"step 1: {first}; searching for another effect",
         f"step 1: {first}, step 2: {second}; searching for another effect",
@@ -72,8 +76,8 @@ def test_two_hidden_effects_are_both_named() -> None:
 def test_a_weak_second_effect_is_named_once_most_of_what_stands_out_is_its_own(k3: float, named: list[str]) -> None:
     """It takes 7 % of what is left, which is nothing beyond the noise, and 24 %, which is all that is beyond it."""
     hidden = {"friction": HIDDEN["friction"], "hardening": {"k3": k3, "k5": 0.0}}
-    found = diagnosed(observations(Isolator({**BOUC_WEN.effects, **hidden}), 0.05, 8), BOUC_WEN, OFFERED[:3])
-    assert [step.chosen.effect for step in found.steps] == named
+    diagnosis = diagnosed(observations(Isolator({**BOUC_WEN.effects, **hidden}), 0.05, 8), BOUC_WEN, OFFERED[:3])
+    assert [step.chosen.effect for step in diagnosis.steps] == named
 
 
 @pytest.mark.parametrize(("louder", "outcome"), [(1.7, Outcome.NOTHING_MISSING), (2.3, Outcome.UNKNOWN)])
@@ -83,10 +87,10 @@ def test_noise_that_is_louder_than_was_seen_is_no_effect(louder: float, outcome:
         replace(one, layer=replace(one.layer, force_std=one.layer.force_std / louder))
         for one in observations(BOUC_WEN, 0.02, 4)
     ]
-    found = diagnosed(seen, BOUC_WEN, ("friction",))
-    assert not found.steps
-    assert found.unexplained.noise_ratio == pytest.approx(louder, rel=0.05)
-    assert found.outcome is outcome
+    diagnosis = diagnosed(seen, BOUC_WEN, ("friction",))
+    assert not diagnosis.steps
+    assert diagnosis.unexplained.noise_ratio == pytest.approx(louder, rel=0.05)
+    assert diagnosis.outcome is outcome
 
 
 def test_what_no_effect_can_do_is_flagged() -> None:
@@ -95,6 +99,6 @@ def test_what_no_effect_can_do_is_flagged() -> None:
     for one in observations(BOUC_WEN, 0.01, 9):
         strange = 1.5e6 * np.sin(one.layer.displacement / 0.004)
         seen.append(replace(one, layer=replace(one.layer, force=one.layer.force + strange)))
-    found = diagnosed(seen, FAR, OFFERED)
-    assert found.unexplained.is_there
-    assert found.outcome is Outcome.UNKNOWN
+    diagnosis = diagnosed(seen, FAR, OFFERED)
+    assert diagnosis.unexplained.is_there
+    assert diagnosis.outcome is Outcome.UNKNOWN

@@ -27,8 +27,8 @@ def test_an_effect_whose_opposite_is_requested_has_no_strength() -> None:
         replace(one, layer=replace(one.layer, force=one.layer.force - 2e10 * one.layer.displacement**3)) for one in SEEN
     ]
     model = Isolator({**BOUC_WEN.effects, "hardening": {"k3": 1e10, "k5": 1e12}})
-    found = fitted(FitData.by_noise(softer), model)
-    assert implausible("hardening", found, softer) == "it has no strength left: the records support its opposite"
+    fit = fitted(FitData.by_noise(softer), model)
+    assert implausible("hardening", fit, softer) == "it has no strength left: the records support its opposite"
 
 
 def test_one_of_two_strengths_may_be_nothing() -> None:
@@ -38,19 +38,19 @@ def test_one_of_two_strengths_may_be_nothing() -> None:
 
 def test_what_no_record_determines_is_stated() -> None:
     wall = {"gap": 0.3, "gap_back": 0.3, "wall": 1e8, "wall_back": 1e8}
-    found = fit(Isolator({**BOUC_WEN.effects, "moat": wall}))
-    reason = implausible("moat", found, SEEN)
+    result = fit(Isolator({**BOUC_WEN.effects, "moat": wall}))
+    reason = implausible("moat", result, SEEN)
     assert reason is not None
     assert "strength" in reason or "do not determine" in reason
 
 
 def test_a_layer_does_not_feed_the_motion() -> None:
     against = Isolator({"elastic": {"k_b": 475e6}, "relief": {"relieved": 2e7, "v_r": 0.01}})
-    found = replace(at_values(FitData.by_noise(SEEN), BOUC_WEN), model=against)
-    reason = implausible("relief", found, SEEN)
+    result = replace(at_values(FitData.by_noise(SEEN), BOUC_WEN), model=against)
+    reason = implausible("relief", result, SEEN)
     assert reason is not None
     assert reason.startswith("the layer would feed energy into the motion in the earthquake of event")
-    against = objection("relief", found, SEEN)
+    against = objection("relief", result, SEEN)
     assert against is not None
     assert against.is_impossible
 
@@ -58,5 +58,5 @@ def test_a_layer_does_not_feed_the_motion() -> None:
 @pytest.mark.parametrize("value", [1e-5, 0.5])
 def test_the_end_of_a_range_is_stated(value: float) -> None:
     yields = {**BOUC_WEN.effects["bouc_wen"], "D_y": value}
-    found = replace(fit(BOUC_WEN), model=Isolator({**BOUC_WEN.effects, "bouc_wen": yields}))
-    assert str(implausible("bouc_wen", found, SEEN)).startswith("D_y is at its ")
+    result = replace(fit(BOUC_WEN), model=Isolator({**BOUC_WEN.effects, "bouc_wen": yields}))
+    assert str(implausible("bouc_wen", result, SEEN)).startswith("D_y is at its ")

@@ -33,18 +33,18 @@ def ranking(*candidates: ScoredCandidate, data: FitData = SEEN) -> Ranking:
     return Ranking(BASE, candidates, data, 1.0, floor)
 
 
-def asked_for(*candidates: ScoredCandidate, data: FitData = SEEN) -> list[str]:
-    return [one.effect for one in ranking(*candidates, data=data).asked_for]
+def supported(*candidates: ScoredCandidate, data: FitData = SEEN) -> list[str]:
+    return [one.effect for one in ranking(*candidates, data=data).supported]
 
 
-@pytest.mark.parametrize(("taken", "named"), [(WORTH + 0.01, ["friction"]), (WORTH - 0.01, [])])
-def test_what_takes_little_is_not_requested_however_certain_it_is(taken: float, named: list[str]) -> None:
-    assert asked_for(ScoredCandidate("friction", leaving(1 - taken), -1e4)) == named
+@pytest.mark.parametrize(("removed", "named"), [(WORTH + 0.01, ["friction"]), (WORTH - 0.01, [])])
+def test_an_effect_that_removes_little_is_not_supported_however_certain_it_is(removed: float, named: list[str]) -> None:
+    assert supported(ScoredCandidate("friction", leaving(1 - removed), -1e4)) == named
 
 
 @pytest.mark.parametrize(("delta", "named"), [(-DECISIVE - 1, ["friction"]), (-DECISIVE + 1, [])])
 def test_what_is_not_certain_is_not_requested_however_much_it_takes(delta: float, named: list[str]) -> None:
-    assert asked_for(ScoredCandidate("friction", leaving(0.5), delta)) == named
+    assert supported(ScoredCandidate("friction", leaving(0.5), delta)) == named
 
 
 def test_what_takes_much_where_there_is_barely_a_force_is_not_felt() -> None:
@@ -56,8 +56,8 @@ def test_what_takes_much_where_there_is_barely_a_force_is_not_felt() -> None:
     left, before = (ranking(quiet, data=data).left(fit)[0] for fit in (quiet.fit, BASE))
     assert quiet.fit.chi_square < (1 - WORTH) * BASE.chi_square
     assert left**2 > (1 - FELT) * before**2
-    assert asked_for(quiet, data=data) == []
-    assert asked_for(quiet) == ["resonator"], "the same of a force that is as loud there as below"
+    assert supported(quiet, data=data) == []
+    assert supported(quiet) == ["resonator"], "the same of a force that is as loud there as below"
 
 
 def test_the_set_holds_what_is_as_good_as_the_best_and_what_leaves_as_little() -> None:
@@ -65,12 +65,12 @@ def test_the_set_holds_what_is_as_good_as_the_best_and_what_leaves_as_little() -
     near = ScoredCandidate("breakaway", leaving(0.6), best.delta_bic + DECISIVE - 1)
     alike = ScoredCandidate("relief", leaving(0.5 * (1 + ALIKE / 2) ** 2), best.delta_bic + 100)
     worse = ScoredCandidate("moat", leaving(0.5 * (1 + 2 * ALIKE) ** 2), best.delta_bic + 100)
-    assert asked_for(best, near, alike, worse) == ["friction", "breakaway", "relief"]
+    assert supported(best, near, alike, worse) == ["friction", "breakaway", "relief"]
 
 
 def test_the_best_that_is_worth_it_leads_even_behind_one_that_is_not() -> None:
     certain = ScoredCandidate("moat", leaving(1 - WORTH / 2), -900.0)
-    assert asked_for(certain, ScoredCandidate("friction", leaving(0.5), -500.0)) == ["friction"]
+    assert supported(certain, ScoredCandidate("friction", leaving(0.5), -500.0)) == ["friction"]
 
 
 def test_what_is_left_is_reported_in_floors() -> None:

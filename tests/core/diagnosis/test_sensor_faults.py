@@ -23,8 +23,8 @@ def earthquakes(errors: dict[str, Vector]) -> list[EventAnalysis]:
     return [analysis(consistent_record(errors, 0.03, [7, number])) for number in range(2)]
 
 
-def the_only(found: tuple[BuildingFault, ...]) -> BuildingFault:
-    (suspect,) = found
+def the_only(result: tuple[BuildingFault, ...]) -> BuildingFault:
+    (suspect,) = result
     assert suspect.cause is Cause.SENSOR
     return suspect
 
@@ -80,8 +80,8 @@ def test_a_fault_that_comes_again_in_half_of_the_earthquakes_is_the_sensors() ->
 def test_earthquakes_without_the_channel_do_not_count() -> None:
     clipped = Finding("clipping", "warning", "lies flat", ROOF, 3.0)
     missing = Finding("missing", "warning", "was not recorded", ROOF)
-    found = sensor_faults([analysis(None, clipped), *[analysis(None, missing)] * 3], paper())
-    assert the_only(found).message.startswith("in 1 of 1 ")
+    faults = sensor_faults([analysis(None, clipped), *[analysis(None, missing)] * 3], paper())
+    assert the_only(faults).message.startswith("in 1 of 1 ")
 
 
 def test_notes_are_no_faults() -> None:

@@ -14,11 +14,11 @@ STEPS = np.tril(np.ones((FLOORS, FLOORS)))
 
 def reported(deviation: Vector, error: float, rng: np.random.Generator) -> StoreyStiffness:
     """A record that determines every storey with that error, and a prior of storeys as stiff as those below."""
-    believed = (STEPS * np.array([10.0, *[0.3] * (FLOORS - 1)]) ** 2) @ STEPS.T
+    prior = (STEPS * np.array([10.0, *[0.3] * (FLOORS - 1)]) ** 2) @ STEPS.T
     information = np.eye(FLOORS) / error**2
-    covariance: Matrix = np.asarray(np.linalg.inv(information + np.linalg.inv(believed)), dtype=float)
+    covariance: Matrix = np.asarray(np.linalg.inv(information + np.linalg.inv(prior)), dtype=float)
     seen = deviation + error * rng.standard_normal(FLOORS)
-    return StoreyStiffness(np.asarray(covariance @ information @ seen), covariance, believed)
+    return StoreyStiffness(np.asarray(covariance @ information @ seen), covariance, prior)
 
 
 @settings(max_examples=50, deadline=None)
@@ -28,10 +28,10 @@ def test_a_softened_storey_is_named(storey: int, lost: float, common: float, see
     rng = np.random.default_rng(seed)
     deviation = common + 0.01 * rng.standard_normal(FLOORS)
     deviation[storey] += np.log(1 - lost)
-    found = softened_storey([reported(deviation, 0.02, rng) for _ in range(4)])
-    assert found is not None
-    assert (found.storey, found.others) == (storey, ())
-    assert abs(found.change + lost) < 5 * found.std
+    result = softened_storey([reported(deviation, 0.02, rng) for _ in range(4)])
+    assert result is not None
+    assert (result.storey, result.others) == (storey, ())
+    assert abs(result.change + lost) < 5 * result.std
 
 
 @settings(max_examples=50, deadline=None)
@@ -64,9 +64,9 @@ def test_storeys_that_records_do_not_show_apart_are_all_named() -> None:
     information = mixed @ clear.information @ mixed
     covariance = np.linalg.inv(information + np.linalg.inv(clear.prior_covariance))
     vague = StoreyStiffness(np.asarray(covariance @ information @ deviation), covariance, clear.prior_covariance)
-    found = softened_storey([vague] * 3)
-    assert found is not None
-    assert {found.storey, *found.others} == {2, 3}
+    storey = softened_storey([vague] * 3)
+    assert storey is not None
+    assert {storey.storey, *storey.others} == {2, 3}
 
 
 def test_a_building_of_one_storey_has_no_others_to_compare_with() -> None:

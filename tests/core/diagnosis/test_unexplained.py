@@ -34,23 +34,23 @@ def test_noise_holds_none(seed: int) -> None:
 
 def test_the_more_a_force_of_the_motion_stands_out_the_larger_the_share() -> None:
     """A cubic force, which is among the regressors; most of it is what the model's own stiffness cannot do."""
-    found = []
+    results = []
     for size in (0.5, 1.0, 4.0):
         cubic = [one.layer.displacement**3 for one in SEEN]
         scale = size * NOISE * np.sqrt(np.mean(SEEN[1].layer.force ** 2) / np.mean(cubic[1] ** 2))
-        found.append(share(tuple(with_force(one, scale * more) for one, more in zip(SEEN, cubic, strict=True))))
-    assert NOTHING < found[0] < found[1] < found[2]
-    assert found[2] > 0.5
+        results.append(share(tuple(with_force(one, scale * more) for one, more in zip(SEEN, cubic, strict=True))))
+    assert NOTHING < results[0] < results[1] < results[2]
+    assert results[2] > 0.5
 
 
 def test_what_the_models_own_parameters_can_do_is_no_structure() -> None:
-    """A stiffness that is 3 % off is a refit: it is taken out of residual and regressors alike."""
+    """A stiffness that is 3 % off is a refit: it is projected out of residual and regressors alike."""
     softer = tuple(with_force(one, 0.03 * 475e6 * one.layer.displacement) for one in SEEN)
     assert share(softer) < NOTHING
 
 
 def test_a_force_of_another_record_is_foretold_by_nothing() -> None:
-    """As strong as the cubic one that is found, and as low in frequency, but of a motion that was not this layer's."""
+    """As strong as the cubic one that is detected, and as low in frequency, but of another layer's motion."""
     others = observations(BOUC_WEN, NOISE, 12, peaks=(0.02, 0.06))
     strange = []
     for one, other in zip(SEEN, others, strict=True):

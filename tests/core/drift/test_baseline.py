@@ -9,17 +9,17 @@ from core.drift.monitor import Reference, monitor
 
 
 def baseline(lived: History) -> Baseline:
-    found = monitor(series(lived), Reference(), {}).baseline
-    assert found is not None
-    return found
+    monitoring = monitor(series(lived), Reference(), {}).baseline
+    assert monitoring is not None
+    return monitoring
 
 
 def test_a_curve_without_scatter_is_recovered() -> None:
     plan = Plan(events=40, giant=False, outliers=0.0, scatter=(1e-4, 1e-4), own=(1e-3, 1e-3))
-    found = baseline(history(plan, 1))
-    low, high = found.range or (0.0, 0.0)
+    result = baseline(history(plan, 1))
+    low, high = result.range or (0.0, 0.0)
     amplitude = np.geomspace(1.05 * low, high / 1.05, 40)
-    mean, std = found.expected(amplitude, temperature=15.0)
+    mean, std = result.expected(amplitude, temperature=15.0)
     truth = stiffness_curve(np.random.default_rng(1))(amplitude)  # the history draws its curve first
     assert (
         np.abs(mean - truth).max() < 0.01
@@ -43,18 +43,18 @@ def test_the_band_covers_95_percent(scatter: float, outliers: float) -> None:
 
 
 def test_the_band_widens_outside_the_range() -> None:
-    found = baseline(history(Plan(events=40, giant=False), 3))
-    low, high = found.range or (0.0, 0.0)
-    _, std = found.expected(np.array([np.sqrt(low * high), high, 2 * high, 5 * high]))
+    curve = baseline(history(Plan(events=40, giant=False), 3))
+    low, high = curve.range or (0.0, 0.0)
+    _, std = curve.expected(np.array([np.sqrt(low * high), high, 2 * high, 5 * high]))
     assert (np.diff(std) > 0).all()
     assert std[-1] > 3 * std[0]
 
 
 def test_a_temperature_outside_the_reference_widens_the_band() -> None:
-    found = baseline(history(Plan(events=40, giant=False), 3))
-    low, high = found.range or (0.0, 0.0)
+    curve = baseline(history(Plan(events=40, giant=False), 3))
+    low, high = curve.range or (0.0, 0.0)
     middle = np.array([np.sqrt(low * high)])
-    stds = [float(found.expected(middle, temperature)[1][0]) for temperature in (None, 15.0, -10.0)]
+    stds = [float(curve.expected(middle, temperature)[1][0]) for temperature in (None, 15.0, -10.0)]
     assert stds[2] > stds[1] >= 0.9 * stds[0]
 
 
@@ -74,6 +74,6 @@ def test_one_outlying_event_moves_the_curve_little() -> None:
 def test_the_scatter_between_events_is_estimated() -> None:
     for scatter in (0.005, 0.01, 0.02):
         plan = Plan(events=40, giant=False, outliers=0.0, scatter=(scatter, scatter))
-        found = [baseline(history(plan, seed)).scatter.events for seed in range(12)]
+        results = [baseline(history(plan, seed)).scatter.events for seed in range(12)]
         # 12 histories of 20 events: 5 %; and up to a fifth that the prior's mean of 1 % takes
-        assert np.mean(found) == pytest.approx(scatter, rel=0.25)
+        assert np.mean(results) == pytest.approx(scatter, rel=0.25)

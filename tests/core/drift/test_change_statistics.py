@@ -62,7 +62,7 @@ def test_a_change_is_estimated_by_generalised_least_squares() -> None:
     root = rng.standard_normal((8, 8))
     covariance, pattern = root @ root.T + np.eye(8), steps(8)[:, 3]
     deviation = rng.standard_normal(8) - 0.5 * pattern
-    found = change_size(innovations(deviation, covariance, 30.0, 4.0), pattern)
+    size = change_size(innovations(deviation, covariance, 30.0, 4.0), pattern)
     inverse = np.linalg.inv(covariance)
-    assert found.size == pytest.approx((pattern @ inverse @ deviation) / (pattern @ inverse @ pattern))
-    assert found.high - found.size == pytest.approx(found.size - found.low)
+    assert size.size == pytest.approx((pattern @ inverse @ deviation) / (pattern @ inverse @ pattern))
+    assert size.high - size.size == pytest.approx(size.size - size.low)

@@ -20,8 +20,8 @@ def layer_shifts(x: float, y: float, frequency: float = 0.0) -> tuple[Shift, ...
     )
 
 
-def possible(found: tuple[Shift, ...]) -> list[str]:
-    return [one.cause for one in explanations(found) if one.is_possible]
+def possible(result: tuple[Shift, ...]) -> list[str]:
+    return [one.cause for one in explanations(result) if one.is_possible]
 
 
 def test_a_mass_scales_everything() -> None:
@@ -46,8 +46,8 @@ def test_one_series_has_no_explanation() -> None:
 
 def test_shifts_are_estimated_in_every_series() -> None:
     one, other = (monitor(side, Reference(), {}) for side in series_in_both_directions(PLAN, 31, ONSET, 0.06))
-    found = shifts((one, other), one.values[ONSET].time)
-    assert [(shift.quantity, shift.subject) for shift in found] == [("stiffness", "x"), ("stiffness", "y")]
-    for shift in found:
+    moved = shifts((one, other), one.values[ONSET].time)
+    assert [(shift.quantity, shift.subject) for shift in moved] == [("stiffness", "x"), ("stiffness", "y")]
+    for shift in moved:
         assert abs(shift.size - np.log(0.94)) < 3 * shift.std
     assert shifts((one,), START.replace(year=2090)) == ()

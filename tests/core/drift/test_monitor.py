@@ -26,8 +26,8 @@ def monitored(lived: History, change: Vector | None = None) -> Monitoring:
     return monitor(series(lived, change), Reference(), {})
 
 
-def sure(found: Monitoring) -> list[Alarm]:
-    return [alarm for alarm in found.alarms if alarm.is_sure]
+def sure(result: Monitoring) -> list[Alarm]:
+    return [alarm for alarm in result.alarms if alarm.is_sure]
 
 
 @pytest.mark.parametrize("seed", range(10, 16))
@@ -68,8 +68,8 @@ def test_a_single_event_never_raises_an_alarm() -> None:
     lived = history(QUIET, 23)
     change = np.zeros(QUIET.events)
     change[50] = -0.5
-    found = monitored(lived, change)
-    assert not sure(found)
+    monitoring = monitored(lived, change)
+    assert not sure(monitoring)
     pending = monitor(series_until(series(lived, change), 51), Reference(), {}).alarms
     assert [alarm.is_sure for alarm in pending] == [False]
     assert pending[0].onset == pending[0].raised == 50
@@ -92,9 +92,9 @@ def test_damage_within_an_event_raises_an_alarm_at_once() -> None:
 def test_a_giant_earthquake_raises_no_alarm() -> None:
     lived = history(replace(QUIET, giant=True), 25)
     assert lived.giant is not None
-    found = monitored(lived)
-    assert not sure(found)
-    giant = found.values[lived.giant]
+    monitoring = monitored(lived)
+    assert not sure(monitoring)
+    giant = monitoring.values[lived.giant]
     assert giant.causes, "an earthquake larger than all before is a possible cause"
 
 
@@ -123,9 +123,9 @@ def test_winters_raise_no_alarm(has_thermometer: bool) -> None:
     plan = replace(QUIET, events=120, per_year=(15.0, 20.0), has_thermometer=has_thermometer)
     lived = history(plan, 26)
     assert np.ptp(lived.temperature) > 15.0
-    found = monitored(lived)
-    assert not sure(found)
-    is_possible = any("temperature" in cause for value in found.values for cause in value.causes)
+    monitoring = monitored(lived)
+    assert not sure(monitoring)
+    is_possible = any("temperature" in cause for value in monitoring.values for cause in value.causes)
     assert is_possible != has_thermometer
 
 
@@ -133,10 +133,10 @@ def test_sensor_findings_exclude_an_event_and_are_named() -> None:
     lived = history(QUIET, 27)
     whole = series(lived, sudden_loss(lived, 50, 0.08))
     notes = {event: EventNotes((CALIBRATION,)) for event in range(50, QUIET.events)}
-    found = monitor(whole, Reference(), notes)
+    monitoring = monitor(whole, Reference(), notes)
     assert sure(monitor(whole, Reference(), {}))
-    assert not found.alarms
-    assert all(value.is_excluded and CALIBRATION.message in value.causes for value in found.values[50:])
+    assert not monitoring.alarms
+    assert all(value.is_excluded and CALIBRATION.message in value.causes for value in monitoring.values[50:])
     harmless = {event: EventNotes((replace(CALIBRATION, severity="note"),)) for event in range(50, QUIET.events)}
     assert sure(monitor(whole, Reference(), harmless))
 
@@ -178,10 +178,10 @@ def test_units_change_nothing(of_value: float, of_amplitude: float) -> None:
 
 def test_without_a_baseline_the_number_of_events_needed_is_known() -> None:
     lived = history(Plan(events=30), 4)
-    found = monitor(series_until(series(lived), 4), Reference(), {})
-    assert found.baseline is None
-    assert found.events_needed == 16
-    assert found.values == found.alarms == ()
+    monitoring = monitor(series_until(series(lived), 4), Reference(), {})
+    assert monitoring.baseline is None
+    assert monitoring.events_needed == 16
+    assert monitoring.values == monitoring.alarms == ()
     assert monitor(Series("stiffness", "x", ()), Reference(), {}).events_needed == 20
 
 
@@ -237,8 +237,8 @@ def test_the_onset_interval_reaches_into_the_reference(early: int) -> None:
     lived = history(QUIET, 10)
     last = max(value.event for value in monitored(lived).values if value.is_reference)
     onset = last + 1 - early
-    found = monitored(lived, sudden_loss(lived, onset, 0.08))
-    alarm = sure(found)[0]
-    assert {value.event for value in found.values if value.is_reference} >= {last}
+    monitoring = monitored(lived, sudden_loss(lived, onset, 0.08))
+    alarm = sure(monitoring)[0]
+    assert {value.event for value in monitoring.values if value.is_reference} >= {last}
     assert alarm.after < onset <= alarm.by == last + 1
     assert onset - alarm.after <= 2

@@ -28,23 +28,23 @@ def test_a_time_needs_its_zone() -> None:
 def test_measurements_without_logarithm_or_amplitude_are_left_out() -> None:
     kept = measurement()
     others = (measurement(value=-1e8), measurement(std=6e7), measurement(amplitude=None), measurement(amplitude=0.0))
-    found, dated = series_arrays(Series("stiffness", "x", (kept, *others)))
-    assert found.value.tolist() == [pytest.approx(np.log(1e8))]
-    assert found.variance.tolist() == [pytest.approx(1e-4)]
+    arrays, dated = series_arrays(Series("stiffness", "x", (kept, *others)))
+    assert arrays.value.tolist() == [pytest.approx(np.log(1e8))]
+    assert arrays.variance.tolist() == [pytest.approx(1e-4)]
     assert [one.event for one in dated] == [1]
 
 
 def test_events_come_in_order_of_time() -> None:
-    found, dated = series_arrays(
+    arrays, dated = series_arrays(
         Series("gain", "HNX", tuple(measurement(1.0, 0.01, None, event) for event in (7, 3, 5)))
     )
     assert [one.event for one in dated] == [3, 5, 7]
-    assert found.event.tolist() == [0, 1, 2]
+    assert arrays.event.tolist() == [0, 1, 2]
 
 
 def test_a_residual_displacement_may_be_negative() -> None:
-    found, _ = series_arrays(Series("residual_displacement", "x", (measurement(-0.002, 1e-4, None),)))
-    assert found.value.tolist() == [-0.002]
+    arrays, _ = series_arrays(Series("residual_displacement", "x", (measurement(-0.002, 1e-4, None),)))
+    assert arrays.value.tolist() == [-0.002]
 
 
 def test_quantities_by_name() -> None:

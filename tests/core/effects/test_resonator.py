@@ -12,7 +12,7 @@ def test_harmonic_force_is_by_the_dynamic_stiffness(frequency: float) -> None:
     force = layer_force({"resonator": {"mass": mass, "frequency": frequency, "damping": damping}}, given)
     last = slice(-given.velocity.size // 40, None)
     wave = np.column_stack([given.displacement, given.velocity / TURN])[last]
-    found = np.linalg.lstsq(wave, force[last], rcond=None)[0] @ [1, 1j]
+    result = np.linalg.lstsq(wave, force[last], rcond=None)[0] @ [1, 1j]
     r = TURN / (2 * np.pi * frequency)
     exact = -mass * TURN**2 * (1 + 2j * damping * r) / (1 - r**2 + 2j * damping * r)
-    assert abs(found - exact) < 2e-3 * abs(exact)
+    assert abs(result - exact) < 2e-3 * abs(exact)

@@ -94,8 +94,8 @@ def test_std_is_larger_by_the_inertia_that_the_interpolation_leaves_out() -> Non
         100.0, noisy[0], noisy[1:], np.array([2, 6]), BUILDING.base_mass, BUILDING.floor_mass
     )
     exact = -BUILDING.base_mass * truth.base_acceleration - BUILDING.floor_mass @ truth.floor_acceleration
-    found = estimate(s)
-    assert 0.90 <= np.mean(np.abs(found.force - exact) <= 1.96 * found.std) <= 0.98
+    estimated = estimate(s)
+    assert 0.90 <= np.mean(np.abs(estimated.force - exact) <= 1.96 * estimated.std) <= 0.98
 
 
 def test_modes_come_with_their_deviations() -> None:

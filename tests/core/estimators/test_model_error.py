@@ -36,7 +36,7 @@ def test_models_are_fitted_alike_whatever_the_masses_uncertainty() -> None:
     exact, given = (analyse(made, doubted(share), AnalysisSettings()) for share in (0.0, 0.2))
     wide, narrow = given.directions["x"].restoring_force, exact.directions["x"].restoring_force
     assert np.mean(wide.std) > 5 * np.mean(narrow.std)
-    (one,), (other,) = (observations(found, doubted(0.0), "event", found.start) for found in (exact, given))
+    (one,), (other,) = (observations(result, doubted(0.0), "event", result.start) for result in (exact, given))
     for name in ("force", "force_std", "displacement", "displacement_std", "velocity", "velocity_std"):
         assert np.array_equal(getattr(one.layer, name), getattr(other.layer, name)), name
 

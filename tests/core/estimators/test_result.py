@@ -38,15 +38,15 @@ def test_a_fused_displacement_errs_where_it_is_reported_to(transducer: float, ac
     ω = 2 * np.pi * 0.4
     exact = 0.05 * np.sin(ω * time) * np.sin(np.pi * time / time[-1]) ** 2
     acceleration = np.gradient(np.gradient(exact, time), time)
-    found = fuse(
+    motion = fuse(
         exact + transducer * rng.standard_normal(COUNT),
         acceleration + accelerometer * rng.standard_normal(COUNT),
         RATE,
         displacement_noise=transducer,
         acceleration_noise=accelerometer,
     )
-    printed = fused_displacement_error(float(np.median(found.displacement_std)), float(np.median(found.velocity_std)))
-    power = np.abs(np.fft.rfft((found.displacement - exact) * np.hanning(COUNT))) ** 2
+    printed = fused_displacement_error(float(np.median(motion.displacement_std)), float(np.median(motion.velocity_std)))
+    power = np.abs(np.fft.rfft((motion.displacement - exact) * np.hanning(COUNT))) ** 2
     frequency = np.fft.rfftfreq(COUNT, 1 / RATE)
     density = 2 * power / RATE / np.sum(np.hanning(COUNT) ** 2)
     for low in (0.2, 0.4, 0.8, 1.6):
@@ -62,10 +62,10 @@ EXPLAINS = Assessment("masses and sensors as given", 1.05, is_at_rest=True, prio
 @pytest.mark.parametrize("making", [as_given, corrected, with_unmodelled_motion])
 def test_what_was_assumed_is_stated_once_in_a_whole_sentence(making: Callable[[Design, float], Hypothesis]) -> None:
     assumption = making(DESIGN, 0.0).name
-    (found,) = assessment_findings(replace(EXPLAINS, assumption=assumption, chi_square=3.21), "x")
-    words = found.message.split()
-    assert (found.severity, found.value) == ("note", 3.21)
-    assert f"(chi-square 3.21); assumed: {assumption}; measured floors stay as measured" in found.message
+    (result,) = assessment_findings(replace(EXPLAINS, assumption=assumption, chi_square=3.21), "x")
+    words = result.message.split()
+    assert (result.severity, result.value) == ("note", 3.21)
+    assert f"(chi-square 3.21); assumed: {assumption}; measured floors stay as measured" in result.message
     assert all(one != other for one, other in pairwise(words))
 
 
@@ -76,9 +76,9 @@ def test_nothing_is_stated_where_assumptions_hold_or_none_was_needed() -> None:
 
 
 def test_a_fallback_is_a_warning_that_says_why() -> None:
-    (found,) = assessment_findings(replace(EXPLAINS, fallback="left-out floors are predicted badly"), "y")
-    assert found.severity == "warning"
-    assert found.message.startswith(
+    (result,) = assessment_findings(replace(EXPLAINS, fallback="left-out floors are predicted badly"), "y")
+    assert result.severity == "warning"
+    assert result.message.startswith(
         "direction y: the calibrated superstructure was not used: left-out floors are predicted"
     )
 
@@ -90,8 +90,8 @@ def test_information_is_what_the_record_adds(floors: int, seed: int, spread: flo
     added = rows @ rows.T
     prior_covariance = spread**2 * (np.eye(floors) + 0.5)
     covariance = np.linalg.inv(added + np.linalg.inv(prior_covariance))
-    found = StoreyStiffness(np.zeros(floors), covariance, prior_covariance).information
-    assert found == pytest.approx(added, rel=1e-6, abs=1e-8 * np.abs(added).max())
+    result = StoreyStiffness(np.zeros(floors), covariance, prior_covariance).information
+    assert result == pytest.approx(added, rel=1e-6, abs=1e-8 * np.abs(added).max())
 
 
 def test_a_record_that_says_nothing_of_a_storey_adds_nothing() -> None:

@@ -31,31 +31,31 @@ def designed() -> BuildingDescription:
 
 def test_a_calibrated_superstructure_goes_before_all_others_that_of_the_strongest_motion_first() -> None:
     other = replace(TRUE, angular_frequency=2 * TRUE.angular_frequency)
-    found = known_superstructure(
+    result = known_superstructure(
         [force(1.0, superstructure=other), force(3.0, superstructure=TRUE), force(9.0)], paper()
     )
-    assert found.modes is TRUE
-    assert "calibrated" in found.source
+    assert result.modes is TRUE
+    assert "calibrated" in result.source
 
 
 def test_a_design_that_is_too_stiff_is_scaled_to_the_identified_mode() -> None:
     mode = Mode(float(TRUE.frequency[0]), 0.01, TRUE.shape[:, 0])
-    found = known_superstructure([force(modes=(mode,))], designed())
-    assert found.modes.frequency == pytest.approx(TRUE.frequency)
-    assert found.modes.damping_ratio[0] == pytest.approx(0.01)
-    assert "1.09 Hz" in found.source
+    result = known_superstructure([force(modes=(mode,))], designed())
+    assert result.modes.frequency == pytest.approx(TRUE.frequency)
+    assert result.modes.damping_ratio[0] == pytest.approx(0.01)
+    assert "1.09 Hz" in result.source
 
 
 def test_without_any_record_it_is_the_designs() -> None:
-    found = known_superstructure([force()], designed())
-    assert found.modes.frequency == pytest.approx(np.sqrt(2) * TRUE.frequency)
-    assert "no record determines it" in found.source
+    result = known_superstructure([force()], designed())
+    assert result.modes.frequency == pytest.approx(np.sqrt(2) * TRUE.frequency)
+    assert "no record determines it" in result.source
 
 
 def test_masses_alone_and_a_mode_make_a_shear_building() -> None:
-    found = known_superstructure([force(modes=(Mode(1.5, 0.02, TRUE.shape[:, 0]),))], paper())
-    assert found.modes.frequency[0] == pytest.approx(1.5)
-    assert "as stiff as the floor above is heavy" in found.source
+    result = known_superstructure([force(modes=(Mode(1.5, 0.02, TRUE.shape[:, 0]),))], paper())
+    assert result.modes.frequency[0] == pytest.approx(1.5)
+    assert "as stiff as the floor above is heavy" in result.source
 
 
 def test_nothing_is_reported_as_nothing() -> None:

@@ -22,9 +22,9 @@ from core.model.isolator import Isolator
 def test_effects_fall_into_groups_that_know_nothing_of_each_other(
     effects: tuple[str, ...], expected: set[tuple[str, ...]]
 ) -> None:
-    found = set(groups(effects))
-    assert expected <= found
-    assert sorted(name for group in found for name in group) == sorted(effects)
+    result = set(groups(effects))
+    assert expected <= result
+    assert sorted(name for group in result for name in group) == sorted(effects)
 
 
 def test_columns_of_proportional_parameters_add_up_to_the_force() -> None:
@@ -67,15 +67,15 @@ def test_all_of_a_record_that_begins_and_ends_at_rest() -> None:
 
 @pytest.mark.parametrize(("begins", "ends"), [(0.3, 0.0), (0.0, 0.3), (0.3, 0.3)])
 def test_nothing_at_an_end_in_motion(begins: float, ends: float) -> None:
-    found = edge_taper(force(90, begins, ends), RATE)
+    result = edge_taper(force(90, begins, ends), RATE)
     first, last = (round(one * RATE) for one in (IGNORED, FADED))
-    for motion, window in ((begins, found), (ends, found[::-1])):
+    for motion, window in ((begins, result), (ends, result[::-1])):
         assert window[:first].max() == (0.0 if motion else 1.0)
         assert window[last : 60 * 100 // 2].min() == 1.0
-    assert (np.diff(found[:4500]) >= 0).all()
+    assert (np.diff(result[:4500]) >= 0).all()
 
 
 def test_a_short_record_keeps_its_middle() -> None:
-    found = edge_taper(force(20, 1.0, 1.0), RATE)
-    assert found[1000] == 1.0
-    assert np.mean(found > 0.99) >= 0.5
+    result = edge_taper(force(20, 1.0, 1.0), RATE)
+    assert result[1000] == 1.0
+    assert np.mean(result > 0.99) >= 0.5

@@ -24,18 +24,18 @@ FAR = Isolator(
 
 def test_without_noise_the_values_are_exact() -> None:
     """1e-3: the prior of the nonlinear values is weighed against noise of 1e-4 of the force."""
-    found = fitted(FitData.by_noise(observations(BOUC_WEN, 1e-4, 1)), FAR)
-    assert found.outcome is Outcome.SETTLED
+    fit = fitted(FitData.by_noise(observations(BOUC_WEN, 1e-4, 1)), FAR)
+    assert fit.outcome is Outcome.SETTLED
     for name, values in BOUC_WEN.effects.items():
-        assert dict(found.model.effects[name]) == pytest.approx(dict(values), rel=1e-3)
+        assert dict(fit.model.effects[name]) == pytest.approx(dict(values), rel=1e-3)
 
 
 def test_standard_deviations_cover_the_truth() -> None:
     """Standard normal distances of 5 values in 12 draws: their mean square lies within 4 standard errors of 1."""
     squares = []
     for seed in range(12):
-        found = fitted(FitData.by_noise(observations(BOUC_WEN, 0.02, seed)), FAR)
-        off = [(found.model.effects[n][p] - BOUC_WEN.effects[n][p]) / std for (n, p), std in found.std.items()]
+        fit = fitted(FitData.by_noise(observations(BOUC_WEN, 0.02, seed)), FAR)
+        off = [(fit.model.effects[n][p] - BOUC_WEN.effects[n][p]) / std for (n, p), std in fit.std.items()]
         squares.append(np.mean(np.square(off)))
     assert np.mean(squares) == pytest.approx(1.0, abs=4 * np.std(squares, ddof=1) / np.sqrt(12))
     assert 0.3 < np.mean(squares) < 3.0
@@ -45,7 +45,7 @@ def test_a_linear_model_is_least_squares() -> None:
     """The same as numpy's for elastic and viscous forces, without bounds in the way."""
     seen = observations(BOUC_WEN, 0.02, 3)
     data = FitData.by_noise(seen)
-    found = fitted(data, Isolator({"elastic": {"k_b": 1.0}, "viscous": {"c_b": 1.0}}))
+    fit = fitted(data, Isolator({"elastic": {"k_b": 1.0}, "viscous": {"c_b": 1.0}}))
     rows = np.concatenate(
         [
             band.of(np.array([one.layer.displacement, one.layer.velocity]))
@@ -54,24 +54,24 @@ def test_a_linear_model_is_least_squares() -> None:
         axis=1,
     )
     k_b, c_b = np.linalg.lstsq(rows.T, data.target, rcond=None)[0]
-    assert found.model.effects["elastic"]["k_b"] == pytest.approx(k_b, rel=1e-6)
-    assert found.model.effects["viscous"]["c_b"] == pytest.approx(c_b, rel=1e-6)
+    assert fit.model.effects["elastic"]["k_b"] == pytest.approx(k_b, rel=1e-6)
+    assert fit.model.effects["viscous"]["c_b"] == pytest.approx(c_b, rel=1e-6)
 
 
 def test_a_value_stays_within_its_bounds_and_that_is_stated() -> None:
     """A force against the spring needs a negative stiffness, which rubber does not have."""
     seen = [replace(one, layer=replace(one.layer, force=-one.layer.force)) for one in observations(BOUC_WEN, 0.02, 4)]
-    found = fitted(FitData.by_noise(seen), Isolator({"elastic": {"k_b": 1e8}}))
-    assert found.model.effects["elastic"]["k_b"] == 0.0
-    assert found.outcome is Outcome.AT_BOUND
+    fit = fitted(FitData.by_noise(seen), Isolator({"elastic": {"k_b": 1e8}}))
+    assert fit.model.effects["elastic"]["k_b"] == 0.0
+    assert fit.outcome is Outcome.AT_BOUND
 
 
 def test_what_no_record_excites_is_reported_as_undetermined() -> None:
     """The wall stands beyond the largest displacement."""
     wall = {"gap": 0.3, "gap_back": 0.3, "wall": 1e8, "wall_back": 1e8}
-    found = fitted(FitData.by_noise(observations(BOUC_WEN, 0.02, 5)), Isolator({**BOUC_WEN.effects, "moat": wall}))
-    assert found.outcome is Outcome.UNDETERMINED
-    assert {("moat", "wall"), ("moat", "gap")} <= set(found.undetermined)
+    fit = fitted(FitData.by_noise(observations(BOUC_WEN, 0.02, 5)), Isolator({**BOUC_WEN.effects, "moat": wall}))
+    assert fit.outcome is Outcome.UNDETERMINED
+    assert {("moat", "wall"), ("moat", "gap")} <= set(fit.undetermined)
 
 
 LINEAR = Isolator({"elastic": {"k_b": 4e8}, "viscous": {"c_b": 8e6}})
@@ -80,17 +80,17 @@ LINEAR = Isolator({"elastic": {"k_b": 4e8}, "viscous": {"c_b": 8e6}})
 def test_a_right_model_is_fitted_as_by_the_noise() -> None:
     """5 %: the noise's own power in 30 s of record, by which it is weighed where that is above what was expected."""
     seen = observations(BOUC_WEN, 0.02, 5)
-    plain, found = fitted(FitData.by_noise(seen), BOUC_WEN), weighted_fit(seen, BOUC_WEN)
-    assert found.inflation == pytest.approx(1.0, abs=0.2)
+    plain, result = fitted(FitData.by_noise(seen), BOUC_WEN), weighted_fit(seen, BOUC_WEN)
+    assert result.inflation == pytest.approx(1.0, abs=0.2)
     for key, std in plain.std.items():
-        assert found.fit.std[key] == pytest.approx(std, rel=0.05)
+        assert result.fit.std[key] == pytest.approx(std, rel=0.05)
 
 
 def test_a_model_that_lacks_hysteresis_knows_its_stiffness_worse_than_the_noise_would_have_it() -> None:
     """Fitted to other earthquakes it would be another one, by far more than the noise's deviation."""
     seen = observations(BOUC_WEN, 0.01, 6)
-    plain, found = fitted(FitData.by_noise(seen), LINEAR), weighted_fit(seen, LINEAR)
-    honest = found.fit.std["elastic", "k_b"] * found.inflation**0.5
+    plain, result = fitted(FitData.by_noise(seen), LINEAR), weighted_fit(seen, LINEAR)
+    honest = result.fit.std["elastic", "k_b"] * result.inflation**0.5
     assert honest > 3 * plain.std["elastic", "k_b"]
 
 

@@ -18,7 +18,7 @@ DAMPING: Key = ("viscous", "c_b")
 
 @pytest.mark.parametrize("fed", [0.0, 3e7])
 def test_the_slope_is_the_derivative_of_the_misfit(fed: float) -> None:
-    """N s/m of damping are taken out of the measured force: so much that c_b goes to zero, or none."""
+    """N s/m of damping are removed from the measured force: so much that c_b goes to zero, or none."""
     seen = [
         replace(one, layer=replace(one.layer, force=one.layer.force - fed * one.layer.velocity))
         for one in observations(BOUC_WEN, 0.02, 3, peaks=(0.05,), seconds=20.0)

@@ -99,11 +99,11 @@ def test_without_noise_the_truth_is_detected(modes: int, floors: int, is_cut: bo
     start = least_squares_coefficients(
         replace(start, delay=np.zeros(floors)), W, seen.spectra[0], seen.spectra[1:], seen.noise
     )
-    found = fit_transfer(start, seen)
-    assert found.converged
+    fit = fit_transfer(start, seen)
+    assert fit.converged
     # A tenth of a standard deviation is where the steps end; the last one is not exact.
-    std = np.sqrt(np.diag(found.covariance))
-    assert np.all(np.abs(found.transfer.parameters - truth.parameters) <= 0.2 * std)
+    std = np.sqrt(np.diag(fit.covariance))
+    assert np.all(np.abs(fit.transfer.parameters - truth.parameters) <= 0.2 * std)
 
 
 def test_covariance_and_misfit_are_those_of_repeated_records() -> None:
@@ -115,15 +115,15 @@ def test_covariance_and_misfit_are_those_of_repeated_records() -> None:
     distances, misfits = [], []
     for _ in range(40):
         seen = NoisySpectra(W, clean + std[:, None] * complex_normal(rng, *clean.shape), std)
-        found = fit_transfer(truth, seen)
-        error = found.transfer.parameters - truth.parameters
-        distances.append(error @ np.linalg.solve(found.covariance, error))
-        misfits.append(found.misfit)
+        fit = fit_transfer(truth, seen)
+        error = fit.transfer.parameters - truth.parameters
+        distances.append(error @ np.linalg.solve(fit.covariance, error))
+        misfits.append(fit.misfit)
     count = 40 * truth.parameters.size
     # 99.9 % of a chi-square of that many degrees of freedom, as asymptotic theory gives it, and a tenth for its limits
     low, high = stats.chi2.ppf([0.0005, 0.9995], count) / count
     assert 0.9 * low < np.mean(distances) / truth.parameters.size < 1.1 * high
-    freedom = 40 * found.degrees_of_freedom
+    freedom = 40 * fit.degrees_of_freedom
     assert np.mean(misfits) == pytest.approx(1.0, abs=3.3 * np.sqrt(2 / freedom))
 
 
@@ -134,7 +134,7 @@ def test_deviations_grow_with_a_misfit_that_noise_does_not_explain() -> None:
     seen = lines(rng, truth, 0.02)
     right, sure = fit_transfer(truth, seen), fit_transfer(truth, replace(seen, noise=seen.noise / 2))
     assert sure.misfit == pytest.approx(4 * right.misfit, rel=1e-3)
-    # 3 %: chi-square's own scatter, of which that below 1 is not believed
+    # 3 %: chi-square's own scatter, of which that below 1 does not count
     assert np.sqrt(np.diag(sure.covariance)) == pytest.approx(np.sqrt(np.diag(right.covariance)), rel=0.03)
 
 
@@ -147,10 +147,10 @@ def test_a_fit_claims_no_more_than_it_has_reached() -> None:
     failed = 0
     for factor in (0.3, 0.5, 0.7, 1.6, 2.0, 3.0):
         far = replace(truth, angular_frequency=truth.angular_frequency * factor, damping_ratio=np.array([0.2, 1e-4]))
-        found = fit_transfer(far, seen)
-        reached = np.sort(found.transfer.angular_frequency) == pytest.approx(truth.angular_frequency, rel=1e-6)
+        fit = fit_transfer(far, seen)
+        reached = np.sort(fit.transfer.angular_frequency) == pytest.approx(truth.angular_frequency, rel=1e-6)
         failed += not reached
-        assert reached or not found.converged or found.misfit > 100
+        assert reached or not fit.converged or fit.misfit > 100
     assert failed
 
 
@@ -161,6 +161,6 @@ def test_lines_that_say_nothing_of_a_mode_end_the_search_without_a_result() -> N
     at_rest = replace(start, forced=np.zeros_like(start.forced))
     base = complex_normal(rng, W.size)
     seen = NoisySpectra(W, np.vstack([base, 0 * base, 0 * base]), np.ones(3))
-    found = fit_transfer(at_rest, seen)
-    assert not found.converged
-    assert np.isnan(found.covariance).all()
+    fit = fit_transfer(at_rest, seen)
+    assert not fit.converged
+    assert np.isnan(fit.covariance).all()

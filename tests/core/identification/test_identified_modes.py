@@ -59,23 +59,23 @@ def test_the_true_modes_are_reported_and_barely_any_other(levels: list[int]) -> 
     """The first three always; what lies within 5 % of a true frequency is that mode, all else at most one."""
     for seed in range(3):
         channels = record(np.random.default_rng(seed), [0, *levels])
-        found = np.array([m.frequency for m in identified_modes(channels[0], channels[1:], 100.0, Identification())])
-        nearest = np.abs(found[:, None] / EXACT.frequency - 1)
-        assert found[:3] == pytest.approx(EXACT.frequency[:3], rel=0.002)
+        result = np.array([m.frequency for m in identified_modes(channels[0], channels[1:], 100.0, Identification())])
+        nearest = np.abs(result[:, None] / EXACT.frequency - 1)
+        assert result[:3] == pytest.approx(EXACT.frequency[:3], rel=0.002)
         assert np.sum(nearest.min(axis=1) > 0.05) <= 1
 
 
 def test_white_noise_has_no_modes() -> None:
     """At most one of ten records of pure noise has modes: measured, 1 in 60 at twelve seconds."""
-    taken = 0
+    identified = 0
     for seed in range(10):
         noise = np.random.default_rng(seed).standard_normal((3, 1200))
         try:
             identified_modes(noise[0], noise[1:], 100.0, Identification())
-            taken += 1
+            identified += 1
         except IdentificationError as refusal:
             assert "longer or stronger record" in str(refusal)  # noqa: PT017  it may also succeed
-    assert taken <= 1
+    assert identified <= 1
 
 
 def test_refuses_a_dead_channel_and_says_what_would_do() -> None:

@@ -30,9 +30,9 @@ def two_modes(rng: np.random.Generator, samples: int) -> tuple[Matrix, Matrix]:
 def identified(u: Matrix, y: Matrix, weighting: str) -> tuple[ExtendedObservability, DiagramPole]:
     """The lower of two modes, by the model of the right order."""
     span = extended_observability(project(u, y, 8), WEIGHTINGS[weighting])
-    found = poles(*span.system(4), 1.0)
-    values = complex(found.eigenvalues[0]), float(found.frequency[0]), float(found.damping_ratio[0])
-    return span, DiagramPole(4, *values, found.shapes[:, 0], is_stable=True)
+    modes = poles(*span.system(4), 1.0)
+    values = complex(modes.eigenvalues[0]), float(modes.frequency[0]), float(modes.damping_ratio[0])
+    return span, DiagramPole(4, *values, modes.shapes[:, 0], is_stable=True)
 
 
 @pytest.mark.parametrize("weighting", ["moesp", "cva"])
@@ -65,9 +65,9 @@ def test_deviations_grow_with_the_noise_and_shrink_with_the_record() -> None:
         rng = np.random.default_rng(3)
         u, y = two_modes(rng, samples)
         span, mode = identified(u, y + noise * rng.standard_normal(y.shape), "cva")
-        (found,) = modal_deviations([mode], span, 4, 1.0)
-        assert found is not None
-        return np.array([found.frequency, found.damping_ratio])
+        (result,) = modal_deviations([mode], span, 4, 1.0)
+        assert result is not None
+        return np.array([result.frequency, result.damping_ratio])
 
     reference = deviation(2000, 0.05)
     assert deviation(2000, 0.1) == pytest.approx(2 * reference, rel=0.1)
@@ -78,8 +78,8 @@ def test_deviations_grow_with_the_noise_and_shrink_with_the_record() -> None:
 def test_a_record_without_errors_has_no_deviation() -> None:
     u, y = two_modes(np.random.default_rng(4), 400)
     span, mode = identified(u, y, "moesp")
-    (found,) = modal_deviations([mode], span, 4, 1.0)
-    assert found is None or found.frequency < 1e-6
+    (result,) = modal_deviations([mode], span, 4, 1.0)
+    assert result is None or result.frequency < 1e-6
 
 
 @cache
@@ -101,15 +101,15 @@ def test_deviations_are_those_of_repeated_records(motion: Callable[[], Vector], 
     clean, exact = channels(motion), fixed_base_modes(BUILDING)
     truth = np.column_stack([exact.frequency[:2], exact.damping_ratio[:2]])
     rms = np.sqrt(np.mean(clean[1:] ** 2, axis=1, keepdims=True))
-    found, deviations = [], []
+    results, deviations = [], []
     for seed in range(SEEDS):
         floors = clean[1:] + noise * rms * np.random.default_rng(seed).standard_normal(clean[1:].shape)
         modes = identified_modes(clean[0], floors, ground_motions.RATE, Identification())[:2]
-        found.append([(mode.frequency, mode.damping_ratio) for mode in modes])
+        results.append([(mode.frequency, mode.damping_ratio) for mode in modes])
         deviations.append(
             [(mode.deviation.frequency, mode.deviation.damping_ratio) for mode in modes if mode.deviation is not None]
         )
-    values, stds = np.array(found), np.array(deviations)
+    values, stds = np.array(results), np.array(deviations)
     ratio = np.sqrt(np.mean(stds**2, axis=0)) / np.std(values, axis=0, ddof=1)
     assert np.all((ratio > 1 / 1.5) & (ratio < 1.5)), ratio
     assert np.all(np.sum(np.abs(values - truth) < 2 * stds, axis=0) >= 24)

@@ -19,23 +19,23 @@ def complex_shape(seed: int) -> np.ndarray:
 def test_poles_are_those_of_the_building_they_were_sampled_from() -> None:
     """Exact: the fixed-base superstructure's own state matrix, seen at the fourth storey and the roof."""
     whole = mass_matrix(BUILDING), damping_matrix(BUILDING, 0), stiffness_matrix(BUILDING, 0)
-    M, C, K = (matrix[:-1, :-1] for matrix in whole)  # the base slab comes last, and is held
+    M, C, K = (matrix[:-1, :-1] for matrix in whole)  # the base slab comes last, and is fixed
     still = np.zeros_like(M)
     continuous = np.block([[still, np.eye(7)], [-linalg.solve(M, K), -linalg.solve(M, C)]])
-    found = poles(linalg.expm(continuous / RATE), np.eye(14)[[2, 6]], RATE)
+    modes = poles(linalg.expm(continuous / RATE), np.eye(14)[[2, 6]], RATE)
     exact = fixed_base_modes(BUILDING)
-    assert found.frequency == pytest.approx(exact.frequency, rel=1e-9)
-    assert found.damping_ratio == pytest.approx(exact.damping_ratio, rel=1e-8)
-    for shape, truth in zip(found.shapes.T, exact.shape[[2, 6]].T, strict=True):
+    assert modes.frequency == pytest.approx(exact.frequency, rel=1e-9)
+    assert modes.damping_ratio == pytest.approx(exact.damping_ratio, rel=1e-8)
+    for shape, truth in zip(modes.shapes.T, exact.shape[[2, 6]].T, strict=True):
         assert real_shape(shape) == pytest.approx(truth / truth[-1], rel=1e-8)
 
 
 def test_a_growing_mode_has_a_negative_damping_ratio_and_a_real_eigenvalue_is_no_mode() -> None:
     angle, radius = 0.4, 1.01
     A = linalg.block_diag(radius * np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]), [[0.5]])
-    found = poles(A, np.ones((1, 3)), RATE)
-    assert found.frequency.size == 1
-    assert found.damping_ratio[0] == pytest.approx(-np.log(radius) / np.hypot(np.log(radius), angle))
+    modes = poles(A, np.ones((1, 3)), RATE)
+    assert modes.frequency.size == 1
+    assert modes.damping_ratio[0] == pytest.approx(-np.log(radius) / np.hypot(np.log(radius), angle))
 
 
 @given(st.integers(0, 2**32 - 1), phases)

@@ -62,9 +62,9 @@ def test_projection_removes_the_future_input() -> None:
     H_u, H_y = block_hankel(u, 2 * r), block_hankel(y, 2 * r)
     W, U, Y = np.vstack([H_u[:r], H_y[: 2 * r]]), H_u[r:], H_y[2 * r :]
     without = lambda M: M - (M @ U.T) @ np.linalg.solve(U @ U.T, U)  # noqa: E731
-    found = project(u, y, r)
-    assert found.future @ found.past.T == pytest.approx(without(Y) @ W.T, rel=1e-9, abs=1e-8)
-    assert found.past @ found.past.T == pytest.approx(without(W) @ W.T, rel=1e-9, abs=1e-8)
+    projection = project(u, y, r)
+    assert projection.future @ projection.past.T == pytest.approx(without(Y) @ W.T, rel=1e-9, abs=1e-8)
+    assert projection.past @ projection.past.T == pytest.approx(without(W) @ W.T, rel=1e-9, abs=1e-8)
 
 
 def test_refuses_a_record_too_short() -> None:

@@ -32,8 +32,8 @@ def noisy(samples: Matrix, noise: float, seed: int) -> Matrix:
 
 def both(samples: Matrix) -> tuple[tuple[IdentifiedMode, ...], Refinement]:
     """The modes as identified, and refined."""
-    found = identified_modes(samples[0], samples[1:], ground_motions.RATE, Identification())
-    return found, refined(found, samples[0], samples[1:], ground_motions.RATE, Identification())
+    modes = identified_modes(samples[0], samples[1:], ground_motions.RATE, Identification())
+    return modes, refined(modes, samples[0], samples[1:], ground_motions.RATE, Identification())
 
 
 @dataclass(frozen=True)
@@ -72,16 +72,16 @@ def test_standard_deviations_cover_the_truth(noise: float) -> None:
     Two and a half deviations of 95 % below; above more, for the noise's level is an upper bound and the best mode left
     out is allowed for.
     """
-    found = [errors(motion, noise, seed) for motion in MOTIONS for seed in range(10)]
-    covered = np.mean(np.abs(np.vstack([one.normalised for one in found])) < 1.96)
+    results = [errors(motion, noise, seed) for motion in MOTIONS for seed in range(10)]
+    covered = np.mean(np.abs(np.vstack([one.normalised for one in results])) < 1.96)
     assert 0.92 < covered < 0.99
 
 
 @pytest.mark.accuracy
 def test_damping_of_the_first_mode_with_a_tenth_of_noise_on_every_channel() -> None:
     """The goal: half of the 12 % of the best of those programs that take the input as it is."""
-    found = [errors(motion, 0.1, 100 + seed) for motion in MOTIONS for seed in range(10)]
-    before, after = np.mean([np.abs(one.damping) for one in found], axis=0)
+    results = [errors(motion, 0.1, 100 + seed) for motion in MOTIONS for seed in range(10)]
+    before, after = np.mean([np.abs(one.damping) for one in results], axis=0)
     assert after < 0.06
     assert after < before / 2
 
@@ -131,8 +131,8 @@ def test_a_record_of_exact_zeros_but_for_the_motion() -> None:
 
 def test_a_single_floor_has_a_shape_that_is_known() -> None:
     series = noisy(clean("akt013"), 0.01, seed=3)
-    found = identified_modes(series[0], series[2:], ground_motions.RATE, Identification())
-    result = refined(found, series[0], series[2:], ground_motions.RATE, Identification())
+    modes = identified_modes(series[0], series[2:], ground_motions.RATE, Identification())
+    result = refined(modes, series[0], series[2:], ground_motions.RATE, Identification())
     assert result.modes[0].shape_covariance == pytest.approx(np.zeros((1, 1)))
     assert result.modes[0].frequency == pytest.approx(EXACT.frequency[0], rel=1e-3)
 

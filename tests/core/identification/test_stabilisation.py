@@ -62,11 +62,11 @@ def test_diagram_of_one_mode_in_noise() -> None:
     response = 2 * signal.lfilter([0, 1], [1, -w], u[0]).real
     y = np.vstack([0.5 * response, response]) + 0.01 * rng.standard_normal((2, 6000))
     diagram = stabilisation_diagram(extended_observability(project(u, y, 15), moesp), even_orders(16), RATE, STABILITY)
-    near = [found for found in diagram if abs(found.frequency - 2.0) < 0.01]
-    assert [found.order for found in near] == list(even_orders(16))
-    assert [found.is_stable for found in near] == [False] + 7 * [True]
-    assert all(0 < found.damping_ratio < STABILITY.largest_damping_ratio for found in diagram)
-    assert all(found.frequency < STABILITY.highest_frequency * RATE for found in diagram)
+    near = [one for one in diagram if abs(one.frequency - 2.0) < 0.01]
+    assert [one.order for one in near] == list(even_orders(16))
+    assert [one.is_stable for one in near] == [False] + 7 * [True]
+    assert all(0 < one.damping_ratio < STABILITY.largest_damping_ratio for one in diagram)
+    assert all(one.frequency < STABILITY.highest_frequency * RATE for one in diagram)
     (mode,) = stable_modes(diagram, STABILITY)
     # 1 % of noise on 6,000 samples of a response that white noise drives: a part in a thousand, generously.
     assert (mode.frequency, mode.damping_ratio) == (pytest.approx(2.0, rel=1e-3), pytest.approx(0.02, rel=2e-2))
@@ -78,4 +78,4 @@ def test_orders_beyond_the_data_are_left_out() -> None:
     y = 2 * signal.lfilter([0, 1], [1, -pole(0).eigenvalue], u).real
     diagram = stabilisation_diagram(extended_observability(project(u, y, 4), moesp), even_orders(20), RATE, STABILITY)
     assert diagram
-    assert max(found.order for found in diagram) <= 4
+    assert max(one.order for one in diagram) <= 4

@@ -46,9 +46,9 @@ def test_recovers_any_system_without_noise(name: str, seed: int, modes: int, out
     A, C = span.system(2 * modes)
     by_angle = lambda M: sorted(linalg.eigvals(M), key=np.angle)  # noqa: E731
     assert np.array(by_angle(A)) == pytest.approx(np.array(by_angle(truth[0])), abs=1e-6)
-    found = realise(A, C, u, y)
-    assert found.response(u) == pytest.approx(y, abs=1e-5 * np.abs(y).max())
-    assert pytest.approx(truth[3], abs=1e-5 * np.abs(y).max()) == found.D
+    system = realise(A, C, u, y)
+    assert system.response(u) == pytest.approx(y, abs=1e-5 * np.abs(y).max())
+    assert pytest.approx(truth[3], abs=1e-5 * np.abs(y).max()) == system.D
 
 
 @every_weighting
@@ -138,13 +138,13 @@ def test_recovers_input_feedthrough_and_start(seed: int, modes: int, inputs: int
     rng = np.random.default_rng(seed)
     truth, u = any_coordinates(rng, modes, inputs, outputs), rng.standard_normal((inputs, 400))
     y = recursion(truth, u)
-    found = realise(truth.A, truth.C, u, y)
+    system = realise(truth.A, truth.C, u, y)
     size = np.abs(y).max()
-    assert found.response(u) == pytest.approx(y, abs=1e-7 * size)
-    assert pytest.approx(truth.D, abs=1e-7 * size) == found.D
+    assert system.response(u) == pytest.approx(y, abs=1e-7 * size)
+    assert pytest.approx(truth.D, abs=1e-7 * size) == system.D
     for power in range(4):
         markov = truth.C @ np.linalg.matrix_power(truth.A, power) @ truth.B
-        assert found.C @ np.linalg.matrix_power(found.A, power) @ found.B == pytest.approx(markov, abs=1e-6 * size)
+        assert system.C @ np.linalg.matrix_power(system.A, power) @ system.B == pytest.approx(markov, abs=1e-6 * size)
 
 
 def test_is_the_least_squares_fit() -> None:
@@ -168,8 +168,8 @@ def test_modes_that_grow_are_left_out() -> None:
     u, w = rng.standard_normal((1, 300)), 0.95 * np.exp(0.5j)
     y = signal.lfilter([0, 1], [1, -w], u).real
     grown = linalg.block_diag([[w.real, -w.imag], [w.imag, w.real]], [[1.0, -0.3], [0.3, 1.0]])
-    found = realise(grown, np.ones((1, 4)), u, y)
-    assert found.A.shape == (2, 2)
-    assert found.response(u) == pytest.approx(y, abs=1e-9)
+    result = realise(grown, np.ones((1, 4)), u, y)
+    assert result.A.shape == (2, 2)
+    assert result.response(u) == pytest.approx(y, abs=1e-9)
     with pytest.raises(IdentificationError, match="every mode of the system grows"):
         realise(grown[2:, 2:], np.ones((1, 2)), u, y)

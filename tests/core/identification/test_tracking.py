@@ -44,9 +44,9 @@ def test_a_mode_stays_itself_while_others_come_and_go(seed: int, largest: float,
         rng.shuffle(kept)
         events.append([mode(number, rng, softening) for number in kept])
         truth.append(kept)
-    found = [track for track in tracks(events) if track.is_established]
-    assert len(found) == 4
-    for number, track in enumerate(found):
+    followeds = [track for track in tracks(events) if track.is_established]
+    assert len(followeds) == 4
+    for number, track in enumerate(followeds):
         assert {
             truth[event][events[event].index(one)] for event, one in zip(track.events, track.modes, strict=True)
         } == {number}
@@ -59,10 +59,10 @@ def test_patterns_in_the_noise_do_not_become_modes_of_the_building(seed: int) ->
     """One in every other event, anywhere. The building's own modes lose nothing to them, but at most one event each."""
     rng = np.random.default_rng(seed)
     events = [[mode(number, rng) for number in range(4)] + [spurious(rng)] * int(rng.integers(2)) for _ in range(20)]
-    found = [track for track in tracks(events) if track.is_established]
-    assert len(found) == 4
-    assert all(len(track.events) >= 19 for track in found)
-    assert [numbers(track) for track in found] == [{0}, {1}, {2}, {3}]
+    followeds = [track for track in tracks(events) if track.is_established]
+    assert len(followeds) == 4
+    assert all(len(track.events) >= 19 for track in followeds)
+    assert [numbers(track) for track in followeds] == [{0}, {1}, {2}, {3}]
 
 
 def test_modes_that_cross_are_distinguished_by_their_shapes() -> None:
@@ -76,9 +76,9 @@ def test_modes_that_cross_are_distinguished_by_their_shapes() -> None:
         ]
         for event in range(20)
     ]
-    found = tracks(events)
-    assert len(found) == 2
-    falling = next(track for track in found if track.modes[0].frequency > 2.1)
+    followed = tracks(events)
+    assert len(followed) == 2
+    falling = next(track for track in followed if track.modes[0].frequency > 2.1)
     assert [one.frequency for one in falling.modes] == [2.2 - 0.01 * event for event in range(20)]
 
 

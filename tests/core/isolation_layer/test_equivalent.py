@@ -60,14 +60,14 @@ def test_cycles_with_the_exact_force() -> None:
     The plain scatter of k_eq stays above 1 %: within a cycle the amplitude grows or falls, and a describing function
     knows none that does.
     """
-    found = []
+    results = []
     for motion, scale in product(MOTIONS, SCALES):
         moved = simulate(BUILDING, ISOLATOR, motion() * scale, 100.0)
         largest = np.abs(moved.isolator_displacement).max()
         layer = Motion(moved.isolator_displacement, moved.isolator_velocity)
         spans = cycles(layer.displacement, 1e-5)
-        found.append(cycle_errors(determined(equivalent_segments(moved.force, layer, 100.0, spans)), largest))
-    error = np.concatenate(found)[:, 0]
+        results.append(cycle_errors(determined(equivalent_segments(moved.force, layer, 100.0, spans)), largest))
+    error = np.concatenate(results)[:, 0]
     assert (np.abs(error.mean(axis=0)) < [0.01, 0.05]).all()
     assert (error.std(axis=0) < [0.02, 0.10]).all()
     assert (robust_spread(error) < [0.01, 0.10]).all()
@@ -88,10 +88,10 @@ def test_a_segment_that_does_not_determine_its_stiffness_is_left_out() -> None:
     motion = Motion(np.sin(np.pi * time + 1), np.pi * np.cos(np.pi * time + 1))
     noise = np.random.default_rng(9).standard_normal(time.size)
     for level, share in ((0.1, 1.0), (10.0, 0.0)):
-        found = equivalent_segments(
+        segments = equivalent_segments(
             motion.displacement + level * noise, motion, 100.0, cycles(motion.displacement, 0.5)
         )
-        assert len(determined(found)) == share * len(found) == share * 9
+        assert len(determined(segments)) == share * len(segments) == share * 9
 
 
 @given(k=st.floats(1e6, 1e9), c=st.floats(0, 1e8), offset=st.floats(-1e6, 1e6), amplitude=st.floats(1e-3, 0.3))
@@ -99,9 +99,9 @@ def test_a_spring_and_a_dashpot_are_detected_exactly(k: float, c: float, offset:
     time = np.arange(2000) / 100
     motion = Motion(amplitude * np.sin(np.pi * time + 1), np.pi * amplitude * np.cos(np.pi * time + 1))
     force = k * motion.displacement + c * motion.velocity + offset
-    found = equivalent_segments(force, motion, 100.0, cycles(motion.displacement, amplitude / 2), 0.2)
-    assert len(found) == 9
-    for segment in found:
+    segments = equivalent_segments(force, motion, 100.0, cycles(motion.displacement, amplitude / 2), 0.2)
+    assert len(segments) == 9
+    for segment in segments:
         assert (segment.k_eq, segment.c_eq) == (pytest.approx(k), pytest.approx(c, abs=1e-6 * k))
         assert segment.amplitude == pytest.approx(amplitude, rel=0.01)  # a cycle is whole to one sample in 200
         assert segment.shear_strain == segment.amplitude / 0.2
@@ -124,10 +124,10 @@ def test_an_error_of_the_force_that_looks_like_a_spring_and_one_like_a_dashpot_a
     time = np.arange(0, 20, 0.01)
     motion = Motion(displacement=0.01 * np.sin(np.pi * time), velocity=0.01 * np.pi * np.cos(np.pi * time))
     force = 4e5 * motion.displacement + 2e4 * motion.velocity
-    found = equivalent_segments(force, motion, 100.0, cycles(motion.displacement, 1e-3))
+    segments = equivalent_segments(force, motion, 100.0, cycles(motion.displacement, 1e-3))
     errors = np.array([3e3 * motion.displacement, -4e3 * motion.displacement, 7e2 * motion.velocity])
-    assert len(found) > 5
-    for plain, wider in zip(found, with_force_errors(found, errors, motion, 100.0), strict=True):
+    assert len(segments) > 5
+    for plain, wider in zip(segments, with_force_errors(segments, errors, motion, 100.0), strict=True):
         assert plain.k_eq_std < 1.0
         assert (wider.k_eq, wider.c_eq) == (plain.k_eq, plain.c_eq)
         assert wider.k_eq_std == pytest.approx(5e3)

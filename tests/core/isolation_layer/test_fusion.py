@@ -45,7 +45,7 @@ def test_velocity_of_the_papers_building_at_one_percent_noise(motion: Callable[[
 @cache
 def coverages(noise: float) -> np.ndarray:
     """(motions × seeds, 2) share of displacement and velocity within the 95 % bands of the fusion."""
-    found = []
+    results = []
     for motion in MOTIONS:
         truth: SampledResponse = sampled_response(motion)
         for seed in SEEDS:
@@ -54,13 +54,13 @@ def coverages(noise: float) -> np.ndarray:
             relative = noisy(truth.base_acceleration, noise, rng) - noisy(truth.ground_acceleration, noise, rng)
             σ = noise_std(np.array([displacement, relative]), RATE)
             fused = fuse(displacement, relative, RATE, displacement_noise=σ[0], acceleration_noise=σ[1])
-            found.append(
+            results.append(
                 (
                     covered(fused.displacement, fused.displacement_std, truth.displacement),
                     covered(fused.velocity, fused.velocity_std, truth.velocity),
                 )
             )
-    return np.array(found)
+    return np.array(results)
 
 
 @pytest.mark.parametrize("noise", [0.01, 0.05, 0.1])
@@ -76,20 +76,20 @@ def test_the_fusions_standard_deviation_covers_the_truth(noise: float) -> None:
 def test_a_transducer_alone_gives_a_displacement_and_a_velocity_that_cover_the_truth(
     motion: Callable[[], Vector], noise: float
 ) -> None:
-    truth, found = sampled_response(motion), []
+    truth, results = sampled_response(motion), []
     for seed in SEEDS:
         displacement = noisy(truth.displacement, noise, np.random.default_rng(seed))
         moved = differentiate(displacement, RATE, displacement_noise=float(noise_std(displacement[None, :], RATE)[0]))
         assert moved is not None
         assert moved.band[0] == 0.0
-        found.append(
+        results.append(
             (
                 covered(moved.displacement, moved.displacement_std, truth.displacement),
                 covered(moved.velocity, moved.velocity_std, truth.velocity),
             )
         )
     # What the noise hides can only be bounded: the bands may be wider than they need to be, not narrower.
-    assert (np.mean(found, axis=0) > 0.93).all()
+    assert (np.mean(results, axis=0) > 0.93).all()
 
 
 def test_a_residual_offset_is_the_transducers() -> None:
@@ -109,7 +109,7 @@ def test_a_residual_offset_is_the_transducers() -> None:
 @pytest.mark.parametrize("cut", [180.0, 60.0, 40.0])
 def test_the_residual_displacements_standard_deviation_covers_where_the_layer_comes_to_rest(cut: float) -> None:
     """Cut in motion too, against the position after three more minutes at rest: of 36 no more than one in ten off."""
-    found = []
+    results = []
     for motion in MOTIONS:
         for scale in (1.0, 4.0):
             truth = sampled_response(motion, scale=scale, rest=180.0)
@@ -117,8 +117,8 @@ def test_the_residual_displacements_standard_deviation_covers_where_the_layer_co
                 displacement = truth.displacement[: round(cut * RATE)]
                 measured = noisy(displacement, 0.01, np.random.default_rng(seed))
                 residual = residual_displacement(measured, RATE)
-                found.append(abs(residual.value - truth.displacement[-1]) < BAND * residual.std)
-    assert np.mean(found) > 0.9
+                results.append(abs(residual.value - truth.displacement[-1]) < BAND * residual.std)
+    assert np.mean(results) > 0.9
 
 
 def test_gaps_are_refused() -> None:
@@ -192,9 +192,9 @@ def test_the_band_follows_the_accelerometers_noise_and_drift() -> None:
     corners = []
     for noise, wander in ((1e-4, 0.0), (1e-3, 0.0), (1e-2, 0.0), (1e-4, 1e-5), (1e-4, 1e-4)):
         record = relative + noise * white + wander * walk
-        found = integrate(record, RATE, acceleration_noise=noise)
-        assert found is not None
-        corners.append(found.band[0])
+        motion = integrate(record, RATE, acceleration_noise=noise)
+        assert motion is not None
+        corners.append(motion.band[0])
     quiet, usual, noisy, drifting, wandering = corners
     assert quiet < usual < noisy
     assert quiet < drifting < wandering
@@ -211,9 +211,9 @@ def test_the_band_of_the_papers_building_under_akt013(noise: float, corner: floa
             for samples in (truth.base_acceleration, truth.ground_acceleration)
         )
         relative = above - below
-        found = integrate(relative, RATE, acceleration_noise=float(noise_std(relative[None, :], RATE)[0]))
-        assert found is not None
-        corners.append(found.band[0])
+        motion = integrate(relative, RATE, acceleration_noise=float(noise_std(relative[None, :], RATE)[0]))
+        assert motion is not None
+        corners.append(motion.band[0])
     assert np.mean(corners) == pytest.approx(corner, abs=0.01)
 
 
@@ -224,11 +224,11 @@ def test_nothing_is_claimed_below_the_band() -> None:
     step = 0.005 * (1 + np.tanh((time - 40) / 3))
     relative = np.gradient(np.gradient(displacement - 0.01 * (time > 40) + step, 0.01), 0.01)
     noise = 1e-3 * np.random.default_rng(4).standard_normal(time.size)
-    found = integrate(relative + noise, 100.0, acceleration_noise=1e-3)
-    assert found is not None
-    assert found.residual is None
-    assert found.band[0] > 0.05
-    assert abs(found.displacement[-1000:].mean()) < 0.001
+    motion = integrate(relative + noise, 100.0, acceleration_noise=1e-3)
+    assert motion is not None
+    assert motion.residual is None
+    assert motion.band[0] > 0.05
+    assert abs(motion.displacement[-1000:].mean()) < 0.001
 
 
 def test_integration_of_a_smooth_pulse_is_exact() -> None:
@@ -252,12 +252,12 @@ def test_the_noise_of_the_integral_is_known() -> None:
     rng, time = np.random.default_rng(8), np.arange(20000) / 100
     pulse = np.exp(-(((time - 100) / 4) ** 2)) * np.sin(2 * np.pi * (time - 100))
     clean = integrate(pulse, 100.0, acceleration_noise=2e-3)
-    found = integrate(pulse + 2e-3 * rng.standard_normal(time.size), 100.0, acceleration_noise=2e-3)
+    motion = integrate(pulse + 2e-3 * rng.standard_normal(time.size), 100.0, acceleration_noise=2e-3)
     assert clean is not None
-    assert found is not None
+    assert motion is not None
     quiet = np.r_[1000:8000, 12000:19000]
     # Nearly all of it lies at the corner, where it is clear of the noise: some hundred independent values.
-    assert np.std(found.displacement[quiet]) == pytest.approx(found.noise, rel=0.3)
+    assert np.std(motion.displacement[quiet]) == pytest.approx(motion.noise, rel=0.3)
 
 
 def test_noise_alone_has_no_integral_and_gaps_are_refused() -> None:

@@ -24,11 +24,11 @@ def levels(samples: dict[str, np.ndarray], description: BuildingDescription = DE
 
 def test_transducers_at_two_corners_give_translation_and_torsion_with_their_errors() -> None:
     """Each sensor alone is off by the torsion, some 20 % of x; measured: 95, 95 and 97 % within 95 % bands."""
-    found = levels(torsion_building.records(1))
+    result = levels(torsion_building.records(1))
     x, y, torsion, _ = torsion_building.exact()
     truths = {"x": x, "y": y}
-    motions = {name: layer_motion(found.record, DESCRIPTION, name)[0] for name in ("x", "y")}
-    turned, findings = layer_torsion(found, DESCRIPTION)
+    motions = {name: layer_motion(result.record, DESCRIPTION, name)[0] for name in ("x", "y")}
+    turned, findings = layer_torsion(result, DESCRIPTION)
     assert findings == ()
     for motion, truth in ((motions["x"], truths["x"]), (motions["y"], truths["y"]), (turned, torsion)):
         assert motion is not None
@@ -38,7 +38,7 @@ def test_transducers_at_two_corners_give_translation_and_torsion_with_their_erro
 
 
 def test_accelerometers_at_two_corners_give_a_torsion_above_a_frequency() -> None:
-    """The base slab's accelerometers in the corners' place; the ground is taken not to turn."""
+    """The base slab's accelerometers in the corners' place; the ground is assumed not to turn."""
     samples, accelerometers = torsion_building.records(2), list[Channel]()
     x, _, torsion, _ = torsion_building.exact()
     turning = np.gradient(np.gradient(torsion)) * 100.0**2
@@ -66,9 +66,9 @@ def test_accelerometers_at_two_corners_give_a_torsion_above_a_frequency() -> Non
 def test_without_positions_there_is_no_torsion() -> None:
     channels = tuple(replace(channel, position=None) for channel in DESCRIPTION.channels)
     described = replace(DESCRIPTION, channels=channels)
-    found = levels(torsion_building.records(4), described)
-    assert layer_torsion(found, described) == (None, ())
-    assert {finding.kind for finding in found.findings} == {"position"}
+    motions = levels(torsion_building.records(4), described)
+    assert layer_torsion(motions, described) == (None, ())
+    assert {finding.kind for finding in motions.findings} == {"position"}
 
 
 def test_a_displacement_that_is_only_noise_is_no_motion() -> None:

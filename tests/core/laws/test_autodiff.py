@@ -65,12 +65,12 @@ def test_agrees_with_central_differences(law: Callable[..., Any], x: float, y: f
 
 def drawn(effect: Effect, rng: np.random.Generator) -> dict[str, float]:
     """Arguments of an effect's law near where it is used."""
-    found = {name: rng.uniform(0.5, 1.5) for name in SCALES} | {YIELDED: rng.uniform(-0.9, 0.9)}
-    found |= {"u": rng.normal(0, 0.1), "v": rng.normal(0, 0.3), "u_cross": rng.normal(0, 0.1)}
-    found |= {"v_cross": rng.normal(0, 0.3), "axial_load": rng.uniform(0.8, 1.2)}
-    found |= {"temperature": rng.uniform(-5, 35), "time": rng.uniform(0, 1e8)}
-    found |= {state: rng.uniform(-0.3, 0.9) for state in effect.states}
-    return found | {one.name: one.prior.median * rng.uniform(0.8, 1.25) for one in effect.parameters}
+    result = {name: rng.uniform(0.5, 1.5) for name in SCALES} | {YIELDED: rng.uniform(-0.9, 0.9)}
+    result |= {"u": rng.normal(0, 0.1), "v": rng.normal(0, 0.3), "u_cross": rng.normal(0, 0.1)}
+    result |= {"v_cross": rng.normal(0, 0.3), "axial_load": rng.uniform(0.8, 1.2)}
+    result |= {"temperature": rng.uniform(-5, 35), "time": rng.uniform(0, 1e8)}
+    result |= {state: rng.uniform(-0.3, 0.9) for state in effect.states}
+    return result | {one.name: one.prior.median * rng.uniform(0.8, 1.25) for one in effect.parameters}
 
 
 @pytest.mark.parametrize("name", sorted(EFFECTS))
@@ -143,7 +143,7 @@ def remaining(x: float) -> float:
         ),
         (calling, r"`np.sinc`: cannot be differentiated; \+ - \* / \*\* and abs, atan, .* of module math can"),
         (remaining, "`x % 2.0`: cannot be differentiated"),
-        (taking, "`part_1`: names that begin with change_of_ or part_ are taken"),
+        (taking, "`part_1`: names that begin with change_of_ or part_ are reserved"),
         (lambda x: x, "is no `def`; write it as one"),
         (math.exp, "the source of the law .* cannot be read; write it as a `def` in a file"),
     ],

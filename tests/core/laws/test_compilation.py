@@ -30,8 +30,8 @@ import kernels
 def factor():
     return {factor}
 
-found = cached(bound(kernels.scaled, factor=factor), "{digest}")
-print(found(1.0), sum(found.stats.cache_hits.values()))
+compiled = cached(bound(kernels.scaled, factor=factor), "{digest}")
+print(compiled(1.0), sum(compiled.stats.cache_hits.values()))
 """
 
 

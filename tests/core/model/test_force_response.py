@@ -57,8 +57,8 @@ def test_one_step_per_sample_at_100_hz_is_right_to_1e_4(peak: float, yield_at: f
     hysteresis = {**paper.ISOLATOR.effects["bouc_wen"], "F_y": 1e9 * yield_at, "D_y": yield_at}
     layer = Isolator({**paper.ISOLATOR.effects, "bouc_wen": hysteresis})
     fine = np.interp(np.arange((t.size - 1) * 20 + 1) / (20 * RATE), t, peak * ground / abs(ground).max())
-    found = simulate(paper.BUILDING, layer, fine, 20 * RATE)
-    u, v, force = (one[::20] for one in (found.isolator_displacement, found.isolator_velocity, found.force))
+    response = simulate(paper.BUILDING, layer, fine, 20 * RATE)
+    u, v, force = (one[::20] for one in (response.isolator_displacement, response.isolator_velocity, response.force))
     assert relative(force_response(layer, u, v, RATE, substeps=1).force, force) <= 1e-4
 
 
@@ -87,11 +87,11 @@ def test_derivatives_are_those_of_what_is_computed(name: str) -> None:
         layer = Isolator({**around, name: {**values, **instead}})
         return force_response(layer, given.displacement, given.velocity, RATE, conditions=given.conditions).force
 
-    found = force_response(
+    response = force_response(
         Isolator(around), given.displacement, given.velocity, RATE, conditions=given.conditions, wanted=wanted
     )
-    assert found.force == pytest.approx(run({}), abs=0)
-    for (_, parameter), derivative in zip(wanted, found.by_parameter, strict=True):
+    assert response.force == pytest.approx(run({}), abs=0)
+    for (_, parameter), derivative in zip(wanted, response.by_parameter, strict=True):
         step = 1e-5 * abs(values[parameter] or 1.0)
         slope = (run({parameter: values[parameter] + step}) - run({parameter: values[parameter] - step})) / (2 * step)
         off = np.sort(abs(derivative - slope))[: -slope.size // 100]  # but for one sample in a hundred
@@ -108,8 +108,8 @@ def test_no_state_depends_on_what_the_force_is_proportional_to(name: str) -> Non
     values = usual_values(name)
     wanted = [(name, parameter) for parameter in effect.linear]
     arguments = (given.displacement, given.velocity, RATE)
-    found = force_response(Isolator({name: values}), *arguments, conditions=given.conditions, wanted=wanted)
-    for parameter, column in zip(effect.linear, found.by_parameter, strict=True):
+    response = force_response(Isolator({name: values}), *arguments, conditions=given.conditions, wanted=wanted)
+    for parameter, column in zip(effect.linear, response.by_parameter, strict=True):
         alone = Isolator({name: {**values, **dict.fromkeys(effect.linear, 0.0), parameter: 1.0}})
         force = force_response(alone, *arguments, conditions=given.conditions).force
         assert column == pytest.approx(force, abs=1e-9 * abs(force).max())
@@ -117,14 +117,14 @@ def test_no_state_depends_on_what_the_force_is_proportional_to(name: str) -> Non
 
 @pytest.mark.parametrize("name", sorted(name for name in EFFECTS if EFFECTS[name].states))
 def test_steps_are_as_short_as_a_law_requires(name: str) -> None:
-    """Against sixteen a sample; a derivative jumps at reversals, within a step, and a search wants its direction."""
+    """Against sixteen a sample; a derivative jumps at reversals, within a step, and a search needs its direction."""
     layer, given = Isolator({**required_effects(name), name: usual_values(name)}), excitation(RATE, 4.0)
     wanted = [(name, parameter) for parameter in usual_values(name)]
     arguments = (given.displacement, given.velocity, RATE)
-    found = force_response(layer, *arguments, conditions=given.conditions, wanted=wanted)
+    response = force_response(layer, *arguments, conditions=given.conditions, wanted=wanted)
     truth = force_response(layer, *arguments, conditions=given.conditions, wanted=wanted, substeps=16)
-    assert relative(found.force, truth.force) <= 2e-3
-    for ours, theirs in zip(found.by_parameter, truth.by_parameter, strict=True):
+    assert relative(response.force, truth.force) <= 2e-3
+    for ours, theirs in zip(response.by_parameter, truth.by_parameter, strict=True):
         assert relative(ours, theirs) <= 0.1
 
 

@@ -168,11 +168,11 @@ def coupled(isolator: Isolator) -> tuple[Response, Response]:
 
 def test_two_directions_that_know_nothing_of_each_other_respond_as_each_alone() -> None:
     """To rounding: one direction and two are compiled apart."""
-    for motion, found in zip((akt013, kobe), coupled(paper.ISOLATOR), strict=True):
+    for motion, result in zip((akt013, kobe), coupled(paper.ISOLATOR), strict=True):
         axis = Axis(MODES, motion()[:4000], Conditions.usual(4000, RATE))
         (alone,) = respond([axis], paper.BUILDING.base_mass, paper.ISOLATOR, RATE)
         for quantity in ("isolator_displacement", "floor_acceleration"):
-            one, both = getattr(alone, quantity), getattr(found, quantity)
+            one, both = getattr(alone, quantity), getattr(result, quantity)
             assert both == pytest.approx(one, abs=1e-12 * np.abs(one).max())
 
 

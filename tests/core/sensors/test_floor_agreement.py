@@ -1,4 +1,4 @@
-"""Gains, delays and clock rates of floors are found against the base slab, whatever their quasi-static deflection."""
+"""Gains, delays and clock rates of floors are estimated against the base slab, for any quasi-static deflection."""
 
 import consistent_sensors
 import numpy as np
@@ -18,10 +18,10 @@ TRIALS = 12
 @pytest.mark.parametrize("errors", [NOTHING, SMALL])
 def test_errors_are_detected_without_noise(errors: Vector) -> None:
     """The higher modes below 1.2 times the first frequency are not quite static: that leaves 3e-4 and 0.1 ms."""
-    found = floor_agreement(*consistent_sensors.floor_sensors(np.random.default_rng(1), 0.0, errors), RATE)
-    assert found is not None
-    assert found.value == pytest.approx(errors, abs=3e-4)
-    assert (np.abs(found.value - errors)[[1, 2, 4, 5]] < np.tile([1e-4, 2e-5], 2)).all()
+    agreement = floor_agreement(*consistent_sensors.floor_sensors(np.random.default_rng(1), 0.0, errors), RATE)
+    assert agreement is not None
+    assert agreement.value == pytest.approx(errors, abs=3e-4)
+    assert (np.abs(agreement.value - errors)[[1, 2, 4, 5]] < np.tile([1e-4, 2e-5], 2)).all()
 
 
 @pytest.mark.parametrize("noise", [0.01, 0.1])
@@ -30,9 +30,9 @@ def test_std_is_that_of_the_errors(noise: float, errors: Vector) -> None:
     """The root mean square of 72 errors over their std is 1 ± 0.08 if the std is right; three times that is allowed."""
     scores = []
     for seed in range(TRIALS):
-        found = floor_agreement(*consistent_sensors.floor_sensors(np.random.default_rng(seed), noise, errors), RATE)
-        assert found is not None
-        scores.append((found.value - errors) / np.sqrt(np.diag(found.covariance)))
+        agreement = floor_agreement(*consistent_sensors.floor_sensors(np.random.default_rng(seed), noise, errors), RATE)
+        assert agreement is not None
+        scores.append((agreement.value - errors) / np.sqrt(np.diag(agreement.covariance)))
     assert 0.75 < np.sqrt(np.mean(np.square(scores))) < 1.25
 
 
@@ -44,18 +44,20 @@ def test_std_is_that_of_the_errors(noise: float, errors: Vector) -> None:
 )
 def test_any_error_is_detected_within_its_std(errors: tuple[float, ...], seed: int, noise: float) -> None:
     """Six standard deviations, since the std of records with little motion at low frequencies is itself rough."""
-    found = floor_agreement(
+    agreement = floor_agreement(
         *consistent_sensors.floor_sensors(np.random.default_rng(seed), noise, np.array(errors)), RATE
     )
-    assert found is not None
-    assert (np.abs(found.value - errors) < 6 * np.sqrt(np.diag(found.covariance))).all()
+    assert agreement is not None
+    assert (np.abs(agreement.value - errors) < 6 * np.sqrt(np.diag(agreement.covariance))).all()
 
 
 def test_a_base_slab_that_reads_too_much_is_every_floor_reading_too_little() -> None:
     base, floors = consistent_sensors.floor_sensors(np.random.default_rng(3), 0.03, NOTHING)
-    found = floor_agreement(1.1 * base, floors, RATE)
-    assert found is not None
-    assert found.value[[0, 3]] == pytest.approx(np.full(2, -np.log(1.1)), abs=5 * np.sqrt(found.covariance[3, 3]))
+    agreement = floor_agreement(1.1 * base, floors, RATE)
+    assert agreement is not None
+    assert agreement.value[[0, 3]] == pytest.approx(
+        np.full(2, -np.log(1.1)), abs=5 * np.sqrt(agreement.covariance[3, 3])
+    )
 
 
 def test_a_reversed_floor_has_no_gain() -> None:

@@ -1,4 +1,4 @@
-"""Gains, delays and clock rates of base slab and ground are found against the transducer, and as well as is said."""
+"""Gains, delays and clock rates of base slab and ground are estimated against the transducer, as well as stated."""
 
 import consistent_sensors
 import numpy as np
@@ -25,10 +25,10 @@ TRIALS = 12
 @pytest.mark.parametrize("errors", [NOTHING, SMALL, np.array([-0.3, 0.05, 1e-3, 0.25, -0.05, -1e-3])])
 def test_errors_are_detected_without_noise(errors: Vector) -> None:
     """Up to the transducer's 0.01 mm: 2e-4 of gain, 0.2 ms and 2e-5 s/s is three times what that makes."""
-    found = layer_agreement(*consistent_sensors.layer_sensors(np.random.default_rng(1), 0.0, errors), RATE)
-    assert found is not None
-    assert np.abs(found.value - errors) == pytest.approx(NOTHING, abs=3e-4)
-    assert (np.abs(found.value - errors)[[1, 2, 4, 5]] < np.tile([2e-4, 2e-5], 2)).all()
+    agreement = layer_agreement(*consistent_sensors.layer_sensors(np.random.default_rng(1), 0.0, errors), RATE)
+    assert agreement is not None
+    assert np.abs(agreement.value - errors) == pytest.approx(NOTHING, abs=3e-4)
+    assert (np.abs(agreement.value - errors)[[1, 2, 4, 5]] < np.tile([2e-4, 2e-5], 2)).all()
 
 
 @pytest.mark.parametrize("noise", [0.01, 0.1])
@@ -37,9 +37,9 @@ def test_std_is_that_of_the_errors(noise: float, errors: Vector) -> None:
     """The root mean square of 72 errors over their std is 1 ± 0.08 if the std is right; three times that is allowed."""
     scores = []
     for seed in range(TRIALS):
-        found = layer_agreement(*consistent_sensors.layer_sensors(np.random.default_rng(seed), noise, errors), RATE)
-        assert found is not None
-        scores.append((found.value - errors) / np.sqrt(np.diag(found.covariance)))
+        agreement = layer_agreement(*consistent_sensors.layer_sensors(np.random.default_rng(seed), noise, errors), RATE)
+        assert agreement is not None
+        scores.append((agreement.value - errors) / np.sqrt(np.diag(agreement.covariance)))
     assert 0.75 < np.sqrt(np.mean(np.square(scores))) < 1.25
 
 
@@ -51,18 +51,20 @@ def test_std_is_that_of_the_errors(noise: float, errors: Vector) -> None:
 )
 def test_any_error_is_detected_within_its_std(errors: tuple[float, ...], seed: int, noise: float) -> None:
     """Five and a half standard deviations are exceeded by chance once in ten million."""
-    found = layer_agreement(
+    agreement = layer_agreement(
         *consistent_sensors.layer_sensors(np.random.default_rng(seed), noise, np.array(errors)), RATE
     )
-    assert found is not None
-    assert (np.abs(found.value - errors) < 5.5 * np.sqrt(np.diag(found.covariance))).all()
+    assert agreement is not None
+    assert (np.abs(agreement.value - errors) < 5.5 * np.sqrt(np.diag(agreement.covariance))).all()
 
 
 def test_a_transducer_that_reads_too_much_is_both_sides_reading_too_little() -> None:
     displacement, base, ground = consistent_sensors.layer_sensors(np.random.default_rng(3), 0.03, NOTHING)
-    found = layer_agreement(1.1 * displacement, base, ground, RATE)
-    assert found is not None
-    assert found.value[[0, 3]] == pytest.approx(np.full(2, -np.log(1.1)), abs=5 * np.sqrt(found.covariance[3, 3]))
+    agreement = layer_agreement(1.1 * displacement, base, ground, RATE)
+    assert agreement is not None
+    assert agreement.value[[0, 3]] == pytest.approx(
+        np.full(2, -np.log(1.1)), abs=5 * np.sqrt(agreement.covariance[3, 3])
+    )
 
 
 def test_too_short_a_record_says_nothing() -> None:
@@ -80,7 +82,7 @@ def test_noise_alone_says_nothing() -> None:
 
 
 def test_accelerations_are_brought_to_agree_with_the_transducer() -> None:
-    """Gains of 2 and -1 %, delays of 3 and -2 ms: nine tenths of what they change is taken back, but for the noise."""
+    """Gains of 2 and -1 %, delays of 3 and -2 ms: nine tenths of their change is reversed, but for the noise."""
     errors = np.array([0.02, 3e-3, 0.0, -0.01, -2e-3, 0.0])
     exact, wrong = (consistent_sensors.layer_sensors(np.random.default_rng(2), 0.0, one) for one in (NOTHING, errors))
     mended = brought_to_agree(*wrong, RATE)
@@ -134,11 +136,11 @@ def test_an_integral_is_none(lowest: float, accelerometer: float) -> None:
 @pytest.mark.parametrize("test", TESTS)
 def test_the_real_building_has_no_transducer(test: str) -> None:
     """Its displacement was integrated by whoever published it; the analysis says so, and how well it knows it."""
-    found = analyse(bncs_segments(test), bncs(), AnalysisSettings(estimator="cms"))
-    motion = found.directions["x"].motion
+    analysis = analyse(bncs_segments(test), bncs(), AnalysisSettings(estimator="cms"))
+    motion = analysis.directions["x"].motion
     assert motion is not None
     assert motion.is_integrated
     assert motion.residual is None
     assert motion.peak[1] > 5e-4
-    printed = [finding.message for finding in found.quality if finding.kind == "displacement"]
+    printed = [finding.message for finding in analysis.quality if finding.kind == "displacement"]
     assert any("integrated twice" in message for message in printed)

@@ -26,11 +26,11 @@ LEVEL = np.array([filtered(REFERENCE[0], 0.5), filtered(REFERENCE[1], 0.7)])
 @settings(deadline=None, max_examples=30)
 @given(degrees=st.floats(-85, 85))
 def test_the_angle_is_detected_whatever_the_two_transfer_functions(degrees: float) -> None:
-    found = relative_angle(REFERENCE, turned_back(LEVEL, -np.deg2rad(degrees)), RATE)
-    assert found is not None
+    angle = relative_angle(REFERENCE, turned_back(LEVEL, -np.deg2rad(degrees)), RATE)
+    assert angle is not None
     # transfer functions are no steps: what they change within eight bins is left
-    assert np.rad2deg(found.angle) == pytest.approx(degrees, abs=1.0)
-    assert abs(np.rad2deg(found.angle) - degrees) < 4 * np.rad2deg(found.std)
+    assert np.rad2deg(angle.angle) == pytest.approx(degrees, abs=1.0)
+    assert abs(np.rad2deg(angle.angle) - degrees) < 4 * np.rad2deg(angle.std)
 
 
 def test_turning_back_undoes_a_turn() -> None:
@@ -46,17 +46,17 @@ def test_the_standard_deviation_covers_the_angle_in_noise() -> None:
     sensor = turned_back(LEVEL, -np.deg2rad(20.0))
     for _ in range(40):
         noise = 0.1 * sensor.std(axis=1, keepdims=True) * rng.standard_normal(sensor.shape)
-        found = relative_angle(REFERENCE, sensor + noise, RATE)
-        assert found is not None
-        off.append((np.rad2deg(found.angle) - 20.0) / np.rad2deg(found.std))
+        angle = relative_angle(REFERENCE, sensor + noise, RATE)
+        assert angle is not None
+        off.append((np.rad2deg(angle.angle) - 20.0) / np.rad2deg(angle.std))
     assert np.mean(np.abs(off) < 2) > 0.9
 
 
 def test_motion_along_one_line_shows_no_angle() -> None:
     line = np.array([akt013(), 0.6 * akt013()])
     noise = 0.01 * np.random.default_rng(2).standard_normal((2, *line.shape)) * line.std()
-    found = relative_angle(line + noise[0], line + noise[1], RATE)
-    assert found is None or np.rad2deg(found.std) > 3.0
+    angle = relative_angle(line + noise[0], line + noise[1], RATE)
+    assert angle is None or np.rad2deg(angle.std) > 3.0
 
 
 def test_what_does_not_belong_together_has_no_angle() -> None:
@@ -66,10 +66,10 @@ def test_what_does_not_belong_together_has_no_angle() -> None:
 
 
 def test_the_signs_show_reversed_axes() -> None:
-    found = relative_angle(REFERENCE, REFERENCE * [[1.0], [-1.0]], RATE)
-    assert found is not None
-    assert found.signs == (1.0, -1.0)
-    assert found.angle == pytest.approx(0.0, abs=1e-6)
+    angle = relative_angle(REFERENCE, REFERENCE * [[1.0], [-1.0]], RATE)
+    assert angle is not None
+    assert angle.signs == (1.0, -1.0)
+    assert angle.angle == pytest.approx(0.0, abs=1e-6)
 
 
 def test_a_sensor_at_the_corner_of_a_slab_that_turns_is_not_mistaken_for_turned() -> None:

@@ -27,22 +27,22 @@ def piece(channel: str, begin: float, end: float, rate: float = 100.0) -> Segmen
 
 
 def test_contiguous_segments_in_any_order_are_one_trace() -> None:
-    trace, found = joined([piece("a", 10, 20), piece("a", 0, 10)])
+    trace, result = joined([piece("a", 10, 20), piece("a", 0, 10)])
     assert trace.samples == pytest.approx(motion(np.arange(2000) / 100), abs=1e-9)
-    assert found == ()
+    assert result == ()
 
 
 def test_samples_sent_twice_are_noted_and_count_once() -> None:
-    trace, found = joined([piece("a", 0, 12), piece("a", 10, 20)])
+    trace, result = joined([piece("a", 0, 12), piece("a", 10, 20)])
     assert trace.samples.size == 2000
-    assert [(f.kind, f.severity) for f in found] == [("overlap", "note")]
+    assert [(f.kind, f.severity) for f in result] == [("overlap", "note")]
 
 
 def test_contradicting_overlap_is_a_warning() -> None:
     late = piece("a", 10, 20)
     other = Segment("a", late.start, late.rate, late.samples + 0.1)
-    found = joined([piece("a", 0, 12), other])[1]
-    assert [(f.kind, f.severity, f.value) for f in found] == [("overlap", "warning", 2.0)]
+    result = joined([piece("a", 0, 12), other])[1]
+    assert [(f.kind, f.severity, f.value) for f in result] == [("overlap", "warning", 2.0)]
 
 
 def test_a_gap_is_left_as_missing() -> None:

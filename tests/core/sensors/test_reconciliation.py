@@ -40,7 +40,7 @@ def displacement(relative: Vector) -> Vector:
     return np.fft.irfft(np.fft.rfft(relative) * factor, COUNT)
 
 
-def found(samples: dict[str, Vector]) -> list[tuple[str, str | None]]:
+def reported(samples: dict[str, Vector]) -> list[tuple[str, str | None]]:
     channels = tuple(channel for channel in paper().channels if channel.id in samples)
     record = Record(START, RATE, channels, np.array([samples[channel.id] for channel in channels]))
     return [(finding.kind, finding.channel) for finding in disagreements(record, paper())]
@@ -53,7 +53,7 @@ def test_deflection_below_the_first_frequency_is_no_gain(first: float, gain: flo
     rng = np.random.default_rng(1)
     base = motion(rng, 0.65)
     samples = {BASE: base, ROOF: gain * roof(base, first)}
-    assert found(samples) == ([] if gain == 1 else [("unit", ROOF)])
+    assert reported(samples) == ([] if gain == 1 else [("unit", ROOF)])
 
 
 @pytest.mark.parametrize("moved", [0.02, 1.0])
@@ -65,20 +65,20 @@ def test_a_layer_that_moves_less_than_its_sides_noise_is_not_judged(moved: float
     noise = 0.03 * rng.standard_normal((2, COUNT))
     layer = sign * displacement(relative)
     samples = {GROUND: ground + noise[0], BASE: ground + relative + noise[1], LAYER: layer}
-    assert found(samples) == ([("reversed", LAYER)] if sign < 0 and moved == 1 else [])
+    assert reported(samples) == ([("reversed", LAYER)] if sign < 0 and moved == 1 else [])
 
 
 DESCRIPTION = read(torsion_building.building_file(), Path("/")).description
 
 
 def test_one_motion_is_left_for_each_level_quantity_and_direction() -> None:
-    found = reconciled(record_of(DESCRIPTION.channels, torsion_building.records(1)), DESCRIPTION)
-    assert found.findings == ()
-    keys = [(channel.level, channel.quantity, channel.direction) for channel in found.record.channels]
+    reported = reconciled(record_of(DESCRIPTION.channels, torsion_building.records(1)), DESCRIPTION)
+    assert reported.findings == ()
+    keys = [(channel.level, channel.quantity, channel.direction) for channel in reported.record.channels]
     assert len(keys) == len(set(keys)) == 11
     x, y, _, _ = torsion_building.exact()
     for direction, truth in (("x", x), ("y", y)):
-        measured = found.record.find("1F", "displacement", direction)
+        measured = reported.record.find("1F", "displacement", direction)
         # the mean of two transducers, and what a torsion computed from them brings back
         assert measured == pytest.approx(truth, abs=6 * torsion_building.TRANSDUCER_NOISE)
 
@@ -86,23 +86,23 @@ def test_one_motion_is_left_for_each_level_quantity_and_direction() -> None:
 def test_a_reversed_neighbour_is_left_out_and_the_other_stands_for_the_slab() -> None:
     samples = torsion_building.records(2)
     samples["XX.PAPER.B.HYX"] = -samples["XX.PAPER.B.HYX"]
-    found = reconciled(record_of(DESCRIPTION.channels, samples), DESCRIPTION)
-    assert [(finding.kind, finding.channel) for finding in found.findings] == [("reversed", "XX.PAPER.B.HYX")]
-    # the two of y still tell the torsion, and so x at the centre of mass
-    measured = found.record.find("1F", "displacement", "x")
+    reported = reconciled(record_of(DESCRIPTION.channels, samples), DESCRIPTION)
+    assert [(finding.kind, finding.channel) for finding in reported.findings] == [("reversed", "XX.PAPER.B.HYX")]
+    # the two of y still give the torsion, and so x at the centre of mass
+    measured = reported.record.find("1F", "displacement", "x")
     assert measured == pytest.approx(torsion_building.exact()[0], abs=6 * torsion_building.TRANSDUCER_NOISE)
 
 
 def test_what_is_late_stays_and_what_is_turned_is_turned_back_before_it_is_judged() -> None:
     samples = turned(torsion_building.records(3), "XX.PAPER.08.HN", 30.0)
     samples["XX.PAPER.04.HNX"] = np.roll(samples["XX.PAPER.04.HNX"], 10)
-    found = reconciled(record_of(DESCRIPTION.channels, samples), DESCRIPTION)
-    assert {(finding.kind, finding.channel) for finding in found.findings} == {
+    reported = reconciled(record_of(DESCRIPTION.channels, samples), DESCRIPTION)
+    assert {(finding.kind, finding.channel) for finding in reported.findings} == {
         ("rotation", "XX.PAPER.08.HNX"),
         ("rotation", "XX.PAPER.08.HNY"),
         ("delay", "XX.PAPER.04.HNX"),
     }
-    assert len(found.record.channels) == 11
+    assert len(reported.record.channels) == 11
 
 
 def test_one_of_two_sensors_of_the_base_slab_may_be_lost() -> None:

@@ -27,20 +27,20 @@ def motion(peak: float, offset: float, seed: int) -> Vector:
 @given(st.floats(0.004, 0.2), st.floats(-0.01, 0.01), st.integers(0, 10**6))
 def test_a_residual_offset_is_no_drift(peak: float, offset: float, seed: int) -> None:
     """Three standard deviations: the bound used for each block's sway is rarely reached."""
-    found = baseline_drift(motion(peak, offset, seed), RATE)
-    assert found is not None
-    assert abs(found.change) < 3 * found.std
+    reported = baseline_drift(motion(peak, offset, seed), RATE)
+    assert reported is not None
+    assert abs(reported.change) < 3 * reported.std
 
 
 @given(st.floats(0.01, 0.2), st.floats(0.1, 0.5), st.integers(0, 10**6))
 def test_a_steady_drift_is_detected(peak: float, share: float, seed: int) -> None:
     """Change between the first and the last block at rest; their own motion is within the std."""
     drift = share * peak * TIME / TIME[-1]
-    found = baseline_drift(motion(peak, 0.002, seed) + drift, RATE)
-    assert found is not None
-    assert found.change > 4 * found.std
-    assert found.change == pytest.approx(found.share * np.abs(motion(peak, 0.002, seed) + drift).max())
-    assert found.change < share * peak + 3 * found.std
+    reported = baseline_drift(motion(peak, 0.002, seed) + drift, RATE)
+    assert reported is not None
+    assert reported.change > 4 * reported.std
+    assert reported.change == pytest.approx(reported.share * np.abs(motion(peak, 0.002, seed) + drift).max())
+    assert reported.change < share * peak + 3 * reported.std
 
 
 def test_a_record_without_rest_says_nothing() -> None:
@@ -51,7 +51,7 @@ def analysed(samples: dict[str, np.ndarray]) -> EventAnalysis:
     return analyse(segments(samples), paper(), AnalysisSettings())
 
 
-def found(result: EventAnalysis) -> list[tuple[str, str, str | None]]:
+def reported(result: EventAnalysis) -> list[tuple[str, str, str | None]]:
     """Findings of screening: a removed jump leaves traces, on which the estimator may remark."""
     of_screening = [finding for finding in result.quality if finding.kind != "estimator"]
     return [(finding.kind, finding.severity, finding.channel) for finding in of_screening]
@@ -64,7 +64,7 @@ def test_a_channel_that_rests_far_from_zero_is_noted_in_both_units(channel: str,
     samples, healthy = records(1), analysed(records(1))
     samples[channel] = samples[channel] + rest
     result = analysed(samples)
-    assert found(result) == [("offset", "note", channel)]
+    assert reported(result) == [("offset", "note", channel)]
     assert result.quality[0].value == pytest.approx(rest, rel=0.02)
     assert f"({words}" in result.quality[0].message  # gal or mm
     force, same = (each.directions["x"].restoring_force.force for each in (healthy, result))
@@ -77,7 +77,7 @@ def test_a_jump_of_an_accelerations_level_is_measured_and_taken_out(channel: str
     samples, healthy = records(2), analysed(records(2))
     samples[channel] = samples[channel] + np.where(np.arange(18000) < 5230, 0, step)
     result = analysed(samples)
-    assert found(result) == [("offset", "warning", channel)]
+    assert reported(result) == [("offset", "warning", channel)]
     # Both levels are means over motion that 5 s do not average out: some 3 mm/s².
     assert result.quality[0].value == pytest.approx(step, abs=0.003)
     force, near = (each.directions["x"].restoring_force.force for each in (healthy, result))
@@ -88,7 +88,7 @@ def test_a_jump_of_an_accelerations_level_is_measured_and_taken_out(channel: str
 def test_a_displacement_that_rests_elsewhere_after_the_event_is_no_fault() -> None:
     samples = records(3)
     samples[LAYER] = samples[LAYER] + 0.0005 * (np.arange(18000) > 6000)
-    assert found(analysed(samples)) == []
+    assert reported(analysed(samples)) == []
 
 
 @needs_shared
@@ -98,6 +98,6 @@ def test_a_jump_in_a_record_of_the_real_building() -> None:
         if piece.channel == "XX.BNCS.04.HNX":
             piece.samples[3000:] += 0.05
     result = analyse(pieces, bncs(), AnalysisSettings())
-    warnings = [one for one in found(result) if one[1] != "note"]  # that displacement is an integral is noted too
+    warnings = [one for one in reported(result) if one[1] != "note"]  # that displacement is an integral is noted too
     assert warnings == [("offset", "warning", "XX.BNCS.04.HNX")]
-    assert len(found(result)) == 2
+    assert len(reported(result)) == 2

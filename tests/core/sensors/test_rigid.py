@@ -118,15 +118,15 @@ def test_healthy_neighbours_are_left_alone(kind: str, corners: int) -> None:
 
 @pytest.mark.parametrize("kind", [BASE, LAYER])
 @pytest.mark.parametrize("corners", [2, 3])
-@pytest.mark.parametrize(("found", "factor"), [("reversed", -1.0), ("unit", 0.1), ("unit", 10.0)])
+@pytest.mark.parametrize(("reported", "factor"), [("reversed", -1.0), ("unit", 0.1), ("unit", 10.0)])
 def test_a_sensor_that_disagrees_with_its_neighbours_is_named(
-    kind: str, corners: int, found: str, factor: float
+    kind: str, corners: int, reported: str, factor: float
 ) -> None:
     description, samples = with_corners(kind, corners)
     wrong = f"{kind}XB"
     samples[wrong] = factor * samples[wrong]
     (finding,) = unlike_neighbours(record_with(description, samples), description)
-    assert (finding.kind, finding.channel) == (found, wrong)
+    assert (finding.kind, finding.channel) == (reported, wrong)
 
 
 def test_of_two_alone_both_are_named() -> None:

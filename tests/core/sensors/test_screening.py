@@ -1,4 +1,4 @@
-"""Every kind of fault is found at its channel, with its severity; healthy records have none."""
+"""Every kind of fault is reported at its channel, with its severity; healthy records have none."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -23,7 +23,7 @@ def analysed(samples: dict[str, Vector]) -> EventAnalysis:
 
 
 LATER = ("direction", "estimator")
-"""Kinds of finding that follow from what screening found."""
+"""Kinds of finding that follow from findings of the screening."""
 
 
 def serious(result: EventAnalysis) -> list[tuple[str, str, str | None]]:
@@ -111,9 +111,9 @@ def test_a_missing_channel_is_named(channel: str) -> None:
 def test_two_swapped_channels_are_both_named(one: str, other: str) -> None:
     samples = records(5)
     samples[one], samples[other] = samples[other], samples[one]
-    found = serious(analysed(samples))
-    assert {(kind, channel) for kind, _, channel in found} == {("swapped", one), ("swapped", other)}
-    assert ("swapped", "fatal", BASE) in found or BASE not in (one, other)
+    findings = serious(analysed(samples))
+    assert {(kind, channel) for kind, _, channel in findings} == {("swapped", one), ("swapped", other)}
+    assert ("swapped", "fatal", BASE) in findings or BASE not in (one, other)
 
 
 @pytest.mark.parametrize("channel", [GROUND, BASE, FOURTH, ROOF, LAYER])
@@ -163,8 +163,8 @@ def test_a_sensor_whose_directions_are_swapped_is_named(channel: str) -> None:
     description, samples = two_directions()
     other = f"{channel[:-1]}Y"
     samples[channel], samples[other] = samples[other], samples[channel]
-    found = serious(analyse(segments(samples), description, AnalysisSettings()))
-    assert {(kind, name) for kind, _, name in found} == {("swapped", channel), ("swapped", other)}
+    findings = serious(analyse(segments(samples), description, AnalysisSettings()))
+    assert {(kind, name) for kind, _, name in findings} == {("swapped", channel), ("swapped", other)}
 
 
 @needs_shared
@@ -172,8 +172,8 @@ def test_a_sensor_whose_directions_are_swapped_is_named(channel: str) -> None:
 def test_two_swapped_channels_of_the_real_building_are_named(one: str, other: str) -> None:
     names = {f"XX.BNCS.{one}.HNX": f"XX.BNCS.{other}.HNX", f"XX.BNCS.{other}.HNX": f"XX.BNCS.{one}.HNX"}
     pieces = [replace(piece, channel=names.get(piece.channel, piece.channel)) for piece in bncs_segments("LAC100")]
-    found = serious(analyse(pieces, bncs(), AnalysisSettings()))
-    assert {channel for kind, _, channel in found if kind == "swapped"} & set(names)
+    findings = serious(analyse(pieces, bncs(), AnalysisSettings()))
+    assert {channel for kind, _, channel in findings if kind == "swapped"} & set(names)
 
 
 RATE = 100.0

@@ -38,23 +38,23 @@ def test_the_one_that_errs_is_named(name: str, part: str, size: float, sign: flo
     """Within five standard deviations, which know that a sound sensor's gain is to 1 % and its clock to 1 ms."""
     scale = {"gain": [1.0, 0.0, 0.0], "delay": [0.0, 0.15, 0.0], "clock": [0.0, 0.0, 5e-3]}[part]
     error = sign * size * np.array(scale)
-    (found,) = sensor_errors(earthquakes({name: error}, 0.03, seed), paper(), "x")
-    assert (found.channel, found.part, found.others) == (name, part, ())
+    (healths,) = sensor_errors(earthquakes({name: error}, 0.03, seed), paper(), "x")
+    assert (healths.channel, healths.part, healths.others) == (name, part, ())
     expected = {"gain": error[:1], "delay": error[1:2], "clock": error[1:]}[part]
-    assert (np.abs(found.value - expected) < 5 * np.sqrt(np.diag(found.covariance))).all()
+    assert (np.abs(healths.value - expected) < 5 * np.sqrt(np.diag(healths.covariance))).all()
 
 
 def test_two_that_err_are_both_named() -> None:
     errors = {ROOF: np.array([0.15, 0.0, 0.0]), LAYER: np.array([0.0, 0.02, 0.0])}
-    found = sensor_errors(earthquakes(errors), paper(), "x")
-    assert {(one.channel, one.part) for one in found} == {(ROOF, "gain"), (LAYER, "delay")}
+    healths = sensor_errors(earthquakes(errors), paper(), "x")
+    assert {(one.channel, one.part) for one in healths} == {(ROOF, "gain"), (LAYER, "delay")}
 
 
 def test_of_two_sensors_either_may_err() -> None:
     """Without a transducer and with one floor only, the base slab reading too little would be the same."""
     error = {ROOF: np.array([0.15, 0.0, 0.0])}
-    (found,) = sensor_errors(earthquakes(error, without=(LAYER, FOURTH)), paper(), "x")
-    assert {found.channel, *found.others} == {BASE, ROOF}
+    (healths,) = sensor_errors(earthquakes(error, without=(LAYER, FOURTH)), paper(), "x")
+    assert {healths.channel, *healths.others} == {BASE, ROOF}
 
 
 def test_nothing_is_known_of_one_sensor_alone() -> None:
@@ -65,14 +65,14 @@ def test_nothing_is_known_of_one_sensor_alone() -> None:
 GAIN = 1.08
 
 
-def found(record: Record) -> dict[str, SensorHealth]:
+def healths(record: Record) -> dict[str, SensorHealth]:
     return {one.channel: one for one in sensor_health(record, record, paper())}
 
 
 @pytest.mark.parametrize("erring", ROWS)
 def test_the_sensor_that_was_swapped_reads_more_and_no_other_does(erring: str) -> None:
     """Within half a per cent: what is left of the model of one mode of the superstructure is a quarter of that."""
-    health = found(consistent_record({erring: np.array([np.log(GAIN), 0.0, 0.0])}, 0.01, [1], ()))
+    health = healths(consistent_record({erring: np.array([np.log(GAIN), 0.0, 0.0])}, 0.01, [1], ()))
     for name in ROWS:
         assert health[name].gain == pytest.approx(GAIN if name == erring else 1.0, abs=0.005)
         assert 0 < (health[name].gain_std or 0) < 0.005
@@ -85,14 +85,14 @@ def test_noise_is_that_of_each_sensor_at_rest() -> None:
     rng = np.random.default_rng(4)
     rows = np.array([exact[name] + std * rng.standard_normal(exact[name].size) for name, std in levels.items()])
     channels = tuple(channel for name in levels for channel in paper().channels if channel.id == name)
-    health = found(replace(consistent_record({}, 0.01, [1], ()), channels=channels, samples=rows))
+    health = healths(replace(consistent_record({}, 0.01, [1], ()), channels=channels, samples=rows))
     for name, std in levels.items():
         assert health[name].noise == pytest.approx(std, rel=0.1)  # of a median over some 100 lines
 
 
 def test_two_sensors_share_what_they_differ_by() -> None:
     """Nothing shows which of two sensors reads more."""
-    health = found(consistent_record({ROOF: np.array([np.log(GAIN), 0.0, 0.0])}, 0.01, [1], (GROUND, FOURTH, LAYER)))
+    health = healths(consistent_record({ROOF: np.array([np.log(GAIN), 0.0, 0.0])}, 0.01, [1], (GROUND, FOURTH, LAYER)))
     assert health[ROOF].gain == pytest.approx(np.sqrt(GAIN), abs=0.005)
     assert health[BASE].gain == pytest.approx(1 / np.sqrt(GAIN), abs=0.005)
 
@@ -103,6 +103,6 @@ def test_what_nothing_shows_is_not_known() -> None:
         (BASE, None, None)
     ]
     short = replace(alone, samples=alone.samples[:, :500])
-    assert found(short)[BASE].noise is None
+    assert healths(short)[BASE].noise is None
     vertical = replace(alone, channels=(Channel("z", "1F", "acceleration", "z"),))
-    assert found(vertical)["z"].gain is None
+    assert healths(vertical)["z"].gain is None

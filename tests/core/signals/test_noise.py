@@ -95,9 +95,9 @@ def test_white_noise_has_no_corner(seed: int) -> None:
 
 @pytest.mark.parametrize("corner", [2.0, 5.0, 20.0])
 def test_a_corner_is_known_roughly(corner: float) -> None:
-    found = [record_flicker(moving(np.random.default_rng([seed, 7]), corner), RATE) for seed in range(6)]
+    results = [record_flicker(moving(np.random.default_rng([seed, 7]), corner), RATE) for seed in range(6)]
     level = 1 + corner / 17.5  # the white level is read where some flicker is left: from 15 to 20 Hz
-    assert found == pytest.approx([corner / level] * 6, rel=0.4)
+    assert results == pytest.approx([corner / level] * 6, rel=0.4)
 
 
 def test_nothing_is_known_of_one_channel_nor_of_a_short_record() -> None:
@@ -126,10 +126,10 @@ def test_white_and_drifting_noise_are_distinguished() -> None:
     rng = np.random.default_rng(1)
     white, drifting = (rng.chisquare(1, LINES.size) for _ in range(2))
     density = 4e-6 + 1e-8 / LINES**2
-    found = drifting_noise(4e-6 * white + 1e-8 / LINES**2 * drifting, LINES, 2e-3)
+    result = drifting_noise(4e-6 * white + 1e-8 / LINES**2 * drifting, LINES, 2e-3)
     # six bins of chi-square with one degree of freedom: a factor of three either way is certain
-    assert (found < 3 * density).all()
-    assert (found > density / 3).all()
+    assert (result < 3 * density).all()
+    assert (result > density / 3).all()
 
 
 def test_smoothing_keeps_a_level_and_a_total() -> None:

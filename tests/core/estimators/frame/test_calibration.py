@@ -28,8 +28,8 @@ Making = Callable[[Design, float], Hypothesis]
 def test_the_papers_building_is_recovered(noise: float) -> None:
     """Exact as the noise vanishes, from two floors: Table 1's building.
 
-    Relative to the noise, frequencies are found to 0.02 and damping ratios to 2 in these 60 s; rocking, soft joints and
-    further damping are found to be none as far as their logarithms go, which without noise never settle. The way leads
+    Relative to the noise, frequencies are right to 0.02 and damping ratios to 2 in these 60 s; rocking, soft joints and
+    further damping are none as far as their logarithms go, which without noise never settle. The way leads
     through ever less noise, for with little the cost has many valleys.
     """
     rng = np.random.default_rng(2)
@@ -39,18 +39,20 @@ def test_the_papers_building_is_recovered(noise: float) -> None:
     for more in (level / noise for level in (1e-2, 1e-3, 1e-4, 1e-5) if level > noise):
         noisier = replace(lines, noise=more**2 * lines.noise)
         start = calibrated(replace(problem, lines=noisier), start).parameters
-    found = calibrated(problem, start)
+    calibration = calibrated(problem, start)
     true = fixed_base_modes(BUILDING)
     rounding = 1e-6
-    assert found.structure.frequencies[:4] == pytest.approx(true.frequency[:4], rel=0.05 * noise + rounding)
-    assert found.structure.damping_ratios[:4] == pytest.approx(true.damping_ratio[:4], rel=5 * noise + 5 * rounding)
-    assert found.structure.storey_stiffness == pytest.approx(BUILDING.storey_stiffness, rel=noise + 5 * rounding)
+    assert calibration.structure.frequencies[:4] == pytest.approx(true.frequency[:4], rel=0.05 * noise + rounding)
+    assert calibration.structure.damping_ratios[:4] == pytest.approx(
+        true.damping_ratio[:4], rel=5 * noise + 5 * rounding
+    )
+    assert calibration.structure.storey_stiffness == pytest.approx(BUILDING.storey_stiffness, rel=noise + 5 * rounding)
 
 
 def first_modes(parameters: Vector) -> Vector:
     """(6,) logarithms of the first three frequencies and damping ratios."""
-    found = superstructure(parameters, DESIGN)
-    return np.log(np.concatenate([found.frequencies[:3], found.damping_ratios[:3]]))
+    structure = superstructure(parameters, DESIGN)
+    return np.log(np.concatenate([structure.frequencies[:3], structure.damping_ratios[:3]]))
 
 
 def test_covariance_is_that_of_the_error() -> None:
@@ -65,11 +67,11 @@ def test_covariance_is_that_of_the_error() -> None:
         true = hypothesis.mean + hypothesis.std * rng.standard_normal(LAYOUT.size)
         true[LAYOUT.scale] = 2 * np.log(rng.uniform(0.8, 2.0))  # its prior says nothing
         lines = with_noise(exact_lines(known_superstructure(true, DESIGN), rng), 0.05, rng).every(2)
-        found = calibrated(Problem(lines, DESIGN, hypothesis), true)
+        calibration = calibrated(Problem(lines, DESIGN, hypothesis), true)
         moves = STEP * np.eye(LAYOUT.size)
-        here = first_modes(found.parameters)
-        gradient = np.array([(first_modes(found.parameters + move) - here) / STEP for move in moves]).T
-        ratios.append((here - first_modes(true)) ** 2 / np.diag(gradient @ found.covariance @ gradient.T))
+        here = first_modes(calibration.parameters)
+        gradient = np.array([(first_modes(calibration.parameters + move) - here) / STEP for move in moves]).T
+        ratios.append((here - first_modes(true)) ** 2 / np.diag(gradient @ calibration.covariance @ gradient.T))
     assert np.mean(ratios) == pytest.approx(1.0, abs=3 * 0.2)
     assert np.median(ratios) == pytest.approx(0.45, abs=0.25)  # of chi-square with one degree of freedom
 
@@ -79,10 +81,10 @@ def test_chi_square_is_one_where_noise_explains_the_rest() -> None:
     rng = np.random.default_rng(4)
     lines, hypothesis = with_noise(exact_lines(PAPER, rng), 0.05, rng), as_given(DESIGN, 0.0)
     problem = Problem(lines, DESIGN, hypothesis)
-    found = calibrated(problem, best_start(problem))
-    assert found.degrees_of_freedom == 2 * lines.angular.size
-    assert found.chi_square == pytest.approx(1.0, abs=4 / np.sqrt(found.degrees_of_freedom))
-    assert np.diag(found.covariance)[hypothesis.std == 0] == pytest.approx(0.0)
+    calibration = calibrated(problem, best_start(problem))
+    assert calibration.degrees_of_freedom == 2 * lines.angular.size
+    assert calibration.chi_square == pytest.approx(1.0, abs=4 / np.sqrt(calibration.degrees_of_freedom))
+    assert np.diag(calibration.covariance)[hypothesis.std == 0] == pytest.approx(0.0)
 
 
 def test_rocking_of_its_own_is_reported_by_band() -> None:
@@ -94,10 +96,10 @@ def test_rocking_of_its_own_is_reported_by_band() -> None:
     lines = with_noise(with_rocking(exact_lines(known, rng), known, share, rng), 1e-3, rng)
     hypothesis = with_unmodelled_motion(DESIGN, 0.0)
     problem = Problem(lines, DESIGN, hypothesis)
-    found = calibrated(problem, best_start(problem))
+    calibration = calibrated(problem, best_start(problem))
     count = np.bincount(lines.band)
-    assert found.variances.rocking == pytest.approx(share**2, rel=4 / np.sqrt(count.min()))
-    assert found.variances.floors.max() < 0.1 * share**2
+    assert calibration.variances.rocking == pytest.approx(share**2, rel=4 / np.sqrt(count.min()))
+    assert calibration.variances.floors.max() < 0.1 * share**2
 
 
 @pytest.mark.parametrize("frequency", [0.5, 1.1, 3.0, 7.0])
@@ -119,7 +121,7 @@ def test_a_record_of_no_superstructure_raises_nothing(making: Making, seed: int,
     lines = unrelated_lines(np.random.default_rng(seed), at_rest=at_rest).every(3)
     hypothesis = making(DESIGN, 0.0 if at_rest else AMPLITUDE)
     problem = Problem(lines, DESIGN, hypothesis)
-    found = calibrated(problem, best_start(problem))
-    assert found.has_settled in (True, False)
-    assert np.isfinite(found.parameters).all()
-    assert (np.diag(found.covariance)[hypothesis.free] > 0).all()
+    calibration = calibrated(problem, best_start(problem))
+    assert calibration.has_settled in (True, False)
+    assert np.isfinite(calibration.parameters).all()
+    assert (np.diag(calibration.covariance)[hypothesis.free] > 0).all()

@@ -25,13 +25,13 @@ SHORT = slice(2000, 5000)
 
 
 @cache
-def found(kind: str, motion: str, noise: float, seed: int) -> RestoringForce:
+def estimated(kind: str, motion: str, noise: float, seed: int) -> RestoringForce:
     return estimate(estimator_input(recorded(KINDS[kind], motion, noise, seed)))
 
 
 def judged(kind: str, motion: str, noise: float, seed: int) -> Agreement:
     return agreement(
-        exact_response(KINDS[kind], motion, seed % KINDS[kind].draws).force, found(kind, motion, noise, seed)
+        exact_response(KINDS[kind], motion, seed % KINDS[kind].draws).force, estimated(kind, motion, noise, seed)
     )
 
 
@@ -59,7 +59,7 @@ def test_each_records_band_covers_the_force(noise: float) -> None:
 def test_the_force_errs_at_the_frequencies_and_in_the_patterns_that_are_stated(kind: str, noise: float) -> None:
     """In units of what is said, by bands of frequencies of more than 100 coefficients: 1 but for what is not known of
     how strongly the floors without a sensor move, for which the bounds leave 40 %; 0.66 to 1.3 were measured."""
-    result = found(kind, "Kobe", noise, 0)
+    result = estimated(kind, "Kobe", noise, 0)
     assert result.error is not None
     plain = whitening(result.force, RATE, result.error.at, patterns=result.error.patterns)
     weights = shrunk(plain, result.force, result.error.at)
@@ -72,17 +72,17 @@ def test_the_force_errs_at_the_frequencies_and_in_the_patterns_that_are_stated(k
 
 @pytest.mark.accuracy
 def test_what_is_stated_of_a_record_in_class() -> None:
-    assessment = found("in class", "Kobe", 0.01, 0).assessment
+    assessment = estimated("in class", "Kobe", 0.01, 0).assessment
     assert assessment is not None
     reported = as_given(Design.of(BUILDING.floor_mass, None, np.array([2, 6])), 0.0)
     assert (assessment.assumption, assessment.fallback, assessment.is_at_rest) == (reported.name, None, True)
-    assert assessment.chi_square == pytest.approx(1.0, abs=0.1)  # the noise's level is told from the record to 3 %
+    assert assessment.chi_square == pytest.approx(1.0, abs=0.1)  # the record determines the noise's level to 3 %
     assert assessment.prior_share < 0.05
 
 
 @pytest.mark.accuracy
 def test_what_is_stated_of_a_late_sensor() -> None:
-    assessment = found("roof a sample late", "Kobe", 0.01, 0).assessment
+    assessment = estimated("roof a sample late", "Kobe", 0.01, 0).assessment
     assert assessment is not None
     assert assessment.assumption == corrected(Design.of(BUILDING.floor_mass, None, np.array([2, 6])), 0.0).name
     assert 0.05 < assessment.prior_share < 1
@@ -90,7 +90,10 @@ def test_what_is_stated_of_a_late_sensor() -> None:
 
 @pytest.mark.accuracy
 def test_a_record_that_does_not_rest() -> None:
-    whole, cut = found("in class", "Kobe", 0.01, 0).assessment, found("cut to its strongest 15 s", "Kobe", 0.01, 0)
+    whole, cut = (
+        estimated("in class", "Kobe", 0.01, 0).assessment,
+        estimated("cut to its strongest 15 s", "Kobe", 0.01, 0),
+    )
     assert whole is not None
     assert cut.assessment is not None
     assert (whole.is_at_rest, cut.assessment.is_at_rest) == (True, False)

@@ -19,11 +19,11 @@ seeds = st.integers(0, 2**32 - 1)
 
 def parameters(seed: int) -> Vector:
     """Structural ones at random, sensors and transients at rest."""
-    found = np.zeros(LAYOUT.size)
-    found[: LAYOUT.structural] = 0.3 * np.random.default_rng(seed).standard_normal(LAYOUT.structural)
-    found[LAYOUT.flexibilities] += np.log([0.1, 0.3, 0.05])
-    found[LAYOUT.damping] += np.log([0.002, 0.02, 0.1])
-    return found
+    result = np.zeros(LAYOUT.size)
+    result[: LAYOUT.structural] = 0.3 * np.random.default_rng(seed).standard_normal(LAYOUT.structural)
+    result[LAYOUT.flexibilities] += np.log([0.1, 0.3, 0.05])
+    result[LAYOUT.damping] += np.log([0.002, 0.02, 0.1])
+    return result
 
 
 @settings(max_examples=30, deadline=None)
@@ -55,57 +55,57 @@ def test_modes_of_the_shear_limit(seed: int) -> None:
     """Without rocking and bending, with rigid joints: eq 3 of the paper."""
     given_parameters = parameters(seed)
     given_parameters[LAYOUT.flexibilities] = NONE
-    found = superstructure(given_parameters, DESIGN)
-    exact = fixed_base_modes(ShearBuilding(1.0, found.mass, found.storey_stiffness, 0.0))
-    assert found.frequencies == pytest.approx(exact.frequency, rel=1e-6)
-    assert found.shapes == pytest.approx(exact.shape, abs=1e-6 * exact.shape.max())
+    structure = superstructure(given_parameters, DESIGN)
+    exact = fixed_base_modes(ShearBuilding(1.0, structure.mass, structure.storey_stiffness, 0.0))
+    assert structure.frequencies == pytest.approx(exact.frequency, rel=1e-6)
+    assert structure.shapes == pytest.approx(exact.shape, abs=1e-6 * exact.shape.max())
 
 
 def test_parameters_at_zero_are_the_design() -> None:
     at_rest = np.zeros(LAYOUT.size)
     at_rest[LAYOUT.flexibilities] = NONE
-    found = superstructure(at_rest, DESIGN)
-    assert found.mass == pytest.approx(DESIGN.floor_mass)
-    assert found.storey_stiffness == pytest.approx(DESIGN.storey_stiffness)
-    assert found.frequencies[0] == pytest.approx(1.0, rel=1e-6)
+    structure = superstructure(at_rest, DESIGN)
+    assert structure.mass == pytest.approx(DESIGN.floor_mass)
+    assert structure.storey_stiffness == pytest.approx(DESIGN.storey_stiffness)
+    assert structure.frequencies[0] == pytest.approx(1.0, rel=1e-6)
 
 
 @settings(max_examples=30, deadline=None)
 @given(seed=seeds)
 def test_steps_of_stiffness_run_upwards(seed: int) -> None:
-    found = superstructure(parameters(seed), DESIGN)
-    steps = np.diff(np.log(found.storey_stiffness / DESIGN.storey_stiffness))
+    structure = superstructure(parameters(seed), DESIGN)
+    steps = np.diff(np.log(structure.storey_stiffness / DESIGN.storey_stiffness))
     assert steps == pytest.approx(parameters(seed)[LAYOUT.storeys][1:])
 
 
 @settings(max_examples=30, deadline=None)
 @given(seed=seeds)
 def test_the_total_mass_stays(seed: int) -> None:
-    found = superstructure(parameters(seed), DESIGN)
-    assert found.mass.sum() == pytest.approx(DESIGN.floor_mass.sum())
-    ratio = np.log(found.mass / DESIGN.floor_mass)
+    structure = superstructure(parameters(seed), DESIGN)
+    assert structure.mass.sum() == pytest.approx(DESIGN.floor_mass.sum())
+    ratio = np.log(structure.mass / DESIGN.floor_mass)
     assert np.diff(ratio) == pytest.approx(np.diff(parameters(seed)[LAYOUT.masses]))
 
 
 @settings(max_examples=30, deadline=None)
 @given(seed=seeds)
 def test_modes_are_normalised(seed: int) -> None:
-    found = superstructure(parameters(seed), DESIGN)
-    assert found.shapes.T @ (found.mass[:, None] * found.shapes) == pytest.approx(np.eye(7), abs=1e-9)
-    assert found.inputs[:, 0] == pytest.approx(found.shapes.T @ found.mass)
-    assert found.inputs[:, 2:] == pytest.approx(found.shapes.T * found.mass)
-    assert (found.shapes[-1] > 0).all()
+    structure = superstructure(parameters(seed), DESIGN)
+    assert structure.shapes.T @ (structure.mass[:, None] * structure.shapes) == pytest.approx(np.eye(7), abs=1e-9)
+    assert structure.inputs[:, 0] == pytest.approx(structure.shapes.T @ structure.mass)
+    assert structure.inputs[:, 2:] == pytest.approx(structure.shapes.T * structure.mass)
+    assert (structure.shapes[-1] > 0).all()
 
 
 @settings(max_examples=30, deadline=None)
 @given(seed=seeds)
 def test_damping_ratios(seed: int) -> None:
     """α K damps a mode by αω/2, i η K by η/2 (hysteretic), β M by β/2ω (Chopra 2017, sec. 11.4), each times its own."""
-    found = superstructure(parameters(seed), DESIGN)
-    ω = 2 * np.pi * found.frequencies
+    structure = superstructure(parameters(seed), DESIGN)
+    ω = 2 * np.pi * structure.frequencies
     α, η, β = np.exp(parameters(seed)[LAYOUT.damping])
     own = np.exp(parameters(seed)[LAYOUT.modal_damping])
-    assert found.damping_ratios == pytest.approx(own * (α * ω / 2 + η / 2 + β / (2 * ω)))
+    assert structure.damping_ratios == pytest.approx(own * (α * ω / 2 + η / 2 + β / (2 * ω)))
 
 
 @settings(max_examples=30, deadline=None)
@@ -113,13 +113,13 @@ def test_damping_ratios(seed: int) -> None:
 def test_derivatives_are_those_of_the_modal_stiffness(seed: int) -> None:
     """dω²/dp = φᵀ dK/dp φ (Fox and Kapoor 1968), against central differences of step 1e-5, right to 1e-8."""
     at, step = parameters(seed), 1e-5
-    found = superstructure(at, DESIGN)
+    structure = superstructure(at, DESIGN)
     places = [LAYOUT.scale, *range(LAYOUT.storeys.start, LAYOUT.storeys.stop)]
     places += range(LAYOUT.flexibilities.start, LAYOUT.flexibilities.stop)
-    for place, derivative in zip(places, found.stiffness_derivatives, strict=True):
+    for place, derivative in zip(places, structure.stiffness_derivatives, strict=True):
         move = step * (np.arange(LAYOUT.size) == place)
         ahead, behind = superstructure(at + move, DESIGN).squared, superstructure(at - move, DESIGN).squared
-        assert np.diag(derivative) == pytest.approx((ahead - behind) / (2 * step), abs=1e-6 * found.squared[-1])
+        assert np.diag(derivative) == pytest.approx((ahead - behind) / (2 * step), abs=1e-6 * structure.squared[-1])
 
 
 @settings(max_examples=30, deadline=None)
@@ -127,14 +127,14 @@ def test_derivatives_are_those_of_the_modal_stiffness(seed: int) -> None:
 def test_changes_of_the_modes(seed: int) -> None:
     """Against central differences of step 1e-5, right to 1e-8 of the largest but where two frequencies are close."""
     at, step = parameters(seed), 1e-5
-    found = superstructure(at, DESIGN)
-    changes = modal_changes(found)
+    structure = superstructure(at, DESIGN)
+    changes = modal_changes(structure)
     for place in range(LAYOUT.structural):
         move = step * (np.arange(LAYOUT.size) == place)
         ahead, behind = superstructure(at + move, DESIGN), superstructure(at - move, DESIGN)
         for change, name in zip(changes, ("squared", "shapes", "damping_ratios"), strict=True):
             difference = (getattr(ahead, name) - getattr(behind, name)) / (2 * step)
-            assert change[place] == pytest.approx(difference, abs=1e-6 * np.abs(getattr(found, name)).max())
+            assert change[place] == pytest.approx(difference, abs=1e-6 * np.abs(getattr(structure, name)).max())
 
 
 STEP = 1e-5
@@ -170,22 +170,24 @@ def cantilever_flexibility(storey_stiffness: Vector) -> Matrix:
 @given(storeys=storeys)
 def test_rigid_joints_make_it_the_shear_building(storeys: Vector) -> None:
     exact = storey_stiffness_matrix(storeys)
-    found = lateral_stiffness(storeys, joints=0.0, rocking=0.0, bending=0.0).stiffness
-    assert found == pytest.approx(exact, abs=1e-6 * exact.max())  # the joints' flexibility is held above 1e-9
+    stiffness = lateral_stiffness(storeys, joints=0.0, rocking=0.0, bending=0.0).stiffness
+    assert stiffness == pytest.approx(exact, abs=1e-6 * exact.max())  # the joints' flexibility is kept above 1e-9
 
 
 @settings(max_examples=30, deadline=None)
 @given(storeys=storeys)
 def test_soft_joints_make_it_a_bending_cantilever(storeys: Vector) -> None:
-    found = np.linalg.inv(lateral_stiffness(storeys, joints=1e8, rocking=0.0, bending=0.0).stiffness)
+    result = np.linalg.inv(lateral_stiffness(storeys, joints=1e8, rocking=0.0, bending=0.0).stiffness)
     exact = cantilever_flexibility(storeys)
-    assert found == pytest.approx(exact, rel=1e-4)  # girders of 1e-8 of a column clamp 1e-8 × the stiffest over softest
+    assert result == pytest.approx(
+        exact, rel=1e-4
+    )  # girders of 1e-8 of a column clamp 1e-8 × the stiffest over softest
 
 
 def test_the_roof_of_a_uniform_cantilever() -> None:
     """Timoshenko: F L³ / 3EI, with EI = k h³ / 12."""
-    found = np.linalg.inv(lateral_stiffness(np.full(5, 3.0), joints=1e8, rocking=0.0, bending=0.0).stiffness)
-    assert found[-1, -1] == pytest.approx(5**3 / 3 * 12 / 3.0, rel=1e-5)
+    result = np.linalg.inv(lateral_stiffness(np.full(5, 3.0), joints=1e8, rocking=0.0, bending=0.0).stiffness)
+    assert result[-1, -1] == pytest.approx(5**3 / 3 * 12 / 3.0, rel=1e-5)
 
 
 @settings(max_examples=30, deadline=None)
@@ -224,14 +226,14 @@ def test_every_flexibility_softens(storeys: Vector, joints: float, rocking: floa
 def test_derivatives_agree_with_differences(storeys: Vector, flexibilities: Vector) -> None:
     """By logarithms: of every storey's stiffness, of the flexibilities of joints, rocking and bending."""
     at = np.log(np.concatenate([storeys, flexibilities]))
-    found = lateral_stiffness(storeys, *flexibilities)
-    derivatives = [*found.by_storey, found.by_joints, found.by_rocking, found.by_bending]
+    stiffness = lateral_stiffness(storeys, *flexibilities)
+    derivatives = [*stiffness.by_storey, stiffness.by_joints, stiffness.by_rocking, stiffness.by_bending]
     for move, derivative in zip(STEP * np.eye(at.size), derivatives, strict=True):
         ahead, behind = (
             lateral_stiffness(np.exp(each[: storeys.size]), *np.exp(each[storeys.size :])).stiffness
             for each in (at + move, at - move)
         )
-        assert derivative == pytest.approx((ahead - behind) / (2 * STEP), abs=1e-6 * found.stiffness.max())
+        assert derivative == pytest.approx((ahead - behind) / (2 * STEP), abs=1e-6 * stiffness.stiffness.max())
 
 
 @settings(max_examples=30, deadline=None)
@@ -240,7 +242,7 @@ def test_stiffness_scales_with_that_of_all_storeys(
     storeys: Vector, joints: float, rocking: float, bending: float, factor: float
 ) -> None:
     """So that the derivatives by all storeys together are the stiffness itself (Euler's theorem)."""
-    found, scaled = (lateral_stiffness(each, joints, rocking, bending) for each in (storeys, factor * storeys))
-    tolerance = 1e-9 * found.stiffness.max()
-    assert scaled.stiffness / factor == pytest.approx(found.stiffness, abs=tolerance)
-    assert found.by_storey.sum(axis=0) == pytest.approx(found.stiffness, abs=tolerance)
+    stiffness, scaled = (lateral_stiffness(each, joints, rocking, bending) for each in (storeys, factor * storeys))
+    tolerance = 1e-9 * stiffness.stiffness.max()
+    assert scaled.stiffness / factor == pytest.approx(stiffness.stiffness, abs=tolerance)
+    assert stiffness.by_storey.sum(axis=0) == pytest.approx(stiffness.stiffness, abs=tolerance)

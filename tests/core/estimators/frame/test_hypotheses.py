@@ -36,7 +36,7 @@ from core.estimators.frame.hypotheses import (
 from core.estimators.frame.model import Design
 
 LAYOUT = DESIGN.layout
-TOLD, CORRECTED, UNMODELLED = (making(DESIGN, 0.0).name for making in (as_given, corrected, with_unmodelled_motion))
+AS_GIVEN, CORRECTED, UNMODELLED = (making(DESIGN, 0.0).name for making in (as_given, corrected, with_unmodelled_motion))
 NOISE = 0.02
 LATE = 0.01
 """s: one sample."""
@@ -55,7 +55,7 @@ def difference(calibration: Calibration, parameters: slice, channel: int) -> tup
 def test_what_was_reported_is_kept_where_it_holds() -> None:
     rng = np.random.default_rng(1)
     choice = best_hypothesis(with_noise(exact_lines(PAPER, rng), NOISE, rng), DESIGN, 0.0)
-    assert choice.calibration.hypothesis.name == TOLD
+    assert choice.calibration.hypothesis.name == AS_GIVEN
     degrees = choice.calibration.degrees_of_freedom
     assert choice.chi_square == pytest.approx(1.0, abs=WITHIN / np.sqrt(degrees))
 
@@ -87,26 +87,26 @@ def test_a_gain_is_corrected(channel: int) -> None:
 
 @pytest.mark.parametrize("seed", range(3))
 def test_floor_masses_are_corrected(seed: int) -> None:
-    """Scattered by 20 %, their total as told.
+    """Scattered by 20 %, their total as given.
 
-    From two floors single masses are known in part only; what counts, the first mode's share of the mass, is found to
-    half a percent, where that of the masses as told is wrong by up to 2.
+    From two floors single masses are known in part only; what counts, the first mode's share of the mass, is known to
+    half a percent, where that of the given masses is wrong by up to 2.
     """
     rng = np.random.default_rng([4, seed])
     drawn = PAPER.mass * (1 + 0.2 * rng.standard_normal(PAPER.mass.size))
     known = replace(PAPER, mass=drawn * PAPER.mass.sum() / drawn.sum())
     choice = best_hypothesis(with_noise(exact_lines(known, rng), NOISE, rng), DESIGN, 0.0)
     assert choice.calibration.hypothesis.name == CORRECTED
-    found = choice.calibration.structure
+    result = choice.calibration.structure
     true = eigh(known.stiffness, np.diag(known.mass))[1]
-    modes = ((found.shapes, found.mass), (true, known.mass))
+    modes = ((result.shapes, result.mass), (true, known.mass))
     shares = [(shapes[:, 0] @ mass) ** 2 / mass.sum() for shapes, mass in modes]
     assert shares[0] == pytest.approx(shares[1], abs=0.005)
 
 
 @pytest.mark.parametrize("seed", range(2))
 def test_modes_may_be_damped_each_by_itself(seed: int) -> None:
-    """By 1 to 4 % as it happens: those of the first four modes, all but 1 % of the mass, are found to 3 %."""
+    """By 1 to 4 % as it happens: those of the first four modes, all but 1 % of the mass, agree to 3 %."""
     rng = np.random.default_rng([9, seed])
     ratios = rng.uniform(0.01, 0.04, PAPER.mass.size)
     known = replace(PAPER, damping=(0.0, 2.0, 0.0), modal_damping=tuple(ratios))
@@ -141,14 +141,14 @@ def test_misfit_of_a_band_is_unexplained() -> None:
     rng, hypothesis = np.random.default_rng(7), as_given(DESIGN, 0.0)
     lines = with_noise(exact_lines(PAPER, rng), NOISE, rng)
     problem = Problem(lines, DESIGN, hypothesis)
-    found = calibrated(problem, best_start(problem))
-    assert unexplained(found, lines) < 4
+    calibration = calibrated(problem, best_start(problem))
+    assert unexplained(calibration, lines) < 4
     band = 5
-    misfit = found.misfit_by_band.copy()
+    misfit = calibration.misfit_by_band.copy()
     misfit[band] *= 3
     count = np.sum(lines.band == band) * 2
     expected = (misfit[band] - count) / np.sqrt(count)
-    assert unexplained(replace(found, misfit_by_band=misfit), lines) == pytest.approx(expected)
+    assert unexplained(replace(calibration, misfit_by_band=misfit), lines) == pytest.approx(expected)
 
 
 @pytest.mark.parametrize(("measured", "is_free"), [([6], False), ([2, 6], True)])

@@ -23,9 +23,9 @@ Making = Callable[[Design, float], Hypothesis]
 
 def moved(hypothesis: Hypothesis, rng: np.random.Generator) -> Vector:
     """(size,) its mean, all that is free moved by some of its deviation; a first frequency of 1.2 Hz."""
-    found = hypothesis.mean + 0.1 * np.minimum(hypothesis.std, 3.0) * rng.standard_normal(hypothesis.mean.size)
-    found[LAYOUT.scale] = 2 * np.log(1.2)
-    return np.asarray(found)
+    result = hypothesis.mean + 0.1 * np.minimum(hypothesis.std, 3.0) * rng.standard_normal(hypothesis.mean.size)
+    result[LAYOUT.scale] = 2 * np.log(1.2)
+    return np.asarray(result)
 
 
 def damped_by_mode(design: Design, transient: float) -> Hypothesis:
@@ -45,7 +45,7 @@ def test_descent_is_the_costs(making: Making, at_rest: bool) -> None:
     problem = Problem(unrelated_lines(rng, at_rest=at_rest), DESIGN, hypothesis)
     at, variances = moved(hypothesis, rng), first_variances(problem)
     here = evaluated(problem, at, variances)
-    found = gradient(here).descent
+    descent = gradient(here).descent
     differences = np.zeros(LAYOUT.size)
     for place in hypothesis.free:
         move = STEP * (np.arange(LAYOUT.size) == place)
@@ -53,17 +53,17 @@ def test_descent_is_the_costs(making: Making, at_rest: bool) -> None:
         differences[place] = (behind - ahead) / (2 * STEP)
     free = hypothesis.free
     tolerance = 1e-6 * np.abs(differences).max()
-    assert found[free] == pytest.approx(differences[free], rel=1e-5, abs=tolerance)
+    assert descent[free] == pytest.approx(differences[free], rel=1e-5, abs=tolerance)
     assert np.abs(differences[free]).min() > tolerance  # none that both hold for nothing
 
 
 def test_static_flexibility_is_that_of_springs_in_series() -> None:
     """As a force on one floor moves the others; 1 at the roof."""
     design = Design.of(BUILDING.floor_mass, BUILDING.storey_stiffness, np.array([2, 6]))
-    found, single = static_flexibility(design), 1 / BUILDING.storey_stiffness
-    assert found[-1] == pytest.approx(np.cumsum(single) / single.sum())
-    assert found[1, 4] == pytest.approx(single[:2].sum() / single.sum())
-    assert local_covariance(design)[1:, 1:] == pytest.approx(found[np.ix_([2, 6], [2, 6])])
+    result, single = static_flexibility(design), 1 / BUILDING.storey_stiffness
+    assert result[-1] == pytest.approx(np.cumsum(single) / single.sum())
+    assert result[1, 4] == pytest.approx(single[:2].sum() / single.sum())
+    assert local_covariance(design)[1:, 1:] == pytest.approx(result[np.ix_([2, 6], [2, 6])])
     assert not local_covariance(design)[0].any()
 
 

@@ -56,25 +56,25 @@ def calibration(lines: Lines, seed: int) -> Calibration:
 def test_force_and_free_vibration_bear_what_all_channels_have_in_common() -> None:
     """All channels of another gain, and late: the force is as much larger, and as late; but for rounding."""
     lines = cut(5)
-    found = calibration(lines, 5)
+    choice = calibration(lines, 5)
     common = GAIN * np.exp(-1j * LATE * lines.angular)
     moved = replace(lines, spectra=common * lines.spectra, noise=GAIN**2 * lines.noise)
-    parameters = found.parameters.copy()
+    parameters = choice.parameters.copy()
     parameters[LAYOUT.gains] += np.log(GAIN)
     parameters[LAYOUT.delays] += LATE
-    reported = reconstructed(lines, DESIGN, found, BUILDING.base_mass).force
-    late = reconstructed(moved, DESIGN, replace(found, parameters=parameters), BUILDING.base_mass).force
+    reported = reconstructed(lines, DESIGN, choice, BUILDING.base_mass).force
+    late = reconstructed(moved, DESIGN, replace(choice, parameters=parameters), BUILDING.base_mass).force
     expected = np.fft.irfft(common * np.fft.rfft(reported), SAMPLES)
     assert late == pytest.approx(expected, abs=1e-9 * np.abs(reported).max())
 
 
 def test_free_vibration_has_a_part_in_that_force() -> None:
     lines = cut(5)
-    found = calibration(lines, 5)
-    without = found.parameters.copy()
+    choice = calibration(lines, 5)
+    without = choice.parameters.copy()
     without[LAYOUT.transients] = 0.0
     with_it, at_rest = (
-        reconstructed(lines, DESIGN, replace(found, parameters=one), BUILDING.base_mass).force
-        for one in (found.parameters, without)
+        reconstructed(lines, DESIGN, replace(choice, parameters=one), BUILDING.base_mass).force
+        for one in (choice.parameters, without)
     )
     assert np.abs(with_it - at_rest).max() > 0.1 * np.abs(at_rest).max()
