@@ -21,10 +21,10 @@ def web_address_problem(address: str) -> str | None:
         reason = "its port is not a number from 1 to 65535" if "ort" in str(error) else "its host cannot be read"
         return f"this is not a web address: {reason}; {ALLOWED}"
     if parts.scheme not in ("http", "https"):
-        found = (
+        beginning = (
             f"it begins with {parts.scheme + ':'!r}" if parts.scheme else "it does not begin with http:// or https://"
         )
-        return f"this is not a web address: {found}; {ALLOWED}"
+        return f"this is not a web address: {beginning}; {ALLOWED}"
     if not host:
         return f"this is not a web address: it names no host; {ALLOWED}"
     if not _is_host(host):
@@ -47,13 +47,13 @@ def _is_host(host: str) -> bool:
 def without_credentials(text: str) -> str:
     """The text with every address in it reduced to scheme, host, port and path.
 
-    User info, query and fragment may hold secrets and are left out. Other words and file paths are unchanged.
+    User info, query and fragment may hold secrets and are removed. Other words and file paths are unchanged.
     """
     return ADDRESS.sub(_shown, text) if "://" in text else text
 
 
-def _shown(found: re.Match[str]) -> str:
-    scheme, _, rest = found[0].partition("://")
+def _shown(match: re.Match[str]) -> str:
+    scheme, _, rest = match[0].partition("://")
     kept = re.split(r"[?#]", rest, maxsplit=1)[0]
     address = f"{scheme}://{kept.rpartition('@')[2]}"  # a password may have a / in it
     return address if kept == rest else address + rest[len(rest.rstrip(CLOSING)) :]

@@ -22,8 +22,8 @@ from service.buildings import api as building_api, pages as building_pages
 from service.db.encryption import SecretKeyError
 from service.db.sessions import NulError, reading, sessions
 from service.drift import api as drift_api, pages as drift_pages
-from service.health.api import health, metrics
-from service.health.api.metrics import Measured
+from service.health import api as health_api, metrics
+from service.health.metrics import Measured
 from service.http import pages as http_pages, problems
 from service.http.guard import Guard
 from service.http.rendering import FOLDER
@@ -129,7 +129,7 @@ def create(settings: Settings, visitor: Caller | None = None) -> FastAPI:
         model_pictures,
         access_pages,
     )
-    for module in (*pages, health):  # each checks access by itself
+    for module in (*pages, health_api):  # each checks access by itself
         app.include_router(module.router)
     app.mount("/static", StaticFiles(directory=FOLDER / "static"))
     app.add_api_route("/openapi.json", openapi_document, include_in_schema=False)

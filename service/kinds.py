@@ -28,13 +28,13 @@ def _analysis_stages(inputs: Inputs) -> Sequence[Stage]:
 
 
 def _store_analysis(
-    session: Session, claim: Claim, inputs: Inputs, found: Sequence[EventAnalysis], now: datetime
+    session: Session, claim: Claim, inputs: Inputs, results: Sequence[EventAnalysis], now: datetime
 ) -> None:
     event = session.get_one(Event, claim.event_id)
     session.get_one(
         Building, event.building_id, with_for_update={"key_share": True}
     )  # the same lock order as a reader of records
-    analysis = analysis_store.store(session, claim, inputs, found[-1], now)
+    analysis = analysis_store.store(session, claim, inputs, results[-1], now)
     session.flush()
     if analysis.current and analysis.refusal is None:
         model_results.follow(session, event, now)
@@ -43,10 +43,10 @@ def _store_analysis(
 
 
 def _store_comparison(
-    session: Session, claim: Claim, inputs: WorkInputs, found: Sequence[Comparison], now: datetime
+    session: Session, claim: Claim, inputs: WorkInputs, results: Sequence[Comparison], now: datetime
 ) -> None:
-    model_results.store_comparisons(session, inputs.model_id, found[-1].each, inputs.roles, now)
-    session.get_one(Job, claim.job_id).result = {"fails": list(found[-1].fails)}
+    model_results.store_comparisons(session, inputs.model_id, results[-1].each, inputs.roles, now)
+    session.get_one(Job, claim.job_id).result = {"fails": list(results[-1].fails)}
     model = session.get_one(ModelVersion, inputs.model_id)
     if model.state == "current":
         job_queue.enqueue_monitoring(session, model.building_id, None, now)

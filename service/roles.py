@@ -1,10 +1,16 @@
 """The parts of the service that run together in one process tree, and their orderly end."""
 
 import logging
+import os
 import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from fcntl import LOCK_EX, LOCK_NB, flock
+from pathlib import Path
+from shutil import rmtree
+from tempfile import TemporaryDirectory, gettempdir
 from threading import Event as Signal, Thread
+from time import time
 from types import FrameType
 
 from sqlalchemy import Text, func, make_url, not_, select, type_coerce
@@ -16,13 +22,16 @@ from service.db import encryption, migrate
 from service.db.problems import is_away
 from service.db.sessions import sessions
 from service.notify.tables import Receiver
-from service.process_folders import process_folder
 from service.settings import Settings
 
 log = logging.getLogger(__name__)
 
 LOOK_UP = 0.5
 """s between two looks at a signal or the database."""
+WORK_FOLDER = "menshin-work-"
+LOCK = "owner.lock"
+YOUNG = 60.0
+"""s in which a new work folder may still be without a lock."""
 
 
 @contextmanager
@@ -194,3 +203,43 @@ def _notify(opened: sessionmaker[Session], settings: Settings, stop: Signal) -> 
     from service.notify.notifier import Notifier
 
     Notifier(opened, settings).run(stop)
+
+
+@contextmanager
+def process_folder() -> Iterator[Path]:
+    """A temporary folder of this process that does not outlive it; folders of killed processes are removed first.
+
+    The process locks its folder, and the system releases the lock when the process dies. The next process that needs a
+    folder removes those without a lock.
+    """
+    sweep()
+    with TemporaryDirectory(prefix=WORK_FOLDER) as name, Path(name, "new.lock").open("w") as lock:
+        flock(lock, LOCK_EX)
+        Path(lock.name).rename(Path(name, LOCK))  # renamed when locked, so that no process sees it unlocked
+        yield Path(name)
+
+
+def sweep() -> None:
+    """Remove the folders of processes that have ended."""
+    for folder in Path(gettempdir()).glob(f"{WORK_FOLDER}*"):
+        try:
+            is_left = _is_left(folder)
+        except OSError:  # just removed, or another user's
+            continue
+        if is_left:
+            rmtree(folder, ignore_errors=True)
+
+
+def _is_left(folder: Path) -> bool:
+    """True if the folder is this user's and no process holds its lock."""
+    status = folder.lstat()
+    if status.st_uid != os.geteuid() or folder.is_symlink():
+        return False
+    try:
+        with (folder / LOCK).open() as lock:
+            flock(lock, LOCK_EX | LOCK_NB)
+    except FileNotFoundError:
+        return time() - status.st_mtime > YOUNG
+    except BlockingIOError:
+        return False
+    return True

@@ -1,15 +1,34 @@
 """The audit trail in the API."""
 
-from typing import Annotated
+from datetime import datetime
+from typing import Annotated, Any
 
 from fastapi import APIRouter, Depends, Query
+from pydantic import Field
 
 from service.access import auditing
 from service.access.auth import engineer
-from service.access.schema import Audit, AuditRow
 from service.http.paging import Before, Limit, page_by_number
 from service.http.parameters import Reading, Time
 from service.http.responses import TaggedRoute, table_responses
+from service.schema import Answer, Page
+
+
+class AuditRow(Answer):
+    """A change that a person made."""
+
+    id: int = Field(description="Its number.")
+    at: datetime = Field(description="Time of the change.")
+    by: str = Field(description="Name of the key, or of the account that ran the command.")
+    address: str = Field(description="Address of the client, or name of the machine.")
+    action: str = Field(description="Method of the request, or the command.")
+    target: str = Field(description="Path of the request; empty for a command.")
+    details: dict[str, Any] = Field(description="Parameters of the request, without secrets.")
+
+
+class Audit(Page[AuditRow]):
+    """A page of the audit trail, the latest first."""
+
 
 router = APIRouter(tags=["operations"], dependencies=[Depends(engineer)], route_class=TaggedRoute)
 

@@ -79,8 +79,8 @@ def is_cross_site(request: Request) -> bool:
 
 def caller(request: Request) -> Caller:
     """The caller of an admitted request."""
-    found: Caller = request.state.caller
-    return found
+    identified: Caller = request.state.caller
+    return identified
 
 
 async def identify(request: Request) -> Caller:
@@ -99,10 +99,10 @@ async def identify(request: Request) -> Caller:
     if is_cross_site(request):
         raise ForbiddenError("The request was made by a page of another site.")
     callers: Callers = request.app.state.callers
-    found = request.state.caller = _caller(request, await callers.known())
+    identified = request.state.caller = _caller(request, await callers.known())
     if (session := login(request)) is not None:
         callers.note_use(session)
-    return found
+    return identified
 
 
 async def is_valid(request: Request) -> bool:

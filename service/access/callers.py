@@ -11,7 +11,7 @@ from anyio import CapacityLimiter, to_thread
 from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.orm import Session, sessionmaker
 
-from service.access import logins, queries
+from service.access import keys as access_keys, logins
 from service.access.roles import Caller, Role
 from service.db.sessions import reading
 
@@ -80,22 +80,22 @@ class Callers:
 
     async def _read(self) -> Snapshot:
         mine = asyncio.current_task()
-        found = await to_thread.run_sync(self._snapshot, limiter=self._threads)
+        snapshot = await to_thread.run_sync(self._snapshot, limiter=self._threads)
         if self._pending is mine:  # otherwise it was read before the latest login or logout
-            self._known, self._read_at = found, self._clock()
-        return found
+            self._known, self._read_at = snapshot, self._clock()
+        return snapshot
 
     def _snapshot(self) -> Snapshot:
         now = self._now()
         with self._reading() as session:
-            active = queries.valid_logins(session, now - self._idle, now - self._lifetime)
+            active = access_keys.valid_logins(session, now - self._idle, now - self._lifetime)
             return Snapshot(
-                keys={key.hash: Caller(key.name, Role[key.role]) for key in queries.valid_keys(session)},
+                keys={key.hash: Caller(key.name, Role[key.role]) for key in access_keys.valid_keys(session)},
                 logins={
                     one.hash: LINKED if one.key is None else Caller(one.key.name, Role[one.key.role]) for one in active
                 },
                 used={one.hash: one.used_at for one in active},
-                has_had_keys=queries.has_had_keys(session),
+                has_had_keys=access_keys.has_had_keys(session),
             )
 
     async def _touch(self, login: str, now: datetime) -> None:

@@ -1,14 +1,14 @@
-"""API keys: creation, listing and revocation."""
+"""API keys: creation, listing and revocation, and the keys and logins that are valid."""
 
 from collections.abc import Sequence
 from datetime import datetime
 
-from sqlalchemy import select
-from sqlalchemy.orm import Session
+from sqlalchemy import or_, select
+from sqlalchemy.orm import Session, joinedload
 
 from service.access import logins
 from service.access.roles import Role, digest, new_secret
-from service.access.tables import ApiKey
+from service.access.tables import ApiKey, LoginSession
 
 
 class KeyNameError(Exception):
@@ -58,6 +58,28 @@ def log_out(session: Session, name: str | None, now: datetime) -> int:
     if key is None:
         raise KeyNameError(f"There is no key {name!r}; 'menshin key list' shows them.")
     return logins.end_all(session, key.id, now)
+
+
+def valid_keys(session: Session) -> Sequence[ApiKey]:
+    """Keys that are not revoked."""
+    return session.scalars(select(ApiKey).where(ApiKey.revoked_at.is_(None))).all()
+
+
+def has_had_keys(session: Session) -> bool:
+    """True if any key was ever created, revoked ones included."""
+    return session.scalar(select(ApiKey.id).limit(1)) is not None
+
+
+def valid_logins(session: Session, used_after: datetime, created_after: datetime) -> Sequence[LoginSession]:
+    """Valid browser sessions with their keys: not ended, idle or expired, and with a valid key."""
+    query = select(LoginSession).outerjoin(LoginSession.key).options(joinedload(LoginSession.key))
+    living = (
+        LoginSession.ended_at.is_(None),
+        LoginSession.used_at > used_after,
+        LoginSession.created_at > created_after,
+        or_(LoginSession.key_id.is_(None), ApiKey.revoked_at.is_(None)),
+    )
+    return session.scalars(query.where(*living)).all()
 
 
 def _find(session: Session, name: str) -> ApiKey | None:

@@ -32,8 +32,8 @@ class NewSession:
 
 def begin(session: Session, key: str, now: datetime) -> NewSession | None:
     """A new session of a key; None if no valid key matches."""
-    found = session.scalars(select(ApiKey).where(ApiKey.hash == digest(key), ApiKey.revoked_at.is_(None))).one_or_none()
-    return None if found is None else NewSession(found.name, _cookie(session, found.id, now))
+    row = session.scalars(select(ApiKey).where(ApiKey.hash == digest(key), ApiKey.revoked_at.is_(None))).one_or_none()
+    return None if row is None else NewSession(row.name, _cookie(session, row.id, now))
 
 
 def new_link(session: Session, now: datetime) -> str:
@@ -47,8 +47,8 @@ def new_link(session: Session, now: datetime) -> str:
 def follow(session: Session, token: str, now: datetime) -> NewSession | None:
     """A new session by a login link; None if the link was used before, is too old or never existed."""
     unused = (LoginLink.hash == digest(token), LoginLink.used_at.is_(None), LoginLink.created_at > now - LINK_LASTS)
-    taken = session.execute(update(LoginLink).where(*unused).values(used_at=now).returning(LoginLink.id)).all()
-    return NewSession(LINKED, _cookie(session, None, now)) if taken else None
+    used = session.execute(update(LoginLink).where(*unused).values(used_at=now).returning(LoginLink.id)).all()
+    return NewSession(LINKED, _cookie(session, None, now)) if used else None
 
 
 def touch(session: Session, session_digest: str, now: datetime) -> None:
@@ -59,11 +59,11 @@ def touch(session: Session, session_digest: str, now: datetime) -> None:
 def end(session: Session, session_digest: str, now: datetime) -> str | None:
     """End the session; the name of its key, or None if it was not valid."""
     query = select(LoginSession).where(LoginSession.hash == session_digest, LoginSession.ended_at.is_(None))
-    found = session.scalars(query).one_or_none()
-    if found is None:
+    row = session.scalars(query).one_or_none()
+    if row is None:
         return None
-    found.ended_at = now
-    return LINKED if found.key is None else found.key.name
+    row.ended_at = now
+    return LINKED if row.key is None else row.key.name
 
 
 def end_all(session: Session, key_id: int | None, now: datetime) -> int:

@@ -139,9 +139,14 @@ def _new_session(request: Request, secret: str, is_link: bool) -> str | None:
     """Value of the new session's cookie; the audit trail records the attempt, accepted or refused."""
     now = datetime.now(UTC)
     with request.app.state.sessions.begin() as session:
-        found = logins.follow(session, secret, now) if is_link else logins.begin(session, secret, now)
-        _note(session, request, "unknown" if found is None else found.name, "refused" if found is None else "begun")
-    return None if found is None else found.cookie
+        login = logins.follow(session, secret, now) if is_link else logins.begin(session, secret, now)
+        _note(
+            session,
+            request,
+            "unknown" if login is None else login.name,
+            "refused" if login is None else "begun",
+        )
+    return None if login is None else login.cookie
 
 
 def _end(request: Request, session_digest: str) -> None:

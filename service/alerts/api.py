@@ -81,9 +81,9 @@ def acknowledge(
     """Acknowledge an alert, so that others see who looks after it; an acknowledged alert stays with its person."""
     now = datetime.now(UTC)
     with sessions.begin() as session:
-        found = queries.alert(session, alert_id)
-        operator_actions.acknowledge(session, found, operator_actions.person_name(by, wanted.name), wanted.note, now)
-        return alert_out(session, found, now)
+        alert = queries.alert(session, alert_id)
+        operator_actions.acknowledge(session, alert, operator_actions.person_name(by, wanted.name), wanted.note, now)
+        return alert_out(session, alert, now)
 
 
 @router.post("/alerts/{alert_id}/inspect", operation_id="inspect_alert", response_model=AlertOut, responses=making())
@@ -101,19 +101,19 @@ def inspect(
     """
     now, age = datetime.now(UTC), timedelta(seconds=request.app.state.settings.notify.max_event_age)
     with sessions.begin() as session:
-        found, who = queries.alert(session, alert_id), operator_actions.person_name(by, wanted.name)
+        alert, who = queries.alert(session, alert_id), operator_actions.person_name(by, wanted.name)
         operator_actions.inspect_and_notify(
-            session, found, who, wanted.outcome, wanted.note, wanted.reference_from, age, now
+            session, alert, who, wanted.outcome, wanted.note, wanted.reference_from, age, now
         )
-        return alert_out(session, found, now)
+        return alert_out(session, alert, now)
 
 
 @router.get("/buildings/{code}/silences", operation_id="list_silences", **table_responses(Silences, 404))
 def silences(code: Code, sessions: Reading) -> Silences:
     """Silences of the building, the latest first; those that ended are kept."""
     with sessions() as session:
-        found, _ = building_queries.building(session, code)
-        return Silences(items=[silence_out(one) for one in reversed(queries.silences(session, found.id))], next=None)
+        building, _ = building_queries.building(session, code)
+        return Silences(items=[silence_out(one) for one in reversed(queries.silences(session, building.id))], next=None)
 
 
 @router.post(
@@ -128,13 +128,13 @@ def silence(
     sessions: Writing,
     response: Response,
     by: By,
-    wanted: Annotated[SilenceRequest, Body(description="Which causes, until when, and why.")],
+    wanted: Annotated[SilenceRequest, Body(description="The causes, the end and the reason.")],
 ) -> SilenceOut:
     """Send no messages about alerts of such causes for a while; they are stored and shown, and reported afterwards."""
     with sessions.begin() as session:
         now = datetime.now(UTC)
-        found, _ = building_queries.building(session, code)
-        made = operator_actions.silence(session, found, wanted.pattern, wanted.until, wanted.reason, by.name, now)
+        building, _ = building_queries.building(session, code)
+        made = operator_actions.silence(session, building, wanted.pattern, wanted.until, wanted.reason, by.name, now)
         answer = silence_out(made)
     response.headers["Location"] = f"/api/v1/buildings/{code}/silences"
     return answer
@@ -144,6 +144,6 @@ def silence(
 def end(silence_id: SilenceId, sessions: Writing, by: By) -> SilenceOut:
     """End a silence now; one that has ended already stays as it was."""
     with sessions.begin() as session:
-        found = queries.silence(session, silence_id)
-        operator_actions.end_silence(found, by.name, datetime.now(UTC))
-        return silence_out(found)
+        row = queries.silence(session, silence_id)
+        operator_actions.end_silence(row, by.name, datetime.now(UTC))
+        return silence_out(row)

@@ -84,8 +84,8 @@ def _versions(session: Session, building_id: int | None) -> list[tuple[int, date
         select(func.max(Alert.updated_at)).where(alerts).scalar_subquery(),
         changes.where(alerts).scalar_subquery(),
     )
-    found = session.execute(query.where(*_only(Building.id, building_id)).order_by(Building.code))
-    return [(row[0], row[1], row[2:5], row[5:8]) for row in found]
+    rows = session.execute(query.where(*_only(Building.id, building_id)).order_by(Building.code))
+    return [(row[0], row[1], row[2:5], row[5:8]) for row in rows]
 
 
 def _polls(session: Session, building_id: int | None) -> Mapping[int, Values]:
@@ -134,10 +134,10 @@ def _rejected(session: Session, since: datetime, building_id: int | None) -> Map
 
 
 def _monitoring(session: Session, building_id: int | None) -> Mapping[int, int]:
-    """The last job under way that monitors a building's drift, by building; the others are left out."""
+    """The last job under way that monitors a building's drift, for each building that has one."""
     query = select(Job.building_id, func.max(Job.id)).where(Job.state.in_(UNDER_WAY), Job.kind == WATCH)
-    found = session.execute(query.where(*_only(Job.building_id, building_id)).group_by(Job.building_id))
-    return {building: last for building, last in found if building is not None}
+    rows = session.execute(query.where(*_only(Job.building_id, building_id)).group_by(Job.building_id))
+    return {building: last for building, last in rows if building is not None}
 
 
 def _silences(session: Session, now: datetime, building_id: int | None) -> Mapping[int, list[object]]:
@@ -163,7 +163,7 @@ def _by_building(session: Session, query: Question) -> dict[int, Values]:
 
 def _lists(session: Session, query: Question) -> dict[int, list[object]]:
     """All rows of each building, without its number."""
-    found: dict[int, list[object]] = defaultdict(list)
+    rows: dict[int, list[object]] = defaultdict(list)
     for row in session.execute(query):
-        found[row[0]].append(row[1:])
-    return found
+        rows[row[0]].append(row[1:])
+    return rows

@@ -62,7 +62,7 @@ class Rejected:
 
     number: int
     name: str
-    """Of the earliest, as the time and the reason."""
+    """The earliest one's, like time and reason."""
     at: datetime
     """Time of arrival."""
     reason: str
@@ -86,7 +86,7 @@ class Work:
     """The unfinished jobs of a building."""
 
     oldest: datetime | None
-    """Since when the oldest one waits, or its worker has been silent."""
+    """Time since which the oldest one waits, or its worker has been silent."""
     last_progress: datetime | None
     """Time when the latest job of the service ended."""
 

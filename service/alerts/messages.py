@@ -173,7 +173,7 @@ def _earlier(messages: Sequence[Message]) -> Earlier:
 
 
 def _open_keys(session: Session, building_id: int, now: datetime) -> Iterator[str]:
-    """Keys of the messages that reported open alerts, silenced ones left out."""
+    """Keys of the messages that reported open alerts, except silenced ones."""
     open_alerts = [one for one in queries.open_alerts(session, building_id, GRAVITY) if one.state != PENDING]
     if not open_alerts:
         return
@@ -186,7 +186,7 @@ def _open_keys(session: Session, building_id: int, now: datetime) -> Iterator[st
 def _unacknowledged(
     session: Session, building_id: int, zone: ZoneInfo, now: datetime
 ) -> Iterator[tuple[str, Unacknowledged]]:
-    """Each with the key of the messages that reported it; silenced ones are left out."""
+    """Each with the key of the messages that reported it, except silenced ones."""
     reports, silences = reports_by_alert(session, building_id), queries.silences(session, building_id)
     for one in queries.open_alerts(session, building_id, GRAVITY):
         key, facts = message_key(session, one, reports), alert_facts(one, silences, zone, now)

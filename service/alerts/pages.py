@@ -49,21 +49,21 @@ def _listed(
     """The building's alerts, with a form of the page that was refused."""
     now = datetime.now(UTC)
     with sessions() as session:
-        found, _ = building_queries.building(session, code)
-        rows = queries.every(session, found.id, None, None, None, LISTED)
+        building, _ = building_queries.building(session, code)
+        rows = queries.every(session, building.id, None, None, None, LISTED)
         return page(
             request,
             "alerts",
             refused.status,
             refused=refused,
-            building=found,
-            verdict_on=reading.of_building(session, found),
+            building=building,
+            verdict_on=reading.of_building(session, building),
             open_alerts=[one for one in rows if one.closed_at is None],
             ended=[one for one in rows if one.closed_at is not None],
-            silences=[one for one in reversed(queries.silences(session, found.id)) if one.ends_at > now],
+            silences=[one for one in reversed(queries.silences(session, building.id)) if one.ends_at > now],
             causes=sorted({one.cause for one in rows}),
             may_work=by.role >= Role.engineer,
-            **_words(session, found),
+            **_words(session, building),
         )
 
 
@@ -79,19 +79,19 @@ def _shown(
     """An alert, with a form of the page that was refused."""
     now = datetime.now(UTC)
     with sessions() as session:
-        found = queries.alert(session, alert_id)
-        zone = ZoneInfo(described(session, found.building).timezone)
+        alert = queries.alert(session, alert_id)
+        zone = ZoneInfo(described(session, alert.building).timezone)
         return page(
             request,
             "alert",
             refused.status,
             refused=refused,
-            consequences=operator_actions.reference_consequences(session, found, zone),
-            building=found.building,
-            alert=alert_out(session, found, now),
-            results=_results(session, found),
+            consequences=operator_actions.reference_consequences(session, alert, zone),
+            building=alert.building,
+            alert=alert_out(session, alert, now),
+            results=_results(session, alert),
             may_work=by.role >= Role.engineer,
-            **_words(session, found.building),
+            **_words(session, alert.building),
         )
 
 
@@ -101,8 +101,8 @@ def acknowledge(request: Request, alert_id: AlertId, sessions: Writing, by: By, 
 
     def act(wanted: AcknowledgeRequest) -> Response:
         with sessions.begin() as session:
-            found, who = queries.alert(session, alert_id), operator_actions.person_name(by, wanted.name)
-            operator_actions.acknowledge(session, found, who, wanted.note, datetime.now(UTC))
+            alert, who = queries.alert(session, alert_id), operator_actions.person_name(by, wanted.name)
+            operator_actions.acknowledge(session, alert, who, wanted.note, datetime.now(UTC))
         return RedirectResponse(f"/alerts/{alert_id}", 303)
 
     return answered("acknowledge", form, act, lambda refused: _shown(request, alert_id, sessions, by, refused))
@@ -115,9 +115,9 @@ def inspect(request: Request, alert_id: AlertId, sessions: Writing, by: By, form
 
     def act(wanted: InspectForm) -> Response:
         with sessions.begin() as session:
-            found, who = queries.alert(session, alert_id), operator_actions.person_name(by, wanted.name)
-            begins = operator_actions.reference_from(found, wanted.reference, now)
-            operator_actions.inspect_and_notify(session, found, who, wanted.outcome, wanted.note, begins, age, now)
+            alert, who = queries.alert(session, alert_id), operator_actions.person_name(by, wanted.name)
+            begins = operator_actions.reference_from(alert, wanted.reference, now)
+            operator_actions.inspect_and_notify(session, alert, who, wanted.outcome, wanted.note, begins, age, now)
         return RedirectResponse(f"/alerts/{alert_id}", 303)
 
     return answered("inspect", form, act, lambda refused: _shown(request, alert_id, sessions, by, refused))
@@ -131,8 +131,8 @@ def silence(request: Request, code: Code, sessions: Writing, by: By, form: Silen
     def act(wanted: SilenceForm) -> Response:
         until = (now + timedelta(hours=wanted.hours)).replace(microsecond=0)
         with sessions.begin() as session:
-            found, _ = building_queries.building(session, code)
-            operator_actions.silence(session, found, wanted.pattern, until, wanted.reason, by.name, now)
+            building, _ = building_queries.building(session, code)
+            operator_actions.silence(session, building, wanted.pattern, until, wanted.reason, by.name, now)
         return RedirectResponse(f"/buildings/{code}/alerts", 303)
 
     return answered("silence", form, act, lambda refused: _listed(request, code, sessions, by, refused))
@@ -142,9 +142,9 @@ def silence(request: Request, code: Code, sessions: Writing, by: By, form: Silen
 def end(silence_id: SilenceId, sessions: Writing, by: By) -> Response:
     """End a silence, and show the alerts."""
     with sessions.begin() as session:
-        found = queries.silence(session, silence_id)
-        operator_actions.end_silence(found, by.name, datetime.now(UTC))
-        code = found.building.code
+        row = queries.silence(session, silence_id)
+        operator_actions.end_silence(row, by.name, datetime.now(UTC))
+        code = row.building.code
     return RedirectResponse(f"/buildings/{code}/alerts", 303)
 
 

@@ -30,8 +30,8 @@ def acknowledgements(session: Session, building_id: int) -> Sequence[tuple[str, 
 def inspections(session: Session, building_id: int) -> Sequence[tuple[str, Inspection]]:
     """(cause, inspection) of every alert of the building that was inspected."""
     query = select(Alert.cause, Inspection).join(Alert, Alert.id == Inspection.alert_id)
-    found = session.execute(query.where(Alert.building_id == building_id).order_by(Inspection.id))
-    return [(cause, inspection) for cause, inspection in found]
+    rows = session.execute(query.where(Alert.building_id == building_id).order_by(Inspection.id))
+    return [(cause, inspection) for cause, inspection in rows]
 
 
 def has_newer_results(session: Session, alert: Alert) -> bool:
@@ -50,10 +50,10 @@ def alert(session: Session, number: int) -> Alert:
     Raises:
         NotFoundError: there is none with that number.
     """
-    found = session.get(Alert, number)
-    if found is None:
+    row = session.get(Alert, number)
+    if row is None:
         raise NotFoundError("alert", number)
-    return found
+    return row
 
 
 def every(
@@ -81,7 +81,7 @@ def every(
 
 
 def open_counts(session: Session, buildings: Collection[int]) -> Mapping[int, int]:
-    """Number of alerts that have not ended, by the building's number; buildings without any are left out."""
+    """Number of alerts that have not ended, by the building's number; buildings without any are omitted."""
     are_open = (Alert.building_id.in_(buildings), Alert.closed_at.is_(None))
     query = select(Alert.building_id, func.count()).where(*are_open).group_by(Alert.building_id)
     return {row[0]: row[1] for row in session.execute(query)}
@@ -104,10 +104,10 @@ def silence(session: Session, number: int) -> Silence:
     Raises:
         NotFoundError: there is none with that number.
     """
-    found = session.get(Silence, number)
-    if found is None:
+    row = session.get(Silence, number)
+    if row is None:
         raise NotFoundError("silence", number)
-    return found
+    return row
 
 
 def of_event(session: Session, event_id: int, numbers: Collection[int]) -> Sequence[Alert]:

@@ -29,14 +29,14 @@ class AlertRow(Answer):
 
     id: int = Field(description="Its number.")
     building: str = Field(description="Code of the building.")
-    cause: str = Field(description="What it is about, such as `stiffness` or `source`.")
+    cause: str = Field(description="Its subject, such as `stiffness` or `source`.")
     kind: str = Field(description="`deterioration`, `recovery`, `sensor`, `model` or `data`.")
     state: str = Field(
         description="`pending` (under review), `on_hold` (another alert may explain it), `active`, `acknowledged`, "
         "`resolved` or `withdrawn` (it was never the case)."
     )
     summary: str = Field(description="One line for readers who are not engineers.")
-    began_at: datetime = Field(description="When it most likely began: the start of that event.")
+    began_at: datetime = Field(description="Its most likely beginning: the start of that event.")
     changed_after: datetime | None = Field(
         description="Start of the last event that did not show it; null for a periodic check."
     )
@@ -44,11 +44,11 @@ class AlertRow(Answer):
         description="Start of the first event that did; it began between the two with 95 % confidence. "
         "Null for a periodic check."
     )
-    opened_at: datetime = Field(description="When it was opened.")
-    activated_at: datetime | None = Field(description="When the evidence sufficed; null before.")
-    acknowledged_at: datetime | None = Field(description="When it was acknowledged; null before.")
-    acknowledged_by: str | None = Field(description="Who acknowledged it; null before.")
-    closed_at: datetime | None = Field(description="When it was resolved or withdrawn; null while it is open.")
+    opened_at: datetime = Field(description="Time when it was opened.")
+    activated_at: datetime | None = Field(description="Time when the evidence sufficed; null before.")
+    acknowledged_at: datetime | None = Field(description="Time when it was acknowledged; null before.")
+    acknowledged_by: str | None = Field(description="Person who acknowledged it; null before.")
+    closed_at: datetime | None = Field(description="Time when it was resolved or withdrawn; null while it is open.")
     raised_event: int | None = Field(description="Number of the event that raised it; null for a periodic check.")
 
 
@@ -91,9 +91,9 @@ class Alerts(Page[AlertLine]):
 class ChangeOut(Answer):
     """A change of an alert's state."""
 
-    at: datetime = Field(description="When.")
+    at: datetime = Field(description="Time of the change.")
     state: str = Field(description="State after the change.")
-    by: str | None = Field(description="Who did it; null for the service itself.")
+    by: str | None = Field(description="Person who made it; null for the service itself.")
     note: str = Field(description="Why.")
     summary: str = Field(description="Summary at that time.")
     evidence: dict[str, Any] = Field(description="Evidence at that time.")
@@ -103,8 +103,8 @@ class InspectionOut(Answer):
     """An inspection of the building, or a review of the data, that ended an alert."""
 
     id: int = Field(description="Its number.")
-    at: datetime = Field(description="When it was recorded.")
-    by: str = Field(description="Who recorded it.")
+    at: datetime = Field(description="Time when it was recorded.")
+    by: str = Field(description="Person who recorded it.")
     outcome: str = Field(description="`confirmed`, or `unfounded`: it was never the case.")
     note: str = Field(description="Findings and work done.")
     reference_from: datetime | None = Field(
@@ -116,14 +116,14 @@ class AlertMessageOut(Answer):
     """A message about an alert, and its delivery to one recipient."""
 
     message: int = Field(description="Number of the message.")
-    written_at: datetime = Field(description="When it was written.")
+    written_at: datetime = Field(description="Time when it was written.")
     sequence: str = Field(description="`new`, `updated`, `cancelled` or `repeat`.")
     subject: str = Field(description="Subject line.")
     receiver: str | None = Field(description="Name of the recipient; null if it was not sent.")
     state: str | None = Field(
         description="`waiting`, `sending`, `delivered`, `failed` or `dropped`; null without a recipient."
     )
-    finished_at: datetime | None = Field(description="When it arrived or failed for good; null before.")
+    finished_at: datetime | None = Field(description="Time when it arrived or failed for good; null before.")
     unsent: str | None = Field(description="Why it was not sent, such as `no recipients`; null if it was sent.")
 
 
@@ -170,7 +170,7 @@ class RequestBody(BaseModel):
 class AcknowledgeRequest(RequestBody):
     """Acknowledgement of an alert."""
 
-    note: Note = Field(description="What is being done about it.", examples=["On my way to the building."])
+    note: Note = Field(description="Action that is being taken.", examples=["On my way to the building."])
     name: PersonName | None = Field(
         None, description="Name of the person, where several share a key.", examples=["A. Engineer"]
     )
@@ -218,7 +218,7 @@ class Silenced(RequestBody):
 class SilenceRequest(Silenced):
     """Silence for some alerts of a building."""
 
-    until: Time = Field(description="When it ends.")
+    until: Time = Field(description="Time when it ends.")
 
 
 class SilenceForm(Silenced):
@@ -233,11 +233,11 @@ class SilenceOut(Answer):
     id: int = Field(description="Its number.")
     building: str = Field(description="Code of the building.")
     pattern: str = Field(description="Pattern of causes.")
-    starts_at: datetime = Field(description="When it began.")
-    ends_at: datetime = Field(description="When it ends, or was ended.")
+    starts_at: datetime = Field(description="Time when it began.")
+    ends_at: datetime = Field(description="Time when it ends, or was ended.")
     reason: str = Field(description="Why.")
-    by: str = Field(description="Who set it.")
-    ended_by: str | None = Field(description="Who ended it early; null if it was not ended early.")
+    by: str = Field(description="Person who set it.")
+    ended_by: str | None = Field(description="Person who ended it early; null if it was not ended early.")
 
 
 class Silences(Answer):

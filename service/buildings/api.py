@@ -48,13 +48,13 @@ def buildings(sessions: Reading, cursor: AfterCode = None, limit: Limit = 50) ->
 def building(code: Code, sessions: Reading) -> BuildingOut:
     """A building's current description: levels, sensors, isolation layer."""
     with sessions() as session:
-        found, revision = queries.building(session, code)
-        file = described(session, found)
-        verdict = verdict_out(reading.of_building(session, found))
+        building, revision = queries.building(session, code)
+        file = described(session, building)
+        verdict = verdict_out(reading.of_building(session, building))
     description = file.description
     return BuildingOut(
-        code=found.code,
-        name=found.name,
+        code=building.code,
+        name=building.name,
         revision=revision.number,
         revised_at=revision.created_at,
         rubber_height=description.isolation.rubber_height,
@@ -80,8 +80,8 @@ def events(
 ) -> Events:
     """The building's events, the latest first."""
     with sessions() as session:
-        found, _ = queries.building(session, code)
-        pairs = record_queries.events(session, found.id, span, min_pga, place(cursor), limit)
+        building, _ = queries.building(session, code)
+        pairs = record_queries.events(session, building.id, span, min_pga, place(cursor), limit)
     rows = [
         (e.id, e.start, e.end, e.state, e.reason, a and a.pga, a and a.id)
         for e, a in pairs
@@ -120,8 +120,8 @@ def _history(
 ) -> M:
     """A page of what `read` finds about a building."""
     with sessions() as session:
-        found, _ = queries.building(session, code)
-        rows = read(session, found.id, wanted.span, wanted.direction, place(wanted.cursor), wanted.limit)
+        building, _ = queries.building(session, code)
+        rows = read(session, building.id, wanted.span, wanted.direction, place(wanted.cursor), wanted.limit)
     return page_by_event(model, rows, wanted.limit, building=code)
 
 
@@ -129,9 +129,9 @@ def _history(
 def tracks(code: Code, sessions: Reading, span: EventSpan, direction: AnyDirection = None) -> Tracks:
     """The modes of the superstructure, each followed over the latest events by its frequency and shape."""
     with sessions() as session:
-        found, _ = queries.building(session, code)
-        asked = mode_tracks.DIRECTIONS if direction is None else (direction,)
-        modes = [mode for one in asked for mode in mode_tracks.tracked_modes(session, found.id, span, one)]
+        building, _ = queries.building(session, code)
+        directions = mode_tracks.DIRECTIONS if direction is None else (direction,)
+        modes = [mode for one in directions for mode in mode_tracks.tracked_modes(session, building.id, span, one)]
     return Tracks(building=code, items=[_track(mode) for mode in modes])
 
 

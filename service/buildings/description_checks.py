@@ -6,7 +6,7 @@ from typing import Any, get_args
 from service.addresses import web_address_problem
 from service.buildings.description_keys import BuildingTable
 from service.buildings.recipient_rules import ReceiverKind, wrong_address, wrong_secret
-from service.formats.errors import FormatError
+from service.formats.format_errors import FormatError
 from service.formats.toml_problems import Check, Problem, wrong_keys
 from service.formats.units import unit_gain
 

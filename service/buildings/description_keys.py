@@ -9,7 +9,7 @@ from pydantic import AfterValidator, BeforeValidator, Field
 from core.description import Role
 from core.record import Direction, Quantity
 from service.buildings.recipient_rules import ReceiverKind, Severity, WantedKind
-from service.formats.errors import FormatError
+from service.formats.format_errors import FormatError
 from service.formats.toml_problems import Table
 from service.formats.units import unit_gain
 

@@ -37,8 +37,8 @@ BuildingCode = Annotated[str | None, Query(pattern=r"^[A-Za-z0-9_-]{1,32}$")]
 def home(request: Request, sessions: Reading, building: BuildingCode = None, cursor: AfterCode = None) -> Response:
     """The buildings, and the last event of the named building, or of the one shaken last."""
     with sessions() as session:
-        found = queries.buildings(session, cursor, LISTED)
-        numbers = [row.Building.id for row in found]
+        rows = queries.buildings(session, cursor, LISTED)
+        numbers = [row.Building.id for row in rows]
         shown = queries.building(session, building)[0] if building else queries.shaken_last(session)
         views = last_events(session, shown) if shown else []
         models = failing_models(session, shown) if shown else []
@@ -46,10 +46,10 @@ def home(request: Request, sessions: Reading, building: BuildingCode = None, cur
         return page(
             request,
             "home",
-            buildings=found,
+            buildings=rows,
             open_alerts=open_now,
             cursor=cursor,
-            following=next_code([row.Building.code for row in found], LISTED),
+            following=next_code([row.Building.code for row in rows], LISTED),
             verdicts=reading.of_buildings(session, select(Building.id).where(Building.id.in_(numbers))),
             verdict_on=reading.of_building(session, shown) if shown else None,
             shown=shown and shown.code,
@@ -66,7 +66,7 @@ class Trouble:
 
     code: str
     since: datetime | None
-    """Since when its monitoring server fails."""
+    """Time since which its monitoring server has been failing."""
     error: str | None
     rejected: int
     """Files that could not be used."""
@@ -76,7 +76,7 @@ def troubles(session: Session) -> list[Trouble]:
     """Buildings whose monitoring server fails, or that have rejected files, by code: the first so many."""
     rejected = record_queries.rejected_counts(session)
     failing = {building.id: state for building, state in queries.failing_sources(session)}
-    found = queries.of_numbers(session, {*rejected, *failing}, LISTED)
+    rows = queries.of_numbers(session, {*rejected, *failing}, LISTED)
     return [
         Trouble(
             code=one.code,
@@ -84,7 +84,7 @@ def troubles(session: Session) -> list[Trouble]:
             error=failing[one.id].error if one.id in failing else None,
             rejected=rejected.get(one.id, 0),
         )
-        for one in found
+        for one in rows
     ]
 
 
@@ -106,7 +106,7 @@ def last_events(session: Session, building: Building) -> list[View]:
 
 @router.get("/alerts")
 def all_alerts() -> Response:
-    """The alerts of all buildings stand on the first page."""
+    """The alerts of all buildings are on the first page."""
     return RedirectResponse("/", 303)
 
 
@@ -116,16 +116,16 @@ def modes(
 ) -> Response:
     """The modes of a building over its events."""
     with sessions() as session:
-        found, _ = queries.building(session, building)
-        directions = [_modes_of_direction(session, found, direction) for direction in mode_tracks.DIRECTIONS]
-        return page(request, "modes", building=found, directions=[one for one in directions if one[2]])
+        made, _ = queries.building(session, building)
+        directions = [_modes_of_direction(session, made, direction) for direction in mode_tracks.DIRECTIONS]
+        return page(request, "modes", building=made, directions=[one for one in directions if one[2]])
 
 
 def _modes_of_direction(session: Session, building: Building, direction: str) -> tuple[str, list[TrackedMode], int]:
     """A direction, its established modes, and the number of events that showed any."""
-    found = mode_tracks.tracked_modes(session, building.id, Span(), direction)
-    events = {sighting.event for mode in found for sighting in mode.sightings}
-    return direction, [mode for mode in found if mode.is_established], len(events)
+    modes = mode_tracks.tracked_modes(session, building.id, Span(), direction)
+    events = {sighting.event for mode in modes for sighting in mode.sightings}
+    return direction, [mode for mode in modes if mode.is_established], len(events)
 
 
 @router.get("/docs")

@@ -76,10 +76,10 @@ def receiver(session: Session, identity: int) -> Receiver:
     Raises:
         NotFoundError: there is none with that number, or it was removed.
     """
-    found = session.get(Receiver, identity)
-    if found is None or found.removed_at is not None:
+    row = session.get(Receiver, identity)
+    if row is None or row.removed_at is not None:
         raise NotFoundError("receiver", identity)
-    return found
+    return row
 
 
 def without_secrets(text: str, rules: Sequence[ReceiverRule]) -> str:

@@ -51,7 +51,7 @@ class BuildingOut(Answer):
     code: str = Field(description="Short name, as addresses have it.")
     name: str = Field(description="As the building file gives it.")
     revision: int = Field(description="Number of the description; each update makes a new one.")
-    revised_at: datetime = Field(description="When the description came into force.")
+    revised_at: datetime = Field(description="Time when the description took effect.")
     rubber_height: Number | None = Field(description="m, displacement of 100 % shear strain; null where not given.")
     design_displacement: Number | None = Field(
         description="m, largest horizontal displacement that the isolation layer is designed for; null where not given."
@@ -73,7 +73,7 @@ class SourceOut(Answer):
     """A building's monitoring server and how it is doing."""
 
     building: str = Field(description="Code of the building.")
-    kind: str = Field(description="Of which kind it is.")
+    kind: str = Field(description="Its kind.")
     location: str = Field(description="A path, or an address without user name, password and query.")
     attempted_at: datetime | None = Field(description="Null before the first attempt.")
     succeeded_at: datetime | None = Field(description="Null before the first success.")

@@ -58,7 +58,7 @@ def invite(sessions: "sessionmaker[Session]", address: str) -> None:
     from datetime import UTC, datetime
 
     from service.access import logins
-    from service.access.queries import has_had_keys
+    from service.access.keys import has_had_keys
 
     with sessions.begin() as session:
         if has_had_keys(session):

@@ -97,9 +97,9 @@ def problem(error: SQLAlchemyError) -> str | None:
     if not isinstance(error, DBAPIError) or isinstance(error, IntegrityError | DataError):
         return None
     of_file = type(error.orig).__module__.startswith("sqlite3")
-    for part, (found, helps) in ((OF_SQLITE if of_file else OF_POSTGRESQL) | OF_BOTH).items():
+    for part, (sentence, helps) in ((OF_SQLITE if of_file else OF_POSTGRESQL) | OF_BOTH).items():
         if part in _driver_message(error).lower():
-            return f"{_name(error)} {found}; {helps}"
+            return f"{_name(error)} {sentence}; {helps}"
     if isinstance(error, OperationalError) and not of_file:
         return f"{_name(error)} cannot be used: {_driver_message(error)}"
     return None

@@ -12,7 +12,15 @@ from sqlalchemy import URL, Connection, Engine, create_engine, event, make_url
 from sqlalchemy.engine import ExceptionContext
 from sqlalchemy.orm import Session, sessionmaker
 
-import service.tables  # noqa: F401  every table is known before a session opens
+import service.access.tables
+import service.alerts.tables
+import service.analyses.tables
+import service.buildings.tables
+import service.drift.tables
+import service.jobs.tables
+import service.models.tables
+import service.notify.tables
+import service.records.tables  # noqa: F401  SQLAlchemy knows a table only once its module is imported
 from service.db.problems import name
 
 BUSY_TIMEOUT = 30.0  # s that a writer waits for another one

@@ -15,7 +15,7 @@ from service.db.sessions import reading
 from service.demo.narration import LOOK, narrate_next, narrate_past
 from service.demo.site import CODE
 from service.demo.stage import Stage, until_next, write_records
-from service.jobs import queries as job_queries
+from service.jobs import requests as job_requests
 from service.models import queries as model_queries, requests as model_requests, versions as model_versions
 from service.models.schema import FitRequest, ModelRequest, WorkRequest
 from service.models.tables import ModelVersion
@@ -78,7 +78,7 @@ def finished(sessions: sessionmaker[Session], job: int, stop: Signal) -> Mapping
     """
     while not stop.wait(LOOK):
         with reading(sessions)() as session:
-            found = job_queries.job(session, job)
+            found = job_requests.job(session, job)
         if found.state == "failed" or found.refusal:
             raise RuntimeError(f"the demonstration's own {found.kind} failed: {found.refusal or found.error}")
         if found.state == "done":
@@ -98,9 +98,9 @@ SOON = timedelta(seconds=2)
 STEPS = """\
 [bold]The model in force misses the strong earthquakes.[/] Something is missing in it; find out what:
  1. open {address}/models/{number}: its error over the events, its loop beside the measured one
- 2. under "Improve it", open the list of events, leave out the latest one, press "Diagnose"
+ 2. under "Improve it", open the list of events, hold out the latest one, press "Diagnose"
  3. after half a minute the page has a link "What it lacks": open it and read; press "Add" beside the effect it names
- 4. the page of the model then has a link "the next version": the error has fallen, also on the event left out
+ 4. the page of the model then has a link "the next version": the error has fallen, also on the held-out event
  5. press "Put in force" there: one more strong earthquake happens, to which nothing was fitted"""
 
 

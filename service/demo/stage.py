@@ -44,11 +44,11 @@ def remember(folder: Path, earthquakes: Sequence[Earthquake]) -> None:
 
 
 def record_earthquake(
-    held: Archive, earthquake: Earthquake, scenario: Scenario, motions: Sequence[GroundMotion]
+    archive: Archive, earthquake: Earthquake, scenario: Scenario, motions: Sequence[GroundMotion]
 ) -> None:
     """Add an earthquake's record to the archive."""
     motion = next(motion for motion in motions if motion.name == earthquake.motion)
-    held.add(record(earthquake, motion, scenario, SEED), quakeml(earthquake, LATITUDE, LONGITUDE))
+    archive.add(record(earthquake, motion, scenario, SEED), quakeml(earthquake, LATITUDE, LONGITUDE))
 
 
 def one_more(

@@ -29,8 +29,7 @@ from service.drift import texts
 from service.records.tables import Event
 from service.verdict import reading, texts as verdict_texts
 from service.verdict.checks import Check, Level, Measured, gravest
-from service.verdict.limits import RESIDUAL, first_to_inspect
-from service.verdict.motion_checks import motion_checks
+from service.verdict.limits import RESIDUAL, first_to_inspect, motion_checks
 
 KINDS: Mapping[str, Kind] = {"gain": "sensor", "noise": "sensor", "model_error": "model"}
 """By quantity; every other one is of the building itself."""

@@ -1,9 +1,8 @@
 """Formats of records: bytes in, traces out, without a database or settings; `read` recognises the format itself."""
 
-from service.formats.errors import FormatError, UnknownFormatError, UnknownUnitError
-from service.formats.matching import of_building
+from service.formats.format_errors import FormatError, UnknownFormatError, UnknownUnitError
 from service.formats.reading import read
-from service.formats.trace import Contents, Trace
+from service.formats.trace import Contents, Trace, of_building
 from service.formats.units import Gain
 
 __all__ = [

@@ -15,7 +15,7 @@ import numpy as np
 
 from core.arrays import Vector
 from core.record import Quantity
-from service.formats.errors import FormatError
+from service.formats.format_errors import FormatError
 from service.formats.trace import Contents, Trace
 from service.formats.units import Gain, unit_gain
 from service.formats.volume2 import PRINTED, check_peak, first_match, numbers_in_columns, records, sampling_rate

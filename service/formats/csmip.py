@@ -8,7 +8,7 @@ import re
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime, timedelta, timezone
 
-from service.formats.errors import FormatError
+from service.formats.format_errors import FormatError
 from service.formats.trace import Contents, Trace
 from service.formats.units import Gain, unit_gain
 from service.formats.volume2 import check_peak, first_match, numbers_in_columns, records, sampling_rate

@@ -13,7 +13,7 @@ from datetime import UTC, datetime
 import numpy as np
 
 from core.arrays import Matrix
-from service.formats.errors import FormatError
+from service.formats.format_errors import FormatError
 from service.formats.trace import Contents, Trace
 from service.formats.units import Gain, unit_gain
 from service.formats.volume2 import text_lines

@@ -8,7 +8,7 @@ from io import BytesIO
 import obspy
 from obspy.core.inventory import Channel
 
-from service.formats.errors import FormatError
+from service.formats.format_errors import FormatError
 from service.formats.trace import Contents
 from service.formats.units import Gain, unit_gain
 
@@ -79,12 +79,12 @@ def origins(data: bytes) -> tuple[Origin, ...]:
     """
     try:
         found = obspy.read_events(BytesIO(data), format="QUAKEML")
-        found_origins = [Origin(str(event.resource_id), _origin_time(event)) for event in found if event.origins]
+        origins = [Origin(str(event.resource_id), _origin_time(event)) for event in found if event.origins]
     except MemoryError:
         raise
     except Exception as error:  # ObsPy raises whatever the XML makes it stumble over
         raise FormatError(f"no readable QuakeML: {error}") from error
-    return tuple(sorted(found_origins, key=lambda origin: origin.time))
+    return tuple(sorted(origins, key=lambda origin: origin.time))
 
 
 def _origin_time(earthquake: obspy.core.event.Event) -> datetime:

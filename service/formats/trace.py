@@ -1,6 +1,6 @@
-"""Traces, the common form of all formats, and the contents of a file."""
+"""Traces, the common form of all formats, with the selection and checks of a building's; the contents of a file."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta
 from math import ceil, floor
@@ -9,8 +9,8 @@ from typing import Literal, TypeVar
 import numpy as np
 
 from core.arrays import Vector
-from core.record import Quantity, Segment
-from service.formats.errors import FormatError
+from core.record import Channel, Quantity, Segment
+from service.formats.format_errors import FormatError
 from service.formats.units import Gain
 
 Numbers = np.ndarray[tuple[int], np.dtype[np.int32 | np.float32 | np.float64]]
@@ -19,6 +19,20 @@ Span = tuple[datetime, datetime]
 Piece = TypeVar("Piece")
 ROUNDING = 0.01
 """Samples: times are rounded to microseconds, and a sample at the border must not be lost by that."""
+SI: Mapping[Quantity, str] = {"acceleration": "m/s²", "velocity": "m/s", "displacement": "m", "temperature": "°C"}
+LARGEST: Mapping[Quantity, float] = {"acceleration": 50.0, "velocity": 20.0, "displacement": 10.0, "temperature": 200.0}
+"""SI: beyond any building's motion; if a tenth of the samples exceed it, the unit is wrong."""
+RATES: Mapping[Quantity, tuple[float, float]] = {
+    "acceleration": (10.0, 2000.0),
+    "velocity": (10.0, 2000.0),
+    "displacement": (10.0, 2000.0),
+    "temperature": (1e-4, 2000.0),
+}
+"""Hz, lowest and highest. An isolated building answers between 0.2 and 30 Hz, and its loggers sample at 50 to 500 Hz.
+
+Below 10 Hz the loops of its isolators are lost; no logger of structures is faster than 2000 Hz.
+Temperatures may be far apart.
+"""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -115,6 +129,44 @@ class Contents:
     gains: Mapping[str, Gain] = field(default_factory=dict)
     """By channel id, from StationXML."""
     without_unit: tuple[str, ...] = ()
-    """Ids of channels left out of `traces` because nothing says what their numbers are, yet."""
+    """Ids of channels that are not in `traces` because the unit of their numbers is not known yet."""
     remarks: tuple[str, ...] = ()
     """Other omissions, with reasons."""
+
+
+def of_building(traces: Iterable[Trace], channels: Sequence[Channel]) -> tuple[Trace, ...]:
+    """The traces of the building's channels.
+
+    Raises:
+        FormatError: none is the building's, or one has another quantity, an impossible rate or impossible values.
+    """
+    known = {channel.id: channel for channel in channels}
+    found = tuple(traces)
+    kept = tuple(trace for trace in found if trace.channel in known)
+    if found and not kept:
+        strangers = ", ".join(dict.fromkeys(trace.channel for trace in found))
+        raise FormatError(f"no channel of this building: found {strangers}; the building has {', '.join(known)}")
+    for trace in kept:
+        _check(trace, known[trace.channel])
+    return kept
+
+
+def _check(trace: Trace, channel: Channel) -> None:
+    if trace.quantity != channel.quantity:
+        raise FormatError(
+            f"{channel.id} measures {channel.quantity} according to the building file, but the unit of its records is "
+            f"one of {trace.quantity}; correct one of the two"
+        )
+    lowest, highest = RATES[trace.quantity]
+    if not lowest <= trace.rate <= highest:
+        raise FormatError(
+            f"{channel.id} has {trace.rate:g} samples a second; {lowest:g} to {highest:g} Hz are accepted for "
+            f"{trace.quantity}, so the sampling rate of its records must be wrong"
+        )
+    samples = trace.to_si()
+    usual = float(np.quantile(np.abs(samples - np.median(samples)), 0.9))
+    if usual > LARGEST[trace.quantity]:
+        raise FormatError(
+            f"a tenth of the samples of {channel.id} lie more than {usual:.3g} {SI[trace.quantity]} from their median, "
+            f"which no building does; the unit or the gain of its records must be wrong"
+        )

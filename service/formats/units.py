@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from math import isfinite
 
 from core.record import Quantity
-from service.formats.errors import FormatError
+from service.formats.format_errors import FormatError
 
 STANDARD_GRAVITY = 9.80665  # m/s², CGPM 1901, exact
 

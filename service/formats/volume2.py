@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from core.arrays import Vector
-from service.formats.errors import FormatError
+from service.formats.format_errors import FormatError
 
 LONGEST_LINE = 1024
 """Characters; the formats have 80."""

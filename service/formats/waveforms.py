@@ -12,7 +12,7 @@ from threading import Lock
 import numpy as np
 import obspy
 
-from service.formats.errors import FormatError, UnknownUnitError
+from service.formats.format_errors import FormatError, UnknownUnitError
 from service.formats.trace import Contents, Trace
 from service.formats.units import Gain
 
@@ -73,7 +73,7 @@ def read_knet(name: str, data: bytes, gains: Mapping[str, Gain]) -> Contents:
 
 
 def _stream(name: str, data: bytes, form: str) -> obspy.Stream:
-    """ObsPy's traces; its warnings are errors here, so that no sample is left out silently."""
+    """ObsPy's traces; its warnings are errors here, so that no sample is omitted silently."""
     try:
         with ONE_READER, warnings.catch_warnings():
             warnings.filterwarnings("error", module=r"obspy\.")

@@ -18,7 +18,7 @@ from service.records.tables import Event, EventRecording, Recording, Waveform
 def latest_events(session: Session, building_id: int, count: int) -> Sequence[Line]:
     """(number, start, screening findings or None) of the building's latest events, the earliest first.
 
-    Events that wait for files or their analysis are left out.
+    Events that wait for files or their analysis are omitted.
     """
     ended = (Event.building_id == building_id, Event.state.in_(("analysed", "refused")))
     query = select(Event.id, Event.start, Analysis.quality).outerjoin(
@@ -28,21 +28,21 @@ def latest_events(session: Session, building_id: int, count: int) -> Sequence[Li
 
 
 def channels_of(session: Session, events: Sequence[int]) -> Mapping[int, set[str]]:
-    """Recorded channels by event; events without any are left out."""
-    found: dict[int, set[str]] = {}
+    """Recorded channels by event; events without any are omitted."""
+    channels: dict[int, set[str]] = {}
     query = select(Waveform.event_id, Waveform.channel).where(Waveform.event_id.in_(events)).distinct()
     for event, channel in session.execute(query):
-        found.setdefault(event, set()).add(channel)
-    return found
+        channels.setdefault(event, set()).add(channel)
+    return channels
 
 
 def files_of(session: Session, events: Sequence[int]) -> Mapping[int, tuple[str, ...]]:
     """Names of the files and downloads of each event, in order of arrival."""
     query = select(EventRecording.event_id, Recording.name).join(Recording, Recording.id == EventRecording.recording_id)
-    found: dict[int, tuple[str, ...]] = {}
+    files: dict[int, tuple[str, ...]] = {}
     for event, name in session.execute(query.where(EventRecording.event_id.in_(events)).order_by(Recording.id)):
-        found[event] = (*found.get(event, ()), name)
-    return found
+        files[event] = (*files.get(event, ()), name)
+    return files
 
 
 def channels_ever(session: Session, building_id: int) -> set[str]:
@@ -54,7 +54,7 @@ def channels_ever(session: Session, building_id: int) -> set[str]:
 def neglected_since(session: Session, now: datetime, lease: timedelta) -> Mapping[int, datetime]:
     """Time since which the oldest job of a building waits, or its worker is silent, by building.
 
-    Buildings without a neglected job are left out. One statement for all of them, which reads the undone jobs only.
+    Buildings without a neglected job are omitted. One statement for all of them, which reads the undone jobs only.
     """
     building_id = func.coalesce(Job.building_id, Event.building_id, ModelVersion.building_id)
     jobs = (
@@ -64,8 +64,8 @@ def neglected_since(session: Session, now: datetime, lease: timedelta) -> Mappin
     )
     silent = or_(Job.claimed_until < now, is_wrong(Job.claimed_until, now, lease))
     neglected = or_(Job.state == "waiting", silent)
-    found = session.execute(jobs.where(Job.state.in_(UNDER_WAY), neglected).group_by(building_id))
-    return {building: since for building, since in found if building is not None}
+    rows = session.execute(jobs.where(Job.state.in_(UNDER_WAY), neglected).group_by(building_id))
+    return {building: since for building, since in rows if building is not None}
 
 
 def last_progress(session: Session, now: datetime, lease: timedelta) -> datetime | None:
@@ -74,7 +74,7 @@ def last_progress(session: Session, now: datetime, lease: timedelta) -> datetime
     Times after now come from a wrong clock and are ignored.
     """
     finished = session.scalar(select(func.max(Job.finished_at)).where(Job.finished_at <= now))
-    held = session.scalar(
+    leased = session.scalar(
         select(func.max(Job.claimed_until)).where(Job.state == "running", Job.claimed_until <= now + lease)
     )
-    return max((time for time in (finished, held and held - lease) if time is not None), default=None)
+    return max((time for time in (finished, leased and leased - lease) if time is not None), default=None)

@@ -65,7 +65,7 @@ class Posted(Generic[Wanted]):
     """Fields as typed, each once."""
 
     def checked(self) -> Wanted:
-        """The form as its model; empty fields are left out.
+        """The form as its model; empty fields are omitted.
 
         Raises:
             FieldsError: some fields do not fit.

@@ -107,7 +107,7 @@ class Throttle(logging.Filter):
             return count < MOST
         self._windows[kind] = (now, 1)
         if count > MOST:
-            record.msg = f"{record.msg} ({count - MOST} more such lines were left out)"
+            record.msg = f"{record.msg} ({count - MOST} more such lines were omitted)"
         return True
 
 

@@ -23,10 +23,10 @@ async def followed(request: Request, read: Callable[[], T], is_over: Callable[[T
     timeout, seen = request.app.state.settings.progress_timeout, None
     reported_at = anyio.current_time()
     while anyio.current_time() - reported_at < timeout:
-        found = await to_thread.run_sync(read)
-        if found != seen:
-            seen, reported_at = found, anyio.current_time()
-            yield found
-        if is_over(found):
+        state = await to_thread.run_sync(read)
+        if state != seen:
+            seen, reported_at = state, anyio.current_time()
+            yield state
+        if is_over(state):
             return
         await anyio.sleep(LOOK)

@@ -19,7 +19,7 @@ from service.http.parameters import LARGEST, JobId, Reading, Writing
 from service.http.problems import openapi_responses
 from service.http.responses import TaggedRoute, responses, table_responses
 from service.http.server_sent_events import followed
-from service.jobs import queries, queue
+from service.jobs import requests
 from service.jobs.queue import UNDER_WAY
 from service.jobs.schema import JobOut, Jobs
 
@@ -62,7 +62,7 @@ def jobs(
 ) -> Jobs:
     """Jobs, the latest first."""
     with sessions() as session:
-        items = [JobOut.model_validate(job) for job in queries.jobs(session, state, event, model, cursor, limit)]
+        items = [JobOut.model_validate(job) for job in requests.jobs(session, state, event, model, cursor, limit)]
     return page_by_number(Jobs, items, limit)
 
 
@@ -70,7 +70,7 @@ def jobs(
 def job(job_id: JobId, sessions: Reading) -> JobOut:
     """A job and its progress."""
     with sessions() as session:
-        return JobOut.model_validate(queries.job(session, job_id))
+        return JobOut.model_validate(requests.job(session, job_id))
 
 
 @router.delete(
@@ -85,13 +85,13 @@ def cancel(job_id: JobId, sessions: Writing, by: By) -> JobOut:
     What Menshin queued by itself, such as the first analysis of an earthquake, cannot be cancelled.
     """
     with sessions.begin() as session:
-        return JobOut.model_validate(queue.cancel_for(session, job_id, by, datetime.now(UTC)))
+        return JobOut.model_validate(requests.cancel_for(session, job_id, by, datetime.now(UTC)))
 
 
 def existing(job_id: JobId, sessions: Reading) -> int:
     """The number of a job that exists; checked before a stream begins, which can only succeed."""
     with sessions() as session:
-        return queries.job(session, job_id).id
+        return requests.job(session, job_id).id
 
 
 @router.get(
@@ -107,8 +107,8 @@ async def progress(
 
     A stream without news for long ends as well, and so does one whose key was revoked; browsers ask again.
     """
-    async for found in followed(request, partial(_answered, sessions, identity), _has_ended):
-        yield found
+    async for state in followed(request, partial(_answered, sessions, identity), _has_ended):
+        yield state
 
 
 def _has_ended(job: JobOut) -> bool:
@@ -117,4 +117,4 @@ def _has_ended(job: JobOut) -> bool:
 
 def _answered(sessions: sessionmaker[Session], identity: int) -> JobOut:
     with sessions() as session:
-        return JobOut.model_validate(queries.job(session, identity))
+        return JobOut.model_validate(requests.job(session, identity))

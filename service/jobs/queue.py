@@ -8,12 +8,9 @@ from typing import Any
 from sqlalchemy import and_, case, func, or_, select, update
 from sqlalchemy.orm import Session
 
-from service.access.roles import Caller, Role
-from service.analyses.tables import Analysis
 from service.buildings.tables import Building
 from service.db.process_leases import is_wrong
-from service.errors import ConflictError, ForbiddenError, TooManyRequestsError
-from service.jobs import queries
+from service.errors import TooManyRequestsError
 from service.jobs.tables import Job
 from service.models.tables import ModelVersion
 from service.records.tables import Event
@@ -125,113 +122,60 @@ def claim(session: Session, now: datetime, lease: timedelta) -> Claim | None:
     return Claim(job.id, job.kind, job.event_id, job.model_id, job.building_id, job.arguments, job.claims, job.failures)
 
 
-def extend(session: Session, held: Claim, now: datetime, lease: timedelta) -> bool:
+def extend(session: Session, claim: Claim, now: datetime, lease: timedelta) -> bool:
     """Extend the lease of a job; False if the claim is no longer valid."""
-    return _change(session, held, claimed_until=now + lease)
+    return _change(session, claim, claimed_until=now + lease)
 
 
-def report_progress(session: Session, held: Claim, done: int, stages: int, doing: str) -> bool:
+def report_progress(session: Session, claim: Claim, done: int, stages: int, doing: str) -> bool:
     """Store the progress of a job; False if the claim is no longer valid."""
-    return _change(session, held, progress={"done": done, "stages": stages, "doing": doing})
+    return _change(session, claim, progress={"done": done, "stages": stages, "doing": doing})
 
 
-def finish(session: Session, held: Claim, now: datetime) -> bool:
+def finish(session: Session, claim: Claim, now: datetime) -> bool:
     """Mark the job as done; False if the claim is no longer valid, and then nothing may be stored for it."""
-    return _change(session, held, state="done", claimed_until=None, error=None, finished_at=now)
+    return _change(session, claim, state="done", claimed_until=None, error=None, finished_at=now)
 
 
-def refuse(session: Session, held: Claim, refusal: str, now: datetime) -> bool:
+def refuse(session: Session, claim: Claim, refusal: str, now: datetime) -> bool:
     """Mark the job as rejected: another attempt would not help. False if the claim is no longer valid."""
-    if not _change(session, held, state="done", claimed_until=None, error=None, refusal=refusal, finished_at=now):
+    if not _change(session, claim, state="done", claimed_until=None, error=None, refusal=refusal, finished_at=now):
         return False
-    _end_event(session, held, "refused", refusal, now)
+    _end_event(session, claim, "refused", refusal, now)
     return True
 
 
-def release(session: Session, held: Claim) -> bool:
+def release(session: Session, claim: Claim) -> bool:
     """Return the job to the queue at once; False if the claim is no longer valid."""
-    return _change(session, held, state="waiting", claimed_until=None)
+    return _change(session, claim, state="waiting", claimed_until=None)
 
 
-def fail(session: Session, held: Claim, error: str, now: datetime, attempts: int) -> bool:
+def fail(session: Session, claim: Claim, error: str, now: datetime, attempts: int) -> bool:
     """Count a failed attempt: the job waits for the next one, or fails after the last, and its event shows the
     reason.
 
     Returns:
         False if the claim is no longer valid.
     """
-    failures = held.failures + 1
+    failures = claim.failures + 1
     if failures < attempts:
-        return _change(session, held, state="waiting", claimed_until=None, error=error, failures=failures)
-    if not _change(session, held, state="failed", claimed_until=None, error=error, failures=failures, finished_at=now):
+        return _change(session, claim, state="waiting", claimed_until=None, error=error, failures=failures)
+    if not _change(session, claim, state="failed", claimed_until=None, error=error, failures=failures, finished_at=now):
         return False
-    _end_event(session, held, "failed", _last_line(error), now)
+    _end_event(session, claim, "failed", last_line(error), now)
     return True
 
 
-def cancel_for(session: Session, job_id: int, by: Caller, now: datetime) -> Job:
-    """Cancel a job for a person.
-
-    Raises:
-        NotFoundError: there is no such job.
-        ForbiddenError: another key requested it, and the caller is no admin.
-        ConflictError: it has ended, or Menshin queued it itself.
-    """
-    job = queries.job(session, job_id)
-    if job.asked_by is not None and not may_cancel(job, by):
-        raise ForbiddenError(f"Job {job.id} was requested by {job.asked_by!r}; only they or an admin cancel it.")
-    cancel(session, job, now)
-    return job
-
-
-def may_cancel(job: Job, by: Caller) -> bool:
-    """True if the caller may cancel the job while it is in progress."""
-    return job.asked_by is not None and by.role >= Role.engineer and (job.asked_by == by.name or by.role >= Role.admin)
-
-
-def cancel(session: Session, job: Job, now: datetime) -> None:
-    """Cancel a job that a person requested; the worker that computes it stops within seconds.
-
-    The event of a cancelled analysis goes back to the outcome of its current one.
-
-    Raises:
-        ConflictError: the job has ended, or Menshin queued it itself.
-    """
-    session.refresh(job, with_for_update=True)
-    if job.asked_by is None or job.kind == WATCH:
-        raise ConflictError(f"Menshin itself needs job {job.id}; only a job that a person requested can be cancelled.")
-    if job.state not in UNDER_WAY:
-        raise ConflictError(f"Job {job.id} has ended already: {job.state}.")
-    job.state, job.claimed_until, job.finished_at = "cancelled", None, now
-    session.flush()
-    if job.event is not None:
-        _restore(session, job.event, now)
-
-
 def still_running(session: Session, claims: Collection[Claim]) -> set[int]:
-    """Numbers of the claimed jobs that were neither cancelled nor taken over."""
-    query = select(Job.id, Job.claims).where(Job.id.in_([held.job_id for held in claims]), Job.state == "running")
-    tokens = {held.job_id: held.token for held in claims}
+    """Numbers of the claimed jobs that were neither cancelled nor claimed by another worker."""
+    query = select(Job.id, Job.claims).where(Job.id.in_([claim.job_id for claim in claims]), Job.state == "running")
+    tokens = {claim.job_id: claim.token for claim in claims}
     return {number for number, token in session.execute(query) if tokens[number] == token}
 
 
-def _restore(session: Session, event: Event, now: datetime) -> None:
-    """Restore the event's outcome before a cancelled job, unless another job is pending."""
-    own = (Job.event_id == event.id, Job.kind == ANALYSE)
-    if session.scalar(select(func.count()).where(*own, Job.state.in_(UNDER_WAY))):
-        return
-    analysis = session.scalar(select(Analysis).where(Analysis.event_id == event.id, Analysis.current))
-    failed = session.scalar(select(Job.error).where(*own, Job.state == "failed").order_by(Job.id.desc()).limit(1))
-    if analysis is not None:
-        event.state, event.reason = ("analysed", None) if analysis.refusal is None else ("refused", analysis.refusal)
-    elif failed is not None:
-        event.state, event.reason = "failed", _last_line(failed)
-    event.updated_at = now
-
-
-def _end_event(session: Session, held: Claim, state: str, reason: str, now: datetime) -> None:
-    if held.event_id is not None:
-        event = session.get_one(Event, held.event_id)
+def _end_event(session: Session, claim: Claim, state: str, reason: str, now: datetime) -> None:
+    if claim.event_id is not None:
+        event = session.get_one(Event, claim.event_id)
         event.state, event.reason, event.updated_at = state, reason, now
 
 
@@ -277,11 +221,11 @@ def _check_quota(session: Session, key: str) -> None:
         )
 
 
-def _last_line(error: str) -> str:
+def last_line(error: str) -> str:
     """The line of a traceback that names the error."""
     return error.strip().splitlines()[-1]
 
 
-def _change(session: Session, held: Claim, **values: object) -> bool:
-    valid = (Job.id == held.job_id, Job.state == "running", Job.claims == held.token)
+def _change(session: Session, claim: Claim, **values: object) -> bool:
+    valid = (Job.id == claim.job_id, Job.state == "running", Job.claims == claim.token)
     return session.connection().execute(update(Job).where(*valid).values(**values)).rowcount == 1

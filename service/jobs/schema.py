@@ -1,4 +1,4 @@
-"""Jobs and the health of the service in the API."""
+"""Jobs in the API."""
 
 import re
 from datetime import datetime
@@ -19,28 +19,30 @@ class Progress(Answer):
 
     done: int = Field(description="Stages that are done.")
     stages: int = Field(description="Stages there are.")
-    doing: str = Field(description="What is being done, in words.")
+    doing: str = Field(description="The current stage, in words.")
 
 
 class JobOut(Answer):
     """A job: waiting, running, done, failed or cancelled."""
 
     id: int = Field(description="Its number.")
-    kind: str = Field(description="Of which kind it is.")
+    kind: str = Field(description="Its kind.")
     event_id: int | None = Field(description="Number of the event; null where it works on something else.")
     model_id: int | None = Field(description="Number of the model; null where it works on something else.")
     building_id: int | None = Field(description="Number of the building; null where it works on something else.")
     asked_by: str | None = Field(description="Name of the key that requested it; null for jobs of the service itself.")
     state: str = Field(description="`waiting`, `running`, `done`, `failed` or `cancelled`.")
     arguments: dict[str, Any] = Field(description="Arguments; for an analysis, those that differ from the settings.")
-    claims: int = Field(description="How often a worker took it.")
-    claimed_until: datetime | None = Field(description="End of the worker's lease; null while no worker has it.")
+    claims: int = Field(description="Number of times that a worker claimed it.")
+    claimed_until: datetime | None = Field(
+        description="End of the worker's lease; null while it is not claimed."
+    )
     error: str | None = Field(description="Latest error; null without one.")
     refusal: str | None = Field(description="Reason why it cannot be done; null if it can.")
-    progress: Progress | None = Field(description="How far it is; null before a worker took it.")
-    result: dict[str, Any] | None = Field(description="What came of it; null where other addresses answer that.")
-    created_at: datetime = Field(description="When it was made.")
-    finished_at: datetime | None = Field(description="When it was done or given up; null before.")
+    progress: Progress | None = Field(description="Its progress; null before a worker claimed it.")
+    result: dict[str, Any] | None = Field(description="Its result; null where other addresses give it.")
+    created_at: datetime = Field(description="Time when it was queued.")
+    finished_at: datetime | None = Field(description="Time when it ended; null before.")
 
     @field_validator("error")
     @classmethod
@@ -50,29 +52,6 @@ class JobOut(Answer):
 
 class Jobs(Page[JobOut]):
     """A page of jobs, the latest first."""
-
-
-class Health(Answer):
-    """Liveness of the process."""
-
-    status: str = Field(description="`alive`.", examples=["alive"])
-
-
-class CheckOut(Answer):
-    """One condition for the service to work."""
-
-    name: str = Field(description="`database`, `disk`, `clock`, `poller`, `looks` or `worker`.")
-    ok: bool = Field(description="Whether it is as it has to be.")
-    since: datetime | None = Field(description="Since when it is not, as far as that is known; null while it is.")
-    found: str = Field(description="What is so, in words.")
-    helps: str = Field(description="What a person can do; empty where nothing has to be done.")
-
-
-class Readiness(Answer):
-    """Readiness of the service."""
-
-    status: str = Field(description="`ready`.", examples=["ready"])
-    checks: list[CheckOut] = Field(description="All that was checked.")
 
 
 def error_in_words(error: str) -> str:

@@ -131,7 +131,7 @@ class Worker:
                 self.running[future] = replace(job, reported=news)
 
     def hold(self) -> None:
-        """Extend leases in time; drop claims that other workers have taken over."""
+        """Extend leases in time; drop claims of jobs that other workers claimed."""
         elapsed, now = self.timer(), self.clock()
         if self.extended_at is not None and elapsed - self.extended_at < self.settings.jobs.lease / 3:
             return
@@ -140,9 +140,9 @@ class Worker:
         self.extended_at = elapsed
         for future, job in list(self.running.items()):
             with self.sessions.begin() as session:
-                held = queue.extend(session, job.claim, now, self._lease)
-            if not held:
-                log.warning("job %d was taken over by another worker", job.claim.job_id)
+                is_valid = queue.extend(session, job.claim, now, self._lease)
+            if not is_valid:
+                log.warning("job %d was claimed by another worker", job.claim.job_id)
                 future.cancel()
                 del self.running[future]
 

@@ -81,7 +81,7 @@ def finish(
     policy: RetryPolicy,
     rng: Random,
 ) -> bool:
-    """Store the result of an attempt; False if another notifier has taken the delivery over meanwhile."""
+    """Store the result of an attempt; False if another notifier has claimed the delivery meanwhile."""
     of_attempt = (DeliveryAttempt.delivery_id == claimed.delivery_id, DeliveryAttempt.number == claimed.token)
     ended = {"outcome": result.outcome, "answer": result.text, "seconds": seconds}
     session.execute(update(DeliveryAttempt).where(*of_attempt).values(**ended))

@@ -109,7 +109,7 @@ class Notifier:
             log.warning("the result of an attempt could not be stored, its lease will lapse: %s", error.orig)
             return
         if not is_stored:
-            log.warning("delivery %d was taken over by another notifier", claim.delivery_id)
+            log.warning("delivery %d was claimed by another notifier", claim.delivery_id)
         self._log(claim.receiver, result)
 
     def _sent(self, claim: Claim) -> DeliveryResult:

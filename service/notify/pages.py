@@ -49,18 +49,18 @@ def _listed(
 ) -> Response:
     """Recipients and messages of the building, with the form to add one if it was refused."""
     with sessions() as session:
-        found, _ = building_queries.building(session, code)
+        building, _ = building_queries.building(session, code)
         return page(
             request,
             "messages",
             refused.status,
             refused=refused,
             can_mail=request.app.state.settings.smtp.host is not None,
-            building=found,
-            receivers=[visible_to(by.role, receiver_out(row)) for row in recipients.of_building(session, found.id)],
+            building=building,
+            receivers=[visible_to(by.role, receiver_out(row)) for row in recipients.of_building(session, building.id)],
             messages=[
                 (message_row(row), _deliveries(session, row, by))
-                for row in queries.messages(session, found.id, None, LATEST)
+                for row in queries.messages(session, building.id, None, LATEST)
             ],
             kinds=WANTED_KINDS,
             ways=get_args(ReceiverKind),
@@ -124,8 +124,8 @@ def test(receiver_id: ReceiverId, sessions: Writing, by: ByEngineer) -> Response
 def hold(code: Code, sessions: Writing, by: ByEngineer) -> Response:
     """Send a drill, and show its deliveries."""
     with sessions.begin() as session:
-        found, _ = building_queries.building(session, code)
-        number = drill.drill(session, found, by.name, datetime.now(UTC)).id
+        building, _ = building_queries.building(session, code)
+        number = drill.drill(session, building, by.name, datetime.now(UTC)).id
     return RedirectResponse(f"/messages/{number}", 303)
 
 

@@ -26,10 +26,10 @@ def message(session: Session, identity: int) -> Message:
         NotFoundError: there is none with that number.
     """
     wanted = (joinedload(Message.building), selectinload(Message.deliveries).joinedload(Delivery.receiver))
-    found = session.scalars(select(Message).options(*wanted).where(Message.id == identity)).one_or_none()
-    if found is None:
+    row = session.scalars(select(Message).options(*wanted).where(Message.id == identity)).one_or_none()
+    if row is None:
         raise NotFoundError("message", identity)
-    return found
+    return row
 
 
 def deliveries(
@@ -62,10 +62,10 @@ def delivery(session: Session, identity: int) -> Delivery:
         joinedload(Delivery.receiver),
         selectinload(Delivery.attempts),
     )
-    found = session.scalars(select(Delivery).options(*wanted).where(Delivery.id == identity)).one_or_none()
-    if found is None:
+    row = session.scalars(select(Delivery).options(*wanted).where(Delivery.id == identity)).one_or_none()
+    if row is None:
         raise NotFoundError("delivery", identity)
-    return found
+    return row
 
 
 def last_attempts(session: Session, deliveries: Sequence[Delivery]) -> Mapping[int, DeliveryAttempt]:

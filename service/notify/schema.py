@@ -56,7 +56,7 @@ class ReceiverForm(ReceiverRequest):
 
 
 class ReceiverChange(BaseModel):
-    """Changes of a recipient; what is left out stays as it is."""
+    """Changes of a recipient; omitted values stay as they are."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
 
@@ -78,7 +78,7 @@ class ReceiverOut(Answer):
     severities: list[str] = Field(description="Severities of messages.")
     origin: str = Field(description="`file` (the building's, and changed there) or `api`.")
     created_by: str | None = Field(description="Name of the key that added it; null for one of the building file.")
-    created_at: datetime = Field(description="When it was added.")
+    created_at: datetime = Field(description="Time when it was added.")
 
 
 class ReceiverMade(ReceiverOut):
@@ -119,8 +119,8 @@ class DeliveryRow(Answer):
     attempts: int = Field(description="Number of attempts.")
     due_at: datetime | None = Field(description="Time of the next attempt; null unless it waits.")
     last_answer: str | None = Field(description="Answer to the last attempt; null before and during it.")
-    created_at: datetime = Field(description="When the message was put into the outbox.")
-    finished_at: datetime | None = Field(description="When it arrived or failed for good; null before.")
+    created_at: datetime = Field(description="Time when the message was put into the outbox.")
+    finished_at: datetime | None = Field(description="Time when it arrived or failed for good; null before.")
 
 
 class AttemptOut(Answer):
@@ -129,7 +129,7 @@ class AttemptOut(Answer):
     number: int = Field(description="From 1 for each delivery.")
     address: str = Field(description="Address, without secrets.")
     is_repeat: bool = Field(description="True if the message said that it may be the second one.")
-    begun_at: datetime = Field(description="When it began.")
+    begun_at: datetime = Field(description="Time when it began.")
     outcome: str | None = Field(
         description="`delivered`, `not_taken`, or `unknown`: the recipient may have it; null while it lasts."
     )
@@ -159,7 +159,7 @@ class MessageRow(Answer):
     sequence: str = Field(description="`new`, `updated`, `cancelled` or `repeat`: a reminder.")
     severity: str = Field(description="`normal`, `note`, `warning` or `alarm`.")
     subject: str = Field(description="Subject line.")
-    created_at: datetime = Field(description="When it was put into the outbox.")
+    created_at: datetime = Field(description="Time when it was put into the outbox.")
     receivers: int = Field(description="Number of recipients.")
     unsent: str | None = Field(
         description="Why it was not sent when it was written, such as `no recipients`; null if it was sent."

@@ -57,7 +57,7 @@ class Message(Base):
     sequence: Mapped[str]
     severity: Mapped[str]
     is_over: Mapped[bool]
-    """True if what it reports no longer held."""
+    """True if what it reports had ended."""
     subject: Mapped[str] = mapped_column(Text)
     sentences: Mapped[list[str]]
     facts: Mapped[list[dict[str, Any]]]

@@ -48,14 +48,14 @@ def receive(stream: IO[bytes], most: int) -> tuple[Json, list[bytearray]]:
 
 
 def _exactly(stream: IO[bytes], size: int) -> bytearray:
-    found = bytearray(size)
-    view = memoryview(found)
+    received = bytearray(size)
+    view = memoryview(received)
     while view:
         count = stream.readinto(view)  # type: ignore[attr-defined]  # every buffered stream has it
         if not count:
             raise EOFError("the other side has closed")
         view = view[count:]
-    return found
+    return received
 
 
 def written_gains(gains: Mapping[str, Gain]) -> dict[str, list[Any]]:

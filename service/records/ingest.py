@@ -103,8 +103,8 @@ def take_in(session: Session, recording: Recording, parsed: Parsed, now: datetim
             recording.kind = "waveforms"
         recording.state, recording.reason = "refused", storable(_refusal(recording.name, error, described))
         return
-    left_out = _left_out(contents, described)
-    recording.reason = None if left_out is None else storable(left_out)
+    omitted = _omitted(contents, described)
+    recording.reason = None if omitted is None else storable(omitted)
     if contents.kind == "station":
         session.flush()
         _read_again_with_gains(session, building)
@@ -204,7 +204,7 @@ def _refusal(name: str, error: FormatError, described: BuildingFile) -> str:
     return found if name in found else f"{name}: {found}"
 
 
-def _left_out(contents: Contents, described: BuildingFile) -> str | None:
+def _omitted(contents: Contents, described: BuildingFile) -> str | None:
     """The parts of a file that could not be used, for the engineer; None if all could."""
     known = {channel.id for channel in described.description.channels}
     there = [*(trace.channel for trace in contents.traces), *contents.without_unit]
@@ -214,5 +214,5 @@ def _left_out(contents: Contents, described: BuildingFile) -> str | None:
     if unitless:
         reasons.append(str(UnknownUnitError(unitless)))
     if strangers:
-        reasons.append(f"channels that the building file does not name were left out: {', '.join(strangers)}")
+        reasons.append(f"channels that the building file does not name were ignored: {', '.join(strangers)}")
     return "; ".join(reasons) or None

@@ -155,6 +155,6 @@ def recordings(
 
 
 def rejected_counts(session: Session) -> Mapping[int, int]:
-    """Number of rejected files by building; buildings without any are left out."""
+    """Number of rejected files by building; buildings without any are omitted."""
     query = select(Recording.building_id, func.count()).where(REJECTED)
     return {line[0]: line[1] for line in session.execute(query.group_by(Recording.building_id))}

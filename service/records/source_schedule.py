@@ -1,4 +1,4 @@
-"""When each source is polled, in threads: a failing source backs off, and a stalled one delays no other."""
+"""The schedule of polls of the sources, in threads: a failing source backs off, a stalled one delays no other."""
 
 import logging
 from collections.abc import Callable, Iterable
@@ -38,7 +38,7 @@ class SourceSchedule:
     """Schedule of the looks: at each source at most one at a time, soon after it is due."""
 
     look: Callable[[str], bool]
-    """Looks at a source, by the code of its building; False if the source failed."""
+    """Polls a source, by the code of its building; False if the source failed."""
     interval: float
     """s between two looks at a source that answers."""
     timer: Callable[[], float] = monotonic

@@ -9,8 +9,7 @@ from dataclasses import dataclass
 
 from core.description import IsolationLayer
 from service.verdict.checks import Check, Lacking, Level, Limits, Measured, Outcome, checked, gravest, undecided
-from service.verdict.limits import STIFFNESS, TOLERANCE
-from service.verdict.motion_checks import DESIGN, MOAT, RESIDUAL_OFFSET, STRAIN, motion_checks
+from service.verdict.limits import DESIGN, MOAT, RESIDUAL_OFFSET, STIFFNESS, STRAIN, TOLERANCE, motion_checks
 
 LARGEST, STIFFNESS_CHANGE, DATA = "largest_so_far", "stiffness", "data_quality"
 REQUIRED = frozenset({STRAIN, DESIGN, MOAT, RESIDUAL_OFFSET, LARGEST, STIFFNESS_CHANGE, DATA})

@@ -26,16 +26,16 @@ class CheckOut(Answer):
     uncertainty: Number | None = Field(description="95 %; null where it is not known.")
     limit: Number | None = Field(description="The limit that decides; null where there is none.")
     limits: dict[str, Number] | None = Field(description="By the level that each leads to; null where there is none.")
-    source: str | None = Field(description="Where the limits come from; null where there is none.")
+    source: str | None = Field(description="Source of the limits; null where there is none.")
     reason: str = Field(description="Why it is undecided; empty where it is decided.")
-    remedy: str = Field(description="What would settle it; empty where it is decided.")
+    remedy: str = Field(description="What settles it; empty where it is decided.")
 
 
 class OpenAlertOut(Answer):
     """An open alert that the verdict counts."""
 
     id: int = Field(description="Its number.")
-    cause: str = Field(description="What it is about, such as `stiffness` or `source`.")
+    cause: str = Field(description="Its subject, such as `stiffness` or `source`.")
     kind: str = Field(description="`deterioration`, `limit`, `recovery`, `sensor`, `model` or `data`.")
     state: str = Field(description="`pending`, `on_hold`, `active` or `acknowledged`.")
     summary: str = Field(description="One line for readers who are not engineers.")

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 from core.rounding import plain, significant, with_std
 from service.verdict.assessment import DATA, LARGEST, STIFFNESS_CHANGE, Assessment
 from service.verdict.checks import Check, Level, Outcome
-from service.verdict.motion_checks import DESIGN, MOAT, RESIDUAL_OFFSET, STRAIN
+from service.verdict.limits import DESIGN, MOAT, RESIDUAL_OFFSET, STRAIN
 
 TITLES: Mapping[str, str] = {
     STRAIN: "Shear strain of the isolators",

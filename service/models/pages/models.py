@@ -18,8 +18,9 @@ from service.errors import ConflictError, NotFoundError
 from service.http.forms import NOT_REFUSED, Posted, Refused, Wanted, answered, posted, refused, ticked
 from service.http.parameters import LARGEST, Code, JobId, ModelId, Reading, Writing
 from service.http.rendering import page
-from service.jobs import queries as job_queries
-from service.jobs.queue import UNDER_WAY, cancel_for, may_cancel
+from service.jobs import requests as job_requests
+from service.jobs.queue import UNDER_WAY
+from service.jobs.requests import cancel_for, may_cancel
 from service.models import answers, queries, queries as model_queries, requests, versions as model_versions
 from service.models.api.effects import EffectName, answered as effect_out
 from service.models.schema import HOLD_OUT, EffectForm, FitForm, ModelRequest
@@ -99,7 +100,7 @@ def _shown_model(
     with sessions() as session:
         found = queries.version(session, model_id)
         compared = queries.latest_comparisons(session, [model_id])[model_id]
-        jobs = job_queries.jobs(session, None, None, model_id, None, JOBS)
+        jobs = job_requests.jobs(session, None, None, model_id, None, JOBS)
         there = queries.comparable(session, found.building_id, model_versions.DIRECTIONS[found.direction], None)
         model = answers.whole(session, found)
         return page(
@@ -214,7 +215,7 @@ def extend(request: Request, model_id: ModelId, sessions: Writing, by: By, form:
 def cancel(request: Request, job_id: JobId, sessions: Writing, by: By) -> Response:
     """Cancel a job, and show what it worked on."""
     with sessions() as session:
-        job = job_queries.job(session, job_id)
+        job = job_requests.job(session, job_id)
         model_id, event_id = job.model_id, job.event_id
     try:
         with sessions.begin() as session:

@@ -36,9 +36,9 @@ ByEngineer = Annotated[Caller, Depends(engineer)]
 def of_building(request: Request, code: Code, sessions: Reading) -> Receivers:
     """Recipients of the building's messages."""
     with sessions() as session:
-        found, _ = building_queries.building(session, code)
+        building, _ = building_queries.building(session, code)
         role = caller(request).role
-        rows = [visible_to(role, receiver_out(row)) for row in recipients.of_building(session, found.id)]
+        rows = [visible_to(role, receiver_out(row)) for row in recipients.of_building(session, building.id)]
     return Receivers(items=rows)
 
 

@@ -179,6 +179,6 @@ def base(request: Request) -> str:
 
 def refusal(request: Request, status: int, reason: str) -> Response:
     """An error in the form of the specification."""
-    asked = f"{base(request)}{request.url.path}?{request.url.query}"
-    text = f"Error {status}: {reason}\n\nRequest:\n{asked}\n\nService version: {VERSION}\n"
+    address = f"{base(request)}{request.url.path}?{request.url.query}"
+    text = f"Error {status}: {reason}\n\nRequest:\n{address}\n\nService version: {VERSION}\n"
     return Response(text, status, media_type="text/plain")

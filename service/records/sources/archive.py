@@ -84,11 +84,11 @@ class Archive:
 
     def _outcome(self, entry: Listed, known: Known, seen: dict[str, str], now: datetime) -> Outcome:
         name = unquote(without_credentials(entry.address).rsplit("/", 1)[1])
-        taken = Known(entry.address, entry.mark)
+        fetched = Known(entry.address, entry.mark)
         try:
             answer = self.client.get(entry.address, partial=self._partial(known))
         except TooLargeError as error:
-            return Outcome(Arrival(name=name, origin=entry.address, data=None, refusal=str(error)), taken)
+            return Outcome(Arrival(name=name, origin=entry.address, data=None, refusal=str(error)), fetched)
         except UnansweredError as error:
             return Outcome(known=_begun(known, error.partial), error=error)
         except SourceError as error:
@@ -103,7 +103,7 @@ class Archive:
         if not is_last and (found := self._incomplete(name, answer)) is not None:
             reason = f"{entry.address} may have broken off ({found}); it is requested again"
             return Outcome(arrival, Known(entry.address, known.mark, known.attempts + 1), error=SourceError(reason))
-        return Outcome(arrival, taken)
+        return Outcome(arrival, fetched)
 
     def _partial(self, known: Known) -> Partial | None:
         if known.version is None:

@@ -52,12 +52,12 @@ class Catalogue:
 
     def origins(self, start: datetime, end: datetime) -> Iterator[Origin]:
         """The earthquakes between two times, earliest first."""
-        asked = {"starttime": f"{start:%Y-%m-%dT%H:%M:%S}", "endtime": f"{end:%Y-%m-%dT%H:%M:%S}"}
+        parameters = {"starttime": f"{start:%Y-%m-%dT%H:%M:%S}", "endtime": f"{end:%Y-%m-%dT%H:%M:%S}"}
         if self.minimum_magnitude is not None:
-            asked["minmagnitude"] = f"{self.minimum_magnitude:g}"
+            parameters["minmagnitude"] = f"{self.minimum_magnitude:g}"
         if self.within is not None:
-            asked |= dict(zip(("latitude", "longitude", "maxradius"), map(str, self.within), strict=True))
-        answer = self.client.get(f"{self.address}/fdsnws/event/1/query", asked)
+            parameters |= dict(zip(("latitude", "longitude", "maxradius"), map(str, self.within), strict=True))
+        answer = self.client.get(f"{self.address}/fdsnws/event/1/query", parameters)
         if answer.is_empty:
             return
         try:

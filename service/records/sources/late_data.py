@@ -37,16 +37,16 @@ def pieces(bodies: Iterable[bytes], limits: Limits) -> tuple[Piece, ...]:
     return tuple(found)
 
 
-def gaps(pieces: Sequence[Piece], asked: Gap) -> Iterator[Gap]:
+def gaps(pieces: Sequence[Piece], requested: Gap) -> Iterator[Gap]:
     """The parts of a request that are still missing."""
-    for channel in asked.channels:
-        covered = asked.start
+    for channel in requested.channels:
+        covered = requested.start
         for piece in sorted((p for p in pieces if p.channel == channel), key=lambda piece: piece.start):
             if piece.start - covered > piece.interval:
-                yield Gap(covered, min(piece.start, asked.end), (channel,))
+                yield Gap(covered, min(piece.start, requested.end), (channel,))
             covered = max(covered, piece.end)
-        if covered < asked.end:
-            yield Gap(covered, asked.end, (channel,))
+        if covered < requested.end:
+            yield Gap(covered, requested.end, (channel,))
 
 
 def reached(pieces: Sequence[Piece], start: datetime, silent: datetime) -> datetime:

@@ -15,7 +15,7 @@ from sqlalchemy.orm import Session, sessionmaker
 from service.buildings.pages import LISTED
 from service.buildings.tables import Building, Revision
 from service.db.sessions import reading
-from service.health.api.metrics import registry
+from service.health.metrics import registry
 from service.records.tables import Event
 from service.verdict import reading as verdicts
 

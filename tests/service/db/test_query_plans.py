@@ -11,7 +11,7 @@ from sqlalchemy.orm import Session, sessionmaker
 from service.alerts import building_states
 from service.buildings.tables import Building
 from service.health import queries as health_queries
-from service.health.api.metrics import GAUGES
+from service.health.metrics import GAUGES
 from service.records import events
 from service.records.ingest import failed_before
 from service.settings import Settings

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, strategies as st
 from record_files import CHANNEL, KNET, logger_counts, record_file, stationxml
 
-from service.formats import FormatError, Gain, UnknownFormatError, read, zipped
+from service.formats import FormatError, Gain, UnknownFormatError, read, reading
 
 GAINS = {CHANNEL: Gain(1e-5, "acceleration")}
 
@@ -122,15 +122,15 @@ def test_a_damaged_member_is_refused() -> None:
 
 def test_a_zip_bomb_is_not_unpacked() -> None:
     """A kilobyte for each megabyte: what is unpacked in memory never exceeds the bound by more than a byte."""
-    member = bytes(zipped.LARGEST // 8)
+    member = bytes(reading.LARGEST // 8)
     data = archive({f"{n}.bin": member for n in range(9)})
-    assert len(data) < zipped.LARGEST / 500
+    assert len(data) < reading.LARGEST / 500
     with pytest.raises(FormatError, match="unpacks to more than"):
         read("bomb.zip", data, {})
 
 
 def test_too_many_members_are_not_unpacked() -> None:
-    data = archive({f"{n}.txt": b"" for n in range(zipped.MOST_MEMBERS + 1)})
+    data = archive({f"{n}.txt": b"" for n in range(reading.MOST_MEMBERS + 1)})
     with pytest.raises(FormatError, match="members; at most"):
         read("bomb.zip", data, {})
 

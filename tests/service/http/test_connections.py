@@ -132,4 +132,4 @@ def test_a_log_that_an_attacker_writes_stays_short(caplog: pytest.LogCaptureFixt
         for number in range(1000):
             log.warning("nonsense from %d", number)
     assert len(caplog.messages) == 2 * MOST
-    assert "995 more such lines were left out" in caplog.messages[MOST]
+    assert "995 more such lines were omitted" in caplog.messages[MOST]

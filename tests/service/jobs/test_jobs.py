@@ -8,7 +8,7 @@ from sqlalchemy.orm import Session, sessionmaker
 
 from service.buildings.tables import Building
 from service.errors import ConflictError, TooManyRequestsError
-from service.jobs import queue as job_queue
+from service.jobs import queue as job_queue, requests as job_requests
 from service.jobs.tables import Job
 from service.records.tables import Event
 
@@ -187,7 +187,7 @@ def test_one_key_has_a_limited_number_of_jobs_under_way(
     queue(key="another")
     queue()
     with sessions.begin() as session:
-        job_queue.cancel(session, session.get_one(Job, requested[0]), NOW)
+        job_requests.cancel(session, session.get_one(Job, requested[0]), NOW)
     queue(key="busy")
 
 
@@ -205,7 +205,7 @@ def test_a_cancelled_request_gives_the_event_its_outcome_back(
         assert event is not None
         again = job_queue.enqueue(session, event, {}, NOW, "engineer").id
     with sessions.begin() as session:
-        job_queue.cancel(session, session.get_one(Job, again), NOW)
+        job_requests.cancel(session, session.get_one(Job, again), NOW)
     assert state(sessions, again) == ("cancelled", "failed")
     assert claim(sessions) is None
     with sessions() as session:
@@ -220,7 +220,7 @@ def test_a_result_of_a_cancelled_job_is_refused(sessions: sessionmaker[Session],
     assert held is not None
     with sessions.begin() as session:
         assert job_queue.still_running(session, [held]) == {job}
-        job_queue.cancel(session, session.get_one(Job, job), NOW)
+        job_requests.cancel(session, session.get_one(Job, job), NOW)
     with sessions.begin() as session:
         assert job_queue.still_running(session, [held]) == set()
         assert not job_queue.finish(session, held, NOW)
@@ -235,4 +235,4 @@ def test_what_cannot_be_cancelled(sessions: sessionmaker[Session], queue: Callab
         if kind == "ended":
             job_queue.finish(session, held, NOW)
     with sessions.begin() as session, pytest.raises(ConflictError, match=r"itself needs|ended already: done"):
-        job_queue.cancel(session, session.get_one(Job, job), NOW)
+        job_requests.cancel(session, session.get_one(Job, job), NOW)

@@ -21,7 +21,7 @@ from sqlalchemy.orm import Session, sessionmaker
 from service.analyses.tables import Analysis, DirectionResult
 from service.buildings import store as building_store
 from service.db.blobs import decode_history
-from service.jobs import queue as job_queue
+from service.jobs import queue as job_queue, requests as job_requests
 from service.jobs.executors import end, local_processes
 from service.jobs.stages import Note
 from service.jobs.tables import Job
@@ -225,7 +225,7 @@ def test_a_worker_stops_computing_what_was_cancelled(sessions: sessionmaker[Sess
         assert busy.fill() == 1
         (future,) = busy.running
         with sessions.begin() as session:
-            job_queue.cancel(session, session.get_one(Job, number), NOW)
+            job_requests.cancel(session, session.get_one(Job, number), NOW)
         busy.stop_cancelled()
         assert not busy.running
         assert future.cancelled() or future.exception(10) is not None

@@ -91,7 +91,7 @@ def of_model(api: TestClient, found: dict[str, Any]) -> None:
     """Its diagnoses, and buttons that ask for more with what is ticked left out."""
     page = api.get(f"/models/{found['model']}").text
     assert f'href="/diagnoses/{found["id"]}"' in page
-    assert "leave out 2024-" in page
+    assert "hold out 2024-" in page
     for action in ("fit", "diagnose"):
         assert api.post(f"/models/{found['model']}/{action}", data={"hold_out_2": "on"}).status_code == 303
         job = api.get("/api/v1/jobs", params={"state": "waiting"}).json()["items"][0]

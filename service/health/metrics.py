@@ -40,8 +40,8 @@ def jobs_by_state(session: Session) -> Counted:
 
 def oldest_waiting_job(session: Session) -> Counted:
     """Unix time of the oldest waiting job; empty if none waits."""
-    found = session.scalar(select(func.min(Job.created_at)).where(Job.state == "waiting"))
-    return {} if found is None else {"": found.timestamp()}
+    earliest = session.scalar(select(func.min(Job.created_at)).where(Job.state == "waiting"))
+    return {} if earliest is None else {"": earliest.timestamp()}
 
 
 def last_good_records(session: Session) -> Counted:
@@ -51,7 +51,7 @@ def last_good_records(session: Session) -> Counted:
 
 
 def failing_sources(session: Session) -> Counted:
-    """Unix time since which the source has been failing, by code of the building; sources that answer are left out."""
+    """Unix time since which the source has been failing, by code of the building; sources that answer are omitted."""
     query = select(Building.code, SourceState.failing_since)
     return _times(session, query.join(SourceState, SourceState.building_id == Building.id))
 
@@ -91,8 +91,8 @@ def deliveries_by_state(session: Session) -> Counted:
 def oldest_waiting_delivery(session: Session) -> Counted:
     """Unix time of the oldest message in the outbox that has not arrived; empty if none waits."""
     waiting = Delivery.state.in_(("waiting", "sending"))
-    found = session.scalar(select(func.min(Delivery.created_at)).where(waiting))
-    return {} if found is None else {"": found.timestamp()}
+    earliest = session.scalar(select(func.min(Delivery.created_at)).where(waiting))
+    return {} if earliest is None else {"": earliest.timestamp()}
 
 
 def failed_deliveries(session: Session) -> Counted:

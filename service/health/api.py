@@ -5,6 +5,7 @@ from typing import Any
 
 from fastapi import APIRouter, Depends, Request, Response
 from prometheus_client import CONTENT_TYPE_LATEST, generate_latest
+from pydantic import Field
 from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.orm import Session, sessionmaker
 
@@ -13,7 +14,7 @@ from service.db import migrate
 from service.health import readiness
 from service.http.parameters import Reading
 from service.http.problems import openapi_responses, problem
-from service.jobs.schema import CheckOut, Health, Readiness
+from service.schema import Answer
 from service.settings import Settings
 
 router = APIRouter(tags=["operations"])
@@ -24,6 +25,29 @@ OTHER_TABLES = "the tables of the database are not those of this version"
 NEWEST = "'menshin up', 'menshin api', 'menshin poll' or 'menshin work' of the newest version makes them so"
 STARTS = "start the database server, or check database_url; the service then continues by itself"
 METRICS = "The metrics in Prometheus' text format, each with its meaning."
+
+
+class Health(Answer):
+    """Liveness of the process."""
+
+    status: str = Field(description="`alive`.", examples=["alive"])
+
+
+class CheckOut(Answer):
+    """One condition for the service to work."""
+
+    name: str = Field(description="`database`, `disk`, `clock`, `poller`, `looks` or `worker`.")
+    ok: bool = Field(description="True if it is as it has to be.")
+    since: datetime | None = Field(description="Time since which it is not, as far as that is known; null while it is.")
+    found: str = Field(description="Its state in words.")
+    helps: str = Field(description="The remedy; empty where none is needed.")
+
+
+class Readiness(Answer):
+    """Readiness of the service."""
+
+    status: str = Field(description="`ready`.", examples=["ready"])
+    checks: list[CheckOut] = Field(description="All that was checked.")
 
 
 @router.get("/healthz", operation_id="is_alive", response_model=Health, openapi_extra=OPEN)
@@ -45,11 +69,11 @@ def ready(request: Request, sessions: Reading) -> Readiness | Response:
     Checked are the database and its tables, its disk, the clock, a poller, every source's looks, and a worker.
     """
     state, now = request.app.state, datetime.now(UTC)
-    found = [_check(one, state.unready_since, now) for one in _checks(sessions, state.settings, now)]
-    if all(one.ok for one in found):
-        return Readiness(status="ready", checks=found)
-    detail = "; ".join(one.found for one in found if not one.ok)
-    return problem(503, f"Not ready: {detail}.", checks=[one.model_dump() for one in found])
+    checks = [_check(one, state.unready_since, now) for one in _checks(sessions, state.settings, now)]
+    if all(one.ok for one in checks):
+        return Readiness(status="ready", checks=checks)
+    detail = "; ".join(one.found for one in checks if not one.ok)
+    return problem(503, f"Not ready: {detail}.", checks=[one.model_dump() for one in checks])
 
 
 def _checks(sessions: sessionmaker[Session], settings: Settings, now: datetime) -> tuple[readiness.Check, ...]:
@@ -63,13 +87,13 @@ def _checks(sessions: sessionmaker[Session], settings: Settings, now: datetime) 
         return (readiness.Check("database", False, "the database does not answer", STARTS),)
 
 
-def _check(found: readiness.Check, noticed: dict[str, datetime], now: datetime) -> CheckOut:
+def _check(check: readiness.Check, noticed: dict[str, datetime], now: datetime) -> CheckOut:
     """A check with the start of its failure: as stored, otherwise when this process first noticed it."""
-    if found.ok:
-        noticed.pop(found.name, None)
-        return CheckOut(name=found.name, ok=True, since=None, found=found.found, helps=found.helps)
-    since = found.since or noticed.setdefault(found.name, now)
-    return CheckOut(name=found.name, ok=False, since=since, found=found.found, helps=found.helps)
+    if check.ok:
+        noticed.pop(check.name, None)
+        return CheckOut(name=check.name, ok=True, since=None, found=check.found, helps=check.helps)
+    since = check.since or noticed.setdefault(check.name, now)
+    return CheckOut(name=check.name, ok=False, since=since, found=check.found, helps=check.helps)
 
 
 @router.get(

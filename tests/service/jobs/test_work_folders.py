@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from service import process_folders
+from service import roles
 
 MAKES = """
-from service.process_folders import process_folder
+from service.roles import process_folder
 with process_folder() as folder:
     print(folder, flush=True)
     input()
@@ -50,7 +50,7 @@ def test_a_folder_goes_with_its_process_or_with_the_next(tmp_path: Path, tempora
 def test_a_folder_without_a_lock_is_left_as_long_as_its_process_may_be_about_to_lock_it(
     tmp_path: Path, temporary: dict[str, str]
 ) -> None:
-    young, old = (tmp_path / f"{process_folders.PREFIX}{name}" for name in ("young", "old"))
+    young, old = (tmp_path / f"{roles.WORK_FOLDER}{name}" for name in ("young", "old"))
     young.mkdir()
     old.mkdir()
     os.utime(old, (0, 0))
