@@ -34,9 +34,7 @@ class JobOut(Answer):
     state: str = Field(description="`waiting`, `running`, `done`, `failed` or `cancelled`.")
     arguments: dict[str, Any] = Field(description="Arguments; for an analysis, those that differ from the settings.")
     claims: int = Field(description="Number of times that a worker claimed it.")
-    claimed_until: datetime | None = Field(
-        description="End of the worker's lease; null while it is not claimed."
-    )
+    claimed_until: datetime | None = Field(description="End of the worker's lease; null while it is not claimed.")
     error: str | None = Field(description="Latest error; null without one.")
     refusal: str | None = Field(description="Reason why it cannot be done; null if it can.")
     progress: Progress | None = Field(description="Its progress; null before a worker claimed it.")
