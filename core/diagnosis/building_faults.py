@@ -57,7 +57,7 @@ def building_faults(
             unexplained; None where there is none, and the mass is not judged.
     """
     sensors = sensor_faults(analyses, description)
-    if any(suspect.kind in UNMENDED for suspect in sensors):
+    if any(fault.kind in UNMENDED for fault in sensors):
         return sensors
     mass = None if fit is None else _mass(fit, description)
     return (*sensors, *_storeys(analyses, description), *([] if mass is None else [mass]))
@@ -67,14 +67,14 @@ def _storeys(analyses: Sequence[EventAnalysis], description: BuildingDescription
     """Softened storeys, each in the direction with the most certain result."""
     faults: dict[str | None, BuildingFault] = {}
     for direction in description.horizontal_directions:
-        suspect = _storey(analyses, description, direction)
-        if suspect is not None and _certainty(suspect) > _certainty(faults.get(suspect.channel)):
-            faults[suspect.channel] = suspect
+        fault = _storey(analyses, description, direction)
+        if fault is not None and _certainty(fault) > _certainty(faults.get(fault.channel)):
+            faults[fault.channel] = fault
     return tuple(faults.values())
 
 
-def _certainty(suspect: BuildingFault | None) -> float:
-    return 0.0 if suspect is None or suspect.std is None else abs(suspect.value) / suspect.std
+def _certainty(fault: BuildingFault | None) -> float:
+    return 0.0 if fault is None or fault.std is None else abs(fault.value) / fault.std
 
 
 def _storey(

@@ -35,15 +35,15 @@ FREQUENCIES = (0.3, 8.0, 9)
 INSTANTS = (0.2, 0.4, 0.6, 0.8)
 """Shares of the layer's travel in an earthquake at which a property may have changed. A choice."""
 WIDE = 4.0
-"""Times, from the least to the largest of the usual lengths or speeds of an effect that the layer has seen: if fewer,
-REACH holds."""
+"""Ratio of the largest to the smallest usual length or speed of an effect within the layer's motion, below which REACH
+applies. A choice."""
 REACH = 50.0
-"""A length or speed of an effect is then looked for from this part of the largest. A choice."""
+"""Ratio of the largest to the smallest length or speed that is then tried. A choice."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Preview:
-    """Reduction of the residual that an effect promises, before any fit."""
+class ScoreTest:
+    """Expected reduction of chi-square by an effect at one place of its parameters, before any fit."""
 
     effect: str
     model: Isolator
@@ -52,7 +52,7 @@ class Preview:
     """Reduction of chi-square, with small changes of the model's other parameters."""
 
 
-def score_tests(data: FitData, base: Fit, effects: Iterable[str]) -> tuple[tuple[Preview, ...], ...]:
+def score_tests(data: FitData, base: Fit, effects: Iterable[str]) -> tuple[tuple[ScoreTest, ...], ...]:
     """Best places to begin a search for every effect: Rao's (1948) score test over a grid of its shapes.
 
     The most promising effect first, and of each the best place.
@@ -63,13 +63,13 @@ def score_tests(data: FitData, base: Fit, effects: Iterable[str]) -> tuple[tuple
         effects: their names.
     """
     basis = np.linalg.qr(tangents(data, base).T).Q
-    previews = (_preview(data, base, basis, effect) for effect in effects)
-    return tuple(sorted(previews, key=lambda places: -places[0].gain))
+    tests = (_by_place(data, base, basis, effect) for effect in effects)
+    return tuple(sorted(tests, key=lambda places: -places[0].gain))
 
 
-def _preview(data: FitData, base: Fit, basis: Matrix, effect: str) -> tuple[Preview, ...]:
+def _by_place(data: FitData, base: Fit, basis: Matrix, effect: str) -> tuple[ScoreTest, ...]:
     places = [
-        Preview(effect, model, _gain(base.residual, basis, signature(data, base, model), _is_one_sided(effect)))
+        ScoreTest(effect, model, _gain(base.residual, basis, signature(data, base, model), _is_one_sided(effect)))
         for values in starts(effect, data.observations)
         for model in (Isolator({**base.model.effects, effect: values}),)
     ]

@@ -167,9 +167,9 @@ def _more(steps: Sequence[Step], last: Ranking) -> Step | None:
 
 def _step(ranking: Ranking) -> Step | None:
     """The best effect that the records support; one against which something speaks only where it does against all."""
-    judged = [(one, objection(one.effect, one.fit, ranking.data.observations)) for one in ranking.supported]
-    plausible = [one for one, against in judged if against is None]
-    named = plausible or [one for one, against in judged if against is not None and not against.is_impossible]
+    supported = [(one, objection(one.effect, one.fit, ranking.data.observations)) for one in ranking.supported]
+    plausible = [one for one, against in supported if against is None]
+    named = plausible or [one for one, against in supported if against is not None and not against.is_impossible]
     return Step(ranking, named[0], tuple(named)) if named else None
 
 

@@ -34,10 +34,10 @@ ALIKE_DIGITS = 6
 """Decimals of ΔBIC that count in the order of candidates; below lie rounding errors. Chosen on even seeds of
 benchmarks.diagnosis."""
 SEARCHED = 7
-"""Candidates at most whose parameters are searched for; the others stay where their preview was best. Chosen on even
+"""Candidates at most whose parameters are searched for; the others stay where their score test was best. Chosen on even
 seeds of benchmarks.diagnosis."""
 PROMISING = 0.1
-"""Share of the best preview's gain from which on another candidate is worth a search,"""
+"""Share of the best score test's gain from which on another candidate is worth a search,"""
 VISIBLE = 0.015
 """and of what is left over, its power. Chosen on even seeds of benchmarks.diagnosis."""
 
@@ -145,10 +145,10 @@ def ranked(by_noise: FitData, model: Isolator, effects: Sequence[str]) -> Rankin
     final = {name: fit for name, fit in every.items() if fit.outcome is not Outcome.DIVERGED}
     best = min([base, *final.values()], key=lambda fit: fit.chi_square)
     τ = inflation(data, best)
-    judged = [_judged(name, data, base, fit, τ) for name, fit in final.items()]
+    candidates = [_scored(name, data, base, fit, τ) for name, fit in final.items()]
     return Ranking(
         base,
-        ordered(judged),
+        ordered(candidates),
         data,
         τ,
         np.array([noise_rms(w) for w in by_noise.whitenings]),
@@ -156,7 +156,7 @@ def ranked(by_noise: FitData, model: Isolator, effects: Sequence[str]) -> Rankin
     )
 
 
-def _judged(name: str, data: FitData, base: Fit, fit: Fit, τ: float) -> ScoredCandidate:
+def _scored(name: str, data: FitData, base: Fit, fit: Fit, τ: float) -> ScoredCandidate:
     more = free_parameters(fit.model).count - free_parameters(base.model).count
     delta = (fit.chi_square - base.chi_square) / τ + more * np.log(data.target.size / τ)
     return ScoredCandidate(name, fit, float(delta))

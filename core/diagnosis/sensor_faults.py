@@ -83,7 +83,7 @@ def sensor_faults(analyses: Sequence[EventAnalysis], description: BuildingDescri
     faults = [*_screened(analyses), *_drifting_channels(analyses, description)]
     for direction in description.horizontal_directions:
         faults += [s for error in sensor_errors(records, description, direction) if (s := _erring(error)) is not None]
-    return tuple({(suspect.channel, suspect.kind): suspect for suspect in faults}.values())
+    return tuple({(fault.channel, fault.kind): fault for fault in faults}.values())
 
 
 def _screened(analyses: Sequence[EventAnalysis]) -> list[BuildingFault]:
@@ -140,7 +140,7 @@ def _drifting_channels(analyses: Sequence[EventAnalysis], description: BuildingD
         for channel, samples in zip(analysis.record.channels, analysis.record.samples, strict=True):
             if _rests(channel, description) and (drift := baseline_drift(samples, analysis.rate)) is not None:
                 known[channel].append(drift)
-    return [suspect for channel, all_ in known.items() if (suspect := _drift_suspect(channel, all_)) is not None]
+    return [fault for channel, all_ in known.items() if (fault := _drift_fault(channel, all_)) is not None]
 
 
 def _rests(channel: Channel, description: BuildingDescription) -> bool:
@@ -150,7 +150,7 @@ def _rests(channel: Channel, description: BuildingDescription) -> bool:
     return channel.quantity == "acceleration"
 
 
-def _drift_suspect(channel: Channel, known: Sequence[BaselineDrift]) -> BuildingFault | None:
+def _drift_fault(channel: Channel, known: Sequence[BaselineDrift]) -> BuildingFault | None:
     smallest = SMALLEST_CREEP[channel.quantity]
     certain = [one for one in known if abs(one.change) > CERTAIN * one.std and one.share > smallest]
     if not certain or len(certain) < AGAIN * len(known):

@@ -56,23 +56,23 @@ def candidates(ranking: Ranking, earthquakes: Earthquakes) -> tuple[tuple[Candid
     return tuple(tried), tuple(dropped)
 
 
-def _candidate(judged: ScoredCandidate, ranking: Ranking, earthquakes: Earthquakes, in_set: bool) -> Candidate:
-    forces = compare_forces(judged.fit.model, earthquakes.observations, earthquakes.band)
+def _candidate(scored: ScoredCandidate, ranking: Ranking, earthquakes: Earthquakes, in_set: bool) -> Candidate:
+    forces = compare_forces(scored.fit.model, earthquakes.observations, earthquakes.band)
     errors = {
         group: force_misfit([one for one in forces if one.observation.name in names])
         for group, names in earthquakes.groups.items()
     }
-    against = implausible(judged.effect, judged.fit, earthquakes.fitted)
+    against = implausible(scored.effect, scored.fit, earthquakes.fitted)
     return Candidate(
-        effect=judged.effect,
-        fit=judged.fit,
-        delta_bic=judged.delta_bic,
+        effect=scored.effect,
+        fit=scored.fit,
+        delta_bic=scored.delta_bic,
         in_set=in_set and against is None,
         after=errors[FITTED],
-        noise_ratio=ranking.noise_ratio(judged.fit),
+        noise_ratio=ranking.noise_ratio(scored.fit),
         after_held_out=errors.get(HELD_OUT),
         implausible=against,
-        std=deviations(judged.fit, ranking.inflation).get(judged.effect, FrozenDict({})),
+        std=deviations(scored.fit, ranking.inflation).get(scored.effect, FrozenDict({})),
     )
 
 

@@ -1,4 +1,4 @@
-"""A real building's two weaker earthquakes ask for hysteresis, and foretell the force of the strongest."""
+"""A real building's two weaker earthquakes show hysteresis, and predict the force of the strongest."""
 
 from datetime import UTC, datetime
 
@@ -48,7 +48,7 @@ def error(model: Isolator, of: list[Observation]) -> float:
     return float((misfit.error / misfit.signal) ** 0.5)
 
 
-def test_hysteresis_is_detected_missing_and_foretells_the_strongest_earthquake(seen: list[Observation]) -> None:
+def test_hysteresis_is_detected_missing_and_predicts_the_strongest_earthquake(seen: list[Observation]) -> None:
     """The program's own words are in docs/models/real-building.md: 29.1 % before and 11.7 % with two effects."""
     diagnosis = diagnosed(seen[:2], LINEAR)
     assert diagnosis.steps

@@ -161,23 +161,23 @@ def _choice(calibrations: list[Calibration], given: Problem) -> Choice:
 
 def _with_rivals(choice: Choice, calibrations: list[Calibration], given: Problem) -> Choice:
     compared = replace(given, lines=choice.lines)
-    judged = [(log_evidence(calibration, compared), calibration) for calibration in calibrations]
-    return replace(choice, rivals=rivals(judged, choice.calibration))
+    weighed = [(log_evidence(calibration, compared), calibration) for calibration in calibrations]
+    return replace(choice, rivals=rivals(weighed, choice.calibration))
 
 
-def rivals(judged: Sequence[tuple[float, Calibration]], best: Calibration) -> tuple[Rival, ...]:
+def rivals(candidates: Sequence[tuple[float, Calibration]], best: Calibration) -> tuple[Rival, ...]:
     """The hypotheses that count beside the best.
 
     They free a parameter that the best fixes. The others are special cases of it, within its own uncertainty.
 
     Args:
-        judged: log evidence and calibration, the best among them.
+        candidates: log evidence and calibration, the best among them.
         best: the one chosen.
     """
-    highest = next(evidence for evidence, calibration in judged if calibration is best)
+    highest = next(evidence for evidence, calibration in candidates if calibration is best)
     weighed = (
         Rival(calibration, float(np.exp(min(0.0, (evidence - highest) / TEMPERATURE))))
-        for evidence, calibration in judged
+        for evidence, calibration in candidates
         if np.setdiff1d(calibration.hypothesis.free, best.hypothesis.free).size
     )
     return tuple(rival for rival in weighed if rival.weight > NEGLIGIBLE)
@@ -222,7 +222,7 @@ def unexplained(calibration: Calibration, lines: Lines) -> float:
 
 def _most_evident(calibrations: list[Calibration], problem: Problem) -> Calibration:
     """The one with most free parameters, so of widest uncertainty, among those of nearly equal evidence."""
-    judged = [(log_evidence(calibration, problem), calibration) for calibration in calibrations]
-    best = max(evidence for evidence, _ in judged)
-    near = [pair for pair in judged if pair[0] > best - UNDECIDED]
+    weighed = [(log_evidence(calibration, problem), calibration) for calibration in calibrations]
+    best = max(evidence for evidence, _ in weighed)
+    near = [pair for pair in weighed if pair[0] > best - UNDECIDED]
     return max(near, key=lambda pair: (pair[1].hypothesis.free.size, pair[0]))[1]
