@@ -1,6 +1,8 @@
 """Setup of all tests: a process for each core and one more, the longest files first, each computation once."""
 
+import gc
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 os.environ.setdefault(
@@ -24,6 +26,15 @@ def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
     if all(Path(one.partition("::")[0]).is_file() for one in config.args):
         return 0
     return min((os.cpu_count() or 1) + ONE_MORE, PROCESSES)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection(session: pytest.Session) -> Iterator[None]:
+    """No search for garbage among the tests and modules: they live as long as this process."""
+    gc.disable()
+    yield
+    gc.freeze()
+    gc.enable()
 
 
 @pytest.hookimpl(tryfirst=True)  # before tests are selected by their marks

@@ -1,4 +1,4 @@
-"""A database for every test, once as SQLite and once as a real PostgreSQL."""
+"""A database for every test: SQLite, and for what depends on the database also a real PostgreSQL."""
 
 import warnings
 from collections.abc import Iterator
@@ -56,7 +56,15 @@ def postgres_database_url(postgres: str) -> Iterator[str]:
         yield address
 
 
-@pytest.fixture(params=["sqlite", "postgresql"])
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    """Each test on both databases, on SQLite alone where its module is marked `sqlite`."""
+    chosen = (mark.args[0] for mark in metafunc.definition.iter_markers("parametrize"))
+    if "database_kind" in metafunc.fixturenames and "database_kind" not in chosen:
+        marked = metafunc.definition.get_closest_marker("sqlite")
+        metafunc.parametrize("database_kind", ["sqlite"] if marked else ["sqlite", "postgresql"], indirect=True)
+
+
+@pytest.fixture
 def database_kind(request: pytest.FixtureRequest) -> str:
     """SQLite or PostgreSQL."""
     found: str = request.param

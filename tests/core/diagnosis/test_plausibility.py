@@ -1,6 +1,7 @@
 """Objections to implausible effects, and none to effects that are present."""
 
 from dataclasses import replace
+from functools import cache
 
 import pytest
 from synthetic_observations import BOUC_WEN, observations
@@ -8,23 +9,28 @@ from synthetic_observations import BOUC_WEN, observations
 from core.diagnosis.plausibility import implausible, objection
 from core.fitting.data import FitData
 from core.fitting.fit import Fit, at_values, fitted
+from core.fitting.observation import Observation
 from core.model.isolator import Isolator
 
-SEEN = observations(BOUC_WEN, 0.01, 3)
+
+@cache
+def seen() -> list[Observation]:
+    return observations(BOUC_WEN, 0.01, 3)
 
 
 def fit(model: Isolator) -> Fit:
-    return fitted(FitData.by_noise(SEEN), model)
+    return fitted(FitData.by_noise(seen()), model)
 
 
 def test_nothing_speaks_against_what_is_there() -> None:
-    assert implausible("bouc_wen", fit(BOUC_WEN), SEEN) is None
+    assert implausible("bouc_wen", fit(BOUC_WEN), seen()) is None
 
 
 def test_an_effect_whose_opposite_is_requested_has_no_strength() -> None:
     """The records of a layer that softens: a spring less stiff with displacement."""
     softer = [
-        replace(one, layer=replace(one.layer, force=one.layer.force - 2e10 * one.layer.displacement**3)) for one in SEEN
+        replace(one, layer=replace(one.layer, force=one.layer.force - 2e10 * one.layer.displacement**3))
+        for one in seen()
     ]
     model = Isolator({**BOUC_WEN.effects, "hardening": {"k3": 1e10, "k5": 1e12}})
     fit = fitted(FitData.by_noise(softer), model)
@@ -33,24 +39,24 @@ def test_an_effect_whose_opposite_is_requested_has_no_strength() -> None:
 
 def test_one_of_two_strengths_may_be_nothing() -> None:
     model = Isolator({**BOUC_WEN.effects, "hardening": {"k3": 1e10, "k5": 0.0}})
-    assert implausible("hardening", replace(fit(BOUC_WEN), model=model), SEEN) is None
+    assert implausible("hardening", replace(fit(BOUC_WEN), model=model), seen()) is None
 
 
 def test_what_no_record_determines_is_stated() -> None:
     wall = {"gap": 0.3, "gap_back": 0.3, "wall": 1e8, "wall_back": 1e8}
     result = fit(Isolator({**BOUC_WEN.effects, "moat": wall}))
-    reason = implausible("moat", result, SEEN)
+    reason = implausible("moat", result, seen())
     assert reason is not None
     assert "strength" in reason or "do not determine" in reason
 
 
 def test_a_layer_does_not_feed_the_motion() -> None:
     against = Isolator({"elastic": {"k_b": 475e6}, "relief": {"relieved": 2e7, "v_r": 0.01}})
-    result = replace(at_values(FitData.by_noise(SEEN), BOUC_WEN), model=against)
-    reason = implausible("relief", result, SEEN)
+    result = replace(at_values(FitData.by_noise(seen()), BOUC_WEN), model=against)
+    reason = implausible("relief", result, seen())
     assert reason is not None
     assert reason.startswith("the layer would feed energy into the motion in the earthquake of event")
-    against = objection("relief", result, SEEN)
+    against = objection("relief", result, seen())
     assert against is not None
     assert against.is_impossible
 
@@ -59,4 +65,4 @@ def test_a_layer_does_not_feed_the_motion() -> None:
 def test_the_end_of_a_range_is_stated(value: float) -> None:
     yields = {**BOUC_WEN.effects["bouc_wen"], "D_y": value}
     result = replace(fit(BOUC_WEN), model=Isolator({**BOUC_WEN.effects, "bouc_wen": yields}))
-    assert str(implausible("bouc_wen", result, SEEN)).startswith("D_y is at its ")
+    assert str(implausible("bouc_wen", result, seen())).startswith("D_y is at its ")

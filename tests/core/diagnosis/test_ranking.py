@@ -1,6 +1,7 @@
 """Rules by which a candidate is proposed, and its rivals that the records cannot distinguish."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -11,29 +12,37 @@ from core.diagnosis.ranking import ALIKE, DECISIVE, FELT, WORTH, Ranking, Scored
 from core.fitting.data import FitData
 from core.fitting.fit import Fit, at_values
 
-SEEN = FitData.by_noise(observations(BOUC_WEN, 0.02, 3, peaks=(0.05,), seconds=20.0))
-BASE = at_values(SEEN, BOUC_WEN)
+
+@cache
+def seen() -> FitData:
+    return FitData.by_noise(observations(BOUC_WEN, 0.02, 3, peaks=(0.05,), seconds=20.0))
+
+
+@cache
+def base() -> Fit:
+    return at_values(seen(), BOUC_WEN)
 
 
 def loud_below(frequency: float, factor: float) -> FitData:
     """The same record, with noise that is so much stronger below (Hz)."""
-    (only,) = SEEN.whitenings
+    (only,) = seen().whitenings
     louder = replace(only, std=only.std * np.where(only.frequency < frequency, factor, 1.0))
-    return replace(SEEN, whitenings=(louder,))
+    return replace(seen(), whitenings=(louder,))
 
 
 def leaving(share: Vector | float) -> Fit:
     """That leaves this share of the power in each coefficient."""
-    residual = BASE.residual * np.sqrt(share)
-    return replace(BASE, residual=residual, chi_square=float(residual @ residual))
+    residual = base().residual * np.sqrt(share)
+    return replace(base(), residual=residual, chi_square=float(residual @ residual))
 
 
-def ranking(*candidates: ScoredCandidate, data: FitData = SEEN) -> Ranking:
+def ranking(*candidates: ScoredCandidate, data: FitData | None = None) -> Ranking:
+    data = data or seen()
     floor = np.array([np.linalg.norm(w.std) / np.sqrt(w.count) for w in data.whitenings])
-    return Ranking(BASE, candidates, data, 1.0, floor)
+    return Ranking(base(), candidates, data, 1.0, floor)
 
 
-def supported(*candidates: ScoredCandidate, data: FitData = SEEN) -> list[str]:
+def supported(*candidates: ScoredCandidate, data: FitData | None = None) -> list[str]:
     return [one.effect for one in ranking(*candidates, data=data).supported]
 
 
@@ -53,8 +62,8 @@ def test_what_takes_much_where_there_is_barely_a_force_is_not_felt() -> None:
     (only,) = data.whitenings
     above = np.where(only.frequency >= 3.0, 0.2, 1.0)
     quiet = ScoredCandidate("resonator", leaving(above), -1e4)
-    left, before = (ranking(quiet, data=data).left(fit)[0] for fit in (quiet.fit, BASE))
-    assert quiet.fit.chi_square < (1 - WORTH) * BASE.chi_square
+    left, before = (ranking(quiet, data=data).left(fit)[0] for fit in (quiet.fit, base()))
+    assert quiet.fit.chi_square < (1 - WORTH) * base().chi_square
     assert left**2 > (1 - FELT) * before**2
     assert supported(quiet, data=data) == []
     assert supported(quiet) == ["resonator"], "the same of a force that is as loud there as below"
@@ -76,8 +85,8 @@ def test_the_best_that_is_worth_it_leads_even_behind_one_that_is_not() -> None:
 def test_what_is_left_is_reported_in_floors() -> None:
     """Noise alone leaves a noise ratio of one, except for the three fitted amplitudes and the draw: 5 %."""
     judged = ranking()
-    assert judged.noise_ratio(BASE) == pytest.approx(1.0, abs=0.05)
-    assert judged.noise_ratio(leaving(4.0)) == pytest.approx(2 * judged.noise_ratio(BASE), rel=1e-12)
+    assert judged.noise_ratio(base()) == pytest.approx(1.0, abs=0.05)
+    assert judged.noise_ratio(leaving(4.0)) == pytest.approx(2 * judged.noise_ratio(base()), rel=1e-12)
 
 
 def test_candidates_that_differ_by_rounding_go_by_name() -> None:

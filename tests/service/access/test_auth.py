@@ -10,6 +10,8 @@ from service.access import keys
 from service.access.roles import Caller, Role, digest
 from service.access.tables import ApiKey
 
+pytestmark = pytest.mark.sqlite
+
 NOW = datetime(2024, 1, 1, tzinfo=UTC)
 BUILDINGS = "/api/v1/buildings"
 

@@ -14,6 +14,8 @@ from service.access.logins import ATTEMPTS
 from service.access.roles import Role
 from service.access.tables import AuditEntry, LoginLink, LoginSession
 
+pytestmark = pytest.mark.sqlite
+
 NOW = datetime(2024, 1, 1, tzinfo=UTC)
 
 

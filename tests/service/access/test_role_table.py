@@ -5,17 +5,22 @@ A route that is not in this table fails the test: whoever adds one decides who m
 
 import re
 from collections.abc import Iterator
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
 from typing import Any
 
 import databases
+import monitored_building
 import pytest
 from api_client import TestClient, client
+from sqlalchemy.orm import Session, sessionmaker
 
 from service.access import keys
 from service.access.roles import Role
+from service.alerts.messages import write_event_message
 from service.app import create
 from service.db import sessions as opened
+from service.records.tables import Event
 from service.settings import Settings
 
 OPEN = """
@@ -154,6 +159,8 @@ LEAST: dict[str, Role | None] = {
 """The lowest role of each route; None if no key is needed."""
 VALUES = {"code": "B", "name": "friction", "channel": "XX.B.01.HNX", "service": "station"}
 """Values of the parameters in paths; all others are numbers."""
+IN_USE = {"code": "PAPER", "channel": "XX.PAPER.01.HNX"}
+"""Values in a database in use."""
 NOT_LET_IN = {401, 403}
 
 
@@ -210,3 +217,29 @@ def test_a_route_lets_in_its_role_and_those_above(
         else:
             assert answer.status_code not in NOT_LET_IN, role
             assert not sent_to_login
+
+
+QUERY = {"GET /fdsnws/dataselect/1/query": "net=XX&start=2000-01-01&end=2100-01-01"}
+"""Queries of routes that need one."""
+NOT_READY = {"GET /readyz": 503}
+"""No poller, worker or notifier runs."""
+
+
+@pytest.mark.slow
+def test_every_route_answers_on_a_database_in_use(
+    sessions: sessionmaker[Session], database_url: str, tmp_path: Path
+) -> None:
+    """Most pages and most of the API are otherwise tested on SQLite alone."""
+    monitored_building.watch(sessions, tmp_path)
+    with sessions.begin() as session:
+        event = session.get_one(Event, 1)
+        write_event_message(session, event.id, timedelta(days=1), event.end)
+    found = {}
+    with client(database_url, progress_patience=0.1) as asking:
+        assert asking.post("/api/v1/buildings/PAPER/models", json={"direction": "x"}).status_code == 201
+        assert asking.post("/api/v1/models/1/comparisons", json={}).status_code == 202
+        monitored_building.work(sessions)
+        for route in (route for route in LEAST if route.startswith("GET ")):
+            path = re.sub(r"{(\w+)}", lambda one: (VALUES | IN_USE).get(one[1], "1"), route.removeprefix("GET "))
+            found[route] = asking.get(f"{path}?{QUERY.get(route, '')}").status_code
+    assert {route: status for route, status in found.items() if status >= 500} == NOT_READY

@@ -22,6 +22,8 @@ from service.alerts.reconciliation import reconcile
 from service.buildings.tables import Building
 from service.records.tables import Event
 
+pytestmark = pytest.mark.sqlite
+
 AGE = timedelta(days=10_000)
 
 

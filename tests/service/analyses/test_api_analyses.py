@@ -12,7 +12,7 @@ from sqlalchemy.orm import Session, sessionmaker
 from service.access import keys
 from service.access.auth import Role
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.sqlite]
 
 AGAIN = "/api/v1/events/1/analyses"
 

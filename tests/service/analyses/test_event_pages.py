@@ -14,6 +14,8 @@ from service.analyses.pages import LISTED
 from service.buildings.tables import Building
 from service.records.tables import Event
 
+pytestmark = pytest.mark.sqlite
+
 
 @pytest.fixture
 def stored(sessions: sessionmaker[Session]) -> Iterator[Session]:

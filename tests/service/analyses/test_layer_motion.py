@@ -13,6 +13,8 @@ from sqlalchemy.orm import Session, sessionmaker
 from service.buildings import store as building_store
 from service.records.source_poller import SourcePoller
 
+pytestmark = pytest.mark.sqlite
+
 MOTION = "/api/v1/events/1/layer-motion"
 
 

@@ -18,6 +18,8 @@ from service.db import blobs
 from service.jobs.tables import Job
 from service.records.tables import Event
 
+pytestmark = pytest.mark.sqlite
+
 START = datetime(2021, 1, 1, tzinfo=UTC)
 EVENTS = 12
 EXACT = fixed_base_modes(BUILDING)

@@ -7,6 +7,8 @@ from typer.testing import CliRunner
 
 from service.cli import app
 
+pytestmark = pytest.mark.sqlite
+
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, empty_database_url: str) -> Path:

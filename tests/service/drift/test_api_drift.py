@@ -13,6 +13,8 @@ from api_client import client
 from building_models import BASE
 from sqlalchemy.orm import Session, sessionmaker
 
+pytestmark = pytest.mark.sqlite
+
 COUNT, ONSET, LOSS = 28, 22, 0.08
 NOW = stored_histories.start(COUNT) + timedelta(days=1)
 PAPER = "/api/v1/buildings/PAPER"

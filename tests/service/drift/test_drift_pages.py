@@ -3,10 +3,13 @@
 import re
 from html import unescape
 
+import pytest
 import stored_histories
 from api_client import client
 from building_models import BASE
 from sqlalchemy.orm import Session, sessionmaker
+
+pytestmark = pytest.mark.sqlite
 
 PAGE = "/buildings/PAPER/drift"
 

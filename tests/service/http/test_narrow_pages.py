@@ -14,7 +14,7 @@ from service.alerts.messages import write_event_message
 WIDTH = 375
 """Pixels."""
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.sqlite]
 
 
 @pytest.mark.skipif(which("chromium") is None, reason="no Chromium to look at it with")

@@ -22,6 +22,8 @@ from service.models.versions import Draft
 from service.models.work import Compared
 from service.records.tables import Event
 
+pytestmark = pytest.mark.sqlite
+
 START = datetime(2011, 3, 11, 5, 46, 24, tzinfo=UTC)
 TIME = np.arange(2000) / 100
 BUILDING = """

@@ -17,6 +17,8 @@ from service.access.auth import Role
 from service.buildings import store as building_store
 from service.models.tables import ModelVersion
 
+pytestmark = pytest.mark.sqlite
+
 MODELS = "/api/v1/buildings/PAPER/models"
 NOW = paper_records.START
 LINEAR = {"elastic": {"k_b": 4.75e8}, "viscous": {"c_b": 6e6}}

@@ -16,7 +16,7 @@ from core.paper import ISOLATOR
 from service.buildings import store as building_store
 from service.records.ingest import ingest
 
-pytestmark = [pytest.mark.slow, pytest.mark.parametrize("database_kind", ["sqlite"], indirect=True)]
+pytestmark = [pytest.mark.slow, pytest.mark.sqlite]
 
 OFF = {name: dict(values) for name, values in ISOLATOR.effects.items()} | {"elastic": {"k_b": 0.9 * 475e6}}
 

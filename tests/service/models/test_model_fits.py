@@ -14,7 +14,7 @@ from core.paper import ISOLATOR
 from service.access import keys
 from service.access.auth import Role
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.sqlite]
 
 TRUTH = {name: dict(values) for name, values in ISOLATOR.effects.items()}
 OFF = {**TRUTH, "elastic": {"k_b": 1.2 * TRUTH["elastic"]["k_b"]}}

@@ -16,6 +16,8 @@ from service.access import keys
 from service.access.auth import Role
 from service.buildings import store as building_store
 
+pytestmark = pytest.mark.sqlite
+
 NOW = paper_records.START
 MODELS = "/buildings/PAPER/models"
 

@@ -22,6 +22,8 @@ from service.models.inputs import WorkInputs
 from service.models.schema import FitRequest, ModelRequest
 from service.models.work import records
 
+pytestmark = pytest.mark.sqlite
+
 EFFECTS = {name: dict(values) for name, values in ISOLATOR.effects.items()}
 
 

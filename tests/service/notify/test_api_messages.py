@@ -28,6 +28,8 @@ from service.notify.outbox import MessageContent, put
 from service.notify.tables import Message
 from service.settings import Settings
 
+pytestmark = pytest.mark.sqlite
+
 NOW = datetime(2024, 1, 1, tzinfo=UTC)
 RECEIVERS = "/api/v1/buildings/TOWER/receivers"
 MANAGER = '\n[[receiver]]\nname = "manager"\nkind = "email"\naddress = "manager@example.org"\n'

@@ -15,6 +15,8 @@ from service.buildings import recipients
 from service.buildings.recipient_rules import SEVERITIES, WANTED_KINDS, ReceiverRule
 from service.notify import drill
 
+pytestmark = pytest.mark.sqlite
+
 SCRIPT = importlib.util.spec_from_file_location(
     "write_mail", Path(__file__).resolve().parents[3] / "docs" / "tools" / "write_mail.py"
 )

@@ -17,6 +17,8 @@ from service.buildings.tables import Building
 from service.drift.alert_candidates import limit_candidates
 from service.records.tables import Event
 
+pytestmark = pytest.mark.sqlite
+
 
 @pytest.fixture
 def stored(sessions: sessionmaker[Session]) -> Iterator[Session]:
