@@ -86,12 +86,10 @@ def caller(request: Request) -> Caller:
 async def identify(request: Request) -> Caller:
     """The caller of a request, which remembers it.
 
-    Raises
-    ------
-    UnauthorizedError
-        Nothing in force came with the request, or a wrong key beside a right one.
-    ForbiddenError
-        It was made by another site's page.
+    Raises:
+        UnauthorizedError: neither a valid key nor a valid session came with the request, or a wrong key beside a right
+            one.
+        ForbiddenError: it was made by another site's page.
     """
     known: Caller | None = getattr(request.state, "caller", None)
     if known is not None:
@@ -134,7 +132,7 @@ def at_least(role: Role) -> Callable[[Request], Coroutine[Any, Any, Caller]]:
         caller = await identify(request)
         if caller.role < role:
             raise ForbiddenError(
-                f"The key {caller.name!r} is a {caller.role.name}'s; this takes a key of role {role.name}."
+                f"The key {caller.name!r} is a {caller.role.name}'s; this request needs a key of role {role.name}."
             )
         return caller
 

@@ -42,12 +42,12 @@ def begin(
             starts.
     """
     if quantity is not None and quantity not in QUANTITIES:
-        raise ConflictError(f"Nothing called {quantity!r} is watched; there are {', '.join(QUANTITIES)}.")
+        raise ConflictError(f"No quantity {quantity!r} is monitored; there are {', '.join(QUANTITIES)}.")
     if subject is not None and quantity is None:
         raise ConflictError(f"A period for {subject} alone needs a quantity; one for everything needs no subject.")
     if subject == BOTH_DIRECTIONS:
         raise ConflictError(
-            f"{BOTH_DIRECTIONS} has no reference of its own; without a subject the period holds in both directions."
+            f"{BOTH_DIRECTIONS} has no reference of its own; without a subject the period applies to both directions."
         )
     if start is not None and end is not None and end <= start:
         raise ConflictError(f"The period ends at {end:%Y-%m-%dT%H:%MZ}, before it starts; choose a later end.")

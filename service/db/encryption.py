@@ -81,5 +81,5 @@ def _keys(given: str) -> MultiFernet | None:
         return MultiFernet([Fernet(name) for name in names]) if names else None
     except ValueError:
         raise SecretKeyError(
-            f"{VARIABLE} holds no key. `menshin secret new-key` prints one; separate several by commas."
+            f"{VARIABLE} contains no key. `menshin secret new-key` prints one; separate several by commas."
         ) from None

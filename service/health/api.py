@@ -66,7 +66,7 @@ async def alive() -> Health:
 def ready(request: Request, sessions: Reading) -> Readiness | Response:
     """200 if polling and analyses really happen and can be stored; otherwise 503, and `checks` lists the problems.
 
-    Checked are the database and its tables, its disk, the clock, a poller, every source's looks, and a worker.
+    Checked are the database and its tables, its disk, the clock, a poller, the polls of every source, and a worker.
     """
     state, now = request.app.state, datetime.now(UTC)
     checks = [_check(one, state.unready_since, now) for one in _checks(sessions, state.settings, now)]

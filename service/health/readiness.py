@@ -102,10 +102,10 @@ def _poller(session: Session, now: datetime) -> Check:
 def _looks(session: Session, settings: Settings, now: datetime) -> Check:
     late = [looked for code, looked in _late(session, settings, now) if code]
     if not late:
-        return Check("looks", True, "every source is looked at in time")
+        return Check("looks", True, "every source is polled in time")
     number = "one source has" if len(late) == 1 else f"{len(late)} sources have"
     helps = "the log of the poller says what stops it; more than a processor can do takes a longer polling.interval"
-    return Check("looks", False, f"{number} not been looked at for too long", helps, min(late))
+    return Check("looks", False, f"{number} not been polled for too long", helps, min(late))
 
 
 def _late(session: Session, settings: Settings, now: datetime) -> Iterator[tuple[str, datetime]]:

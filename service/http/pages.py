@@ -28,7 +28,7 @@ WORDS = {
     500: "Something went wrong in Menshin; its log has the details.",
 }
 LOGGED_OUT = "You are logged out"
-ENDED = "No login is in force in this browser: it has ended, or its key was revoked. Nothing was done."
+ENDED = "This browser is not logged in: its session has ended, or its key was revoked. Nothing was done."
 
 
 def wants_page(request: Request) -> bool:
@@ -66,7 +66,7 @@ def as_page(request: Request, answer: Response, *, is_unknown: bool) -> Response
     document = orjson.loads(bytes(answer.body))
     is_malformed = "errors" in document
     said = WORDS.get(status) if is_unknown or is_malformed or status == 500 else None
-    detail = said or PATTERN.sub("this is not in the form that is needed", document["detail"])
+    detail = said or PATTERN.sub("this does not have the required form", document["detail"])
     title, back, login = HTTPStatus(status).phrase, form_page(request) if is_form else "/", None
     if is_form and status == HTTPStatus.UNAUTHORIZED:
         title, detail, login = LOGGED_OUT, ENDED, f"/login?{urlencode({'next': back})}"

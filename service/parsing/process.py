@@ -135,8 +135,8 @@ class Parser:
         if "died" in message:
             self.end()
             raise ParserDiedError(
-                f"{name} needs more than {self.limits.memory // 2**20} MiB of memory to be read; a smaller file, or a "
-                f"larger parser.memory_limit, would help"
+                f"{name} needs more than {self.limits.memory // 2**20} MiB of memory to be read; use a smaller file or "
+                "a larger parser.memory_limit"
             )
         return message, blocks
 

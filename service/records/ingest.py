@@ -129,11 +129,11 @@ def _usable(
 
 
 def reading_failed(recording: Recording, error: Exception, *, settings: Settings) -> None:
-    """Note a failed attempt at a recording: it is tried again at the next look, and rejected after the last attempt."""
+    """Note a failed attempt at a recording: it is tried again at the next poll, and rejected after the last attempt."""
     is_too_much = isinstance(error, ParserDiedError)
     found = str(error) if is_too_much else f"reading it failed ({type(error).__name__}: {error})"
     if recording.failures < settings.jobs.attempts:
-        recording.reason = f"{storable(found)}; it is tried again at the next look"
+        recording.reason = f"{storable(found)}; it is tried again at the next poll"
         return
     _give_up(recording, storable(found))
 

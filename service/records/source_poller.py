@@ -35,7 +35,7 @@ from service.settings import Settings
 log = logging.getLogger(__name__)
 
 LONGEST_LOOK = 20
-"""Times http_timeout: a longer look is left between two steps, and the next one continues there."""
+"""Times http_timeout: a longer poll ends between two steps, and the next one continues there."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +48,7 @@ class SourcePoller:
     sleep: Callable[[float], object] = sleep
     """Waits so many seconds between two attempts; True if no other attempt may follow."""
     stopped: Callable[[], bool] = lambda: False
-    """Called between two steps: True leaves the look, and the next one continues there."""
+    """Called between two steps: True ends the poll, and the next one continues there."""
 
     def poll_all(self) -> None:
         """Poll every building's source once."""
@@ -72,7 +72,7 @@ class SourcePoller:
         if is_to_read_again:
             with self.sessions.begin() as session:
                 read_again_with_this_version(session, building)
-        self._read(building)  # files stored by an interrupted look, or readable with a new description
+        self._read(building)  # files stored by an interrupted poll, or readable with a new description
         if described.source is None:
             return True
         self._remember(building, attempted_at=self.clock())
@@ -118,7 +118,7 @@ class SourcePoller:
                     return
 
     def _manners(self, is_failing: bool) -> Manners:
-        """Requests to a failing source are not repeated: it is tried again at the next look."""
+        """Requests to a failing source are not repeated: it is tried again at the next poll."""
         given = self.settings
         retries = 0 if is_failing else given.polling.retries
         return Manners(self.sleep, retries, monotonic() + LONGEST_LOOK * given.polling.timeout)

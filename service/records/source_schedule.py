@@ -10,22 +10,22 @@ from time import monotonic
 log = logging.getLogger(__name__)
 
 QUICK = 10
-"""Looks that run at the same time, without the long ones."""
+"""Polls that run at the same time, without the long ones."""
 LASTING = 4.0
-"""s after which a look counts as long and gives its place to another."""
+"""s after which a poll counts as long and gives its place to another."""
 TOGETHER = 30
-"""Looks at working sources that run at the same time, long ones included."""
+"""Polls of working sources that run at the same time, long ones included."""
 FAILING = 8
-"""Looks at failing sources that run at the same time, in places of their own."""
+"""Polls of failing sources that run at the same time, in places of their own."""
 LONGEST_PAUSE = 300.0
-"""s, longest time between two looks at a failing source, unless the interval is longer."""
+"""s, longest time between two polls of a failing source, unless the interval is longer."""
 TO_END = 3.0
-"""s given to looks when the service stops; those that last longer are abandoned without loss."""
+"""s given to polls when the service stops; those that last longer are abandoned without loss."""
 
 
 @dataclass(frozen=True, slots=True)
 class Running:
-    """A look that is under way."""
+    """A poll that is under way."""
 
     thread: Thread
     since: float
@@ -35,17 +35,17 @@ class Running:
 
 @dataclass(slots=True)
 class SourceSchedule:
-    """Schedule of the looks: at each source at most one at a time, soon after it is due."""
+    """Schedule of the polls: of each source at most one at a time, soon after it is due."""
 
-    look: Callable[[str], bool]
+    poll: Callable[[str], bool]
     """Polls a source, by the code of its building; False if the source failed."""
     interval: float
-    """s between two looks at a source that answers."""
+    """s between two polls of a source that answers."""
     timer: Callable[[], float] = monotonic
     failures: dict[str, int] = field(default_factory=dict)
-    """Looks that failed in a row, of failing sources."""
+    """Polls that failed in a row, of failing sources."""
     resting: dict[str, float] = field(default_factory=dict)
-    """Time of the timer before which a failing source is not looked at."""
+    """Time of the timer before which a failing source is not polled."""
     waiting: dict[str, None] = field(default_factory=dict)
     """In order."""
     running: dict[str, Running] = field(default_factory=dict)
@@ -53,25 +53,25 @@ class SourceSchedule:
     lock: Lock = field(default_factory=Lock)
 
     def expect_failure(self, codes: Iterable[str]) -> None:
-        """Treat sources that are known to fail as failing from their first look on."""
+        """Treat sources that are known to fail as failing from their first poll on."""
         with self.lock:
             for code in codes:
                 self.failures.setdefault(code, 0)
 
     def due(self, code: str) -> None:
-        """Look at a source as soon as there is a place, unless it is waiting, running or resting after a failure."""
+        """Poll a source as soon as there is a place, unless it is waiting, running or resting after a failure."""
         with self.lock:
             if code not in self.running and self.timer() >= self.resting.get(code, -inf):
                 self.waiting[code] = None
             self._start()
 
     def go_on(self) -> None:
-        """Give the places of long looks to waiting ones; called every few seconds."""
+        """Give the places of long polls to waiting ones; called every few seconds."""
         with self.lock:
             self._start()
 
     def end(self) -> list[str]:
-        """Start no further look and wait a moment for the running ones; returns the codes of those that did not end."""
+        """Start no further poll and wait a moment for the running ones; returns the codes of those that did not end."""
         with self.lock:
             self.is_ending = True
             left = dict(self.running)
@@ -85,7 +85,7 @@ class SourceSchedule:
             is_failing = code in self.failures
             if self._has_room(is_failing):
                 del self.waiting[code]
-                thread = Thread(target=self._run, args=(code,), name=f"look at {code}", daemon=True)
+                thread = Thread(target=self._run, args=(code,), name=f"poll {code}", daemon=True)
                 self.running[code] = Running(thread, self.timer(), is_failing)
                 thread.start()
 
@@ -99,7 +99,7 @@ class SourceSchedule:
     def _run(self, code: str) -> None:
         answered = True
         try:
-            answered = self.look(code)
+            answered = self.poll(code)
         finally:
             with self.lock:
                 del self.running[code]

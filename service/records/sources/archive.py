@@ -32,7 +32,7 @@ class Outcome:
     known: Known | None = None
     """New state of the file; None where it did not change."""
     grows: bool = False
-    """True if the file is left for the next look."""
+    """True if the file is left for the next poll."""
     error: SourceError | None = None
     """Reason for the new request."""
 
@@ -46,7 +46,7 @@ class Archive:
     memory: Memory
 
     def steps(self, cursor: Cursor, now: datetime) -> Iterator[Step]:
-        """New and changed files; one that is still growing, or cannot be fetched, is left for the next look.
+        """New and changed files; one that is still growing, or cannot be fetched, is left for the next poll.
 
         Raises:
             SourceError: for the first file that could not be fetched, after all others; at once if the server is away.

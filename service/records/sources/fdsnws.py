@@ -39,7 +39,7 @@ WRITTEN = re.compile(rb"<Created>[^<]{0,100}</Created>")
 class FdsnWebServices:
     """Stations first, then waveforms: around the catalogue's earthquakes, or all of them in windows of time.
 
-    A gap in a channel is requested again at each look, until it is filled or the setting `late_data` has passed.
+    A gap in a channel is requested again at each poll, until it is filled or the setting `late_data` has passed.
     """
 
     address: str
@@ -113,7 +113,7 @@ class FdsnWebServices:
             yield Step(arrivals, cursor)
 
     def _open(self, cursor: Cursor, more: Iterable[Gap], now: datetime) -> list[dict[str, Any]]:
-        """The gaps to request again at the next looks, as JSON."""
+        """The gaps to request again at the next polls, as JSON."""
         return written(still_open([*noted(cursor.get("open", [])), *more], now, self._lateness))
 
     def _pieces(self, arrivals: Iterable[Arrival]) -> tuple[Piece, ...]:
@@ -149,7 +149,7 @@ class FdsnWebServices:
     def _in_windows(self, cursor: Cursor, now: datetime) -> Iterator[Step]:
         """Windows that double over silence, so that years of it cost a few requests, and halve on large answers."""
         start = datetime.fromisoformat(cursor["until"]) if "until" in cursor else self.since
-        if start > now + A_MOMENT:  # the clock was ahead at the last look, and has been set back
+        if start > now + A_MOMENT:  # the clock was ahead at the last poll, and has been set back
             start = max(self.since, now - self._lateness)
         window = timedelta(seconds=cursor.get("window", FIRST_WINDOW.total_seconds()))
         while start < now:

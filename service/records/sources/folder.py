@@ -48,7 +48,7 @@ class Folder:
     memory: Memory
 
     def steps(self, cursor: Cursor, now: datetime) -> Iterator[Step]:
-        """New and changed files; one that still grows is left for the next look.
+        """New and changed files; one that still grows is left for the next poll.
 
         Raises:
             SourceError: the folder is not there; after all others, the first file or folder that cannot be read.

@@ -53,7 +53,7 @@ def pages(client: Client, address: str, had: Mapping[str, Any], depth: int = 0) 
     Args:
         client: of the server.
         address: of the listing.
-        had: result of `remembered` at an earlier look.
+        had: result of `remembered` at an earlier poll.
         depth: below the first.
 
     Raises:
@@ -80,7 +80,7 @@ def remembered(found: Collection[Page], unread: Collection[str]) -> dict[str, An
 
     Args:
         found: the pages.
-        unread: addresses of files, or of whole pages, that are needed at the next look.
+        unread: addresses of files, or of whole pages, that are needed at the next poll.
     """
     return {
         page.address: {"unless": dict(page.unless), "folders": list(page.folders)}

@@ -38,7 +38,7 @@ def unreachable(error: BaseException) -> tuple[str, str]:
             return "broke off its answer", REFUSED
         if isinstance(cause, OSError) and cause.strerror:
             return f"cannot be reached: the network says {cause.strerror!r}", REFUSED
-    return f"broke off its answer ({str(error) or type(error).__name__})", "it is tried again at the next look"
+    return f"broke off its answer ({str(error) or type(error).__name__})", "it is tried again at the next poll"
 
 
 def refusal(status: int, reason: str) -> str:

@@ -27,7 +27,7 @@ LONGEST_DELAY = 60.0  # s
 MOST_REDIRECTS = 5
 """Most redirects of one request. Not tuned."""
 LONGEST_ANSWER = 20  # times the timeout: an answer that comes by drops is given up
-AGAIN = "it is tried again at the next look"
+AGAIN = "it is tried again at the next poll"
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +67,7 @@ class UnansweredError(SourceError):
     def __init__(self, message: str, partial: Partial) -> None:
         super().__init__(message)
         self.partial = partial
-        """The part that came; the next look may resume after it."""
+        """The part that came; the next poll may resume after it."""
 
 
 class BrokenError(SourceError):
@@ -81,7 +81,7 @@ class BrokenError(SourceError):
 
 @dataclass(frozen=True, slots=True)
 class Manners:
-    """Patience with a source at one look."""
+    """Time limits of one poll of a source."""
 
     sleep: Callable[[float], object]
     """Waits so many seconds; True if no other attempt may follow."""
@@ -92,7 +92,7 @@ class Manners:
 
     @property
     def is_over(self) -> bool:
-        """True if the look has used up its time."""
+        """True if the poll has used up its time."""
         return monotonic() > self.until
 
 
@@ -264,7 +264,7 @@ class ServerClock:
 def tls_context() -> ssl.SSLContext:
     """The certificates by which monitoring servers are trusted: one context for the process.
 
-    Loading the certificates took half of the processor time of a look at a quiet source. Changed certificates are in
+    Loading the certificates took half of the processor time of a poll of a quiet source. Changed certificates are in
     use from the next start on.
     """
     return httpx.create_ssl_context()

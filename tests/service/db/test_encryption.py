@@ -98,7 +98,7 @@ def test_a_missing_or_wrong_key_is_stated_in_words(
 ) -> None:
     monkeypatch.setenv(VARIABLE, new_key())
     add(sessions)
-    for value, words in (("", "Set MENSHIN_SECRET_KEY"), (new_key(), "No key in"), ("hunter2", "holds no key")):
+    for value, words in (("", "Set MENSHIN_SECRET_KEY"), (new_key(), "No key in"), ("hunter2", "contains no key")):
         monkeypatch.setenv(VARIABLE, value)
         with pytest.raises(SecretKeyError, match=words) as raised:
             read(sessions)

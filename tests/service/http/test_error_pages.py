@@ -60,7 +60,7 @@ def spoil(url: str) -> None:
         ("GET", "/events/x", 404, "There is nothing at this address"),
         ("GET", "/nowhere", 404, "There is nothing at this address"),
         ("GET", "/buildings/NONE/events", 404, "There is no building"),
-        ("GET", "/?building=%3Cx%3E", 422, "this is not in the form that is needed"),
+        ("GET", "/?building=%3Cx%3E", 422, "this does not have the required form"),
         ("DELETE", "/events/1", 405, "cannot be used in that way"),
     ],
 )

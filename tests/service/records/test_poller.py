@@ -109,6 +109,25 @@ def test_pollers_share_the_buildings_and_a_dead_ones_are_taken_over(
         until(lambda: first.share == codes)
 
 
+def test_a_poller_that_joins_polls_nothing_until_every_other_has_seen_it(
+    sessions: sessionmaker[Session], tmp_path: Path
+) -> None:
+    """Another poller holds its lease and is silent at first; then it renews the lease, and with that sees this one."""
+    codes = [f"B{number}" for number in range(8)]
+    text = building_file("folder", str(tmp_path))
+    with sessions.begin() as session:
+        for one in codes:
+            building_store.add(session, text.replace(f'"{tomllib.loads(text)["code"]}"', f'"{one}"', 1), tmp_path, NOW)
+        process_leases.hold(session, SHARING + "other", "other", datetime.now(UTC), LEASE)
+    with polling(sessions, "this one") as poller:
+        until(lambda: poller.met is not None)
+        sleep(5 * SETTINGS.polling.interval)
+        assert poller.share == frozenset()
+        with sessions.begin() as session:
+            process_leases.hold(session, SHARING + "other", "other", datetime.now(UTC), LEASE)
+        until(lambda: poller.share == {one for one in codes if owner(one, {"this one", "other"}) == "this one"})
+
+
 def test_a_poller_that_joins_takes_buildings_from_every_other_and_moves_no_other() -> None:
     codes = [f"B{number}" for number in range(300)]
     before = {one: owner(one, {"a", "b"}) for one in codes}
