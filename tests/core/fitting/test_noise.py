@@ -1,5 +1,7 @@
 """One noise ratio of a model in its records, wherever it is shown; about 1 for a right model."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from layer_observations import BAND, LATER, START, layer_observation
@@ -24,7 +26,10 @@ def test_a_right_model_has_a_ratio_of_one() -> None:
 
 
 def test_the_noise_of_the_samples_is_that_of_the_frequencies() -> None:
-    noise = force_noise(layer_observation(1))
+    """Also where it grows in the course of the record."""
+    one = layer_observation(1)
+    growing = one.layer.force_std * np.linspace(1.0, 3.0, one.layer.force.size)
+    noise = force_noise(replace(one, layer=replace(one.layer, force_std=growing)))
     assert np.sqrt(np.mean(noise.std**2)) == pytest.approx(noise.rms)
 
 
