@@ -1,5 +1,7 @@
-"""Damped steps in any units, and amplitudes that satisfy the conditions of Karush, Kuhn and Tucker within bounds."""
+"""Damped steps in any units, descent to a minimum, and bounded amplitudes that satisfy Karush, Kuhn and Tucker."""
 
+from dataclasses import dataclass
+from functools import partial
 from math import inf
 
 import numpy as np
@@ -7,7 +9,18 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from core.arrays import Matrix, Vector
-from core.optimisation import bounded_least_squares, damped_step, scaled_inverse
+from core.optimisation import (
+    Damping,
+    FactorDamping,
+    GainRatioDamping,
+    Quadratic,
+    Step,
+    bounded_least_squares,
+    damped_step,
+    lower_point,
+    minimised,
+    scaled_inverse,
+)
 
 UNITS = st.floats(-8, 8).map(lambda power: 10.0**power)
 
@@ -51,6 +64,70 @@ def test_a_matrix_that_is_not_positive_definite_is_damped_until_the_step_goes_do
 def test_no_step_without_curvature_or_with_infinite_values() -> None:
     assert damped_step(np.diag([1.0, 0.0]), np.ones(2), 1.0) is None
     assert damped_step(np.diag([1.0, np.inf]), np.ones(2), 1.0) is None
+
+
+@dataclass(frozen=True)
+class Valley:
+    """A point of Rosenbrock's (1960) function as a sum of squares, half of it: the minimum is 0 at (1, 1)."""
+
+    x: float
+    y: float
+
+    @property
+    def residual(self) -> Vector:
+        return np.array([1 - self.x, 10 * (self.y - self.x**2)])
+
+    @property
+    def cost(self) -> float:
+        return 0.5 * float(self.residual @ self.residual)
+
+    @property
+    def quadratic(self) -> Quadratic:
+        slope = np.array([[-1.0, 0.0], [-20 * self.x, 10.0]])
+        return Quadratic(slope.T @ slope, -slope.T @ self.residual)
+
+    def moved(self, step: Vector) -> "Valley":
+        return Valley(self.x + float(step[0]), self.y + float(step[1]))
+
+
+def valley_step(most_trials: int, here: Valley, damping: Damping) -> Step[Valley] | None:
+    return lower_point(here, here.quadratic, here.moved, damping, most_trials)
+
+
+@pytest.mark.parametrize(
+    ("damping", "most_trials"), [(FactorDamping(1e-3, 8.0, 8.0, 1e-8), 8), (GainRatioDamping(1e-3), 1)]
+)
+def test_the_minimum_of_a_curved_valley_is_reached(damping: Damping, most_trials: int) -> None:
+    costs = []
+
+    def has_settled(before: Valley, latest: Step[Valley]) -> bool:
+        costs.append(before.cost)
+        return latest.point.cost < 1e-20
+
+    end, settled = minimised(Valley(-1.2, 1.0), partial(valley_step, most_trials), has_settled, damping, 100)
+    assert settled
+    assert (end.x, end.y) == pytest.approx((1.0, 1.0), abs=1e-8)
+    assert costs == sorted(costs, reverse=True)
+    _, settled = minimised(Valley(-1.2, 1.0), partial(valley_step, most_trials), lambda *_: False, damping, 3)
+    assert not settled
+
+
+@pytest.mark.parametrize("damping", [FactorDamping(1e-3, 8.0, 8.0, 1e-8), GainRatioDamping(1e-3)])
+def test_where_no_trial_lowers_the_cost_the_point_stays_and_the_damping_grows(damping: Damping) -> None:
+    start = Valley(-1.2, 1.0)
+    step = lower_point(start, start.quadratic, lambda _: Valley(9.0, 9.0), damping, 3)
+    assert step is not None
+    assert (step.point, step.gained) == (start, 0.0)
+    assert step.damping.value == pytest.approx(1e-3 * (8.0**3 if isinstance(damping, FactorDamping) else 2 * 4 * 8))
+    assert step.expected > 0
+
+
+def test_a_descent_ends_where_no_step_can_be_computed() -> None:
+    def flat(here: Valley, damping: Damping) -> Step[Valley] | None:
+        return lower_point(here, Quadratic(np.zeros((2, 2)), np.ones(2)), here.moved, damping, 8)
+
+    start = Valley(0.0, 0.0)
+    assert minimised(start, flat, lambda *_: True, GainRatioDamping(1.0), 5) == (start, False)
 
 
 @given(st.integers(0, 1000), st.tuples(UNITS, UNITS, UNITS))
