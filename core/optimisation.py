@@ -19,13 +19,13 @@ MOST_INCREASES = 30
 """Tenfold increases of the damping until a matrix is positive definite; more would not change the step."""
 DEGENERATE = 1e-9
 """Smallest eigenvalue of a matrix with ones on its diagonal, relative to the largest, along which data determine
-anything."""
+anything. A choice."""
 SMALLEST = 1e-12
 """The same within bounds, where smaller eigenvalues are raised to it: bounds keep the amplitudes small."""
 TOLERANCE = 1e-12
-"""Relative reduction of the cost below which bounded least squares ends."""
+"""Relative reduction of the cost below which bounded least squares ends. A choice."""
 MOST_CHANGES = 20
-"""Largest number of changes of the active bounds, per amplitude."""
+"""Largest number of changes of the active bounds, per amplitude. A choice."""
 
 
 class Point(Protocol):

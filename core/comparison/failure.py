@@ -18,8 +18,8 @@ from core.comparison.region import AS_CLEAR, Region, significant_regions, within
 from core.errors import RecordError
 
 MORE_THAN_NOISE, IN_A_BLOCK = 1.1, 2.0
-"""Noise ratio up to which noise may explain everything, the noise being an estimate: over all
-earthquakes, and in the worst block."""
+"""Noise ratio up to which noise may explain everything, the noise being an estimate: over all earthquakes, and in the
+worst block. A choice."""
 VALUES_OFF = 0.9
 """Share of the excess error that another constant stiffness and damping must remove for the values to be wrong. A
 choice."""

@@ -16,7 +16,8 @@ DIGITS = 2
 MOST = 0.6
 """Smallest share of the excess error for which a region is reported. A choice."""
 CLEAR_ODDS = 3.0
-"""Odds of the excess error to lie in a region over those of the force's energy: the least, interval included."""
+"""Odds of the excess error to lie in a region over those of the force's energy: the least, interval included. A
+choice."""
 CERTAIN = 0.03
 """Smallest distance of a share from 0 or 1 that records can resolve. A choice."""
 AS_CLEAR = 3.0

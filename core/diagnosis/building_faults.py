@@ -35,7 +35,7 @@ COMMON = 0.15
 OFF = 0.2
 """Standard deviation of the logarithm of a design value that is wrong by itself. A choice."""
 DECISIVE = 2.5
-"""Smallest log evidence of a wrong mass over the design's usual scatter."""
+"""Smallest log evidence of a wrong mass over the design's usual scatter. A choice."""
 FEWEST = 2
 """Smallest number of values that a mass scales: fewer cannot distinguish it from one wrong value."""
 

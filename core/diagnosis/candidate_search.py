@@ -31,7 +31,7 @@ benchmarks.diagnosis."""
 OWN = 1e-4
 """Share of a signature that must be its own, else the model's parameters imitate it. A choice."""
 FREQUENCIES = (0.3, 8.0, 9)
-"""Hz, from and to, and how many: of what swings by itself, which may be of a narrow band."""
+"""Hz, from and to, and how many: of what swings by itself, which may be of a narrow band. A choice."""
 INSTANTS = (0.2, 0.4, 0.6, 0.8)
 """Shares of the layer's travel in an earthquake at which a property may have changed. A choice."""
 WIDE = 4.0
@@ -144,9 +144,10 @@ def _instants(observations: Sequence[Observation]) -> Vector:
 
 
 SPARE = 4.0
-"""Ratio of the largest gain that a search may still have to that which its slope and its last step predict."""
+"""Ratio of the largest gain that a search may still have to that which its slope and its last step predict. A
+choice."""
 NEAR = 1.08
-"""Ratio to the lowest cost of all searches: a search that may reach it continues."""
+"""Ratio to the lowest cost of all searches: a search that may reach it continues. A choice."""
 FEWEST_STEPS = 2
 """Steps that every first search makes: the slope at its start may predict no gain."""
 

@@ -16,7 +16,7 @@ from core.estimators.result import StoreyStiffness
 COMMON = 0.5
 """Standard deviation of the logarithm of the factor by which all storeys differ from the design. A choice."""
 OWN = 0.04
-"""The same for each storey alone: the scatter about the design."""
+"""The same for each storey alone: the scatter about the design. A choice."""
 LOST = 0.5
 """The same for a storey that has lost stiffness. A choice."""
 EVENT = 0.05

@@ -181,7 +181,7 @@ def _located(
         return crossing
     onset = int(statistic.argmax())
     scale = baseline.model.size
-    earliest, latest = onset_interval(first_innovations(white, seen + 1), alike, scale, start, crossing.raised)
+    earliest, latest = _onset_interval(first_innovations(white, seen + 1), alike, scale, start, crossing.raised)
     return replace(crossing, rule=rule, onset=onset, earliest=min(earliest, onset), latest=max(latest, onset))
 
 
@@ -204,7 +204,7 @@ def _alarm(crossing: Crossing, white: Innovations, end: int, baseline: Baseline,
     if crossing.earliest > 0:
         after = events[crossing.earliest - 1]
     else:
-        back = 0 if crossing.rule.name == SLOW else changed_reference_events(tested.reference, size.size)
+        back = 0 if crossing.rule.name == SLOW else _changed_reference_events(tested.reference, size.size)
         after = tested.reference.events[-1 - min(back, len(tested.reference.events) - 1)]
     drift, low, high = (
         relative_change(float(pattern[-1]) * value, baseline) for value in (size.size, size.low, size.high)
@@ -233,12 +233,12 @@ def _message(rule: Rule, change: str, known: Quantity, after: datetime, by: date
     return f"the {known.title} has changed by {change}, {pace} {began}"
 
 
-def onset_interval(white: Innovations, rules: Sequence[Rule], scale: float, first: int, last: int) -> tuple[int, int]:
+def _onset_interval(white: Innovations, kinds: Sequence[Rule], scale: float, first: int, last: int) -> tuple[int, int]:
     """The shortest run of onsets with a posterior probability of `ONSET_LEVEL`.
 
     Args:
         white: innovations of the events whose evidence counts.
-        rules: kinds of change that are possible.
+        kinds: of change that are possible.
         scale: unit of the sizes of changes, 1 for a logarithm.
         first: earliest onset that is possible.
         last: latest onset that is possible.
@@ -246,7 +246,7 @@ def onset_interval(white: Innovations, rules: Sequence[Rule], scale: float, firs
     Returns:
         The earliest and the latest onset of the run, both included.
     """
-    logarithm = np.array([_log_posterior(white, rule, scale)[first : last + 1] for rule in rules])
+    logarithm = np.array([_log_posterior(white, rule, scale)[first : last + 1] for rule in kinds])
     weight = np.exp(logarithm - logarithm.max()).sum(axis=0)
     share = np.concatenate([[0.0], np.cumsum(weight / weight.sum())])
     ends = np.searchsorted(share, share[:-1] + ONSET_LEVEL - 1e-12)
@@ -255,7 +255,7 @@ def onset_interval(white: Innovations, rules: Sequence[Rule], scale: float, firs
     return first + start, first + int(ends[start]) - 1
 
 
-def changed_reference_events(reference: ReferenceDeviations, size: float) -> int:
+def _changed_reference_events(reference: ReferenceDeviations, size: float) -> int:
     """Number of events at the end of the reference that may already show a sudden change of this size.
 
     The reference is not tested, and a change that began in its last events shows from the first tested event on. Each

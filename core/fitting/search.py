@@ -35,7 +35,7 @@ RELATIVE = 1e-5
 """Reduction relative to the cost below which the search ends, for models whose residual is far above the noise. A
 choice."""
 LONGEST_STEP = 1.0
-"""Longest change in one step: of a logarithm, or in standard deviations of the prior."""
+"""Longest change in one step: of a logarithm, or in standard deviations of the prior. A choice."""
 MOST_STEPS = 40
 """Steps after which a search is stopped. A choice."""
 FIRST_DAMPING = FactorDamping(value=1e-3, divisor=8.0, multiplier=8.0, smallest=1e-8)

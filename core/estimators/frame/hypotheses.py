@@ -31,7 +31,7 @@ GAINS = 0.02
 DELAYS = 0.01
 """s, standard deviation of a sensor's clock, where sensors are uncertain. A choice."""
 FLEXIBILITIES = ((0.1, 1.5), (0.3, 1.0), (0.05, 1.5))
-"""Median and standard deviation of the logarithm: of rocking, of the joints, of bending as a whole."""
+"""Median and standard deviation of the logarithm: of rocking, of the joints, of bending as a whole. A choice."""
 JOINTS_IDENTIFIED_FROM = 3
 """Channels needed to distinguish the joints' rotation from the storeys' own shear; with fewer, joints are rigid."""
 RIGID = 1e-3
