@@ -14,7 +14,7 @@ LINE = "%(asctime)s %(levelname)s %(name)s: %(message)s"
 def begin(level: int) -> None:
     """Write the log to standard error from this level on, unless logging is configured already."""
     logging.basicConfig(level=level, format=LINE)
-    logging.getLogger("apscheduler").setLevel(
-        logging.ERROR
-    )  # a poll longer than the interval skips the next one, which is normal
-    logging.getLogger("httpx").setLevel(logging.WARNING)
+    # a poll that is longer than the interval skips the next one, which is normal
+    logging.getLogger("apscheduler").setLevel(logging.ERROR)
+    for chatty in ("httpx", "alembic"):
+        logging.getLogger(chatty).setLevel(logging.WARNING)

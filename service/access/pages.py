@@ -24,7 +24,7 @@ OURS = re.compile(r"/([a-z]+(/[\w-]+)*)?(\?[\w=&%.-]*)?", re.ASCII)
 MOST = 4096
 """Largest posted form, bytes."""
 UNKNOWN = (
-    "No key in force is like that. A key begins with mk_ and is shown once, when 'menshin key create NAME "
+    "No valid key matches this one. A key begins with mk_ and is shown once, when 'menshin key create NAME "
     "--role viewer' makes it; a revoked one no longer works."
 )
 SPENT = "This link was used before, or is more than an hour old; 'menshin login' makes a new one."

@@ -31,7 +31,7 @@ def add(context: typer.Context, file: File) -> None:
     from service.buildings import store as building_store
 
     text = read_text(file)
-    with _session(context) as session:
+    with _session(context, file) as session:
         building = building_store.add(session, text, file.parent.resolve(), datetime.now(UTC))
         Console().print(f"{building.code} is monitored: {building.name}")
         _warn(session, building)
@@ -72,7 +72,7 @@ def update(context: typer.Context, code: Code, file: File) -> None:
     from service.buildings import description, store as building_store
 
     text, folder = read_text(file), file.parent.resolve()
-    with _session(context) as session:
+    with _session(context, file) as session:
         building_store.find(session, code)
         described = description.read(text, folder).description.code
         if described != code:
@@ -100,10 +100,13 @@ def _warn(session: "Session", building: "Building") -> None:
 
 
 @contextmanager
-def _session(context: typer.Context) -> Iterator["Session"]:
-    """A transaction on the database; a refusal ends the command with exit code 1."""
+def _session(context: typer.Context, file: Path | None = None) -> Iterator["Session"]:
+    """A transaction on the database; a refusal ends the command with exit code 1. Problems of the file name it."""
     from service.buildings.description import BuildingFileError
     from service.buildings.store import BuildingError
 
     with transaction(context, BuildingFileError, BuildingError) as session:
-        yield session
+        try:
+            yield session
+        except BuildingFileError as error:
+            raise BuildingError(f"{file}:\n{error}") from error

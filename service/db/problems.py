@@ -16,7 +16,7 @@ from sqlalchemy.exc import (
     TimeoutError as PoolTimeoutError,
 )
 
-ALLOWED = "sqlite:///file or postgresql://user:password@host/name is"
+ALLOWED = "use sqlite:///file or postgresql://user:password@host/name"
 DRIVERS = frozenset({"sqlite", "sqlite+pysqlite", "postgresql", "postgresql+psycopg"})
 
 OF_SQLITE: dict[str, tuple[str, str]] = {

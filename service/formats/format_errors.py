@@ -1,7 +1,7 @@
 """Errors of the formats. Every message gives the cause and the remedy.
 
 FormatError
-├── UnknownFormatError  the bytes begin as no known format does
+├── UnknownFormatError  the bytes are of no known format
 └── UnknownUnitError    the samples are sound, but their unit is not known
 """
 
@@ -11,7 +11,7 @@ class FormatError(Exception):
 
 
 class UnknownFormatError(FormatError):
-    """Bytes that begin as no known format does."""
+    """Bytes of no known format."""
 
 
 class UnknownUnitError(FormatError):

@@ -100,7 +100,7 @@ def _read_plain(name: str, data: bytes, gains: Mapping[str, Gain]) -> Contents:
         if form.recognises(data):
             return form.read(name, data, gains)
     raise UnknownFormatError(
-        f"{name} begins with {data[:24]!r}, as no known format does; "
+        f"{name} has an unknown format (it begins with {data[:24]!r}); "
         f"use {', '.join(form.name for form in FORMATS)} or a zip archive of these"
     )
 

@@ -95,7 +95,7 @@ def _poller(session: Session, now: datetime) -> Check:
     if until is not None and not has_passed(until, now, POLLING_LEASE):
         return Check("poller", True, "a poller runs")
     since = None if until is None else until - POLLING_LEASE
-    helps = "'menshin poll' or 'menshin up' starts one; the log of one that runs says what stops it"
+    helps = "'menshin poll' or 'menshin up' starts one; see the log of one that runs"
     return Check("poller", False, "no poller was seen lately", helps, since)
 
 
@@ -104,7 +104,7 @@ def _looks(session: Session, settings: Settings, now: datetime) -> Check:
     if not late:
         return Check("looks", True, "every source is polled in time")
     number = "one source has" if len(late) == 1 else f"{len(late)} sources have"
-    helps = "the log of the poller says what stops it; more than a processor can do takes a longer polling.interval"
+    helps = "see the poller's log; if it has too many sources, start another poller or set a longer polling.interval"
     return Check("looks", False, f"{number} not been polled for too long", helps, min(late))
 
 
@@ -129,7 +129,7 @@ def _late(session: Session, settings: Settings, now: datetime) -> Iterator[tuple
 def _worker(session: Session, settings: Settings, now: datetime) -> Check:
     lease = timedelta(seconds=settings.jobs.lease)
     until = session.scalar(select(Lease.until).where(Lease.name == WORKING))
-    helps = "'menshin work' or 'menshin up' starts one; the log of one that runs says what stops it"
+    helps = "'menshin work' or 'menshin up' starts one; see the log of one that runs"
     if until is None or has_passed(until, now, lease):
         return Check("worker", False, "no worker was seen lately", helps, None if until is None else until - lease)
     stuck = "records wait for their analysis while nothing gets done"

@@ -32,6 +32,10 @@ from service.verdict.texts import NONE_YET
 
 SILENT = ("source", "record")
 """Causes of alerts that say that no records arrive."""
+NO_REFERENCE = Lacking(
+    reason="The reference period has too few earthquakes to compare this one with.",
+    remedy="More earthquakes, until the reference period is complete.",
+)
 REFERENCE = Lacking(
     reason="This earthquake belongs to the reference period; only later ones are compared with it.",
     remedy="More earthquakes, until the reference period is complete.",
@@ -193,7 +197,7 @@ def _stiffness(facts: StoredFacts) -> dict[str, Measured | Lacking]:
 def _change(wanted: int, value: DriftValue | None) -> Measured | Lacking:
     """The event's change of stiffness from the value expected at its amplitude and temperature."""
     if value is None:
-        return REFERENCE if wanted else NO_CYCLE
+        return NO_REFERENCE if wanted else NO_CYCLE
     for applies, lacking in (
         (value.is_reference, REFERENCE),
         (value.is_excluded, EXCLUDED),

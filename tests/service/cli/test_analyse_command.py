@@ -184,7 +184,7 @@ def test_an_unusable_event_is_refused_with_its_reason(folder: Path, tmp_path: Pa
 
 BAD_FILES = {
     "page.mseed": (b"<html><title>Login</title></html>", "page.mseed is an HTML page (Login)"),
-    "note.txt": (b"a note", "begins with b'a note', as no known format does"),
+    "note.txt": (b"a note", "has an unknown format (it begins with b'a note')"),
     "empty.mseed": (b"", "empty.mseed is empty"),
 }
 

@@ -184,7 +184,7 @@ FORMS = {
         "/login",
         {"next": "/docs"},
         "login-key",
-        "No key in force is like that",
+        "No valid key matches this one",
         status=401,
         hidden={"key": "mk_hunter2"},
     ),

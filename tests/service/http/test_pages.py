@@ -148,7 +148,7 @@ def test_the_last_event_is_shown_with_its_results(database_url: str, stored: Ses
         "Tower: last event, 2011-03-12 05:46:24 UTC",
         "39.8 gal",
         "3,294.40 ± 0.34 kN",
-        "Behind ±: one standard deviation",
+        "± is one standard deviation",
         "12.0 mm",
         "Fixed-base mode 3",
         "2 more modes",

@@ -18,7 +18,7 @@ from service.alerts.tables import Alert
 from service.analyses.tables import Analysis, DirectionResult
 from service.buildings.tables import Building
 from service.drift.alert_candidates import limit_candidates
-from service.drift.tables import DriftValue
+from service.drift.tables import DriftValue, MonitoredSeries
 from service.jobs import queue as job_queue
 from service.notify.tables import Message
 from service.records.tables import Event
@@ -264,6 +264,19 @@ def test_an_analysed_earthquake_waits_for_its_comparison_not_for_a_better_record
     job_queue.enqueue_monitoring(session, of.id, None, day(1))
     changes = [one for one in reading.of_event(session, event).checks if one.name == "stiffness"]
     assert {one.remedy for one in changes} == {"The comparison, which is under way."}
+
+
+def test_an_earthquake_before_a_new_reference_period_is_not_said_to_belong_to_it(
+    session: Session, of: Building
+) -> None:
+    event = earthquake(session, of, day(1))
+    add_comparison(session, event)
+    session.query(DriftValue).filter_by(event_id=event.id).delete()
+    session.query(MonitoredSeries).update({"wanted": 20})
+    session.flush()
+    session.expire_all()
+    changes = [one for one in reading.of_event(session, event).checks if one.name == "stiffness"]
+    assert {one.reason for one in changes} == {"The reference period has too few earthquakes to compare this one with."}
 
 
 def test_a_building_whose_recorder_is_silent_has_no_data(session: Session, of: Building) -> None:

@@ -118,7 +118,7 @@ def test_a_file_that_is_no_record_ends_with_one(folder: Path, tmp_path: Path) ->
     (tmp_path / "note.txt").write_text("a note", "utf-8")
     done = menshin("model", "compare", folder / "model.toml", "note.txt", "--building", folder / "building.toml")
     assert done.exit_code == 1
-    assert "as no known format does" in done.output
+    assert "has an unknown format" in done.output
 
 
 def test_a_direction_that_nothing_measured_is_stated(folder: Path, tmp_path: Path) -> None:
