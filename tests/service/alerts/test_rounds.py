@@ -351,6 +351,36 @@ def test_a_round_that_remembers_writes_what_one_that_does_not_would(
     assert sent() == after
 
 
+def test_a_reminder_that_becomes_due_ends_the_rest_of_an_unchanged_building(sessions: sessionmaker[Session]) -> None:
+    settings, last = Settings(**QUIET | {"reminder_interval": 3600.0}), dict[int, Checked]()
+    with sessions.begin() as session:
+        made = building(session)
+        new_recipient(session, made)
+        raise_softening(session, made)
+    for minutes in range(4):
+        check_buildings(sessions, settings, NOW + minutes * MINUTE, last=last)
+    assert all(one.is_settled for one in last.values())
+    check_buildings(sessions, settings, NOW + HOUR - MINUTE, last=last)
+    assert "repeat" not in [order for _, order, _ in reported(sessions)]
+    check_buildings(sessions, settings, NOW + HOUR, last=last)
+    assert [order for _, order, _ in reported(sessions)].count("repeat") == 1
+
+
+def test_messages_that_wait_for_a_comparison_go_when_it_has_failed(sessions: sessionmaker[Session]) -> None:
+    last: dict[int, Checked] = {}
+    with sessions.begin() as session:
+        made = building(session)
+        earthquake(session, made, NOW - HOUR)
+        job_queue.enqueue_monitoring(session, made.id, None, NOW - MINUTE)
+    for minutes in range(4):
+        check_buildings(sessions, SETTINGS, NOW + minutes * MINUTE, last=last)
+    assert reported(sessions) == []
+    with sessions.begin() as session:
+        session.execute(update(Job).where(Job.kind == job_queue.WATCH).values(state="failed"))
+    check_buildings(sessions, SETTINGS, NOW + 4 * MINUTE, last=last)
+    assert [kind for kind, _, _ in reported(sessions)] == ["event"]
+
+
 def test_the_end_of_a_silence_is_noticed(sessions: sessionmaker[Session]) -> None:
     last: dict[int, Checked] = {}
     with sessions.begin() as session:

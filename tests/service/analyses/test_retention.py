@@ -13,6 +13,8 @@ from service.analyses import queries, retention
 from service.analyses.tables import Analysis, CycleResult, DirectionResult
 from service.db.blobs import decode_history
 from service.errors import NotFoundError
+from service.models.tables import ModelComparison, ModelVersion
+from service.records.tables import Event
 from service.settings import Settings
 
 NOW = stored_histories.start(40)
@@ -60,6 +62,22 @@ def test_only_histories_of_superseded_analyses_go(sessions: sessionmaker[Session
         assert queries.restoring_force(session, superseded.event_id, "x", None).length == 4
         with pytest.raises(NotFoundError, match="which a later one superseded"):
             queries.restoring_force(session, superseded.event_id, "x", superseded.id)
+
+
+@pytest.mark.usefixtures("analysed_twice")
+def test_histories_that_a_comparison_refers_to_stay(sessions: sessionmaker[Session]) -> None:
+    with sessions.begin() as session:
+        superseded = session.scalars(select(Analysis).where(~Analysis.current)).one()
+        event = session.get_one(Event, superseded.event_id)
+        made = {"created_at": NOW, "version": "test"}
+        empty = {"effects": {}, "standard_deviations": {}, "assumed": [], "state": "draft", "change": ""}
+        of_building = {"building_id": event.building_id, "revision_id": superseded.revision_id, "author": "Jo"}
+        model = ModelVersion(direction="x", number=1, **empty, **of_building, **made)
+        of_event = {"event_id": event.id, "analysis_id": superseded.id, "direction": "x", "role": "fitted"}
+        session.add(ModelComparison(model=model, misfit={}, force=b"", **of_event, **made))
+        session.flush()
+        assert retention.prune(session, PRUNES, NOW + 2 * DAY).analyses == 0
+    assert forces(sessions) == {False: [4], True: [4, 4]}
 
 
 @pytest.mark.slow
