@@ -31,7 +31,7 @@ from service.http.request_capture import RequestCapture
 from service.http.responses import Answers
 from service.jobs import api as job_api
 from service.models.api import comparisons, effects, models
-from service.models.pages import diagnoses as diagnosis_pages, models as model_pages, pictures as model_pictures
+from service.models.pages import models as model_pages, pictures as model_pictures
 from service.notify import pages as notify_pages
 from service.notify.api import messages, recipients
 from service.records.api import fdsn, recordings
@@ -124,7 +124,6 @@ def create(settings: Settings, visitor: Caller | None = None) -> FastAPI:
         alert_pages,
         notify_pages,
         model_pages,
-        diagnosis_pages,
         pictures,
         model_pictures,
         access_pages,

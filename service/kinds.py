@@ -15,10 +15,10 @@ from service.jobs import queue as job_queue
 from service.jobs.queue import ANALYSE, COMPARE, DIAGNOSE, EXTEND, FIT, WATCH, Claim
 from service.jobs.stages import Kind, Stage
 from service.jobs.tables import Job
-from service.models import diagnoses, fits, results as model_results, work
+from service.models import comparing, jobs as model_jobs, store as model_store
+from service.models.comparing import Comparison
 from service.models.inputs import WorkInputs, diagnosis_inputs, work_inputs
 from service.models.tables import ModelVersion
-from service.models.work import Comparison
 from service.records.tables import Event
 
 
@@ -37,7 +37,7 @@ def _store_analysis(
     analysis = analysis_store.store(session, claim, inputs, results[-1], now)
     session.flush()
     if analysis.current and analysis.refusal is None:
-        model_results.follow(session, event, now)
+        model_store.follow(session, event, now)
     if analysis.current:
         job_queue.enqueue_monitoring(session, event.building_id, None, now)
 
@@ -45,7 +45,7 @@ def _store_analysis(
 def _store_comparison(
     session: Session, claim: Claim, inputs: WorkInputs, results: Sequence[Comparison], now: datetime
 ) -> None:
-    model_results.store_comparisons(session, inputs.model_id, results[-1].each, inputs.roles, now)
+    model_store.add_comparisons(session, inputs.model_id, results[-1].each, inputs.roles, now)
     session.get_one(Job, claim.job_id).result = {"fails": list(results[-1].fails)}
     model = session.get_one(ModelVersion, inputs.model_id)
     if model.state == "current":
@@ -55,10 +55,10 @@ def _store_comparison(
 KINDS: Mapping[str, Kind] = MappingProxyType(
     {
         ANALYSE: Kind(analysis_store.inputs, _analysis_stages, _store_analysis),
-        COMPARE: Kind(work_inputs, work.stages, _store_comparison),
-        FIT: Kind(work_inputs, fits.fit_stages, fits.store_fit),
-        EXTEND: Kind(work_inputs, fits.extension_stages, fits.store_extension),
-        DIAGNOSE: Kind(diagnosis_inputs, diagnoses.stages, diagnoses.store),
+        COMPARE: Kind(work_inputs, comparing.stages, _store_comparison),
+        FIT: Kind(work_inputs, model_jobs.fit_stages, model_jobs.store_fit),
+        EXTEND: Kind(work_inputs, model_jobs.extension_stages, model_jobs.store_extension),
+        DIAGNOSE: Kind(diagnosis_inputs, model_jobs.diagnosis_stages, model_jobs.store_diagnosis),
         WATCH: Kind(drift_monitoring.inputs, drift_monitoring.stages, drift_monitoring.store),
     }
 )

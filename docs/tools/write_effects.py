@@ -12,7 +12,7 @@ from core.effects import EFFECTS
 from core.model.force_response import force_history
 from core.model.isolator import Conditions, Isolator
 from core.workbench.texts import PLACE
-from service.models.workbench.effect_sheets import families, law
+from service.models.effects import families, law
 
 PAGE = Path(__file__).parents[1] / "models" / "effects.md"
 PICTURE = PAGE.with_suffix(".svg")

@@ -120,7 +120,7 @@ def read_records(
     """
     from core.analysis import AnalysisSettings
     from service.models.model_file import ModelFileError, read as read_model
-    from service.models.workbench.records import Reading, records
+    from service.models.operations import Reading, records
 
     own = current_settings().analysis
     described = read_building(building)

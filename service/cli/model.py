@@ -1,6 +1,6 @@
 """`menshin model` and `menshin effects`: models of the isolation layer compared with records, without a database."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from enum import StrEnum
 from pathlib import Path
@@ -22,6 +22,9 @@ from service.cli.inputs import (
 if TYPE_CHECKING:
     from core.workbench.earthquakes import Earthquakes
     from service.jobs.stages import ReportStep
+    from service.models.model_file import ModelFile
+    from service.models.results import Head
+    from service.reports.document import Document
 
 app = typer.Typer(
     no_args_is_help=True, help="Models of the isolation layer, compared with records.", callback=add_user_effects
@@ -75,19 +78,16 @@ def new(
     values for a fit to records.
     """
     from core.model.first_model import first_model
-    from service.models.model_file import ModelFile, written
+    from service.models import texts
+    from service.models.model_file import ModelFile
 
     description = read_building(building).description
     first = first_model(description)
     model = ModelFile(description.code, direction.value, first.isolator, assumed=first.assumed)
     measured = description.horizontal_directions
     if missing := [one for one in model.directions if one not in measured]:
-        raise typer.BadParameter(
-            f"{description.code} does not measure direction {' and '.join(missing)}; it measures "
-            f"{' and '.join(measured) or 'neither'}",
-            param_hint="--direction",
-        )
-    write_text(written(model), output)
+        raise typer.BadParameter(texts.not_measured(description.code, missing, measured), param_hint="--direction")
+    _write_model(model, output)
     typer.echo(f"{output}: {', '.join(first.isolator.effects)}")
     if first.assumed:
         typer.echo(
@@ -111,21 +111,14 @@ def fit(
     Exit code 0: fitted, also where a value is at the end of its range or not determined, which is shown; 1: no record
     can be used.
     """
-    from rich.console import Console
-
-    from service.models.model_file import written
-    from service.models.workbench.comparison_json import fit_as_json as as_json
-    from service.models.workbench.summary import fit_summary as summary
-    from service.models.workbench.work import fit as fit_model
+    from service.models import documents, operations, report
 
     with _progress_bar() as report_step:
-        described, records = read_usable_records(model, files, building, report_step, hold_out or ())
+        given, records = read_usable_records(model, files, building, report_step, hold_out or ())
         with refusals():
-            fitted = fit_model(described, model.name, records, report_step)
-    write_text(written(fitted.model), output)
-    Console().print(summary(fitted))
-    if json is not None:
-        write_json(as_json(fitted), json)
+            done = operations.fit(given, model.name, records, report_step)
+    _write_model(done.model, output)
+    _show(report.fit(done), json, lambda: documents.fit(done))
 
 
 @app.command()
@@ -135,22 +128,19 @@ def compare(model: Model, files: Files, building: Building, json: Json = None, h
     Driven by the measured motion, its force is compared with the estimated one; driven by the ground alone, the layer's
     displacement and the floors' accelerations with those measured. Exit code 0: compared; 1: no record can be used.
     """
-    from rich.console import Console
-
-    from service.models.workbench.comparison_json import comparison_as_json as as_json
-    from service.models.workbench.page import comparison_page as page
-    from service.models.workbench.summary import comparison_summary as summary
-    from service.models.workbench.work import compare as compare_model
+    from service.models import documents, operations, report
 
     with _progress_bar() as report_step:
-        described, records = read_usable_records(model, files, building, report_step)
+        given, records = read_usable_records(model, files, building, report_step)
         with refusals():
-            compared = compare_model(described, records, report_step)
-    Console().print(summary(compared))
-    if json is not None:
-        write_json(as_json(compared), json)
-    if html is not None:
-        write_text(page(compared), html)
+            done = operations.compare(given, records, report_step)
+    _show(
+        report.comparison(done),
+        json,
+        lambda: documents.comparison(done),
+        html,
+        lambda: report.comparison_file(done),
+    )
 
 
 @app.command()
@@ -168,37 +158,29 @@ def diagnose(
     where the records do not, and validates the result on held-out earthquakes. Nothing is changed: see `menshin model
     add`. Exit code 0: diagnosed; 1: no record can be used.
     """
-    from rich.console import Console
-
-    from service.models.workbench.diagnosis_json import as_json
-    from service.models.workbench.page import diagnosis_page as page
-    from service.models.workbench.summary import diagnosis_summary as summary
-    from service.models.workbench.work import diagnose as diagnose_model
+    from service.models import documents, operations, report
 
     with _progress_bar() as report_step:
-        described, records = read_records(model, files, building, report_step, hold_out or ())
+        given, records = read_records(model, files, building, report_step, hold_out or ())
         if not records.observations:
-            _end_with_suspicions(described.building, records, json)
+            _end_with_faults(given.building, records, json)
         with refusals():
-            diagnosed = diagnose_model(described, model.name, records, report_step)
-    Console().print(summary(diagnosed))
-    if json is not None:
-        write_json(as_json(diagnosed), json)
-    if html is not None:
-        write_text(page(diagnosed), html)
+            done = operations.diagnose(given, model.name, records, report_step)
+    _show(report.diagnosis(done), json, lambda: documents.diagnosis(done), html, lambda: report.diagnosis_file(done))
 
 
-def _end_with_suspicions(building: str, records: "Earthquakes", json: Path | None) -> None:
+def _end_with_faults(building: str, records: "Earthquakes", json: Path | None) -> None:
     """End the command without usable records; faults of the sensors, if there are any, are the diagnosis."""
     from core.diagnosis.building_faults import building_faults
     from core.workbench.diagnosing import fault_sentences
-    from service.models.workbench.diagnosis_json import without_earthquakes
+    from service.models.documents import diagnosis_without_records
+    from service.models.results import as_json
 
-    suspected = () if records.description is None else building_faults(records.analyses, records.description)
-    if suspected:
-        typer.echo("\n".join(fault_sentences(suspected)))
+    faults = () if records.description is None else building_faults(records.analyses, records.description)
+    if faults:
+        typer.echo("\n".join(fault_sentences(faults)))
         if json is not None:
-            write_json(without_earthquakes(building, suspected, records.unused), json)
+            write_json(as_json(diagnosis_without_records(building, faults, records.unused)), json)
     end_without_records(records)
 
 
@@ -217,23 +199,17 @@ def add(
     The effect is added whether or not the records support it, and the result says which.
     Exit code 0: added; 1: no record can be used; 2: no such effect, or the model has it already.
     """
-    from rich.console import Console
-
-    from service.models.model_file import written
-    from service.models.workbench.adding_output import as_json, summary
-    from service.models.workbench.work import add as added
+    from service.models import documents, operations, report
 
     _check_known(effect, "EFFECT")
     with _progress_bar() as report_step:
-        described, records = read_usable_records(model, files, building, report_step, hold_out or ())
-        if effect in described.isolator.effects:
+        given, records = read_usable_records(model, files, building, report_step, hold_out or ())
+        if effect in given.isolator.effects:
             raise typer.BadParameter(f"{model} has {effect} already; `menshin model fit` fits it", param_hint="EFFECT")
         with refusals():
-            extended = added(effect, described, model.name, records, report_step)
-    write_text(written(extended.model), output)
-    Console().print(summary(extended))
-    if json is not None:
-        write_json(as_json(extended), json)
+            done = operations.add(effect, given, model.name, records, report_step)
+    _write_model(done.model, output)
+    _show(report.change(done), json, lambda: documents.extension(done))
 
 
 @app.command()
@@ -252,23 +228,49 @@ def improve(
     is missing, only one that lowers it is. The page is that of the first diagnosis.
     Exit code 0: done; 1: no record can be used.
     """
-    from rich.console import Console
-
-    from service.models.model_file import written
-    from service.models.workbench.improving_output import as_json, summary
-    from service.models.workbench.page import diagnosis_page as page
-    from service.models.workbench.work import diagnosis, improve as improved
+    from service.models import documents, operations, report
 
     with _progress_bar() as report_step:
-        described, records = read_usable_records(model, files, building, report_step, hold_out or ())
+        given, records = read_usable_records(model, files, building, report_step, hold_out or ())
         with refusals():
-            better = improved(described, model.name, records, report_step)
-    write_text(written(better.model), output)
-    Console().print(summary(better))
+            done = operations.improve(given, model.name, records, report_step)
+    _write_model(done.model, output)
+    _show(
+        report.change(done),
+        json,
+        lambda: documents.improvement(done),
+        html,
+        lambda: report.diagnosis_file(operations.work(done.result.rounds[0], given, model.name)),
+    )
+
+
+def _write_model(model: "ModelFile", output: Path) -> None:
+    from service.models.model_file import written
+
+    write_text(written(model), output)
+
+
+def _show(
+    shown: "Document",
+    json: Path | None,
+    document: "Callable[[], Head]",
+    html: Path | None = None,
+    file: "Callable[[], Document] | None" = None,
+) -> None:
+    """Print a result, and write the files that were requested."""
+    from rich.console import Console
+
+    from service.reports.terminal import printed
+
+    Console().print(printed(shown))
     if json is not None:
-        write_json(as_json(better), json)
-    if html is not None:
-        write_text(page(diagnosis(better.result.rounds[0], described, model.name)), html)
+        from service.models.results import as_json
+
+        write_json(as_json(document()), json)
+    if html is not None and file is not None:
+        from service.reports.html import page
+
+        write_text(page(file()), html)
 
 
 @effects_app.command()
@@ -279,7 +281,7 @@ def effects(
     from rich.console import Console
 
     from core.effects import EFFECTS
-    from service.models.workbench.effect_sheets import overview, sheet
+    from service.models.effects import overview, sheet
 
     add_user_effects()
     if name is not None:

@@ -69,7 +69,10 @@ def reproduce(
 
     from rich.console import Console
 
-    from service.reproduction.report import as_markdown, on_terminal, page, report
+    from service.reports.html import page
+    from service.reports.markdown import markdown as as_markdown
+    from service.reports.terminal import printed
+    from service.reproduction import report
     from service.reproduction.simulated import simulated
 
     console, began = Console(), monotonic()
@@ -80,11 +83,11 @@ def reproduce(
         seven = simulated(motion, seed, status.update)
         eight = None if building is None and not files else _real(files or [], building, sensors, status.update)
         status.update("drawing")
-        printed = report(seven, eight)
-        write_text(page(printed, seven, eight), output)
-    console.print(on_terminal(printed))
+        sections = report.sections(seven, eight)
+        write_text(page(report.page(sections)), output)
+    console.print(printed(report.summary(sections)))
     if markdown is not None:
-        write_text(as_markdown(printed, _command(context)), markdown)
+        write_text(as_markdown(report.printed(sections, _command(context))), markdown)
     console.print(f"\nfigures: {output}, after {monotonic() - began:.0f} s", soft_wrap=True)
 
 

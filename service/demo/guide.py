@@ -16,7 +16,7 @@ from service.demo.narration import LOOK, narrate_next, narrate_past
 from service.demo.site import CODE
 from service.demo.stage import Stage, until_next, write_records
 from service.jobs import requests as job_requests
-from service.models import queries as model_queries, requests as model_requests, versions as model_versions
+from service.models import queries as model_queries, requests as model_requests, store as model_store
 from service.models.schema import FitRequest, ModelRequest, WorkRequest
 from service.models.tables import ModelVersion
 
@@ -59,7 +59,7 @@ def accept_model(sessions: sessionmaker[Session], stop: Signal) -> None:
         return
     with sessions.begin() as session:
         made = model_queries.version(session, found["made"])
-        model_versions.accept(session, made, BY, datetime.now(UTC))
+        model_store.accept(session, made, BY, datetime.now(UTC))
         compared = [_compare(session, made.id, event) for event in later]
     for job in compared:  # one job each, so that several run at a time
         finished(sessions, job, stop)
@@ -88,7 +88,7 @@ def finished(sessions: sessionmaker[Session], job: int, stop: Signal) -> Mapping
 
 def _halves(session: Session, model: ModelVersion) -> tuple[Sequence[int], Sequence[int]]:
     """Numbers of the earlier and of the later events."""
-    there = model_queries.comparable(session, model.building_id, model_versions.DIRECTIONS[model.direction], None)
+    there = model_queries.comparable(session, model.building_id, model_queries.DIRECTIONS[model.direction], None)
     numbers, half = [event.id for event in there], (len(there) + 1) // 2
     return numbers[:half], numbers[half:]
 

@@ -1,4 +1,4 @@
-"""API answers on a version of a model: its values, and its errors over the compared events."""
+"""Rows of versions, comparisons and diagnoses as answers of the API."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
@@ -12,10 +12,12 @@ from core.effect import Parameter
 from core.effects import EFFECTS
 from service.analyses.schema import FindingOut
 from service.models import queries, trend as model_trend
-from service.models.diagnosis_schema import DiagnosisOut, DiagnosisRow
+from service.models.results import Findings, MisfitOut, PredictionOut
 from service.models.schema import (
     ComparisonOut,
     ComparisonRow,
+    DiagnosisOut,
+    DiagnosisRow,
     ErrorOut,
     Errors,
     ModelOut,
@@ -25,7 +27,7 @@ from service.models.schema import (
     ValueOut,
 )
 from service.models.tables import ModelComparison, ModelDiagnosis, ModelVersion
-from service.models.trend import Held, Judged
+from service.models.trend import EventError, RatedError
 from service.records.tables import Event
 
 Compared = Sequence[tuple[ModelComparison, Event]]
@@ -33,13 +35,13 @@ ROLES = ("fitted", "left_out", "later")
 
 
 def rows(session: Session, models: Sequence[ModelVersion]) -> list[ModelRow]:
-    """Versions as a list has them."""
+    """Versions in a list."""
     compared = queries.latest_comparisons(session, [model.id for model in models])
     return [ModelRow(**_row(model, compared[model.id])) for model in models]
 
 
 def whole(session: Session, model: ModelVersion) -> ModelOut:
-    """A version and all that is known of it."""
+    """A version, in full."""
     compared = queries.latest_comparisons(session, [model.id])[model.id]
     return ModelOut(
         **_row(model, compared),
@@ -57,7 +59,7 @@ def whole(session: Session, model: ModelVersion) -> ModelOut:
 
 
 def values(model: ModelVersion) -> list[ValueOut]:
-    """Of every parameter, in the order that the effects have them; of an unknown effect as they were stored."""
+    """Value of every parameter, in the effects' order; of an unknown effect as stored."""
     return [
         ValueOut(
             effect=effect,
@@ -74,12 +76,12 @@ def values(model: ModelVersion) -> list[ValueOut]:
 
 
 def errors(compared: Compared) -> Errors:
-    """Over the events of each role."""
+    """Errors over the events of each role."""
     return Errors(**{role: _error([one for one, _ in compared if one.role == role]) for role in ROLES})
 
 
 def comparison_row(comparison: ModelComparison, event: Event) -> ComparisonRow:
-    """A comparison as a list has it."""
+    """A comparison in a list."""
     force = Misfit(**comparison.misfit)
     displacement = None if comparison.displacement is None else Misfit(**comparison.displacement)
     return ComparisonRow(
@@ -99,44 +101,52 @@ def comparison_row(comparison: ModelComparison, event: Event) -> ComparisonRow:
     )
 
 
-def comparison(found: ModelComparison, event: Event) -> ComparisonOut:
-    """A comparison and all that it found."""
-    levels = found.accelerations
+def comparison(stored: ModelComparison, event: Event) -> ComparisonOut:
+    """A comparison, in full."""
+    levels = None if stored.accelerations is None else {n: Misfit(**one) for n, one in stored.accelerations.items()}
+    prediction = None
+    if stored.displacement is not None:
+        prediction = PredictionOut(
+            displacement=MisfitOut.of(Misfit(**stored.displacement)),
+            accelerations={name: MisfitOut.of(one) for name, one in (levels or {}).items()},
+        )
     return ComparisonOut(
-        **comparison_row(found, event).model_dump(),
-        model=found.model_id,
-        acceleration_nrmse=None if levels is None else {n: finite(Misfit(**m).nrmse) for n, m in levels.items()},
+        **comparison_row(stored, event).model_dump(),
+        model=stored.model_id,
+        acceleration_nrmse=None if levels is None else {name: finite(one.nrmse) for name, one in levels.items()},
+        force=MisfitOut.of(Misfit(**stored.misfit)),
+        prediction=prediction,
     )
 
 
-def judged(compared: Compared) -> tuple[Judged, ...]:
+def rated(compared: Compared) -> tuple[RatedError, ...]:
     """Errors of a model version in every compared event, the earliest first."""
-    return model_trend.judged(
+    return model_trend.rated(
         [
-            Held(event.id, event.start, one.direction, one.role == "fitted", Misfit(**one.misfit))
+            EventError(event.id, event.start, one.direction, one.role == "fitted", Misfit(**one.misfit))
             for one, event in compared
         ]
     )
 
 
 def trend(model_id: int, compared: Compared) -> Trend:
-    """The same, and what is to be said of it."""
-    found = judged(compared)
-    said = model_trend.finding(found)
+    """The same, with the finding on the latest events."""
+    errors = rated(compared)
+    finding = model_trend.finding(errors)
     return Trend(
         model=model_id,
-        items=[_trend_row(one) for one in found],
-        finding=None if said is None else FindingOut.model_validate(asdict(said)),
+        items=[_trend_row(one) for one in errors],
+        finding=None if finding is None else FindingOut.model_validate(asdict(finding)),
     )
 
 
-def noise_floor(found: Misfit) -> float:
-    """NRMSE that a right model would have."""
-    return sqrt(found.noise / found.signal) if found.signal > 0 else inf
+def noise_floor(misfit: Misfit) -> float:
+    """NRMSE of a correct model."""
+    return sqrt(misfit.noise / misfit.signal) if misfit.signal > 0 else inf
 
 
 def finite(value: float) -> float | None:
-    """The number, or None where there is none: JSON knows no infinity."""
+    """The number, or None for an infinite one or NaN, which JSON does not have."""
     return value if isfinite(value) else None
 
 
@@ -153,28 +163,28 @@ def _row(model: ModelVersion, compared: Compared) -> dict[str, Any]:
 def _error(comparisons: Sequence[ModelComparison]) -> ErrorOut | None:
     if not comparisons:
         return None
-    found = pooled([Misfit(**one.misfit) for one in comparisons])
+    every = pooled([Misfit(**one.misfit) for one in comparisons])
     return ErrorOut(
         events=len({one.event_id for one in comparisons}),
-        nrmse=finite(found.nrmse),
-        noise_floor=finite(noise_floor(found)),
-        floors=finite(found.noise_ratio),
-        fitting_rate=finite(found.fitting_rate),
+        nrmse=finite(every.nrmse),
+        noise_floor=finite(noise_floor(every)),
+        floors=finite(every.noise_ratio),
+        fitting_rate=finite(every.fitting_rate),
     )
 
 
-def _trend_row(judged: Judged) -> TrendRow:
-    held = judged.held
+def _trend_row(rated: RatedError) -> TrendRow:
+    error = rated.event
     return TrendRow(
-        event=held.event,
-        event_start=held.start,
-        direction=held.direction,
-        fitted=held.is_fitted,
-        nrmse=finite(held.misfit.nrmse),
-        floors=finite(held.misfit.noise_ratio),
-        excess=judged.excess,
-        allowed=judged.allowed,
-        missed=judged.is_missed,
+        event=error.number,
+        event_start=error.start,
+        direction=error.direction,
+        fitted=error.is_fitted,
+        nrmse=finite(error.misfit.nrmse),
+        floors=finite(error.misfit.noise_ratio),
+        excess=rated.excess,
+        allowed=rated.allowed,
+        missed=rated.is_missed,
     )
 
 
@@ -190,25 +200,23 @@ def _place(name: str, known: Mapping[str, Parameter]) -> tuple[int, str]:
     return (list(known).index(name) if name in known else len(known), name)
 
 
-ITEMS = ("findings", "candidates", "set", "unknown_flag", "unexplained", "steps", "versions", "unused")
-"""Of the document that is kept."""
+def diagnosis_row(stored: ModelDiagnosis) -> DiagnosisRow:
+    """A diagnosis in a list."""
+    return DiagnosisRow(**_diagnosis_values(stored))
 
 
-def diagnosis_row(found: ModelDiagnosis) -> DiagnosisRow:
-    """A diagnosis as a list has it."""
-    return DiagnosisRow(**_diagnosis_values(found))
+def diagnosis(stored: ModelDiagnosis) -> DiagnosisOut:
+    """A diagnosis, in full; the document of an earlier version may lack what its schema gives a default."""
+    findings = Findings.model_validate(stored.document)
+    return DiagnosisOut(
+        **_diagnosis_values(stored), **{name: getattr(findings, name) for name in Findings.model_fields}
+    )
 
 
-def diagnosis(found: ModelDiagnosis) -> DiagnosisOut:
-    """A diagnosis and all that it found."""
-    dropped = found.document.get("dropped", [])  # earlier versions of the code did not keep any
-    return DiagnosisOut(**_diagnosis_values(found), dropped=dropped, **{name: found.document[name] for name in ITEMS})
-
-
-def _diagnosis_values(found: ModelDiagnosis) -> dict[str, Any]:
+def _diagnosis_values(stored: ModelDiagnosis) -> dict[str, Any]:
     same = ("id", "outcome", "fitted", "left_out", "analyses", "revision_id", "author", "created_at", "version")
-    return {name: getattr(found, name) for name in same} | {
-        "model": found.model_id,
-        "explanation": " ".join(found.sentences),
-        "job": found.job_id,
+    return {name: getattr(stored, name) for name in same} | {
+        "model": stored.model_id,
+        "explanation": " ".join(stored.sentences),
+        "job": stored.job_id,
     }

@@ -18,44 +18,44 @@ from service.analyses.tables import Analysis
 from service.buildings import store as building_store
 from service.buildings.tables import Revision
 from service.jobs.queue import Claim
-from service.models import queries
+from service.models import queries, texts
+from service.models.queries import DIRECTIONS
 from service.models.tables import ModelComparison, ModelVersion
-from service.models.versions import DIRECTIONS
 from service.records.tables import Event
 from service.settings import Settings
 
 FITTED, LEFT_OUT, LATER = "fitted", "left_out", "later"
-"""What an event is to a model."""
+"""Role of an event for a model; LEFT_OUT is the stored word for held out."""
 
 
 @dataclass(frozen=True, slots=True)
-class HeldEvent:
-    """An event that a model is held against."""
+class ModelEvent:
+    """An event that a model is compared with."""
 
     event_id: int
     analysis_id: int
     name: str
-    """Of the earthquake: its start."""
+    """Name of the earthquake: its start."""
     start: datetime
     role: str
-    """To the model as it is: FITTED, LEFT_OUT or LATER."""
+    """For the model as it is: FITTED, LEFT_OUT or LATER."""
     is_held_out: bool
-    """Of a fit."""
-    is_wanted: bool
-    """Or it is there only for what the layer kept of it."""
+    """From a fit."""
+    is_requested: bool
+    """False of an event that only determines the state in which it left the layer."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class EventInputs:
     """An event, and all that its analysis was made from."""
 
-    held: HeldEvent
+    event: ModelEvent
     made_from: Inputs
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WorkInputs:
-    """A model, and the events that it is held against."""
+    """A model, and the events that it is compared with."""
 
     model_id: int
     arguments: Mapping[str, Any]
@@ -76,8 +76,8 @@ class WorkInputs:
 
     @property
     def roles(self) -> Mapping[int, str]:
-        """What each event is to the model as it is, by its number."""
-        return {event.held.event_id: event.held.role for event in self.events}
+        """Role of each event for the model as it is, by its number."""
+        return {one.event.event_id: one.event.role for one in self.events}
 
     @property
     def directions(self) -> tuple[str, ...]:
@@ -96,27 +96,24 @@ def work_inputs(session: Session, claim: Claim, settings: Settings) -> WorkInput
     """
     model = session.get_one(ModelVersion, claim.model_id)
     isolator = Isolator.of_all_values(model.effects)
-    asked, hold_out = claim.arguments.get("events"), claim.arguments.get("hold_out") or ()
+    named, hold_out = claim.arguments.get("events"), claim.arguments.get("hold_out") or ()
     there = queries.comparable(session, model.building_id, DIRECTIONS[model.direction], None)
-    wanted = {event.id for event in there if asked is None or event.id in {*asked, *hold_out}}
-    last = max((event.start for event in there if event.id in wanted), default=None)
+    requested = {event.id for event in there if named is None or event.id in {*named, *hold_out}}
+    last = max((event.start for event in there if event.id in requested), default=None)
     if last is None:
-        raise RecordError(
-            "none of these events has the isolation layer's motion and force in the model's direction; events that "
-            "were analysed, at a building with a transducer or accelerometers on both sides of the layer, are needed"
-        )
+        raise RecordError(texts.NOT_COMPARABLE)
     before = [event for event in there if event.start <= last] if remembers(isolator) else ()
-    events = [event for event in there if event.id in wanted or event in before]
+    events = [event for event in there if event.id in requested or event in before]
     revision = session.scalars(
         select(Revision).where(Revision.building_id == model.building_id).order_by(Revision.number.desc()).limit(1)
     ).one()
-    found = tuple(
+    inputs = tuple(
         _event_inputs(
             session,
             event,
             _role(session, model, event),
             is_held_out=event.id in hold_out,
-            is_wanted=event.id in wanted,
+            is_requested=event.id in requested,
         )
         for event in events
     )
@@ -125,16 +122,16 @@ def work_inputs(session: Session, claim: Claim, settings: Settings) -> WorkInput
         arguments=claim.arguments,
         direction=model.direction,
         isolator=isolator,
-        reference=model.reference or found[0].held.start,
+        reference=model.reference or inputs[0].event.start,
         description=building_store.parsed(revision).description,
         revision_id=revision.id,
         band=settings.analysis.band,
-        events=found,
+        events=inputs,
     )
 
 
 def diagnosis_inputs(session: Session, claim: Claim, settings: Settings) -> WorkInputs:
-    """The same for a diagnosis: of all events it asks those too whose analysis was refused; of named ones, only them.
+    """The same for a diagnosis: where no events are named, with those whose analysis was refused.
 
     Raises:
         RecordError: none of the events can be compared.
@@ -144,7 +141,7 @@ def diagnosis_inputs(session: Session, claim: Claim, settings: Settings) -> Work
         return inputs
     model = session.get_one(ModelVersion, claim.model_id)
     refused = queries.not_comparable(session, model.building_id, inputs.directions)
-    unusable = tuple(_event_inputs(session, event, LATER, is_held_out=False, is_wanted=True) for event in refused)
+    unusable = tuple(_event_inputs(session, event, LATER, is_held_out=False, is_requested=True) for event in refused)
     return replace(inputs, unusable=unusable)
 
 
@@ -153,18 +150,18 @@ def remembers(isolator: Isolator) -> bool:
     return any(EFFECTS[name].carried for name in isolator.effects)
 
 
-def _event_inputs(session: Session, event: Event, role: str, *, is_held_out: bool, is_wanted: bool) -> EventInputs:
+def _event_inputs(session: Session, event: Event, role: str, *, is_held_out: bool, is_requested: bool) -> EventInputs:
     analysis = session.scalars(select(Analysis).where(Analysis.event_id == event.id, Analysis.current)).one()
     revision = session.get_one(Revision, analysis.revision_id)
     name = f"{event.start:%Y-%m-%dT%H:%M:%SZ}"
     return EventInputs(
-        HeldEvent(event.id, analysis.id, name, event.start, role, is_held_out, is_wanted),
+        ModelEvent(event.id, analysis.id, name, event.start, role, is_held_out, is_requested),
         analysis_store.event_inputs(session, event, revision, analysis_store.settings_of(analysis)),
     )
 
 
 def _role(session: Session, model: ModelVersion, event: Event) -> str:
-    """The fit that made the model has said so, or the event came later."""
+    """Role by the fit that made the model, or LATER."""
     of_event = (ModelComparison.model_id == model.id, ModelComparison.event_id == event.id)
     known: str | None = session.scalar(select(ModelComparison.role).where(*of_event).limit(1))
     return known or LATER

@@ -11,6 +11,9 @@ from service.errors import NotFoundError
 from service.models.tables import DiagnosisPicture, ModelComparison, ModelDiagnosis, ModelVersion
 from service.records.tables import Event
 
+DIRECTIONS: Mapping[str, tuple[str, ...]] = {"x": ("x",), "y": ("y",), "xy": ("x", "y")}
+"""Horizontal directions in which a model of such a direction holds."""
+
 
 def versions(
     session: Session, building_id: int, direction: str | None, state: str | None, before: int | None, limit: int
@@ -134,7 +137,7 @@ def diagnoses(session: Session, model_id: int, before: int | None, limit: int) -
 
 
 def diagnosis(session: Session, identity: int) -> ModelDiagnosis:
-    """A diagnosis with its model and all that it found; its pictures are named.
+    """A diagnosis with its model, its document and the titles of its pictures.
 
     Raises:
         NotFoundError: there is none by that number.

@@ -16,10 +16,11 @@ from service.errors import ConflictError
 from service.jobs import queue as job_queue
 from service.jobs.queue import COMPARE, DIAGNOSE, EXTEND, FIT
 from service.jobs.tables import Job
-from service.models import queries, versions as model_versions
+from service.models import queries, store, texts
+from service.models.queries import DIRECTIONS
 from service.models.schema import EffectRequest, FitRequest, ModelRequest, WorkRequest
+from service.models.store import Draft
 from service.models.tables import ModelVersion
-from service.models.versions import DIRECTIONS, Draft
 
 
 def make(session: Session, code: str, wanted: ModelRequest, by: str, now: datetime) -> ModelVersion:
@@ -33,16 +34,14 @@ def make(session: Session, code: str, wanted: ModelRequest, by: str, now: dateti
     description = described(session, building).description
     measured = description.horizontal_directions
     if missing := [one for one in DIRECTIONS[wanted.direction] if one not in measured]:
-        raise ConflictError(
-            f"{code} does not measure direction {' and '.join(missing)}; it measures {' and '.join(measured)}."
-        )
-    isolator, assumed = _begun(description, wanted.effects)
-    reason = wanted.change or ("by the design values" if wanted.effects is None else "by values that were given")
+        raise ConflictError(f"{texts.not_measured(code, missing, measured)}.")
+    isolator, assumed = _first(description, wanted.effects)
+    reason = wanted.change or (texts.BY_DESIGN if wanted.effects is None else texts.BY_VALUES)
     draft = Draft(wanted.direction, isolator, reason, by, revision.id, assumed=assumed)
-    return model_versions.add(session, building.id, draft, now)
+    return store.add(session, building.id, draft, now)
 
 
-def _begun(
+def _first(
     description: BuildingDescription, effects: Mapping[str, Mapping[str, float]] | None
 ) -> tuple[Isolator, tuple[str, ...]]:
     """The model, and its parameters that were neither given nor measured."""
@@ -52,7 +51,7 @@ def _begun(
     try:
         return Isolator.of_all_values(effects), ()
     except ModelError as error:
-        raise ConflictError(f"The values make no model: {error}.") from None
+        raise ConflictError(texts.no_model(error)) from None
 
 
 def compare(session: Session, model_id: int, wanted: WorkRequest, by: str, now: datetime) -> Job:
@@ -63,7 +62,7 @@ def compare(session: Session, model_id: int, wanted: WorkRequest, by: str, now: 
     """
     model = queries.version(session, model_id)
     _check(session, model, wanted.events)
-    return job_queue.enqueue_work(session, model, COMPARE, {"events": _kept(wanted.events)}, by, now)
+    return job_queue.enqueue_work(session, model, COMPARE, {"events": _sorted(wanted.events)}, by, now)
 
 
 def fit(session: Session, model_id: int, wanted: FitRequest, by: str, now: datetime) -> Job:
@@ -84,9 +83,9 @@ def extend(session: Session, model_id: int, wanted: EffectRequest, by: str, now:
     """
     model, effect = queries.version(session, model_id), wanted.effect
     if effect not in EFFECTS:
-        raise ConflictError(f"There is no effect {effect!r}; there are {', '.join(sorted(EFFECTS))}.")
+        raise ConflictError(texts.unknown_effect(effect, EFFECTS))
     if effect in model.effects:
-        raise ConflictError(f"The model has {effect} already; a fit determines its values.")
+        raise ConflictError(texts.has_effect(effect))
     arguments = _fitting(session, model, wanted) | {"effect": effect}
     return job_queue.enqueue_work(session, model, EXTEND, arguments, by, now)
 
@@ -103,31 +102,25 @@ def diagnose(session: Session, model_id: int, wanted: FitRequest, by: str, now: 
 
 def _fitting(session: Session, model: ModelVersion, wanted: FitRequest) -> dict[str, object]:
     """Arguments of a job that fits."""
-    out = set(wanted.hold_out or ())
-    if both := sorted(out & set(wanted.events or ())):
-        raise ConflictError(f"Events {', '.join(map(str, both))} are both held out and fitted; choose one.")
-    _check(session, model, sorted(out))
+    held_out = set(wanted.hold_out or ())
+    if both := sorted(held_out & set(wanted.events or ())):
+        raise ConflictError(texts.both_fitted_and_held_out(both))
+    _check(session, model, sorted(held_out))
     there = _check(session, model, wanted.events)
-    if not there - out:
-        raise ConflictError("Every event is held out; leave at least one to fit.")
-    return {"events": _kept(wanted.events), "hold_out": sorted(out)}
+    if not there - held_out:
+        raise ConflictError(texts.ALL_HELD_OUT)
+    return {"events": _sorted(wanted.events), "hold_out": sorted(held_out)}
 
 
-def _kept(events: Collection[int] | None) -> list[int] | None:
+def _sorted(events: Collection[int] | None) -> list[int] | None:
     return None if events is None else sorted(set(events))
 
 
-def _check(session: Session, model: ModelVersion, asked: Collection[int] | None) -> set[int]:
-    """Numbers of the events asked for, of all where that is None."""
-    found = queries.comparable(session, model.building_id, DIRECTIONS[model.direction], asked)
-    if lacking := sorted({*(asked or ())} - {event.id for event in found}):
-        raise ConflictError(
-            f"With events {', '.join(map(str, lacking))} a model of direction {model.direction} cannot be compared: "
-            "they are not this building's, or their analyses have no displacement of the isolation layer in it."
-        )
-    if asked is None and not found:
-        raise ConflictError(
-            f"No event can be compared with a model of direction {model.direction} yet: one that was analysed and "
-            "has the isolation layer's displacement is needed."
-        )
-    return {event.id for event in found}
+def _check(session: Session, model: ModelVersion, named: Collection[int] | None) -> set[int]:
+    """Numbers of the named events, of all comparable ones where that is None."""
+    there = queries.comparable(session, model.building_id, DIRECTIONS[model.direction], named)
+    if lacking := sorted({*(named or ())} - {event.id for event in there}):
+        raise ConflictError(texts.events_not_comparable(lacking, model.direction))
+    if named is None and not there:
+        raise ConflictError(texts.no_event_comparable(model.direction))
+    return {event.id for event in there}

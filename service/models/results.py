@@ -1,65 +1,339 @@
-"""Results of the work on a model, written to the database; work that a new event starts."""
+"""Results of the workbench: one schema for the command's files, the stored rows, the API and the pages.
 
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict
-from datetime import datetime
+SI units; null for a value that is not known or has no bound.
+"""
 
-from sqlalchemy import delete
-from sqlalchemy.orm import Session
+from collections.abc import Mapping
+from math import isfinite
+from typing import Annotated, Any
 
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+
+from core.comparison.block_corrections import BlockCorrection
+from core.comparison.excess import Share
+from core.comparison.failure import Window
 from core.comparison.misfit import Misfit
-from service.db.blobs import encode_history
-from service.jobs import queue as job_queue
-from service.jobs.queue import COMPARE
-from service.jobs.tables import Job
-from service.models import queries
-from service.models.tables import ModelComparison
-from service.models.versions import DIRECTIONS
-from service.models.work import Compared
-from service.records.tables import Event
+from core.effects import EFFECTS
+from core.workbench.candidates import Candidate
+from service.models.model_file import ModelFile
+from service.schema import Number
 from service.version import VERSION
 
 
-def store_comparisons(
-    session: Session, model_id: int, found: Sequence[Compared], roles: Mapping[int, str], now: datetime
-) -> None:
-    """Keep what a version's comparisons found; each takes the place of an earlier one with the same analysis.
+def _finite(value: object) -> object:
+    return None if isinstance(value, float) and not isfinite(value) else value
 
-    Args:
-        session: of the transaction.
-        model_id: of the version.
-        found: what it was held against.
-        roles: what each event is to the version, by its number.
-        now: aware time.
-    """
-    for one in found:
-        same = (ModelComparison.model_id == model_id, ModelComparison.analysis_id == one.analysis)
-        session.execute(delete(ModelComparison).where(*same, ModelComparison.direction == one.direction))
-        session.add(
-            ModelComparison(
-                model_id=model_id,
-                event_id=one.event,
-                analysis_id=one.analysis,
-                direction=one.direction,
-                role=roles[one.event],
-                created_at=now,
-                version=VERSION,
-                misfit=asdict(one.misfit),
-                displacement=None if one.displacement is None else asdict(one.displacement),
-                accelerations=_kept(one.accelerations),
-                force=encode_history(one.force),
-            )
+
+Value = Annotated[Number | None, BeforeValidator(_finite)]
+
+
+class Result(BaseModel):
+    """A result or a part of one; rows that another version of the code stored may have more fields."""
+
+    model_config = ConfigDict(extra="ignore", from_attributes=True)
+
+
+class MisfitOut(Result):
+    """Error of a model over some events together."""
+
+    rms: Value = Field(description="N; of a displacement m, of an acceleration m/s².")
+    nrmse: Value = Field(description="RMS of the error over RMS of the measured value.")
+    fitting_rate: Value = Field(description="%, as the paper defines it.")
+    noise_floor: Value = Field(description="RMS of the error of a correct model, in the unit of `rms`.")
+    in_noise_floors: Value = Field(description="RMS of the error in multiples of the floor.")
+
+    @classmethod
+    def of(cls, misfit: Misfit) -> "MisfitOut":
+        """The measures of a misfit."""
+        return cls(
+            rms=misfit.rms,
+            nrmse=misfit.nrmse,
+            fitting_rate=misfit.fitting_rate,
+            noise_floor=misfit.floor,
+            in_noise_floors=misfit.noise_ratio,
         )
 
 
-def follow(session: Session, event: Event, now: datetime) -> list[Job]:
-    """Queue the comparison of an event that was analysed with the models in force at its building."""
-    return [
-        job_queue.enqueue_work(session, model, COMPARE, {"events": [event.id]}, None, now)
-        for model in queries.current_versions(session, event.building_id)
-        if queries.comparable(session, event.building_id, DIRECTIONS[model.direction], [event.id])
-    ]
+class PredictionOut(Result):
+    """Errors of the response that model and superstructure predict from the ground motion alone."""
+
+    displacement: MisfitOut = Field(description="Of the isolation layer.")
+    accelerations: dict[str, MisfitOut] = Field(description="Of the floors, by level.")
 
 
-def _kept(accelerations: Mapping[str, Misfit]) -> dict[str, object] | None:
-    return {level: asdict(misfit) for level, misfit in accelerations.items()} or None
+class EventErrors(Result):
+    """Errors of a model in one earthquake and direction."""
+
+    name: str = Field(description="Name of the earthquake.")
+    start: str = Field(description="Of its first sample.")
+    direction: str = Field(description="x or y.")
+    left_out: bool = Field(description="True if the earthquake was held out.")
+    force: MisfitOut = Field(description="Of the force, driven by the measured motion.")
+    prediction: PredictionOut | None = Field(description="Null where nothing measured the ground.")
+
+
+class ModelValues(Result):
+    """A model: direction, effects and values."""
+
+    direction: str = Field(description="x, y or xy.")
+    parent: str | None = Field(description="Name of the model that it was made from.")
+    fitted_to: list[str] = Field(description="Names of the earthquakes that its values were fitted to.")
+    effects: dict[str, dict[str, Value]] = Field(description="Value of every parameter, by effect.")
+    standard_deviations: dict[str, dict[str, Value]] = Field(description="Of the fitted parameters, by effect.")
+
+    @classmethod
+    def of(cls, model: ModelFile) -> "ModelValues":
+        """The content of a model file."""
+        return cls(
+            direction=model.direction,
+            parent=model.parent,
+            fitted_to=list(model.fitted_to),
+            effects=_by_effect(model.isolator.effects),
+            standard_deviations=_by_effect(model.standard_deviations),
+        )
+
+
+class Head(Result):
+    """Opening of every document."""
+
+    version: str = Field(default=VERSION, description="Of the code.")
+    building: str = Field(description="Code of the building.")
+
+
+class ComparisonDocument(Head):
+    """A comparison of a model with records."""
+
+    model: ModelValues
+    events: list[EventErrors] = Field(description="In order of time.")
+    all: "AllErrors" = Field(description="Over all earthquakes.")
+    failure: "FailureOut" = Field(description="Where the model fails.")
+    corrections: list[BlockCorrection] = Field(description="Of stiffness and yield force, by each block of 5 s.")
+    remarks: list[str] = Field(description="On the prediction from the ground motion.")
+    unused: list[str] = Field(description="Records that could not be used, with the reason.")
+
+
+class AllErrors(Result):
+    """Errors over all earthquakes."""
+
+    force: MisfitOut
+    prediction: "AllPredictions | None" = Field(description="Null where nothing measured the ground.")
+
+
+class AllPredictions(PredictionOut):
+    """The same of the prediction from the ground motion alone."""
+
+    all_accelerations: MisfitOut | None = Field(description="Over all floors; null without any.")
+
+
+class RegionOut(Result):
+    """Part of the records with more of the excess error than of the force."""
+
+    circumstance: str
+    threshold: Value = Field(description="SI units; null of a class.")
+    is_above: bool
+    class_: str | None = Field(serialization_alias="class", description="Null of a number.")
+    share: Share = Field(description="Of the excess error, with its 95 % interval.")
+    share_of_energy: Value
+    odds: Share
+
+
+class BinOut(Result):
+    """Part of the range of a circumstance."""
+
+    class_: str | None = Field(serialization_alias="class", description="Null of a number.")
+    low: Value
+    high: Value
+    share: Share = Field(description="Of the excess error.")
+    energy: Value = Field(description="Share of the force's energy.")
+    time: Value = Field(description="Share of the samples.")
+    floors: Value = Field(description="Noise ratio.")
+
+
+class ProfileOut(Result):
+    """The excess error over a circumstance."""
+
+    circumstance: str
+    taken_away: Share | None = Field(description="Share of the excess error that values of its own in each bin remove.")
+    bins: list[BinOut]
+
+
+class FailureOut(Result):
+    """Where a model fails by more than noise."""
+
+    explanation: str
+    is_noise: bool = Field(description="True if noise explains the whole error.")
+    floors: Share = Field(description="Noise ratio.")
+    constant_stiffness_and_damping: Share = Field(description="Share of the excess error that they would remove.")
+    any_function_of_motion: Share = Field(description="Share of the excess error that it would remove.")
+    regions: list[RegionOut]
+    narrowed: RegionOut | None
+    profiles: list[ProfileOut]
+    windows: list[Window] = Field(description="Blocks with the largest error.")
+
+
+class Covariance(Result):
+    """Covariance of the fitted values."""
+
+    parameters: list[list[str]] = Field(description="Effect and parameter of each row.")
+    matrix: list[list[Value]]
+
+
+class FitDocument(Head):
+    """A fit of a model's values."""
+
+    model: ModelValues
+    outcome: str = Field(description="How the fit ended.")
+    undetermined: list[list[str]] = Field(description="Effect and parameter that the records do not determine.")
+    covariance: Covariance
+    before: list[EventErrors]
+    after: list[EventErrors]
+    explanation: str
+    unused: list[str]
+
+
+class SuspectOut(Result):
+    """A fault of sensors, superstructure or mass, which comes before the isolation layer."""
+
+    cause: str = Field(description="`sensor_fault`, `superstructure` or `mass`.")
+    kind: str = Field(description="Kind of fault.")
+    channel: str | None = Field(description="Id of the channel or name of the level; null where it concerns all.")
+    value: Value = Field(description="Its size, in the unit of the message.")
+    std: Value = Field(description="Standard deviation; null where it has none.")
+    message: str = Field(description="The problem and its remedy.")
+
+
+class FittedValue(Result):
+    """A parameter of an effect that was tried."""
+
+    value: Value = Field(description="In its unit.")
+    std: Value = Field(description="Standard deviation; null where it was not fitted, or not determined.")
+    unit: str = Field(description="SI.")
+
+
+class CandidateOut(Result):
+    """An effect that was tried: added to the model, everything fitted again."""
+
+    effect: str = Field(description="Its name.")
+    family: str = Field(description="Effects of one family leave similar traces.")
+    delta_bic: Value = Field(description="The events support the effect below -10.")
+    error_before: Value = Field(description="N, RMS of the force's error in the fitted events, without it.")
+    error_after: Value = Field(description="The same with it.")
+    error_after_held_out: Value = Field(description="The same in the held-out events; null without any.")
+    noise_floor: Value = Field(description="N, RMS of the error of a correct model.")
+    plausible: bool = Field(description="Whether its values are physically possible.")
+    reason: str | None = Field(description="Why they are not; null where they are.")
+    parameters: dict[str, FittedValue] = Field(description="Of the effect, by name.")
+
+    @classmethod
+    def of(cls, one: Candidate, before: Misfit) -> "CandidateOut":
+        """The same of core; `before` is the misfit (N) without the effect."""
+        values = one.fit.model.effects[one.effect]
+        return cls(
+            effect=one.effect,
+            family=one.family,
+            delta_bic=one.delta_bic,
+            error_before=before.rms,
+            error_after=one.after.rms,
+            error_after_held_out=None if one.after_held_out is None else one.after_held_out.rms,
+            noise_floor=one.after.floor,
+            plausible=one.implausible is None,
+            reason=one.implausible,
+            parameters={
+                known.name: FittedValue(value=values[known.name], std=one.std.get(known.name), unit=known.unit)
+                for known in EFFECTS[one.effect].parameters
+            },
+        )
+
+
+class DroppedOut(Result):
+    """An effect that could not be checked."""
+
+    effect: str = Field(description="Its name.")
+    reason: str = Field(description="Why, in words.")
+
+
+class StepOut(Result):
+    """A missing effect, beside those of the steps before."""
+
+    effect: str = Field(description="Its name.")
+    family: str = Field(description="Its family.")
+    delta_bic: Value = Field(description="Of the model with it less that without.")
+    set: list[str] = Field(description="Effects that the events do not distinguish here, the best first.")
+
+
+class VersionOut(Result):
+    """The model as given, refitted, and with the first of the effects, the first two ... and all."""
+
+    name: str = Field(description="Change of the model.")
+    error: MisfitOut = Field(description="In the fitted events.")
+    error_held_out: MisfitOut | None = Field(description="In the held-out events; null without any.")
+    events: list[EventErrors] = Field(description="In every event.")
+
+
+class UnexplainedOut(Result):
+    """Structure that remains in the residual, and its size."""
+
+    share: Value = Field(description="Share of the residual's power that a regression on the motion predicts.")
+    in_noise_floors: Value = Field(description="RMS of the rest in multiples of the floor.")
+
+
+class Findings(Result):
+    """Content of a diagnosis."""
+
+    findings: list[SuspectOut] = Field(description="Of sensors, superstructure and mass; they come first.")
+    candidates: list[CandidateOut] = Field(description="Every effect that the model does not have, the best first.")
+    dropped: list[DroppedOut] = Field(default=[], description="Effects that could not be checked, with the reason.")
+    set: list[str] = Field(description="Effects that the events do not distinguish, the best first.")
+    unknown_flag: bool = Field(description="Whether something is missing that the known effects do not explain.")
+    unexplained: UnexplainedOut = Field(description="Structure that remains after all steps.")
+    steps: list[StepOut] = Field(description="Missing effects, one after the other.")
+    versions: list[VersionOut] = Field(description="Their errors.")
+    unused: list[str] = Field(description="Events that could not be used, with their reason.")
+
+
+class DiagnosisDocument(Findings, Head):
+    """A diagnosis of a model."""
+
+    outcome: str | None = Field(description="See `DiagnosisRow`.")
+    model: ModelValues | None = Field(description="With the missing effects; null where no record could be used.")
+    explanation: str
+
+
+class ExtensionDocument(Head):
+    """A model with one more effect."""
+
+    added: CandidateOut
+    versions: list[VersionOut]
+    model: ModelValues
+    explanation: str
+    unused: list[str]
+
+
+class ImprovementDocument(Head):
+    """A model that was diagnosed and extended by turns."""
+
+    taken: list[str] = Field(description="Added effects.")
+    versions: list[VersionOut]
+    model: ModelValues
+    diagnoses: list[DiagnosisDocument]
+    explanation: str
+
+
+def as_json(document: Head) -> dict[str, Any]:
+    """Values of JSON; null for every number that JSON does not have."""
+    return {name: _json(value) for name, value in document.model_dump(by_alias=True).items()}
+
+
+def _by_effect(values: Mapping[str, Mapping[str, float]]) -> dict[str, dict[str, float | None]]:
+    return {effect: dict(own) for effect, own in values.items()}
+
+
+def _json(value: Any) -> Any:  # noqa: ANN401  any value of JSON
+    match value:
+        case float():
+            return float(value) if isfinite(value) else None
+        case dict():
+            return {key: _json(member) for key, member in value.items()}
+        case list() | tuple():
+            return [_json(member) for member in value]
+    return value

@@ -1,4 +1,4 @@
-"""Models of the isolation layer, as the API takes and answers them."""
+"""Models of the isolation layer in the API; the results of work on them are in `service.models.results`."""
 
 from datetime import datetime
 from typing import Annotated, Literal
@@ -9,6 +9,7 @@ from core import paper
 from core.effects import EFFECTS
 from service.analyses.schema import FindingOut
 from service.http.forms import ticked
+from service.models.results import Findings, MisfitOut, PredictionOut
 from service.schema import Answer, Number, Page, Series
 
 
@@ -24,25 +25,25 @@ Wanted = Annotated[dict[str, dict[str, Number]], Field(max_length=50)]
 
 
 HOLD_OUT = "hold_out_"
-"""Begins the names of a form's boxes for the events to leave out."""
+"""Begins the names of a form's boxes for the events to hold out."""
 
 
 class ErrorOut(Answer):
-    """How far a model's force is from the estimated one, over some events taken together."""
+    """Error of a model's force over some events together."""
 
     events: int = Field(description="Number of events.")
     nrmse: Number | None = Field(description="RMS of the error over RMS of the force; null where there was no force.")
-    noise_floor: Number | None = Field(description="NRMSE that a right model would have: the estimate's own error.")
+    noise_floor: Number | None = Field(description="NRMSE of a correct model: the estimate's own error.")
     floors: Number | None = Field(description="RMS of the error in multiples of the floor; null where that is 0.")
-    fitting_rate: Number | None = Field(description="%, as the paper has it; null where the force is constant.")
+    fitting_rate: Number | None = Field(description="%, as the paper defines it; null where the force is constant.")
 
 
 class Errors(Answer):
-    """The same by what the events were to the model; null where there was none."""
+    """The same by the events' role for the model; null without any."""
 
     fitted: ErrorOut | None = Field(description="Events that its values were fitted to.")
-    left_out: ErrorOut | None = Field(description="Events that were known, but left out of the fit.")
-    later: ErrorOut | None = Field(description="Events that it was only held against.")
+    left_out: ErrorOut | None = Field(description="Events that were held out of the fit.")
+    later: ErrorOut | None = Field(description="Events that it was only compared with.")
 
 
 class ModelRow(Answer):
@@ -50,8 +51,8 @@ class ModelRow(Answer):
 
     id: int = Field(description="Its number among all models.")
     building: str = Field(description="Code of the building.")
-    direction: str = Field(description="`x`, `y`, or `xy`: one set of values that holds in both.")
-    number: int = Field(description="Of the version, from 1 for each building and direction.")
+    direction: str = Field(description="`x`, `y`, or `xy`: one set of values for both.")
+    number: int = Field(description="Number of the version, from 1 for each building and direction.")
     parent: int | None = Field(description="Number of the model that it was made from; null of a first one.")
     state: str = Field(description="`draft`, `current` or `retired`.")
     change: str = Field(description="What is new against the parent, and why.")
@@ -66,7 +67,7 @@ class Models(Page[ModelRow]):
 
 
 class Lineage(Answer):
-    """A model and all that it came from."""
+    """A model and its ancestors."""
 
     items: list[ModelRow] = Field(description="The first one first.")
 
@@ -96,11 +97,11 @@ class ModelOut(ModelRow):
         description="How the fit ended, and what it could not determine; null where nothing was fitted."
     )
     fitted_to: list[int] = Field(description="Numbers of the events that its values were fitted to.")
-    left_out: list[int] = Field(description="Numbers of the events that were left out of the fit.")
+    left_out: list[int] = Field(description="Numbers of the events that were held out of the fit.")
 
 
 class ModelRequest(BaseModel):
-    """What a new model is to be."""
+    """Content of a new model."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
 
@@ -116,18 +117,18 @@ class ModelRequest(BaseModel):
 
 
 class ComparisonRow(Answer):
-    """A model held against one event in one direction."""
+    """A model compared with one event in one direction."""
 
     id: int = Field(description="Its number.")
     event: int = Field(description="Number of the event.")
     event_start: datetime = Field(description="Of the event's first sample.")
     direction: str = Field(description="x or y, as the building file names it.")
-    role: str = Field(description="`fitted`, `left_out` or `later`: what the event was to the model.")
-    analysis: int = Field(description="Number of the analysis that it was held against.")
+    role: str = Field(description="`fitted`, `left_out` or `later`: the event's role for the model.")
+    analysis: int = Field(description="Number of the analysis that it was compared with.")
     nrmse: Number | None = Field(description="Of the force, driven by the measured motion; null without a force.")
-    noise_floor: Number | None = Field(description="NRMSE that a right model would have.")
+    noise_floor: Number | None = Field(description="NRMSE of a correct model.")
     floors: Number | None = Field(description="RMS of the error in multiples of the floor.")
-    fitting_rate: Number | None = Field(description="%, as the paper has it.")
+    fitting_rate: Number | None = Field(description="%, as the paper defines it.")
     displacement_nrmse: Number | None = Field(
         description="Of the layer's displacement, driven by the ground alone; null where nothing measured the ground."
     )
@@ -140,11 +141,15 @@ class Comparisons(Page[ComparisonRow]):
 
 
 class ComparisonOut(ComparisonRow):
-    """A model held against one event in one direction, in full."""
+    """A model compared with one event in one direction, in full."""
 
     model: int = Field(description="Number of the model.")
     acceleration_nrmse: dict[str, Number | None] | None = Field(
         description="By level, driven by the ground alone; null where nothing measured the ground."
+    )
+    force: MisfitOut = Field(description="Error of the force, driven by the measured motion.")
+    prediction: PredictionOut | None = Field(
+        description="Errors of the response to the ground motion alone; null where nothing measured the ground."
     )
 
 
@@ -166,7 +171,7 @@ class ComparisonSeries(Answer):
 
 
 class TrendRow(Answer):
-    """How a model did in one event."""
+    """Error of a model in one event."""
 
     event: int = Field(description="Number of the event.")
     event_start: datetime = Field(description="Of the event's first sample.")
@@ -175,8 +180,8 @@ class TrendRow(Answer):
     nrmse: Number | None = Field(description="Of the force, driven by the measured motion; null without a force.")
     floors: Number | None = Field(description="Noise ratio: RMS of the error over that of noise alone.")
     excess: Number = Field(description="Error beyond noise, as a share of the force's RMS.")
-    allowed: Number | None = Field(description="The most excess that is as usual; null as long as nothing was fitted.")
-    missed: bool = Field(description="Whether the model does worse here than in the events it was fitted to.")
+    allowed: Number | None = Field(description="The largest usual excess; null as long as nothing was fitted.")
+    missed: bool = Field(description="Whether the error is larger than in the fitted events.")
 
 
 class Trend(Answer):
@@ -184,11 +189,11 @@ class Trend(Answer):
 
     model: int = Field(description="Number of the model.")
     items: list[TrendRow] = Field(description="The earliest event first.")
-    finding: FindingOut | None = Field(description="What the latest events say; null where the model is good.")
+    finding: FindingOut | None = Field(description="Finding on the latest events; null where the model is good.")
 
 
 class WorkRequest(BaseModel):
-    """Which events to work with."""
+    """Events to work with."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
 
@@ -198,20 +203,20 @@ class WorkRequest(BaseModel):
 
 
 class FitRequest(WorkRequest):
-    """Which events to fit to, and which to try the result on."""
+    """Events to fit to, and events to test the result on."""
 
     hold_out: Numbers | None = Field(
         None,
-        description="Numbers of events to leave out of the fit, on which the result is tried; without them none.",
+        description="Numbers of events to hold out of the fit, on which the result is tested; without them none.",
         examples=[[3]],
     )
 
 
 class EffectRequest(FitRequest):
-    """Which effect to add, and which events to fit to."""
+    """An effect to add, and events to fit to."""
 
     effect: str = Field(
-        description="Name of an effect that the model has not.", max_length=64, examples=[next(iter(EFFECTS))]
+        description="Name of an effect that the model does not have.", max_length=64, examples=[next(iter(EFFECTS))]
     )
 
 
@@ -242,6 +247,36 @@ def _number(typed: str) -> int:
     if not (typed.isascii() and typed.isdigit()):
         raise ValueError(f"there is no event {typed!r}")
     return int(typed)
+
+
+class DiagnosisRow(Answer):
+    """A diagnosis in a list."""
+
+    id: int = Field(description="Its number.")
+    model: int = Field(description="Number of the model.")
+    outcome: str = Field(
+        description="`nothing_missing`, `refit`, `effect`, `one_of_set`, `family`, `unknown`, `sensor_fault`, "
+        "`superstructure` or `mass`."
+    )
+    explanation: str = Field(description="The same and more, in words.")
+    fitted: list[int] = Field(description="Numbers of the events that candidates were fitted to.")
+    left_out: list[int] = Field(description="Numbers of the events held out.")
+    analyses: list[int] = Field(
+        description="Numbers of the analyses of all of them, and of refused events that only show the sensors' state."
+    )
+    revision_id: int = Field(description="Of the building's description.")
+    author: str = Field(description="Name of the key that asked for it.")
+    created_at: datetime = Field(description="When it was made.")
+    version: str = Field(description="Of the code.")
+    job: int = Field(description="Number of the job that made it.")
+
+
+class Diagnoses(Page[DiagnosisRow]):
+    """A page of diagnoses, the latest first."""
+
+
+class DiagnosisOut(Findings, DiagnosisRow):
+    """A diagnosis, in full."""
 
 
 class EffectRow(Answer):

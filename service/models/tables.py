@@ -1,4 +1,4 @@
-"""Tables of the models of the isolation layer and of what they were held against."""
+"""Tables of the models of the isolation layer, their comparisons and diagnoses."""
 
 from datetime import datetime
 from typing import Any
@@ -16,7 +16,7 @@ CURRENT = column("state") == "current"
 class ModelVersion(Base):
     """One version of a building's model in a direction; a change makes the next one and keeps this.
 
-    Effects stand by name, so that a new one needs no migration and an unknown one in an old row still displays.
+    Effects are stored by name, so that a new one needs no migration and an unknown one in an old row still displays.
     """
 
     __tablename__ = "model_version"
@@ -65,7 +65,7 @@ class ModelVersion(Base):
 
 
 class ModelComparison(Base):
-    """A version of a model held against one analysed event in one direction."""
+    """A version of a model compared with one analysed event in one direction."""
 
     __tablename__ = "model_comparison"
     __table_args__ = (UniqueConstraint("model_id", "analysis_id", "direction"),)
@@ -92,7 +92,7 @@ class ModelComparison(Base):
 
 
 class ModelDiagnosis(Base):
-    """What a version of a model was found to lack; another diagnosis makes a new row and keeps this one."""
+    """A diagnosis of a version; another diagnosis makes a new row and keeps this one."""
 
     __tablename__ = "model_diagnosis"
     id: Mapped[int] = mapped_column(primary_key=True)
@@ -110,11 +110,11 @@ class ModelDiagnosis(Base):
     analyses: Mapped[list[int]]
     """Numbers of the analyses of all of them."""
     outcome: Mapped[str]
-    """See service.models.workbench.diagnosing."""
+    """Outcome, see core.workbench.diagnosing."""
     sentences: Mapped[list[str]]
     """The same and more, in words."""
     document: Mapped[dict[str, Any]] = mapped_column(deferred=True)
-    """All of it, see service.models.workbench.diagnosis_json."""
+    """All of it, see service.models.results.DiagnosisDocument."""
     model: Mapped[ModelVersion] = relationship()
     pictures: Mapped[list["DiagnosisPicture"]] = relationship(
         back_populates="diagnosis", order_by="DiagnosisPicture.id"

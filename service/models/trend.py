@@ -13,6 +13,7 @@ from math import sqrt
 
 from core.comparison.misfit import Misfit
 from core.record import Finding
+from service.models import texts
 
 SPARE = 1.5
 LEAST = 0.02
@@ -22,11 +23,11 @@ IN_A_ROW = 2
 
 
 @dataclass(frozen=True, slots=True)
-class Held:
-    """A model held against one event in one direction."""
+class EventError:
+    """Error of a model in one event and direction."""
 
-    event: int
-    """Its number."""
+    number: int
+    """Number of the event."""
     start: datetime
     direction: str
     is_fitted: bool
@@ -36,10 +37,10 @@ class Held:
 
 
 @dataclass(frozen=True, slots=True)
-class Judged:
-    """The same with a judgement."""
+class RatedError:
+    """The same, rated by the errors that the model is used to."""
 
-    held: Held
+    event: EventError
     excess: float
     """Error beyond noise, as a share of the force's RMS."""
     allowed: float | None
@@ -49,7 +50,7 @@ class Judged:
     def is_missed(self) -> bool:
         """True if the model's error here is larger than usual."""
         beyond = self.allowed is not None and self.excess > self.allowed
-        return beyond and not self.held.is_fitted and self.held.misfit.noise_ratio > ABOVE_FLOOR
+        return beyond and not self.event.is_fitted and self.event.misfit.noise_ratio > ABOVE_FLOOR
 
 
 def excess(misfit: Misfit) -> float:
@@ -57,40 +58,34 @@ def excess(misfit: Misfit) -> float:
     return sqrt(max(misfit.error - misfit.noise, 0.0) / misfit.signal) if misfit.signal > 0 else 0.0
 
 
-def judged(held: Sequence[Held]) -> tuple[Judged, ...]:
-    """Every event that one version of a model was held against, in the order given."""
-    used_to = [excess(one.misfit) for one in held if one.is_fitted]
+def rated(errors: Sequence[EventError]) -> tuple[RatedError, ...]:
+    """Errors of one version of a model in every event, in the order given."""
+    used_to = [excess(one.misfit) for one in errors if one.is_fitted]
     allowed = max(SPARE * max(used_to), LEAST) if used_to else None
-    return tuple(Judged(one, excess(one.misfit), allowed) for one in held)
+    return tuple(RatedError(one, excess(one.misfit), allowed) for one in errors)
 
 
-def finding(trend: Sequence[Judged]) -> Finding | None:
+def finding(trend: Sequence[RatedError]) -> Finding | None:
     """Finding on the latest events; None where the model is good, or where nothing was fitted.
 
     Args:
         trend: the earliest event first.
     """
-    later: dict[int, list[Judged]] = {}
+    later: dict[int, list[RatedError]] = {}
     for one in trend:
-        if not one.held.is_fitted:
-            later.setdefault(one.held.event, []).append(one)
+        if not one.event.is_fitted:
+            later.setdefault(one.event.number, []).append(one)
     latest = [_worst(directions) for directions in later.values()][-IN_A_ROW:]
     if not latest or not latest[-1].is_missed:
         return None
     stopped = len(latest) == IN_A_ROW and all(one.is_missed for one in latest)
     last = latest[-1]
-    message = (
-        f"{_opening(stopped)}: in the event of {last.held.start:%Y-%m-%d %H:%M:%S} UTC, direction "
-        f"{last.held.direction}, {last.excess:.1%} of the force is neither the model's nor noise; up to "
-        f"{last.allowed:.1%} would be as in the events it was fitted to. A diagnosis shows what is missing."
+    message = texts.missed(
+        IN_A_ROW if stopped else 1, last.event.start, last.event.direction, last.excess, last.allowed
     )
     return Finding("model", "warning" if stopped else "note", message, value=last.excess)
 
 
-def _worst(directions: Sequence[Judged]) -> Judged:
-    """Of one event: it is missed if it is in any direction."""
+def _worst(directions: Sequence[RatedError]) -> RatedError:
+    """The direction that decides: an event is missed if it is missed in any direction."""
     return max(directions, key=lambda one: (one.is_missed, one.excess))
-
-
-def _opening(stopped: bool) -> str:
-    return f"The model misses the latest {IN_A_ROW} events" if stopped else "The model misses the latest event"

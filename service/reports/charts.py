@@ -5,6 +5,7 @@ Units are those that engineers of isolated buildings read: mm, kN, kN/mm.
 
 from collections.abc import Iterable, Mapping, Sequence
 from datetime import UTC, datetime, timedelta
+from typing import Any
 
 import altair as alt
 
@@ -26,6 +27,9 @@ FEW = 10
 TWO_YEARS = timedelta(days=730)
 """Span of events beyond which colours are labelled by year."""
 BLUE, GREY, ORANGE = "#1f5fa8", "#b8bec6", "#d9720f"
+INK, FAINT = "#1c2430", "#5b6675"
+WIDTH = 860
+"""Pixels, of a picture over the whole page."""
 Picture = alt.LayerChart | alt.VConcatChart
 CONFIG = {
     "font": "sans-serif",
@@ -126,6 +130,18 @@ def equivalent_stiffness(events: Mapping[datetime, Sequence[EquivalentSegment]],
 def equivalent_damping(events: Mapping[datetime, Sequence[EquivalentSegment]], title: str) -> alt.LayerChart:
     """c_eq over amplitude, one point a cycle, coloured by event; bars are ± 1 standard deviation."""
     return _over_amplitude(events, "c_eq", "equivalent damping coefficient c_eq (kN s/mm)", title)
+
+
+def values(rows: list[dict[str, Any]]) -> alt.InlineData:
+    """Rows as data of a picture."""
+    return alt.InlineData(values=rows)
+
+
+def curves(colours: Mapping[str, str]) -> alt.Color:
+    """A colour for each `curve`, named above the picture."""
+    scale = alt.Scale(domain=list(colours), range=list(colours.values()))
+    legend = alt.Legend(title=None, orient="top", symbolType="stroke", symbolStrokeWidth=3)
+    return alt.Color("curve:N", scale=scale, legend=legend)
 
 
 def _loop(rows: alt.InlineData, brush: alt.Parameter) -> alt.LayerChart:

@@ -1,4 +1,4 @@
-"""Reports and mails in HTML: their templates, and pictures as SVG within the HTML."""
+"""Reports and mails in HTML, each one file: templates, and pictures as SVG within the HTML."""
 
 import re
 from functools import cache
@@ -9,7 +9,9 @@ import vl_convert
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
+from core.tables import Table
 from service.reports.charts import CONFIG
+from service.reports.document import Document, Figure
 from service.version import VERSION
 
 STYLE = Path(__file__).parents[1] / "http" / "static" / "menshin.css"
@@ -21,36 +23,54 @@ NAMESPACE = re.compile(r' xmlns(:xlink)?="[^"]*"')
 """Namespaces, which HTML implies inside <svg>."""
 
 
-def rendered(package: str, template: str, **values: object) -> str:
+def page(document: Document) -> str:
+    """A report as a file that needs neither a network nor a script."""
+    return rendered("reports/templates/document.html", document=document)
+
+
+def rendered(template: str, **values: object) -> str:
     """A document that needs no other file.
 
     Args:
-        package: its folder `templates` has the template.
-        template: name of the file.
+        template: path within this package.
         values: what the template shows, besides `version` and `style`.
     """
     own = {"version": VERSION, "style": Markup(STYLE.read_text("utf-8"))}
-    return _environment(package).get_template(template).render(**own, **values)
+    return _environment().get_template(template).render(**own, **values)
 
 
 @cache
-def _environment(package: str) -> Environment:
-    return Environment(
-        loader=PackageLoader(package),
+def _environment() -> Environment:
+    """The templates of all files."""
+    made = Environment(
+        loader=PackageLoader("service", ""),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    made.tests |= {"table": lambda part: isinstance(part, Table), "figure": lambda part: isinstance(part, Figure)}
+    made.globals["drawn"] = _drawn
+    return made
+
+
+def _drawn(figure: Figure) -> list[Markup]:
+    """The pictures of a figure, each with a name of its own."""
+    if len(figure.pictures) == 1:
+        return [svg(figure.pictures[0], figure.key, figure.title)]
+    return [
+        svg(picture, f"{figure.key}-{number}", f"{figure.title}, panel {number}")
+        for number, picture in enumerate(figure.pictures, start=1)
+    ]
 
 
 def svg(picture: alt.TopLevelMixin, own: str, label: str) -> Markup:
-    """The picture, its ids made its own within the page, and its name for those who do not see it.
+    """The picture, its ids made its own within the page, and its name for readers who do not see it.
 
     Args:
         picture: any of Altair's.
         own: a word that no other picture of the page has, for its ids.
-        label: what it shows.
+        label: contents of the picture.
     """
     text = NAMESPACE.sub("", vl_convert.vegalite_to_svg(picture.to_dict(), config=CONFIG))
     text = PATH.sub(lambda path: FINER.sub("", path[0]), text)

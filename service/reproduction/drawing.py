@@ -10,6 +10,7 @@ import numpy as np
 from core.arrays import Indices, Vector
 from core.estimators import ESTIMATORS
 from service.reports.charts import BLUE, GREY, ORANGE, STEP
+from service.reports.document import Figure
 from service.reports.thinning import along_path, extremes
 
 POINTS = 1760
@@ -27,18 +28,6 @@ FORCE = "restoring force (kN)"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Figure:
-    """One of the paper's figures, drawn anew."""
-
-    number: int
-    """The paper's."""
-    title: str
-    caption: str
-    """Content of the figure, and its comparison with the paper."""
-    panels: tuple[alt.LayerChart, ...]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
 class Curve:
     """One line of a panel."""
 
@@ -47,6 +36,18 @@ class Curve:
     """(n,) in the unit that is drawn."""
     colour: str = BLUE
     width: float = 1.2
+
+
+def figure(number: int, title: str, caption: str, panels: Sequence[alt.LayerChart]) -> Figure:
+    """One of the paper's figures, drawn anew.
+
+    Args:
+        number: the paper's.
+        title: of the figure.
+        caption: contents of the figure, and its comparison with the paper.
+        panels: its pictures.
+    """
+    return Figure(f"figure-{number}", f"Figure {number}. {title}", caption, tuple(panels))
 
 
 def exact(values: Vector) -> Curve:

@@ -6,12 +6,13 @@ from altair import LayerChart
 from core.comparison.misfit import fitting_rate
 from core.estimators import cms
 from service.reports import charts as report_charts
+from service.reports.document import Figure
 from service.reproduction.drawing import (
     FORCE,
     Curve,
-    Figure,
     estimates,
     exact,
+    figure,
     histories,
     loops,
     profiles,
@@ -27,7 +28,7 @@ def real_figures(found: RealBuilding) -> tuple[Figure, ...]:
     event = found.strongest
     figures = [_accelerations(found, event), _deformation(found, event), _shapes(found, event), _modal(found, event)]
     figures += [_force(found, event), _loop(found, event), _equivalents(found)]
-    return tuple(figure for figure in figures if figure is not None)
+    return tuple(one for one in figures if one is not None)
 
 
 def _of(found: RealBuilding, event: RealEvent) -> str:
@@ -42,7 +43,7 @@ def _accelerations(found: RealBuilding, event: RealEvent) -> Figure:
         histories(event.time, [Curve(name, GAL * samples)], "acceleration (gal)", title=f"level {name}")
         for name, samples in zip(names[::-1], rows[::-1], strict=True)
     ]
-    return Figure(18, "Acceleration response", f"{_of(found, event)}: absolute.", tuple(panels))
+    return figure(18, "Acceleration response", f"{_of(found, event)}: absolute.", panels)
 
 
 def _deformation(found: RealBuilding, event: RealEvent) -> Figure | None:
@@ -51,7 +52,7 @@ def _deformation(found: RealBuilding, event: RealEvent) -> Figure | None:
         return None
     caption = f"{_of(found, event)}: up to {MM * np.abs(displacement).max():.1f} mm."
     picture = histories(event.time, [Curve("layer", MM * displacement)], "deformation (mm)")
-    return Figure(19, "Deformation of the isolation layer", caption, (picture,))
+    return figure(19, "Deformation of the isolation layer", caption, (picture,))
 
 
 def _shapes(found: RealBuilding, event: RealEvent) -> Figure | None:
@@ -62,7 +63,7 @@ def _shapes(found: RealBuilding, event: RealEvent) -> Figure | None:
         for number, mode in enumerate(event.by_estimator[cms.NAME].restoring_force.modes[:MODES], start=1)
     ]
     caption = f"{_of(found, event)}: identified at the dots, by eq 21 elsewhere. Table IV has the numbers."
-    return Figure(20, "Expanded mode shapes", caption, tuple(panels)) if panels else None
+    return figure(20, "Expanded mode shapes", caption, panels) if panels else None
 
 
 def _modal(found: RealBuilding, event: RealEvent) -> Figure | None:
@@ -72,7 +73,7 @@ def _modal(found: RealBuilding, event: RealEvent) -> Figure | None:
         for number, series in enumerate(event.modal)
     ]
     caption = f"{_of(found, event)}: eq 23, of mass-normalised shapes."
-    return Figure(21, "Acceleration in modal coordinates", caption, tuple(panels)) if panels else None
+    return figure(21, "Acceleration in modal coordinates", caption, panels) if panels else None
 
 
 def _force(found: RealBuilding, event: RealEvent) -> Figure:
@@ -89,7 +90,7 @@ def _force(found: RealBuilding, event: RealEvent) -> Figure:
         errors = estimates({name: (force - truth)[window] for name, force in forces.items()})
         panels.append(histories(event.time[window], errors, "difference (kN)", title="estimated − exact", height=90))
         caption += f" Exact is F = −Σ m_i a_i over all levels, of which the estimators saw some; fitting rate: {fits}."
-    return Figure(22, "Restoring force of the isolation layer", caption, tuple(panels))
+    return figure(22, "Restoring force of the isolation layer", caption, panels)
 
 
 def _loop(found: RealBuilding, event: RealEvent) -> Figure | None:
@@ -99,7 +100,7 @@ def _loop(found: RealBuilding, event: RealEvent) -> Figure | None:
     forces = {name: KN * analysis.restoring_force.force for name, analysis in event.by_estimator.items()}
     panels = [loops(MM * displacement, [curve], title=curve.name) for curve in estimates(forces)]
     caption = f"{_of(found, event)}. The paper finds strong hysteresis."
-    return Figure(23, "Force against displacement", caption, tuple(panels))
+    return figure(23, "Force against displacement", caption, panels)
 
 
 def _equivalents(found: RealBuilding) -> Figure | None:
@@ -116,4 +117,4 @@ def _equivalents(found: RealBuilding) -> Figure | None:
         "the table above says how far that holds here."
     )
     title = "Equivalent stiffness and damping coefficient"
-    return Figure(24, title, caption, tuple(panels)) if panels else None
+    return figure(24, title, caption, panels) if panels else None

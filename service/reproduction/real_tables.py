@@ -8,14 +8,26 @@ from scipy.stats import spearmanr
 
 from core.arrays import Vector
 from core.comparison.misfit import fitting_rate
-from core.estimators import ESTIMATORS
+from core.estimators import ESTIMATORS, cms
 from core.isolation_layer.equivalent import EquivalentSegment
+from core.tables import Table
 from service.reproduction import published
+from service.reproduction.cells import NONE, by_estimator, ours, table, with_std
 from service.reproduction.real import RealBuilding
 from service.reproduction.simulated import MODES
-from service.reproduction.table import NONE, Table, by_estimator, ours, with_std
 
-KN, PERCENT = 1e-3, 1e2
+OMITTED = "Figures {} are left out: {}."
+MM, KN, KN_PER_MM, PERCENT = 1e3, 1e-3, 1e-6, 1e2
+
+BOUNDS = (0.0, 0.5e-3, 1e-3, 2e-3, 5e-3, 10e-3, 20e-3, 50e-3, 100e-3, 200e-3, np.inf)
+"""m, of the amplitudes that are put together."""
+SMALL = BOUNDS[1]
+"""m, below which an amplitude is small."""
+NEAR = 0.25
+"""Tolerance as a fraction of a shear strain: cycles within it represent the strain."""
+
+Cycles = Mapping[str, Sequence[EquivalentSegment]]
+"""By estimator, of all events."""
 
 
 def real_tables(found: RealBuilding) -> tuple[Table, ...]:
@@ -28,7 +40,7 @@ def _modal_information(found: RealBuilding) -> Table:
     title = f"Table IV. Identified modal information of the superstructure; shape at {floor}, the roof being 1"
     columns = ("building and event", "by", "mode", "frequency (Hz)", "damping (%)", "shape")
     note = "Two buildings: their numbers are alike in kind only."
-    return Table(title, columns, (*_papers_modes(), *_our_modes(found)), numbers_from=2, note=note)
+    return table(title, columns, (*_papers_modes(), *_our_modes(found)), numbers_from=2, note=note)
 
 
 def _papers_modes() -> Iterator[tuple[str, ...]]:
@@ -70,19 +82,7 @@ def _forces(found: RealBuilding) -> Table:
     )
     known = any(event.truth is not None for event in found.events)
     title = "Figure 22. Restoring force of the isolation layer"
-    return Table(title, ("event", "", *ours()), tuple(rows), numbers_from=2, note=note if known else "")
-
-
-MM, KN_PER_MM, PERCENT = 1e3, 1e-6, 1e2
-BOUNDS = (0.0, 0.5e-3, 1e-3, 2e-3, 5e-3, 10e-3, 20e-3, 50e-3, 100e-3, 200e-3, np.inf)
-"""m, of the amplitudes that are put together."""
-SMALL = BOUNDS[1]
-"""m, below which an amplitude is small."""
-NEAR = 0.25
-"""Tolerance as a fraction of a shear strain: cycles within it represent the strain."""
-
-Cycles = Mapping[str, Sequence[EquivalentSegment]]
-"""By estimator, of all events."""
+    return table(title, ("event", "", *ours()), tuple(rows), numbers_from=2, note=note if known else "")
 
 
 def amplitude_tables(found: RealBuilding) -> tuple[Table, ...]:
@@ -104,7 +104,7 @@ def _by_amplitude(cycles: Cycles) -> Table:
     note = "Medians over the cycles of all events ± the median of their standard deviations."
     title = "Figure 24. Equivalent stiffness and damping coefficient against amplitude"
     columns = ("amplitude (mm)", "ours by", "cycles", "k_eq (kN/mm)", "c_eq (kN s/mm)")
-    return Table(title, columns, tuple(rows), numbers_from=2, note=note)
+    return table(title, columns, tuple(rows), numbers_from=2, note=note)
 
 
 def _range(low: float, high: float) -> str:
@@ -135,7 +135,7 @@ def _conclusions(cycles: Cycles) -> Table:
         ("standard deviation of c_eq (%), median over cycles", "less stable", *by_estimator(c_spread)),
     )
     note = "The paper's words are of another building and of one earthquake."
-    return Table("What section 8 says of Figure 24", ("", "paper", *ours()), rows, note=note)
+    return table("What section 8 says of Figure 24", ("", "paper", *ours()), rows, note=note)
 
 
 def _column(cycles: Sequence[EquivalentSegment], name: str) -> Vector:
@@ -155,3 +155,24 @@ def _rank(values: Vector, amplitude: Vector) -> str:
 
 def _spread(values: Vector, std: Vector) -> str:
     return f"{PERCENT * np.median(std / np.abs(values)):.0f}"
+
+
+def real_remarks(found: RealBuilding) -> tuple[str, ...]:
+    """Remarks on section 8."""
+    return (
+        "The paper's building is Raiosya, whose records do not come with this program. Here the same steps are applied "
+        f"to {found.description.name}, direction {found.direction}, from the sensors {', '.join(found.sensors)}: the "
+        "numbers are another building's and comparable in kind only.",
+        "The paper cuts the record into segments and does not say which; here a segment is one cycle between zero "
+        "up-crossings, with an intercept, and every value has a standard deviation.",
+        *_missing(found),
+        *(f"Not used: {reason}" for reason in found.refused),
+    )
+
+
+def _missing(found: RealBuilding) -> Iterator[str]:
+    shown = found.strongest.by_estimator[cms.NAME]
+    if shown.displacement is None:
+        yield OMITTED.format("19, 23 and 24", "no sensor measures the layer's motion")
+    if not shown.restoring_force.modes:
+        yield OMITTED.format("20 and 21", "no mode was identified")

@@ -9,13 +9,15 @@ from core.arrays import Vector
 from core.comparison.misfit import fitting_rate
 from core.estimators import cms
 from core.paper import FOURTH_STOREY, PEAK, RATE
+from service.reports.document import Figure
 from service.reproduction import published
+from service.reproduction.cells import with_noise
 from service.reproduction.drawing import (
     FORCE,
     Curve,
-    Figure,
     estimates,
     exact,
+    figure,
     histories,
     loops,
     profiles,
@@ -32,7 +34,6 @@ from service.reproduction.simulated import (
     Simulated,
     scattered_total,
 )
-from service.reproduction.table import with_noise
 
 GAL, KN, MM = 1e2, 1e-3, 1e3
 ROOT_T = 1e3**-0.5
@@ -45,11 +46,11 @@ SHOWN = f"the strongest {WINDOW:g} s; the fitting rate is of the whole record"
 def response_figures(found: Simulated) -> tuple[Figure, ...]:
     """In the paper's order; without those of modes where none was identified."""
     figures = (_ground(found), _accelerations(found), _loop(found), _shapes(found), *_modal(found))
-    return tuple(figure for figure in figures if figure.panels)
+    return tuple(one for one in figures if one.pictures)
 
 
 def _ground(found: Simulated) -> Figure:
-    return Figure(
+    return figure(
         6,
         "Ground acceleration",
         f"{found.ground.name}, scaled to the {GAL * PEAK:.2f} gal of the record observed at Hiyoshi, which the paper "
@@ -68,7 +69,7 @@ def _accelerations(found: Simulated) -> Figure:
     ]
     peaks = ", ".join(f"{name} {GAL * np.abs(samples).max():.1f}" for name, samples in levels.items())
     caption = f"Exact, without noise. Largest values (gal): {peaks}. The paper prints no number of its own here."
-    return Figure(7, "Acceleration response of the superstructure", caption, tuple(panels))
+    return figure(7, "Acceleration response of the superstructure", caption, panels)
 
 
 def _loop(found: Simulated) -> Figure:
@@ -78,7 +79,7 @@ def _loop(found: Simulated) -> Figure:
         "The smaller a loop, the steeper it is."
     )
     picture = loops(x, [Curve("exact", force)])
-    return Figure(8, "Restoring force of the isolation layer against displacement", caption, (picture,))
+    return figure(8, "Restoring force of the isolation layer against displacement", caption, (picture,))
 
 
 def _shapes(found: Simulated) -> Figure:
@@ -95,7 +96,7 @@ def _shapes(found: Simulated) -> Figure:
         "analytic shapes. Between the sensors the expansion leaves out the inertia, which bends the second mode more "
         "than the first. Table III has the paper's numbers and ours."
     )
-    return Figure(9, "Expanded and analytic mode shapes", caption, tuple(panels))
+    return figure(9, "Expanded and analytic mode shapes", caption, panels)
 
 
 def _from_base(shape: Vector) -> Vector:
@@ -115,7 +116,7 @@ def _modal(found: Simulated) -> tuple[Figure, ...]:
         caption = f"Eq 23; {SHOWN}. Fitting rate (%) at {said}."
         panels = [_modal_panel(found, case, mode, with_noise(noise)) for noise, case in cases.items()]
         title = f"Acceleration in the {ordinal[mode]} modal coordinate"
-        figures.append(Figure(10 + mode, title, caption, tuple(panels)))
+        figures.append(figure(10 + mode, title, caption, panels))
     return tuple(figures)
 
 
@@ -134,7 +135,7 @@ FEW_CYCLES = 5.0
 def force_figures(found: Simulated) -> tuple[Figure, ...]:
     """In the paper's order; without those of modes where none was identified."""
     figures = (_force(found), _loops(found), _modes(found), _light(found), _scattered(found))
-    return tuple(figure for figure in figures if figure.panels)
+    return tuple(one for one in figures if one.pictures)
 
 
 def _force(found: Simulated) -> Figure:
@@ -146,7 +147,7 @@ def _force(found: Simulated) -> Figure:
         panels.append(_differences(found, forces, f"({part}) {with_noise(noise)}: estimated − exact"))
         said.append(f"{with_noise(noise)}: paper {published.FORCE_FIT[noise]}, ours {_fits(found, forces)}")
     caption = f"Eq 10; {SHOWN}. Fitting rate (%) at {'; '.join(said)}."
-    return Figure(12, "Estimated restoring force of the isolation layer", caption, tuple(panels))
+    return figure(12, "Estimated restoring force of the isolation layer", caption, panels)
 
 
 def _loops(found: Simulated) -> Figure:
@@ -163,7 +164,7 @@ def _loops(found: Simulated) -> Figure:
         f"lot. What distorts ours by {cms.NAME} is the inertia of the floors without a sensor, and the sensors' noise "
         "on top of it."
     )
-    return Figure(13, "Estimated restoring force against displacement", caption, tuple(panels))
+    return figure(13, "Estimated restoring force against displacement", caption, panels)
 
 
 def _modes(found: Simulated) -> Figure:
@@ -184,7 +185,7 @@ def _modes(found: Simulated) -> Figure:
         f"By {cms.NAME}, {with_noise(LOW)}; {SHOWN}: {fits} modes. The paper finds the first "
         "two acceptable; with two sensors above the base slab a third cannot change the force."
     )
-    return Figure(14, "Effect of mode selection", caption, tuple(panels))
+    return figure(14, "Effect of mode selection", caption, panels)
 
 
 def _light(found: Simulated) -> Figure:
@@ -196,7 +197,7 @@ def _light(found: Simulated) -> Figure:
         f"{_fits(found, corrected)} once divided by {scale:g}. The paper says that the "
         "shape is kept and scaled by the same degree."
     )
-    return Figure(15, "Effect of mass estimation: all masses scaled", caption, _with_differences(found, forces))
+    return figure(15, "Effect of mass estimation: all masses scaled", caption, _with_differences(found, forces))
 
 
 def _scattered(found: Simulated) -> Figure:
@@ -206,7 +207,7 @@ def _scattered(found: Simulated) -> Figure:
         f"The masses assumed as the paper's draw, {with_noise(LOW)}; {SHOWN}: paper {published.SCATTERED_FIT}, ours "
         f"{_fits(found, forces)}, and {_fits(found, corrected)} with the right total mass."
     )
-    return Figure(16, "Effect of mass estimation: masses scattered by 20 %", caption, _with_differences(found, forces))
+    return figure(16, "Effect of mass estimation: masses scattered by 20 %", caption, _with_differences(found, forces))
 
 
 def _series(forces: Forces) -> Mapping[str, Vector]:

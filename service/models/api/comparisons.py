@@ -10,8 +10,7 @@ from service.http.parameters import LARGEST, ModelId, Points, Reading
 from service.http.responses import CSV, JSON, Format, Tagged, TaggedRoute, responses, wants_csv
 from service.http.series import histories
 from service.models import answers, queries
-from service.models.diagnosis_schema import Diagnoses, DiagnosisOut
-from service.models.schema import ComparisonOut, ComparisonSeries
+from service.models.schema import ComparisonOut, ComparisonSeries, Diagnoses, DiagnosisOut
 
 router = APIRouter(tags=["models"], route_class=TaggedRoute)
 
@@ -63,7 +62,7 @@ DiagnosisId = Annotated[int, Path(description="Number of the diagnosis.", ge=1, 
 
 @router.get("/models/{model_id}/diagnoses", operation_id="list_diagnoses", **responses(Diagnoses, 404))
 def of_model(model_id: ModelId, sessions: Reading, cursor: Before = None, limit: Limit = 50) -> Diagnoses:
-    """What the model was found to lack, the latest diagnosis first."""
+    """Diagnoses of the model, the latest first."""
     with sessions() as session:
         queries.version(session, model_id)
         rows = [answers.diagnosis_row(one) for one in queries.diagnoses(session, model_id, cursor, limit)]

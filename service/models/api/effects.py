@@ -10,8 +10,8 @@ from core.workbench.texts import explained
 from service.errors import NotFoundError
 from service.http.paging import rows_of
 from service.http.responses import TaggedRoute, responses, table_responses
+from service.models.effects import families, law
 from service.models.schema import EffectOut, Effects, ParameterOut
-from service.models.workbench.effect_sheets import families, law
 
 router = APIRouter(prefix="/effects", tags=["models"], route_class=TaggedRoute)
 

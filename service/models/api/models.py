@@ -13,7 +13,7 @@ from service.http.problems import openapi_responses
 from service.http.responses import TaggedRoute, responses, table_responses
 from service.jobs.schema import JobOut
 from service.jobs.tables import Job
-from service.models import answers, queries, requests, versions as model_versions
+from service.models import answers, queries, requests, store
 from service.models.schema import (
     Comparisons,
     EffectRequest,
@@ -124,7 +124,7 @@ def accept(model_id: ModelId, sessions: Writing, by: By) -> ModelOut:
     """Put the model in force; the one that was for its building and direction retires."""
     with sessions.begin() as session:
         found = queries.version(session, model_id)
-        model_versions.accept(session, found, by.name, datetime.now(UTC))
+        store.accept(session, found, by.name, datetime.now(UTC))
         return answers.whole(session, found)
 
 

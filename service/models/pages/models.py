@@ -1,4 +1,4 @@
-"""The pages of the models and of the physical effects, and their forms; JavaScript shows progress only."""
+"""Pages of models, diagnoses and physical effects, and their forms; JavaScript shows progress only."""
 
 from collections.abc import Callable, Mapping
 from datetime import UTC, datetime
@@ -21,11 +21,13 @@ from service.http.rendering import page
 from service.jobs import requests as job_requests
 from service.jobs.queue import UNDER_WAY
 from service.jobs.requests import cancel_for, may_cancel
-from service.models import answers, queries, queries as model_queries, requests, versions as model_versions
+from service.models import answers, queries, requests, store
+from service.models.api.comparisons import DiagnosisId
 from service.models.api.effects import EffectName, answered as effect_out
+from service.models.effects import families
+from service.models.queries import DIRECTIONS
 from service.models.schema import HOLD_OUT, EffectForm, FitForm, ModelRequest
 from service.models.tables import ModelComparison
-from service.models.workbench.effect_sheets import families
 
 router = APIRouter(include_in_schema=False)
 
@@ -34,7 +36,7 @@ By = Annotated[Caller, Depends(engineer)]
 VERSIONS = 200
 """Number of a building's models that its page lists."""
 JOBS = 5
-"""Of a model that its page lists."""
+"""Jobs and diagnoses of a model that its page lists."""
 OFFERED = 50
 """Number of events that a page offers to hold out, the latest first."""
 Making = Annotated[Posted[ModelRequest], Depends(posted(ModelRequest))]
@@ -77,7 +79,7 @@ def of_model(
     comparison: Annotated[int | None, Query(ge=1, le=LARGEST)] = None,
     hold_out: Annotated[str | None, Query(pattern=r"^[0-9,]{0,1000}$")] = None,
 ) -> Response:
-    """A model: values, errors, lineage, its loop in one event, and what can be asked of it.
+    """A model: values, errors, lineage, its loop in one event, and the work that it can be given.
 
     `hold_out` has the events whose boxes are ticked, where it is given.
     """
@@ -101,7 +103,7 @@ def _shown_model(
         found = queries.version(session, model_id)
         compared = queries.latest_comparisons(session, [model_id])[model_id]
         jobs = job_requests.jobs(session, None, None, model_id, None, JOBS)
-        there = queries.comparable(session, found.building_id, model_versions.DIRECTIONS[found.direction], None)
+        there = queries.comparable(session, found.building_id, DIRECTIONS[found.direction], None)
         model = answers.whole(session, found)
         return page(
             request,
@@ -119,7 +121,7 @@ def _shown_model(
             ticked=model.left_out if ticked is None else ticked,
             may_cancel=lambda job: may_cancel(job, by),
             offered=there[: -OFFERED - 1 : -1],
-            diagnoses=model_queries.diagnoses(session, model_id, None, JOBS),
+            diagnoses=queries.diagnoses(session, model_id, None, JOBS),
             addable=[name for name in EFFECTS if name not in found.effects],
             may_work=by.role >= Role.engineer,
         )
@@ -133,6 +135,24 @@ def _shown(compared: list[ModelComparison], number: int | None) -> int | None:
     if number not in {one.id for one in compared}:
         raise NotFoundError("comparison of this model", number)
     return number
+
+
+@router.get("/diagnoses/{diagnosis_id}")
+def of_diagnosis(request: Request, diagnosis_id: DiagnosisId, sessions: Reading, by: Reader) -> Response:
+    """A diagnosis: the text, the effects tried, and the pictures; an engineer may add one of the effects."""
+    with sessions() as session:
+        found = queries.diagnosis(session, diagnosis_id)
+        (model,) = answers.rows(session, [found.model])
+        return page(
+            request,
+            "diagnosis",
+            building=found.model.building,
+            model=model,
+            diagnosis=answers.diagnosis(found),
+            sentences=found.sentences,
+            pictures=found.pictures,
+            may_work=by.role >= Role.engineer,
+        )
 
 
 @router.get("/effects")
@@ -166,7 +186,7 @@ def accept(request: Request, model_id: ModelId, sessions: Writing, by: By, form:
     """Put the model in force, and show it."""
 
     def work(session: Session, _: FitForm, now: datetime) -> None:
-        model_versions.accept(session, queries.version(session, model_id), by.name, now)
+        store.accept(session, queries.version(session, model_id), by.name, now)
 
     return _worked(request, model_id, sessions, by, form, work)
 

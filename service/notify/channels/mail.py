@@ -75,8 +75,7 @@ def composed(message: RenderedMessage, to: str, sender: str, now: datetime) -> E
 def page(message: RenderedMessage, picture: str | None) -> str:
     """The message as HTML; `picture` is the content id of its picture."""
     return rendered(
-        "service.notify.channels",
-        "mail.html",
+        "notify/channels/templates/mail.html",
         message=message,
         picture=picture,
         mark=texts.MARKS.get(message.kind),

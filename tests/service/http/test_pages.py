@@ -17,9 +17,9 @@ from service.analyses.tables import Analysis, CycleResult, DirectionResult, Mode
 from service.buildings.tables import Building, Revision
 from service.db import blobs
 from service.jobs.tables import Job
-from service.models import results, versions as model_versions
-from service.models.versions import Draft
-from service.models.work import Compared
+from service.models import store as model_store
+from service.models.comparing import Compared
+from service.models.store import Draft
 from service.records.tables import Event
 
 pytestmark = pytest.mark.sqlite
@@ -189,14 +189,14 @@ def test_a_model_in_force_that_misses_the_latest_events_is_reported(
     """It was fitted to an event that it met to 0.1 % of the force, by noise alone."""
     tower = building(stored, "A", "Tower")
     draft = Draft("x", Isolator({"elastic": {"k_b": 5e8}}), "by hand", "me", tower.revisions[0].id)
-    model = model_versions.add(stored, tower.id, draft, START)
-    model_versions.accept(stored, model, "me", START)
+    model = model_store.add(stored, tower.id, draft, START)
+    model_store.accept(stored, model, "me", START)
     for day, (role, off) in enumerate([("fitted", 0.001), ("later", error), ("later", error)]):
         analysis = analysed(stored, event(stored, tower, day, "analysed"), result())
         stored.flush()
         misfit = Misfit(TIME.size, error=off**2, signal=1.0, spread=1.0, noise=1e-6)
         held = Compared(analysis.event_id, analysis.id, "x", np.zeros(TIME.size), misfit, None, {})
-        results.store_comparisons(stored, model.id, [held], {analysis.event_id: role}, START)
+        model_store.add_comparisons(stored, model.id, [held], {analysis.event_id: role}, START)
     page = home(database_url, stored)
     assert (
         f'<a href="/models/{model.id}">Model x 1</a> of A: The model misses the latest 2 events' in page

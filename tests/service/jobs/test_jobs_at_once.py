@@ -13,9 +13,9 @@ from service.buildings.tables import Building
 from service.jobs import queue as job_queue
 from service.jobs.queue import COMPARE
 from service.jobs.tables import Job
-from service.models import versions as model_versions
+from service.models import store as model_store
+from service.models.store import Draft
 from service.models.tables import ModelVersion
-from service.models.versions import Draft
 from service.records.tables import Event
 
 NOW = stored_histories.start(40)
@@ -46,7 +46,7 @@ def queue(request: pytest.FixtureRequest, sessions: sessionmaker[Session], build
         session.add(event)
         revision = session.get_one(Building, building).revisions[0].id
         draft = Draft("x", Isolator({"elastic": {"k_b": 5e8}}), "by hand", "engineer", revision)
-        model = model_versions.add(session, building, draft, NOW)
+        model = model_store.add(session, building, draft, NOW)
         session.flush()
         event_id, model_id = event.id, model.id
     ways: dict[str, Queue] = {

@@ -18,9 +18,9 @@ from service.jobs import queue as job_queue
 from service.jobs.stages import silent
 from service.kinds import KINDS
 from service.models import diagnoses, requests as model_requests
+from service.models.comparing import records
 from service.models.inputs import WorkInputs
 from service.models.schema import FitRequest, ModelRequest
-from service.models.work import records
 
 pytestmark = pytest.mark.sqlite
 
@@ -64,11 +64,11 @@ def requested(sessions: sessionmaker[Session], events: Sequence[int] | None) -> 
 
 def test_its_sensors_are_requested_and_nothing_is_fitted_to_it(building: sessionmaker[Session]) -> None:
     inputs, seen = requested(building, None)
-    assert [event.held.event_id for event in inputs.events] == [1]
-    assert [one.name for one in seen.fitted] == [inputs.events[0].held.name]
+    assert [one.event.event_id for one in inputs.events] == [1]
+    assert [one.name for one in seen.fitted] == [inputs.events[0].event.name]
     assert len(seen.analyses) == 2
     (why,) = seen.unused
-    assert why.startswith(f"{inputs.unusable[0].held.name}: {monitored_building.BASE}")
+    assert why.startswith(f"{inputs.unusable[0].event.name}: {monitored_building.BASE}")
     (suspect,) = building_faults(seen.analyses, seen.description)
     assert (suspect.cause, suspect.kind, suspect.channel) == (Cause.SENSOR, "dead", monitored_building.BASE)
     assert "in 1 of 2 earthquakes" in suspect.message

@@ -5,40 +5,43 @@ from datetime import UTC, datetime, timedelta
 import pytest
 
 from core.comparison.misfit import Misfit
-from service.models.trend import ABOVE_FLOOR, LEAST, SPARE, Held, finding, judged
+from service.models.trend import ABOVE_FLOOR, LEAST, SPARE, EventError, finding, rated
 
 START = datetime(2024, 1, 1, tzinfo=UTC)
 
 
-def held(number: int, excess: float, *, fitted: bool = False, noise: float = 0.01, direction: str = "x") -> Held:
+def seen(number: int, excess: float, *, fitted: bool = False, noise: float = 0.01, direction: str = "x") -> EventError:
     """An event in which noise, and `excess` beside it, are shares of the force's RMS."""
     misfit = Misfit(samples=100, error=excess**2 + noise**2, signal=1.0, spread=1.0, noise=noise**2)
-    return Held(number, START + timedelta(days=number), direction, fitted, misfit)
+    return EventError(number, START + timedelta(days=number), direction, fitted, misfit)
 
 
-def missed(*events: Held) -> list[bool]:
-    return [one.is_missed for one in judged(events)]
+def missed(*events: EventError) -> list[bool]:
+    return [one.is_missed for one in rated(events)]
 
 
 def test_an_event_is_missed_beyond_what_the_model_was_used_to() -> None:
-    used_to = held(1, 0.04, fitted=True)
-    assert missed(used_to, held(2, 0.99 * SPARE * 0.04), held(3, 1.01 * SPARE * 0.04)) == [False, False, True]
+    used_to = seen(1, 0.04, fitted=True)
+    assert missed(used_to, seen(2, 0.99 * SPARE * 0.04), seen(3, 1.01 * SPARE * 0.04)) == [False, False, True]
 
 
 def test_what_is_not_distinguished_from_an_error_of_the_estimate_is_not_missed() -> None:
-    perfect = held(1, 0.0, fitted=True)
-    assert missed(perfect, held(2, 0.99 * LEAST), held(3, 1.01 * LEAST)) == [False, False, True]
+    perfect = seen(1, 0.0, fitted=True)
+    assert missed(perfect, seen(2, 0.99 * LEAST), seen(3, 1.01 * LEAST)) == [False, False, True]
 
 
 def test_a_noisy_event_is_not_missed() -> None:
     """An error below ABOVE_FLOOR floors may be noise that was taken too small."""
-    perfect, noise = held(1, 0.0, fitted=True), 0.2
+    perfect, noise = seen(1, 0.0, fitted=True), 0.2
     least = noise * (ABOVE_FLOOR**2 - 1) ** 0.5
-    assert missed(perfect, held(2, 0.99 * least, noise=noise), held(3, 1.01 * least, noise=noise))[1:] == [False, True]
+    assert missed(perfect, seen(2, 0.99 * least, noise=noise), seen(3, 1.01 * least, noise=noise))[1:] == [
+        False,
+        True,
+    ]
 
 
 def test_without_a_fit_there_is_nothing_to_be_used_to() -> None:
-    assert missed(held(1, 0.5), held(2, 0.9)) == [False, False]
+    assert missed(seen(1, 0.5), seen(2, 0.9)) == [False, False]
 
 
 @pytest.mark.parametrize(
@@ -53,8 +56,8 @@ def test_without_a_fit_there_is_nothing_to_be_used_to() -> None:
     ],
 )
 def test_two_missed_in_a_row_are_a_warning(later: tuple[float, ...], severity: str | None) -> None:
-    events = [held(0, 0.03, fitted=True), *(held(n, excess) for n, excess in enumerate(later, 1))]
-    found = finding(judged(events))
+    events = [seen(0, 0.03, fitted=True), *(seen(n, excess) for n, excess in enumerate(later, 1))]
+    found = finding(rated(events))
     assert (found and found.severity) == severity
     if found:
         assert "50.0% of the force" in found.message
@@ -73,7 +76,7 @@ def test_two_missed_in_a_row_are_a_warning(later: tuple[float, ...], severity: s
 def test_an_event_counts_once_and_is_missed_if_it_is_in_one_of_two_directions(
     later: tuple[tuple[float, float], ...], severity: str | None
 ) -> None:
-    events = [held(0, 0.03, fitted=True)]
-    events += [held(n, e, direction=d) for n, pair in enumerate(later, 1) for d, e in zip("xy", pair, strict=True)]
-    found = finding(judged(events))
+    events = [seen(0, 0.03, fitted=True)]
+    events += [seen(n, e, direction=d) for n, pair in enumerate(later, 1) for d, e in zip("xy", pair, strict=True)]
+    found = finding(rated(events))
     assert (found and found.severity) == severity

@@ -210,8 +210,9 @@ from synthetic_observations import BOUC_WEN, observations
 from service.user_effects import add_user_effects
 from service.jobs.stages import silent
 from service.models.model_file import ModelFile
-from service.models.workbench.diagnosis_json import as_json
-from service.models.workbench.work import diagnose
+from service.models import documents
+from service.models.operations import diagnose
+from service.models.results import as_json
 
 warnings.simplefilter("error")
 add_user_effects(Path(sys.argv[1]))
@@ -219,7 +220,7 @@ slides = {"sliding": 3e6, "share": 0.3, "a": 30.0, "slip": 1e-3}
 seen = observations(Isolator({**BOUC_WEN.effects, "friction": slides}), 0.02, 3, peaks=(0.02, 0.06))
 model = ModelFile("PAPER", "x", BOUC_WEN)
 found = diagnose(model, "given.toml", records_from_observations(seen), silent, ("runaway", "friction"))
-document = as_json(found)
+document = as_json(documents.diagnosis(found))
 print([one["effect"] for one in document["candidates"]], [one["effect"] for one in document["steps"]])
 print([one["effect"] for one in document["dropped"]], found.result.text[-1])
 """

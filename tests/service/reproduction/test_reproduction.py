@@ -12,6 +12,7 @@ import obspy
 import pytest
 from click.testing import Result
 from paper_records import building_file, miniseed, records
+from service.reproduction.table import Table
 from shared_data import BNCS, needs_shared
 from typer.testing import CliRunner
 
@@ -22,14 +23,13 @@ from service.buildings.description import read
 from service.cli import app
 from service.formats import FormatError
 from service.records.event_files import events
-from service.reproduction import published
+from service.reports.html import page as page_of
+from service.reproduction import published, report
 from service.reproduction.real import papers_sensors, real
 from service.reproduction.real_figures import real_figures
 from service.reproduction.real_tables import amplitude_tables, real_tables
-from service.reproduction.report import page as page_of, report
 from service.reproduction.simulated import Simulated, default_ground, ground_of_file, simulated
 from service.reproduction.simulated_figures import force_figures, response_figures
-from service.reproduction.table import Table
 
 pytestmark = pytest.mark.slow  # one run of it all
 
@@ -245,14 +245,14 @@ def test_modes_that_were_not_identified_leave_gaps_that_are_stated(seven: Simula
     without = replace(seven, cases=cases, by_modes={})
     shown = [figure.number for figure in (*response_figures(without), *force_figures(without))]
     assert shown == [6, 7, 8, 12, 13, 15, 16]
-    section = report(without, None).sections[0]
+    section = report.sections(without, None)[0]
     assert any("not both of the first two are identified" in remark for remark in section.remarks)
     fits = {row[0]: row[3] for row in section.tables[-1].rows}
     assert fits["10a"] == fits["11b"] == "–"
 
 
 def test_without_records_section_8_is_left_out_and_that_is_stated(seven: Simulated) -> None:
-    text = page_of(report(seven, None), seven, None)
+    text = page_of(report.page(report.sections(seven, None)))
     assert "Section 8 is left out" in text
     assert list(Page(text).figures) == [f"figure-{number}" for number in SECTION_7]
 

@@ -17,11 +17,12 @@ from core.paper import BUILDING
 from core.workbench.diagnosing import DiagnosisResult
 from core.workbench.earthquakes import Earthquakes
 from service.jobs.stages import silent
+from service.models import documents, report
 from service.models.model_file import ModelFile, read, written
-from service.models.workbench.diagnosis_json import as_json
-from service.models.workbench.page import diagnosis_page as page
-from service.models.workbench.summary import comparison_summary, diagnosis_summary as summary
-from service.models.workbench.work import Work, compare, diagnose
+from service.models.operations import Work, compare, diagnose
+from service.models.results import as_json
+from service.reports.html import page
+from service.reports.terminal import printed
 
 GIVEN = ModelFile("PAPER", "xy", Isolator({n: v for n, v in COUPLED.effects.items() if n != "biaxial"}))
 OFFERED = ("biaxial", "friction", "hardening", "asymmetry")
@@ -71,17 +72,17 @@ def test_the_model_that_comes_of_it_is_of_both_directions(found: Work[DiagnosisR
 
 def test_tables_and_json_show_each_direction(found: Work[DiagnosisResult]) -> None:
     names = [one.name for one in found.result.earthquakes.observations]
-    shown = text_of(summary(found))
+    shown = text_of(printed(report.diagnosis(found)))
     for name, direction in zip(names, "xyxy", strict=True):
         assert shown.count(f"{name} {direction}") == 2  # of the force, and of the response to the ground alone
-    before, after = (version["events"] for version in as_json(found)["versions"][1:])
+    before, after = (version["events"] for version in as_json(documents.diagnosis(found))["versions"][1:])
     assert [(one["name"], one["direction"]) for one in after] == list(zip(names, "xyxy", strict=True))
     for was, now in zip(before, after, strict=True):
         assert now["prediction"]["displacement"]["nrmse"] < was["prediction"]["displacement"]["nrmse"]
 
 
 def test_pictures_show_both_directions_of_the_strongest_earthquake(found: Work[DiagnosisResult]) -> None:
-    made = page(found)
+    made = page(report.diagnosis_file(found))
     for picture in ("loop", "histories"):
         drawn = made.split(f'<figure id="{picture}">')[1].split("</figure>")[0]
         assert "direction x" in drawn
@@ -91,6 +92,6 @@ def test_pictures_show_both_directions_of_the_strongest_earthquake(found: Work[D
 
 
 def test_a_comparison_shows_each_direction(seen: Earthquakes) -> None:
-    shown = text_of(comparison_summary(compare(replace(GIVEN, isolator=COUPLED), seen, silent)))
+    shown = text_of(printed(report.comparison(compare(replace(GIVEN, isolator=COUPLED), seen, silent))))
     for one in seen.observations:
         assert shown.count(f"{one.name} {one.direction}") == 2

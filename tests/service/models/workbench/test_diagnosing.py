@@ -22,11 +22,12 @@ from core.workbench.diagnosing import DiagnosisResult
 from core.workbench.earthquakes import Version, lowers
 from core.workbench.improving import ImprovementResult
 from service.jobs.stages import silent
+from service.models import documents, report
 from service.models.model_file import ModelFile, read, written
-from service.models.workbench import adding_output, diagnosis_json, improving_output
-from service.models.workbench.page import diagnosis_page as page
-from service.models.workbench.summary import diagnosis_summary as summary
-from service.models.workbench.work import Work, add, diagnose, improve
+from service.models.operations import Work, add, diagnose, improve
+from service.models.results import as_json
+from service.reports.html import page
+from service.reports.terminal import printed
 
 OFFERED = ("friction", "hardening", "power_viscous")
 HARD = Isolator({**BOUC_WEN.effects, "hardening": {"k3": 2e10, "k5": 0.0}})
@@ -68,7 +69,7 @@ def diagnosed(hard: Work[DiagnosisResult]) -> DiagnosisResult:
 
 @pytest.fixture(scope="module")
 def document(hard: Work[DiagnosisResult]) -> dict[str, Any]:
-    return through_json(diagnosis_json.as_json(hard))
+    return through_json(as_json(documents.diagnosis(hard)))
 
 
 def test_the_document_names_the_effect_with_its_evidence(document: dict[str, Any]) -> None:
@@ -103,14 +104,14 @@ def test_the_text_says_what_is_missing_and_what_it_is_worth_elsewhere(
 
 def test_the_terminal_shows_the_errors_of_every_version(hard: Work[DiagnosisResult]) -> None:
     console = Console(width=100, record=True, file=StringIO())
-    console.print(summary(hard))
+    console.print(printed(report.diagnosis(hard)))
     shown = console.export_text()
     for expected in ("as given", "refitted", "with hardening", "(held out)", "ΔBIC", "the record is too short"):
         assert expected in shown
 
 
 def test_the_page_has_the_six_pictures_and_the_text(hard: Work[DiagnosisResult]) -> None:
-    made = page(hard)
+    made = page(report.diagnosis_file(hard))
     for key in ("stiffness", "loop", "motion", "yield", "candidates", "spectrum"):
         assert f'<figure id="{key}">' in made
     assert "(hardening) is missing" in made
@@ -185,16 +186,16 @@ def test_an_effect_that_could_not_be_judged_is_named_with_its_reason(hard: Work[
     diverging = (Dropped("moat", "its force grew beyond all bounds"),)
     found = replace(hard, result=replace(hard.result, diverging=diverging))
     assert found.result.text[-1].endswith("(moat) could not be checked: its force grew beyond all bounds.")
-    document = through_json(diagnosis_json.as_json(found))
+    document = through_json(as_json(documents.diagnosis(found)))
     assert document["dropped"] == [{"effect": "moat", "reason": "its force grew beyond all bounds"}]
-    assert "(moat) could not be checked" in page(found)
+    assert "(moat) could not be checked" in page(report.diagnosis_file(found))
 
 
 def test_nothing_is_missing_where_nothing_is() -> None:
     found = diagnose(GIVEN, "given.toml", records_from_observations(observations(BOUC_WEN, 0.02, 1)), silent, OFFERED)
     assert found.result.text[0].startswith("No known effect is missing: the error of the force is ")
-    assert through_json(diagnosis_json.as_json(found))["steps"] == []
-    assert "with what is proposed" not in page(found)
+    assert through_json(as_json(documents.diagnosis(found)))["steps"] == []
+    assert "with what is proposed" not in page(report.diagnosis_file(found))
 
 
 def test_values_that_are_off_want_a_fit() -> None:
@@ -216,7 +217,7 @@ def test_an_improved_model_has_what_was_missing_and_can_be_read_back(improved: W
     assert (again.parent, again.fitted_to) == ("far.toml", ("event 0", "event 1", "event 2"))
     assert again.isolator.effects["elastic"]["k_b"] == pytest.approx(475e6, rel=0.02)
     assert "Improvement ended: no further effect is needed." in improved.result.text
-    assert through_json(improving_output.as_json(improved))["taken"] == ["hardening"]
+    assert through_json(as_json(documents.improvement(improved)))["taken"] == ["hardening"]
 
 
 def test_an_effect_that_no_one_requested_is_added_and_that_is_stated() -> None:
@@ -225,7 +226,7 @@ def test_an_effect_that_no_one_requested_is_added_and_that_is_stated() -> None:
     text = " ".join(found.result.text)
     assert "The records do not support it" in text
     assert "The error falls only for the fitted earthquakes" in text
-    document = through_json(adding_output.as_json(found))
+    document = through_json(as_json(documents.extension(found)))
     assert document["added"]["effect"] == "hardening"
     assert set(document["model"]["effects"]) == {*BOUC_WEN.effects, "hardening"}
 
@@ -236,7 +237,7 @@ SOFT = BuildingFault(Cause.SUPERSTRUCTURE, "storey", "3F", -0.3, 0.03, "is 30 % 
 
 def test_what_is_wrong_before_the_layer_is_the_outcome_and_comes_first(hard: Work[DiagnosisResult]) -> None:
     suspected = replace(hard, result=replace(hard.result, faults=(SOFT, SLOW)))
-    document = through_json(diagnosis_json.as_json(suspected))
+    document = through_json(as_json(documents.diagnosis(suspected)))
     assert document["outcome"] == "sensor_fault"
     assert [finding["kind"] for finding in document["findings"]] == ["storey", "gain"]
     assert document["findings"][1]["std"] == 0.005
@@ -246,7 +247,7 @@ def test_what_is_wrong_before_the_layer_is_the_outcome_and_comes_first(hard: Wor
 
 
 def test_without_a_usable_record_the_sensors_are_the_diagnosis() -> None:
-    document = through_json(diagnosis_json.without_earthquakes("PAPER", (SLOW,), ("2021-03-04: refused",)))
+    document = through_json(as_json(documents.diagnosis_without_records("PAPER", (SLOW,), ("2021-03-04: refused",))))
     assert (document["outcome"], document["candidates"], document["unused"]) == (
         "sensor_fault",
         [],

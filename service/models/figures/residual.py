@@ -1,6 +1,7 @@
-"""Residual of a model over displacement and velocity, and over frequency."""
+"""Residual of a model: over displacement and velocity, over frequency, and its excess error over each covariate."""
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import altair as alt
 import numpy as np
@@ -8,9 +9,12 @@ from scipy import signal
 
 from core.arrays import Vector
 from core.comparison.compared import ForceComparison
+from core.comparison.profile import Profile
+from core.rounding import plain
 from core.workbench.earthquakes import label
-from service.models.workbench.figure import WIDTH, Figure, Rows, curves, table, values
-from service.reports.charts import BLUE, GREY, KN, MM, ORANGE
+from service.models import texts
+from service.reports.charts import BLUE, FAINT, GREY, INK, KN, MM, ORANGE, WIDTH, curves, values
+from service.reports.document import Figure, Rows, numbers
 
 CELLS = 19
 """Along each axis of displacement and velocity."""
@@ -23,6 +27,19 @@ SEGMENT = 20.0
 CURVE = 60
 """Points of the noise's curve."""
 NOISE, BEFORE, AFTER = "noise", "model", "with what is proposed"
+UNITS = {
+    "amplitude": ("amplitude (mm)", MM),
+    "velocity": ("velocity (mm/s)", MM),
+    "largest past displacement": ("largest past displacement (mm)", MM),
+    "travel": ("travel in the earthquake (m)", 1.0),
+    "cycle": ("cycle", 1.0),
+    "time": ("time in the record (s)", 1.0),
+    "other direction": ("other direction (mm)", MM),
+    "vertical load": ("vertical load / weight", 1.0),
+    "temperature": ("temperature (°C)", 1.0),
+    "frequency": ("frequency (Hz)", 1.0),
+}
+"""Label, and users' unit per SI unit, of every covariate that is a number."""
 
 
 def over_motion(compared: Sequence[ForceComparison]) -> Figure:
@@ -30,14 +47,9 @@ def over_motion(compared: Sequence[ForceComparison]) -> Figure:
     strongest = sorted(compared, key=lambda one: -np.abs(one.observation.layer.displacement).max())[:MAPS]
     directions = {one.observation.direction for one in compared}
     maps = [_cells(one, label(one.observation.name, one.observation.direction, directions)) for one in strongest]
-    caption = (
-        "Mean of what the model leaves (measured − model) where displacement and velocity were so, each earthquake to "
-        "its own scale. Bands along the velocity are a damping law that is not linear, ends along the displacement an "
-        "elastic one, a turn between the quadrants a hysteresis."
-    )
     picture = alt.hconcat(*map(_map, maps), spacing=20).resolve_scale(color="independent")
     rows = [row for one in maps for row in one]
-    return Figure("motion", "Residual over displacement and velocity", caption, picture, table(rows))
+    return Figure("motion", *texts.FIGURES["motion"], (picture,), numbers(rows))
 
 
 def spectrum(compared: Sequence[ForceComparison], after: Sequence[ForceComparison] = ()) -> Figure:
@@ -64,11 +76,19 @@ def spectrum(compared: Sequence[ForceComparison], after: Sequence[ForceCompariso
             color=curves(colours),
         )
     )
-    caption = (
-        "What the model leaves over frequency, each earthquake in multiples of its own noise. Above the noise about "
-        "the frequency of the motion: the layer's law; far above it: impact, stick-slip or the superstructure."
-    )
-    return Figure("spectrum", "Residual spectrum", caption, alt.LayerChart(layer=[lines]), table(rows))
+    return Figure("spectrum", *texts.FIGURES["spectrum"], (alt.LayerChart(layer=[lines]),), numbers(rows))
+
+
+def shares(profiles: Sequence[Profile]) -> Figure | None:
+    """Share of the excess error over every covariate that is a number, beside the share of the force's energy."""
+    measured = [one for one in profiles if not one.classes and one.name in UNITS]
+    parts = [_profile(one) for one in measured]
+    if not parts:
+        return None
+    panels = [_bars(rows, UNITS[one.name][0]) for one, rows in zip(measured, parts, strict=True)]
+    picture = alt.concat(*panels, columns=3, spacing=26)
+    rows = [row for one in parts for row in one]
+    return Figure("where", *texts.FIGURES["where"], (picture,), numbers(rows))
 
 
 def _cells(one: ForceComparison, called: str) -> Rows:
@@ -139,3 +159,47 @@ def _known_band(compared: Sequence[ForceComparison]) -> tuple[float, float]:
     """Hz, frequencies at which the noise of every earthquake is known."""
     known = [one.noise.whitening.frequency for one in compared]
     return max(float(one[0]) for one in known), min(float(one[-1]) for one in known)
+
+
+def _profile(one: Profile) -> Rows:
+    unit = UNITS[one.name][1]
+    names = _ranges([*(part.low * unit for part in one.bins), one.bins[-1].high * unit])
+    return [
+        {
+            "circumstance": one.name,
+            "range": name,
+            "from": part.low * unit,
+            "share of the excess (%)": 100 * part.share.value,
+            "low (%)": 100 * part.share.low,
+            "high (%)": 100 * part.share.high,
+            "share of the force's energy (%)": 100 * part.energy,
+            "noise ratio": part.noise_ratio,
+        }
+        for name, part in zip(names, one.bins, strict=True)
+    ]
+
+
+def _ranges(edges: Sequence[float]) -> list[str]:
+    """Names of the ranges between inner edges, with as few digits as distinguish them."""
+    inner = edges[1:-1]
+    digits = next((d for d in range(2, 9) if len({plain(edge, d) for edge in inner}) == len(inner)), 9)
+    told = [plain(edge, digits) for edge in inner]
+    if not told:
+        return ["all"]
+    return [f"< {told[0]}", *(f"{low} – {high}" for low, high in pairwise(told)), f"> {told[-1]}"]
+
+
+def _bars(rows: Rows, label: str) -> alt.LayerChart:
+    plain: Rows = [
+        {"range": row["range"], "share": row["share of the excess (%)"], "low": row["low (%)"], "high": row["high (%)"]}
+        | {"energy": row["share of the force's energy (%)"]}
+        for row in rows
+    ]
+    x = alt.X("range:N", title=label, sort=None).axis(labelAngle=-40, labelLimit=90)
+    base = alt.Chart(values(plain), width=230, height=130)
+    layers = [
+        base.mark_bar(color=BLUE, opacity=0.75).encode(x, alt.Y("share:Q", title="share (%)")),
+        base.mark_tick(color=FAINT, thickness=2, width=24).encode(x, alt.Y("energy:Q")),
+        base.mark_rule(color=INK).encode(x, alt.Y("low:Q"), alt.Y2("high:Q")),
+    ]
+    return alt.LayerChart(layer=layers)

@@ -1,4 +1,4 @@
-"""Comparison of models with stored events, in a worker: values in, values out."""
+"""Comparison of a model with stored events, in a worker: values in, values out."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -16,21 +16,22 @@ from core.model.isolator import Isolator
 from core.workbench.comparing import failure_of
 from core.workbench.earthquakes import AnalysedEarthquake, Earthquakes, analysed, joined, model_errors
 from service.jobs.stages import Stage
-from service.models.inputs import EventInputs, HeldEvent, WorkInputs
+from service.models import texts
+from service.models.inputs import EventInputs, ModelEvent, WorkInputs
 from service.models.model_file import Directions, ModelFile
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Observed:
-    """An event as a model is held against it."""
+    """An event as a model is compared with it."""
 
-    event: HeldEvent
+    event: ModelEvent
     earthquake: AnalysedEarthquake
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Compared:
-    """A model held against one event in one direction."""
+    """A model compared with one event in one direction."""
 
     event: int
     analysis: int
@@ -47,47 +48,48 @@ class Compared:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Comparison:
-    """A model held against events."""
+    """A model compared with events."""
 
     each: tuple[Compared, ...]
-    """Of the events that were wanted."""
+    """Of the requested events."""
     fails: tuple[str, ...]
     """Where it fails, over all of them, in words."""
 
 
-def observed(event: EventInputs, directions: Sequence[str], reference: datetime) -> Observed:
-    """The event analysed as it was, and what that says of the layer."""
-    made_from = event.made_from
+def observed(inputs: EventInputs, directions: Sequence[str], reference: datetime) -> Observed:
+    """The event analysed with its stored inputs, and the layer's motion and force in it."""
+    made_from = inputs.made_from
     analysis = analyse(made_from.segments, made_from.description, made_from.settings)
-    return Observed(event.held, analysed(event.held.name, analysis, made_from.description, directions, reference))
+    earthquake = analysed(inputs.event.name, analysis, made_from.description, directions, reference)
+    return Observed(inputs.event, earthquake)
 
 
 def compared(
     isolator: Isolator, events: Sequence[Observed], description: BuildingDescription, band: tuple[float, float]
 ) -> Comparison:
-    """The model held against every event in every direction, driven by the measured motion and by the ground alone.
+    """The model compared with every event in every direction, driven by the measured motion and by the ground alone.
 
     Raises:
         ModelError: the model's force grew beyond all bounds.
         RecordError: none of the events has force and motion.
     """
     earthquakes = joined([one.earthquake for one in events], description, band)
-    of = {one.event.name: one.event for one in events if one.event.is_wanted}
-    errors = model_errors(isolator, earthquakes, of.keys())
+    requested = {one.event.name: one.event for one in events if one.event.is_requested}
+    errors = model_errors(isolator, earthquakes, requested.keys())
     by_observation = {id(one.observation): one for one in errors.predictions}
     each = tuple(
-        _compared(of[force.observation.name], force, by_observation.get(id(force.observation)))
+        _compared(requested[force.observation.name], force, by_observation.get(id(force.observation)))
         for force in errors.forces
     )
     return Comparison(each, failure_sentences(failure_of(errors)))
 
 
 def stages(inputs: WorkInputs) -> Sequence[Stage]:
-    """Number of steps of a comparison: each event, then all of them."""
+    """Stages of a comparison: each event, then all of them."""
     return (
         *observing(inputs),
         Stage(
-            "Holding the model against every event",
+            texts.COMPARING,
             compared,
             lambda seen, report_step: (inputs.isolator, seen, inputs.description, inputs.band),
         ),
@@ -95,17 +97,16 @@ def stages(inputs: WorkInputs) -> Sequence[Stage]:
 
 
 def observing(inputs: WorkInputs) -> list[Stage]:
-    """Read every event, those that cannot be used at the end."""
+    """Stages that read every event, those that cannot be used at the end."""
     return [_observing(event, inputs) for event in (*inputs.events, *inputs.unusable)]
 
 
 def _observing(event: EventInputs, inputs: WorkInputs) -> Stage:
-    return Stage(
-        f"Reading {event.held.name}", observed, lambda _, report_step: (event, inputs.directions, inputs.reference)
-    )
+    arguments = (event, inputs.directions, inputs.reference)
+    return Stage(texts.reading_event(event.event.name), observed, lambda _, report_step: arguments)
 
 
-def _compared(event: HeldEvent, force: ForceComparison, prediction: Prediction | None) -> Compared:
+def _compared(event: ModelEvent, force: ForceComparison, prediction: Prediction | None) -> Compared:
     return Compared(
         event=event.event_id,
         analysis=event.analysis_id,
@@ -118,21 +119,21 @@ def _compared(event: HeldEvent, force: ForceComparison, prediction: Prediction |
 
 
 def given(inputs: WorkInputs) -> ModelFile:
-    """The version as a file would have it."""
+    """The version as the content of a model file."""
     direction = cast(Directions, inputs.direction)
     return ModelFile(inputs.description.code, direction, inputs.isolator, inputs.reference)
 
 
 def records(inputs: WorkInputs, seen: Sequence[Observed]) -> Earthquakes:
-    """The wanted events, held-out and unusable ones among them, in order of time.
+    """The requested events, held-out and unusable ones among them, in order of time.
 
     Before the first the layer is new.
     """
-    wanted = sorted((one for one in seen if one.event.is_wanted), key=lambda one: one.event.start)
+    requested = sorted((one for one in seen if one.event.is_requested), key=lambda one: one.event.start)
     return joined(
-        [one.earthquake for one in wanted],
+        [one.earthquake for one in requested],
         inputs.description,
         inputs.band,
         reference=inputs.reference,
-        held_out=[one.event.name for one in wanted if one.event.is_held_out],
+        held_out=[one.event.name for one in requested if one.event.is_held_out],
     )

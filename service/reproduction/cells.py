@@ -1,34 +1,34 @@
-"""A table of the reproduction: text in cells, for terminal, Markdown and page."""
+"""Tables of the reproduction: printed beside computed."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 from core.estimators import ESTIMATORS
+from core.tables import Table
 
 NONE = "–"
 """Placeholder for a number that does not exist."""
 
 
-@dataclass(frozen=True, slots=True)
-class Table:
-    """Printed beside computed."""
-
-    title: str
-    columns: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
-    numbers_from: int = 1
-    """Index of the first column that holds numbers."""
-    note: str = ""
+def table(
+    caption: str,
+    headings: tuple[str, ...],
+    rows: tuple[tuple[str, ...], ...],
+    *,
+    numbers_from: int = 1,
+    note: str = "",
+) -> Table:
+    """A table whose columns hold numbers from an index on."""
+    return Table(caption, headings, rows, note, texts=headings[1:numbers_from])
 
 
 def ours() -> tuple[str, ...]:
-    """Headings of the columns with what each estimator finds."""
+    """Headings of the columns of each estimator."""
     return tuple(f"ours, {name}" for name in ESTIMATORS)
 
 
-def by_estimator(found: Mapping[str, str]) -> tuple[str, ...]:
+def by_estimator(cells: Mapping[str, str]) -> tuple[str, ...]:
     """The cells under `ours`."""
-    return tuple(found.get(name, NONE) for name in ESTIMATORS)
+    return tuple(cells.get(name, NONE) for name in ESTIMATORS)
 
 
 def with_noise(level: float) -> str:

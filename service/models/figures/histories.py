@@ -8,10 +8,12 @@ import numpy as np
 from core.arrays import Vector
 from core.comparison.compared import ForceComparison
 from core.comparison.prediction import Prediction
-from service.models.workbench.figure import MEASURED, MODEL, WIDTH, Figure, Rows, curves, table, values
-from service.reports.charts import BLUE, GREY, KN, MM, ORANGE, STEP
+from service.models import texts
+from service.reports.charts import BLUE, GREY, KN, MM, ORANGE, STEP, WIDTH, curves, values
+from service.reports.document import Figure, Rows, numbers
 from service.reports.thinning import along_path, extremes
 
+MEASURED, MODEL = "measured", "model"
 LOOP, HEIGHT = (600, 420), 150
 """Pixels."""
 SPARE = 45
@@ -32,15 +34,12 @@ def strongest_of(forces: Sequence[ForceComparison]) -> tuple[ForceComparison, ..
 def loop(directions: Sequence[ForceComparison]) -> Figure:
     """The loop of one earthquake in every direction, and three times what the model leaves."""
     parts = {one.observation.direction: _loop_rows(one) for one in directions}
-    caption = (
-        f"The earthquake of {directions[0].observation.name}, the one of the largest displacement. Residual: measured "
-        "− model. Where its ends turn up: hardening or a moat wall; ends unlike each other: an asymmetry; steps at the "
-        "reversals: friction, or another yield; a loop of its own: damping that is missing."
-    )
+    title, caption = texts.FIGURES["loop"]
     width = LOOP[0] if len(parts) == 1 else WIDTH // 2 - SPARE
     panels = [_titled(_loop(rows, width), name, parts) for name, rows in parts.items()]
     rows = [{"direction": name, **row} for name, rows in parts.items() for row in rows]
-    return Figure("loop", "Loop of the strongest earthquake", caption, alt.hconcat(*panels), table(rows))
+    name = directions[0].observation.name
+    return Figure("loop", title, caption.format(name=name), (alt.hconcat(*panels),), numbers(rows))
 
 
 def _loop_rows(one: ForceComparison) -> Rows:
@@ -75,18 +74,16 @@ def histories(forces: Sequence[ForceComparison], predictions: Sequence[Predictio
     for one in forces:
         own = _panels(one, moved.get(one.observation.direction))
         panels += [_titled(own[0], one.observation.direction, forces), *own[1:]]
-    said = "driven by the measured motion"
-    if moved:
-        said += "; below, the displacement that model and superstructure predict from the ground motion alone"
-    name = forces[0].observation.name
-    caption = f"The earthquake of {name}, the one of the largest displacement: the force, {said}."
+    title, caption = texts.FIGURES["histories"]
+    predicted = texts.PREDICTED if predictions else ""
+    caption = caption.format(name=forces[0].observation.name, predicted=predicted)
     rows: Rows = [
         {"direction": one.observation.direction, "time (s)": float(at / one.observation.rate)}
         | {"force (kN)": float(one.observation.layer.force[at] * KN), "model (kN)": float(one.model[at] * KN)}
         for one in forces
         for at in extremes(one.model, POINTS // 4)
     ]
-    return Figure("histories", "Measured and modelled", caption, alt.vconcat(*panels, spacing=10), table(rows))
+    return Figure("histories", title, caption, (alt.vconcat(*panels, spacing=10),), numbers(rows))
 
 
 def _panels(force: ForceComparison, prediction: Prediction | None) -> list[alt.LayerChart]:

@@ -1,4 +1,4 @@
-"""Descriptions of effects for engineers: action, signs, law and parameters."""
+"""Descriptions of effects for engineers, for terminal, API and page: action, signs, law and parameters."""
 
 from collections.abc import Iterator, Mapping
 from inspect import getsource
@@ -25,7 +25,7 @@ def law(effect: Effect) -> str:
 
 
 def overview(effects: Mapping[str, Effect]) -> RenderableType:
-    """A table of all, by family: effects of one family leave alike traces in records."""
+    """A table of all, by family: effects of one family leave similar traces in records."""
     table = Table("effect", "suspect it when")
     for family, names in families(effects).items():
         table.add_row(Text(family, style="bold"), "")
@@ -36,7 +36,7 @@ def overview(effects: Mapping[str, Effect]) -> RenderableType:
 
 
 def sheet(name: str, effect: Effect) -> RenderableType:
-    """All there is to say of one."""
+    """One effect, in full."""
     return Group(*_parts(name, effect))
 
 

@@ -1,0 +1,252 @@
+"""Results of the workbench as documents of the schema in `service.models.results`."""
+
+from collections.abc import Collection, Sequence
+
+from core.comparison.failure import Failure
+from core.comparison.misfit import pooled
+from core.comparison.prediction import Prediction, predicted_accelerations, predicted_displacement
+from core.comparison.profile import Bin, Profile
+from core.comparison.region import Region
+from core.diagnosis.missing_effects import Outcome
+from core.diagnosis.sensor_faults import BuildingFault
+from core.effects import EFFECTS
+from core.workbench.comparing import ComparisonResult
+from core.workbench.diagnosing import DiagnosisResult, fault_sentences, first_cause
+from core.workbench.earthquakes import FITTED, HELD_OUT, Earthquakes, ModelErrors, Version
+from core.workbench.fitting import FitResult
+from core.workbench.improving import ExtensionResult, ImprovementResult
+from service.models.operations import Work, work
+from service.models.results import (
+    AllErrors,
+    AllPredictions,
+    BinOut,
+    CandidateOut,
+    ComparisonDocument,
+    Covariance,
+    DiagnosisDocument,
+    DroppedOut,
+    EventErrors,
+    ExtensionDocument,
+    FailureOut,
+    FitDocument,
+    ImprovementDocument,
+    MisfitOut,
+    ModelValues,
+    PredictionOut,
+    ProfileOut,
+    RegionOut,
+    StepOut,
+    SuspectOut,
+    UnexplainedOut,
+    VersionOut,
+)
+
+
+def comparison(found: Work[ComparisonResult]) -> ComparisonDocument:
+    """A comparison as a document."""
+    result = found.result
+    return ComparisonDocument(
+        building=found.model.building,
+        model=ModelValues.of(found.model),
+        events=_events(result.errors),
+        all=AllErrors(
+            force=MisfitOut.of(result.failure.misfit), prediction=_all_predictions(result.errors.predictions)
+        ),
+        failure=_failure(result.failure, result.text),
+        corrections=list(result.corrections),
+        remarks=list(result.errors.remarks),
+        unused=list(result.earthquakes.unused),
+    )
+
+
+def fit(found: Work[FitResult]) -> FitDocument:
+    """A fit as a document: values, covariance, outcome, and the errors before and after."""
+    result, ended = found.result, found.result.fit
+    before, after = (_events(one.errors, result.earthquakes.held_out) for one in result.versions)
+    return FitDocument(
+        building=found.model.building,
+        model=ModelValues.of(found.model),
+        outcome=ended.outcome.name.lower(),
+        undetermined=[list(key) for key in ended.undetermined],
+        covariance=Covariance(
+            parameters=[list(key) for key in ended.free], matrix=(ended.covariance * result.inflation).tolist()
+        ),
+        before=before,
+        after=after,
+        explanation=" ".join(result.text),
+        unused=list(result.earthquakes.unused),
+    )
+
+
+def extension(found: Work[ExtensionResult]) -> ExtensionDocument:
+    """An addition as a document."""
+    result = found.result
+    return ExtensionDocument(
+        building=found.given.building,
+        added=CandidateOut.of(result.candidate, result.before),
+        versions=_versions(result.versions, result.earthquakes),
+        model=ModelValues.of(found.model),
+        explanation=" ".join(result.text),
+        unused=list(result.earthquakes.unused),
+    )
+
+
+def diagnosis(found: Work[DiagnosisResult]) -> DiagnosisDocument:
+    """A diagnosis as a document."""
+    result, steps = found.result, found.result.diagnosis.steps
+    unexplained = result.diagnosis.unexplained
+    return DiagnosisDocument(
+        building=found.given.building,
+        outcome=result.outcome,
+        findings=_suspects(result.faults),
+        candidates=[CandidateOut.of(one, result.before) for one in result.candidates],
+        dropped=[DroppedOut.model_validate(one) for one in result.dropped],
+        set=[one.effect for one in steps[0].alike] if steps else [],
+        unknown_flag=result.diagnosis.outcome is Outcome.UNKNOWN or result.diagnosis.is_unknown,
+        unexplained=UnexplainedOut(share=unexplained.share, in_noise_floors=unexplained.noise_ratio),
+        steps=[
+            StepOut(
+                effect=step.chosen.effect,
+                family=EFFECTS[step.chosen.effect].family,
+                delta_bic=step.chosen.delta_bic,
+                set=[one.effect for one in step.alike],
+            )
+            for step in steps
+        ],
+        versions=_versions(result.versions, result.earthquakes),
+        model=ModelValues.of(found.model),
+        explanation=" ".join(result.text),
+        unused=list(result.earthquakes.unused),
+    )
+
+
+def diagnosis_without_records(
+    building: str, faults: Sequence[BuildingFault], unused: Sequence[str]
+) -> DiagnosisDocument:
+    """A diagnosis that ends with faults of the sensors because no record can be used."""
+    cause = first_cause(faults)
+    return DiagnosisDocument(
+        building=building,
+        outcome=None if cause is None else cause.value,
+        findings=_suspects(faults),
+        candidates=[],
+        set=[],
+        unknown_flag=False,
+        unexplained=UnexplainedOut(share=None, in_noise_floors=None),
+        steps=[],
+        versions=[],
+        model=None,
+        explanation=" ".join(fault_sentences(faults)),
+        unused=list(unused),
+    )
+
+
+def improvement(found: Work[ImprovementResult]) -> ImprovementDocument:
+    """An improvement as a document."""
+    result = found.result
+    return ImprovementDocument(
+        building=found.model.building,
+        taken=list(result.added),
+        versions=_versions(result.versions, result.earthquakes),
+        model=ModelValues.of(found.model),
+        diagnoses=[diagnosis(work(one, found.given, found.model.parent or "")) for one in result.rounds],
+        explanation=" ".join(result.text),
+    )
+
+
+def _events(errors: ModelErrors, held_out: Collection[str] = ()) -> list[EventErrors]:
+    predicted = {(one.observation.name, one.observation.direction): one for one in errors.predictions}
+    return [
+        EventErrors(
+            name=one.observation.name,
+            start=one.observation.start.isoformat(),
+            direction=one.observation.direction,
+            left_out=one.observation.name in held_out,
+            force=MisfitOut.of(one.misfit),
+            prediction=_prediction(predicted.get((one.observation.name, one.observation.direction))),
+        )
+        for one in errors.forces
+    ]
+
+
+def _prediction(one: Prediction | None) -> PredictionOut | None:
+    if one is None:
+        return None
+    return PredictionOut(
+        displacement=MisfitOut.of(one.displacement.misfit),
+        accelerations={level: MisfitOut.of(floor.misfit) for level, floor in one.accelerations.items()},
+    )
+
+
+def _all_predictions(predictions: tuple[Prediction, ...]) -> AllPredictions | None:
+    if not predictions:
+        return None
+    levels = predicted_accelerations(predictions)
+    return AllPredictions(
+        displacement=MisfitOut.of(predicted_displacement(predictions)),
+        accelerations={level: MisfitOut.of(one) for level, one in levels.items()},
+        all_accelerations=MisfitOut.of(pooled(list(levels.values()))) if levels else None,
+    )
+
+
+def _failure(failure: Failure, text: Sequence[str]) -> FailureOut:
+    return FailureOut(
+        explanation=" ".join(text),
+        is_noise=failure.is_noise,
+        floors=failure.noise_ratio,
+        constant_stiffness_and_damping=failure.constant,
+        any_function_of_motion=failure.over_motion,
+        regions=[_region(one) for one in failure.regions],
+        narrowed=None if failure.narrowed is None else _region(failure.narrowed),
+        profiles=[_profile(one) for one in failure.profiles],
+        windows=list(failure.windows),
+    )
+
+
+def _region(one: Region) -> RegionOut:
+    return RegionOut(
+        circumstance=one.name,
+        threshold=None if one.classed else one.threshold,
+        is_above=one.is_above,
+        class_=one.classed or None,
+        share=one.share,
+        share_of_energy=one.energy,
+        odds=one.odds,
+    )
+
+
+def _profile(one: Profile) -> ProfileOut:
+    bins = [_bin(part, one.classes[int(part.low)] if one.classes else None) for part in one.bins]
+    return ProfileOut(circumstance=one.name, taken_away=one.explained_share, bins=bins)
+
+
+def _bin(one: Bin, name: str | None) -> BinOut:
+    values = {field: getattr(one, field) for field in ("low", "high", "share", "energy", "time")}
+    return BinOut(class_=name, floors=one.noise_ratio, **values)
+
+
+def _versions(versions: Sequence[Version], earthquakes: Earthquakes) -> list[VersionOut]:
+    groups = earthquakes.groups
+    return [
+        VersionOut(
+            name=version.name,
+            error=MisfitOut.of(version.error(groups[FITTED])),
+            error_held_out=MisfitOut.of(version.error(groups[HELD_OUT])) if HELD_OUT in groups else None,
+            events=_events(version.errors, earthquakes.held_out),
+        )
+        for version in versions
+    ]
+
+
+def _suspects(faults: Sequence[BuildingFault]) -> list[SuspectOut]:
+    return [
+        SuspectOut(
+            cause=one.cause.value,
+            kind=one.kind,
+            channel=one.channel,
+            value=one.value,
+            std=one.std,
+            message=one.message,
+        )
+        for one in faults
+    ]

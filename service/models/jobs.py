@@ -1,0 +1,194 @@
+"""Jobs on a version of a model: fit, addition of an effect, diagnosis. A fit or addition makes the next version."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Any
+
+from sqlalchemy.orm import Session
+
+from core.workbench.earthquakes import Earthquakes
+from service.jobs.queue import Claim
+from service.jobs.stages import ReportStep, Stage
+from service.jobs.tables import Job
+from service.models import documents, store, texts
+from service.models.comparing import Comparison, Observed, compared, given, observing, records
+from service.models.inputs import FITTED, LEFT_OUT, WorkInputs
+from service.models.model_file import ModelFile
+from service.models.operations import add, diagnose, fit
+from service.models.results import as_json
+from service.models.store import Draft
+from service.models.tables import DiagnosisPicture, ModelDiagnosis, ModelVersion
+from service.version import VERSION
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fitted:
+    """A version to be made."""
+
+    model: ModelFile
+    outcome: str
+    """How the fit ended, and the parameters that it could not determine."""
+    document: Mapping[str, Any]
+    """All numbers, as JSON."""
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """One of a diagnosis."""
+
+    title: str
+    caption: str
+    svg: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Diagnosis:
+    """The result of a diagnosis."""
+
+    outcome: str
+    sentences: tuple[str, ...]
+    document: Mapping[str, Any]
+    """All numbers, as JSON."""
+    pictures: tuple[Picture, ...]
+
+
+def fitted(model: ModelFile, parent: str, events: Earthquakes, report_step: ReportStep) -> Fitted:
+    """The same effects at the values that fit the events best.
+
+    Raises:
+        RecordError: no event is left to fit to.
+        ModelError: the model's force grew beyond all bounds.
+    """
+    found = fit(model, parent, events, report_step)
+    return Fitted(found.model, " ".join(found.result.fit_text), as_json(documents.fit(found)))
+
+
+def extended(effect: str, model: ModelFile, parent: str, events: Earthquakes, report_step: ReportStep) -> Fitted:
+    """The model with one more effect, everything fitted to the events; errors as of `fitted`."""
+    found = add(effect, model, parent, events, report_step)
+    return Fitted(found.model, " ".join(found.result.fit_text), as_json(documents.extension(found)))
+
+
+def diagnosed(model: ModelFile, parent: str, events: Earthquakes, report_step: ReportStep) -> Diagnosis:
+    """Every effect that the model does not have, added to it and fitted to the events; errors as of `fitted`."""
+    import vl_convert
+
+    from service.models.figures import diagnosis_figures
+    from service.reports.charts import CONFIG
+
+    found = diagnose(model, parent, events, report_step)
+    drawn = tuple(
+        Picture(figure.title, figure.caption, vl_convert.vegalite_to_svg(picture.to_dict(), config=CONFIG))
+        for figure in diagnosis_figures(found.result)
+        for picture in figure.pictures
+    )
+    return Diagnosis(found.result.outcome, found.result.text, as_json(documents.diagnosis(found)), drawn)
+
+
+def fit_stages(inputs: WorkInputs) -> Sequence[Stage]:
+    """Stages of a fit: each event, the fit, then both versions against all events."""
+    fitting = Stage(texts.FITTING, fitted, lambda seen, report_step: _arguments(inputs, seen, report_step))
+    return _stages(inputs, fitting)
+
+
+def extension_stages(inputs: WorkInputs) -> Sequence[Stage]:
+    """Stages of an addition: each event, the fit with the effect, then both versions against all events."""
+    effect = inputs.arguments["effect"]
+    fitting = Stage(
+        texts.fitting_with(effect),
+        extended,
+        lambda seen, report_step: (effect, *_arguments(inputs, seen, report_step)),
+    )
+    return _stages(inputs, fitting)
+
+
+def diagnosis_stages(inputs: WorkInputs) -> Sequence[Stage]:
+    """Stages of a diagnosis: each event, then every effect."""
+    diagnosing = Stage(texts.DIAGNOSING, diagnosed, lambda seen, report_step: _arguments(inputs, seen, report_step))
+    return (*observing(inputs), diagnosing)
+
+
+def _arguments(
+    inputs: WorkInputs, seen: Sequence[Observed], report_step: ReportStep
+) -> tuple[ModelFile, str, Earthquakes, ReportStep]:
+    return given(inputs), f"model {inputs.model_id}", records(inputs, seen), report_step
+
+
+def _stages(inputs: WorkInputs, fitting: Stage) -> Sequence[Stage]:
+    count = len(inputs.events)
+
+    def with_events(model: Any, seen: Sequence[Observed]) -> tuple[Any, ...]:  # noqa: ANN401  a computation's arguments
+        return model, seen, inputs.description, inputs.band
+
+    return (
+        *observing(inputs),
+        fitting,
+        Stage(texts.COMPARING_GIVEN, compared, lambda done, report_step: with_events(inputs.isolator, done[:count])),
+        Stage(
+            texts.COMPARING_MADE,
+            compared,
+            lambda done, report_step: with_events(done[count].model.isolator, done[:count]),
+        ),
+    )
+
+
+def store_fit(session: Session, claim: Claim, inputs: WorkInputs, done: Sequence[Any], now: datetime) -> None:
+    """The next version, its errors, and those of the one it came from."""
+    _store(session, claim, inputs, done, _change(inputs), now)
+
+
+def store_extension(session: Session, claim: Claim, inputs: WorkInputs, done: Sequence[Any], now: datetime) -> None:
+    """The version with the effect, its errors, and those of the one it came from."""
+    _store(session, claim, inputs, done, f"with {inputs.arguments['effect']}, {_change(inputs)}", now)
+
+
+def store_diagnosis(session: Session, claim: Claim, inputs: WorkInputs, done: Sequence[Any], now: datetime) -> None:
+    """The diagnosis and its pictures, with what it was made from."""
+    result: Diagnosis = done[-1]
+    job, requested = session.get_one(Job, claim.job_id), [one.event for one in inputs.events if one.event.is_requested]
+    stored = ModelDiagnosis(
+        model_id=inputs.model_id,
+        job_id=claim.job_id,
+        revision_id=inputs.revision_id,
+        author=job.asked_by or session.get_one(ModelVersion, inputs.model_id).author,
+        created_at=now,
+        version=VERSION,
+        fitted=[one.event_id for one in requested if not one.is_held_out],
+        left_out=[one.event_id for one in requested if one.is_held_out],
+        analyses=[one.analysis_id for one in (*requested, *(one.event for one in inputs.unusable))],
+        outcome=result.outcome,
+        sentences=list(result.sentences),
+        document=dict(result.document),
+        pictures=[DiagnosisPicture(title=one.title, caption=one.caption, svg=one.svg) for one in result.pictures],
+    )
+    session.add(stored)
+    session.flush()
+    job.result = {"diagnosis": stored.id}
+
+
+def _store(session: Session, claim: Claim, inputs: WorkInputs, done: Sequence[Any], change: str, now: datetime) -> None:
+    result: tuple[Fitted, Comparison, Comparison] = (done[-3], done[-2], done[-1])
+    fit, before, after = result
+    parent, job = session.get_one(ModelVersion, inputs.model_id), session.get_one(Job, claim.job_id)
+    draft = Draft(
+        direction=parent.direction,
+        isolator=fit.model.isolator,
+        change=change,
+        author=job.asked_by or parent.author,
+        revision_id=inputs.revision_id,
+        parent_id=parent.id,
+        reference=fit.model.reference,
+        standard_deviations=fit.model.standard_deviations,
+        outcome=fit.outcome,
+    )
+    made = store.add(session, parent.building_id, draft, now)
+    roles = {one.event.event_id: LEFT_OUT if one.event.is_held_out else FITTED for one in inputs.events}
+    store.add_comparisons(session, parent.id, before.each, inputs.roles, now)
+    store.add_comparisons(session, made.id, after.each, roles, now)
+    job.result = {"made": made.id, "fails": list(after.fails), "fit": dict(fit.document)}
+
+
+def _change(inputs: WorkInputs) -> str:
+    held_out = sum(one.event.is_held_out for one in inputs.events)
+    return texts.fitted_to(sum(one.event.is_requested for one in inputs.events) - held_out, held_out)

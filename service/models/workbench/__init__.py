@@ -1,1 +1,0 @@
-"""The model workbench on files: models, records, and reports for engineers."""

@@ -1,0 +1,47 @@
+"""Reports at a terminal."""
+
+from collections.abc import Iterator
+
+from rich.console import Group, RenderableType
+from rich.table import Table as RichTable
+from rich.text import Text as RichText
+
+from core.tables import Table
+from service.reports.document import Document, Figure, Part, Text
+
+NARROW = 40
+"""Characters up to which the names of rows stay on one line."""
+STYLES = {"heading": "bold", "note": "dim"}
+
+
+def printed(document: Document) -> RenderableType:
+    """Text and tables, a blank line between two; figures are for files."""
+    blocks = [block for part in document.parts for block in _blocks(part)]
+    if document.title:
+        blocks.insert(0, [RichText(document.title, style="bold")])
+    return Group(*(one for number, block in enumerate(blocks) for one in ([RichText("")] * bool(number) + block)))
+
+
+def table(content: Table) -> RichTable:
+    """A table without its note; sums stand apart."""
+    drawn = RichTable(title=content.caption or None, title_justify="left", title_style="bold")
+    for number, title in enumerate(content.headings):
+        is_text = not number or title in content.texts
+        is_narrow = not number and max((len(row[0]) for row in content.rows), default=0) <= NARROW
+        drawn.add_column(RichText(title), justify="left" if is_text else "right", no_wrap=is_narrow)
+    for number, row in enumerate(content.rows, start=1):
+        drawn.add_row(*map(RichText, row), end_section=number == len(content.rows) - content.sums)
+    return drawn
+
+
+def _blocks(part: Part) -> Iterator[list[RenderableType]]:
+    match part:
+        case Table():
+            yield [table(part), *([RichText(part.note, style="dim")] if part.note else [])]
+        case Text(sentences, "paragraph"):
+            yield [RichText("\n".join(sentences))]
+        case Text(sentences, kind):
+            for sentence in sentences:
+                yield [RichText(sentence, style=STYLES.get(kind, ""))]
+        case Figure():
+            pass
