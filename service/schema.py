@@ -1,6 +1,7 @@
 """Schemas that all rooms share: values in SI units, times in UTC, null for missing values."""
 
 from collections.abc import Iterable, Mapping
+from math import isfinite
 from typing import Annotated, Any, Generic, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field
@@ -18,6 +19,18 @@ class Answer(BaseModel):
     def cells(cls, row: Mapping[str, Any]) -> Iterable[object]:
         """A row of this model in CSV, from its JSON."""
         return row.values()
+
+
+def json_values(value: Any) -> Any:  # noqa: ANN401  any value of JSON
+    """The same with null for every number that JSON does not have, and lists for tuples."""
+    match value:
+        case float():
+            return float(value) if isfinite(value) else None
+        case dict():
+            return {key: json_values(member) for key, member in value.items()}
+        case list() | tuple():
+            return [json_values(member) for member in value]
+    return value
 
 
 Row = TypeVar("Row", bound=Answer)

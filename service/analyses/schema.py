@@ -156,8 +156,8 @@ class WaveformOut(Answer):
     count: int = Field(description="Number of samples.")
 
 
-class EventOut(Answer):
-    """An event and its results."""
+class EventHead(Answer):
+    """An event, its records and the analyses of it."""
 
     id: int = Field(description="Its number.")
     building: str = Field(description="Code of the building.")
@@ -165,11 +165,16 @@ class EventOut(Answer):
     end: datetime = Field(description="Of the last sample.")
     state: str = Field(description="`gathering`, `queued`, `analysed`, `refused` or `failed`.")
     reason: str | None = Field(description="Why it was refused or failed; null where it was not.")
-    pga: Number | None = Field(description="m/s², largest horizontal ground acceleration; null where not known.")
-    temperature: Number | None = Field(description="°C, mean of its thermometers; null where nothing measured it.")
     waveforms: list[WaveformOut] = Field(description="The pieces of its channels.")
     analysis: Provenance | None = Field(description="The analysis that is shown; null before the first.")
     earlier: list[Provenance] = Field(description="The other analyses.")
+
+
+class Results(Answer):
+    """Results of an analysis, the same in the API and in the file of `menshin analyse`."""
+
+    pga: Number | None = Field(description="m/s², largest horizontal ground acceleration; null where not known.")
+    temperature: Number | None = Field(description="°C, mean of its thermometers; null where nothing measured it.")
     verdict: VerdictOut = Field(
         description="On the earthquake, by its latest analysis and the alerts that are open now."
     )
@@ -178,6 +183,46 @@ class EventOut(Answer):
     sensors: list[SensorOut] = Field(description="Of every channel that could be used.")
     directions: list[DirectionOut] = Field(description="Empty before the analysis, or where it was refused.")
     layer: LayerOut | None = Field(description="Null where nothing is known across the directions.")
+
+
+class EventOut(Results, EventHead):
+    """An event and its results."""
+
+
+class FileHead(Answer):
+    """An event that was analysed from files."""
+
+    building: str = Field(description="Code of the building.")
+    start: datetime = Field(description="Of the first sample.")
+    rate: Number = Field(description="Hz, of the histories.")
+    version: str = Field(description="Of the code.")
+    estimator: str | None = Field(description="Name of the estimator; null where none was used.")
+    settings: dict[str, Any] = Field(description="Estimator, sensors, rate (Hz) and band (Hz).")
+    refusal: str | None = Field(description="Why the event was rejected; null if it was not.")
+
+
+class CycleOut(Answer):
+    """The layer as a spring and a dashpot over one cycle (paper, eq 24-27); null where the record leaves it open."""
+
+    direction: str = Field(description="x or y, as the building file names it.")
+    start: Number = Field(description="s after the event's start.")
+    end: Number = Field(description="s after the event's start.")
+    amplitude: Number = Field(description="m.")
+    shear_strain: Number | None = Field(description="amplitude / rubber height; null where the height is not given.")
+    k_eq: Number | None = Field(description="N/m.")
+    k_eq_std: Number | None = Field(description="N/m.")
+    c_eq: Number | None = Field(description="N s/m.")
+    c_eq_std: Number | None = Field(description="N s/m.")
+
+
+class FileResults(Results, FileHead):
+    """The file of `menshin analyse`: an event that was analysed from files, with all cycles."""
+
+    estimators: dict[str, str] = Field(
+        description="Estimator that the force is from, by direction; it may be simpler than the requested one."
+    )
+    cycles: list[CycleOut] = Field(description="By direction and time; in the API `/buildings/{code}/cycles`.")
+    missing: dict[str, str] = Field(description="Reason of every null, by its path.")
 
 
 def known_estimator(name: str) -> str:

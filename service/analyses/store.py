@@ -104,33 +104,33 @@ def store(session: Session, claim: Claim, inputs: Inputs, result: EventAnalysis,
         session.execute(update(Analysis).where(of_event).values(current=False))
         event.state = "analysed" if result.refusal is None else "refused"
         event.reason, event.updated_at = result.refusal, now
-    analysis = Analysis(
-        event_id=event.id,
-        job_id=claim.job_id,
-        revision_id=inputs.revision_id,
-        current=latest,
-        created_at=now,
+    analysis = row(result, inputs.description, inputs.settings)
+    analysis.event_id, analysis.job_id, analysis.revision_id = event.id, claim.job_id, inputs.revision_id
+    analysis.current, analysis.created_at, analysis.inputs = latest, now, list(inputs.sha256)
+    session.add(analysis)
+    _log_unusable(session, event, result)
+    when = f"{event.start:%Y-%m-%d %H:%M:%S} UTC"
+    log.info("event %d of %s, %s: %s", event.id, event.building.code, when, _outcome(result))
+    return analysis
+
+
+def row(result: EventAnalysis, description: BuildingDescription, settings: AnalysisSettings) -> Analysis:
+    """The row of a result, as yet of no event and no job."""
+    return Analysis(
         version=VERSION,
-        settings=asdict(inputs.settings),
-        inputs=list(inputs.sha256),
-        estimator=inputs.settings.estimator if result.directions else None,
+        settings=asdict(settings),
+        estimator=settings.estimator if result.directions else None,
         quality=[asdict(finding) for finding in result.quality],
         refusal=result.refusal,
         peaks=dict(result.peaks),
         pga=result.pga,
         temperature=result.temperature,
         directions=[
-            _direction_result(name, direction, result, inputs.description)
-            for name, direction in result.directions.items()
+            _direction_result(name, direction, result, description) for name, direction in result.directions.items()
         ],
         layer=_layer_result(result),
         sensors=[SensorResult(**asdict(sensor)) for sensor in result.sensors],
     )
-    session.add(analysis)
-    _log_unusable(session, event, result)
-    when = f"{event.start:%Y-%m-%d %H:%M:%S} UTC"
-    log.info("event %d of %s, %s: %s", event.id, event.building.code, when, _outcome(result))
-    return analysis
 
 
 def _outcome(result: EventAnalysis) -> str:

@@ -81,20 +81,20 @@ def _analysed(
     from rich.console import Console
 
     from core.analysis import analyse as analyse_event
-    from service.analyses.report import document, files, terminal
+    from service.analyses.document import file_results
+    from service.analyses.report import summary, write_files
     from service.verdict import terminal as verdict_terminal
     from service.verdict.measured import of_analysis
-    from service.verdict.schema import verdict_json
+    from service.verdict.schema import verdict_out
 
     result = analyse_event(event.segments, description, settings)
     assessment = of_analysis(result, description)
-    Console().print(terminal.summary(result, description))
+    Console().print(summary(result, description))
     Console().print(verdict_terminal.checks(assessment))
     if json is not None:
-        verdict = {"verdict": verdict_json(assessment)}
-        write_json(document.as_json(result, description, settings) | verdict, json)
+        write_json(file_results(result, description, settings, verdict_out(assessment)), json)
     if out is not None:
-        files.write(result, description.code, out)
+        write_files(result, description.code, out)
     return result
 
 

@@ -16,7 +16,7 @@ from core.comparison.misfit import Misfit
 from core.effects import EFFECTS
 from core.workbench.candidates import Candidate
 from service.models.model_file import ModelFile
-from service.schema import Number
+from service.schema import Number, json_values
 from service.version import VERSION
 
 
@@ -321,19 +321,9 @@ class ImprovementDocument(Head):
 
 def as_json(document: Head) -> dict[str, Any]:
     """Values of JSON; null for every number that JSON does not have."""
-    return {name: _json(value) for name, value in document.model_dump(by_alias=True).items()}
+    values: dict[str, Any] = json_values(document.model_dump(by_alias=True))
+    return values
 
 
 def _by_effect(values: Mapping[str, Mapping[str, float]]) -> dict[str, dict[str, float | None]]:
     return {effect: dict(own) for effect, own in values.items()}
-
-
-def _json(value: Any) -> Any:  # noqa: ANN401  any value of JSON
-    match value:
-        case float():
-            return float(value) if isfinite(value) else None
-        case dict():
-            return {key: _json(member) for key, member in value.items()}
-        case list() | tuple():
-            return [_json(member) for member in value]
-    return value

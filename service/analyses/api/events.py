@@ -1,28 +1,16 @@
 """One event with its results, and requests to analyse it again."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
-from typing import Annotated
+from typing import Annotated, Any
 
 from fastapi import APIRouter, Body, Depends, Request, Response
 from sqlalchemy.orm import Session
 
 from core.description import BuildingDescription
 from service.access.auth import Caller, engineer
-from service.analyses import queries
-from service.analyses.schema import (
-    AnalysisRequest,
-    DirectionOut,
-    EventOut,
-    FindingOut,
-    LayerOut,
-    ModeOut,
-    PeakOut,
-    Provenance,
-    RelianceOut,
-    SensorOut,
-    WaveformOut,
-)
+from service.analyses import document, queries
+from service.analyses.schema import AnalysisRequest, EventOut, Provenance, WaveformOut
 from service.analyses.tables import Analysis
 from service.buildings.description import LevelError, named_levels
 from service.buildings.store import described
@@ -39,6 +27,7 @@ from service.verdict.schema import verdict_out
 
 router = APIRouter(prefix="/events", tags=["events"], route_class=TaggedRoute)
 
+NO_RESULTS: Mapping[str, Any] = {name: [] for name in ("quality", "peaks", "sensors", "directions")} | {"layer": None}
 LOCATION = {"description": "Address of the job.", "schema": {"type": "string"}}
 
 
@@ -62,11 +51,7 @@ def event(event_id: Id, sessions: Reading, analysis: AnalysisId = None) -> Event
             analysis=Provenance.model_validate(shown) if shown else None,
             earlier=[Provenance.model_validate(one) for one in made if one is not shown],
             verdict=verdict_out(reading.of_event(session, found)),
-            quality=[FindingOut.model_validate(finding) for finding in shown.quality] if shown else [],
-            peaks=peaks(shown, described(session, found.building).description) if shown else [],
-            sensors=[SensorOut.model_validate(sensor) for sensor in shown.sensors] if shown else [],
-            directions=directions(session, shown.id) if shown else [],
-            layer=layer(session, shown.id) if shown else None,
+            **(_results(session, shown, described(session, found.building).description) if shown else NO_RESULTS),
         )
 
 
@@ -80,49 +65,14 @@ def chosen(made: Sequence[Analysis], number: int | None) -> Analysis | None:
     return found
 
 
-def peaks(analysis: Analysis, description: BuildingDescription) -> list[PeakOut]:
-    """Peaks by channel, with what each channel measures."""
-    known = {channel.id: channel for channel in description.channels}
-    return [
-        PeakOut(
-            channel=channel,
-            level=known[channel].level if channel in known else None,
-            quantity=known[channel].quantity if channel in known else None,
-            direction=known[channel].direction if channel in known else None,
-            peak=peak,
-        )
-        for channel, peak in sorted(analysis.peaks.items())
-    ]
-
-
-def directions(session: Session, analysis_id: int) -> list[DirectionOut]:
-    """Results of an analysis by direction."""
-    cycles = queries.cycle_counts(session, analysis_id)
-    return [
-        DirectionOut(
-            direction=result.direction,
-            peak_force=result.peak_force,
-            force_std=result.force_std,
-            reliance=None if result.reliance is None else RelianceOut(**result.reliance),
-            peak_displacement=result.peak_displacement,
-            peak_displacement_std=result.peak_displacement_std,
-            lowest_frequency=result.lowest_frequency,
-            highest_frequency=result.highest_frequency,
-            residual_displacement=result.residual_displacement,
-            residual_displacement_std=result.residual_displacement_std,
-            cycles=cycles.get(result.id, 0),
-            modes=[ModeOut.model_validate(mode) for mode in result.modes],
-        )
-        for result in queries.direction_results(session, analysis_id)
-    ]
-
-
-def layer(session: Session, analysis_id: int) -> LayerOut | None:
-    """Results of an analysis across its directions."""
-    found = queries.layer_result(session, analysis_id)
-    if found is None:
-        return None
-    return LayerOut(**{name: getattr(found, name) for name in LayerOut.model_fields})
+def _results(session: Session, analysis: Analysis, description: BuildingDescription) -> dict[str, Any]:
+    """Fields of a stored analysis, without its histories."""
+    cycles = queries.cycle_counts(session, analysis.id)
+    stored = queries.direction_results(session, analysis.id)
+    return document.results(analysis, description) | {
+        "directions": [document.direction_out(one, cycles.get(one.id, 0)) for one in stored],
+        "layer": document.layer_out(queries.layer_result(session, analysis.id)),
+    }
 
 
 @router.post(

@@ -1,6 +1,7 @@
 import json
 from dataclasses import replace
 from datetime import UTC, datetime
+from typing import Any
 
 import numpy as np
 import orjson
@@ -13,8 +14,11 @@ from core.isolation_layer.equivalent import EquivalentSegment
 from core.isolation_layer.layer import AxialLoad
 from core.isolation_layer.motion import MeasuredMotion, ResidualDisplacement
 from core.record import Finding
-from service.analyses.report.document import as_json
+from service.analyses.document import file_results
+from service.analyses.schema import EventOut
 from service.buildings.description import read
+from service.verdict.measured import of_analysis
+from service.verdict.schema import verdict_out
 
 DESCRIPTION = read(SMALL, FOLDER).description
 NAN = float("nan")
@@ -60,11 +64,17 @@ def analysed() -> EventAnalysis:
     )
 
 
-def test_the_document_has_what_the_command_promises() -> None:
-    document = as_json(analysed(), DESCRIPTION, AnalysisSettings())
-    x = document["directions"]["x"]
-    (mode,) = x["superstructure"]["modes"]
+def document() -> dict[str, Any]:
+    event = analysed()
+    return file_results(event, DESCRIPTION, AnalysisSettings(), verdict_out(of_analysis(event, DESCRIPTION)))
+
+
+def test_the_file_has_the_schema_of_the_api_and_every_cycle() -> None:
+    found = document()
+    x, y = found["directions"]
+    mode = x["modes"][0]
     assert mode == {
+        "number": 1,
         "frequency": 1.09,
         "frequency_std": 0.002,
         "damping_ratio": 0.01,
@@ -73,41 +83,46 @@ def test_the_document_has_what_the_command_promises() -> None:
         "shape_std": None,
         "misfit": None,
     }
-    force = x["restoring_force"]
-    assert force["reliance"] == {
+    assert x["reliance"] == {
         "assumption": "masses as told",
         "chi_square": 1.1,
         "is_at_rest": True,
         "prior_share": 0.2,
         "fallback": None,
     }
-    assert (force["estimator"], force["peak"], force["std"]) == ("cms", 3e6, 4e4)
-    source = "integrated from accelerations"
-    assert x["motion"] == {"peak": 0.03, "peak_std": 2e-3, "source": source, "band": [0.12, 50.0], "residual": None}
-    assert document["directions"]["y"]["motion"] is None
-    assert document["torsion"] == x["motion"] | {"residual": {"value": 1e-3, "std": 1e-4}}
-    assert document["axial_load"] == {"level": "slab", "lowest": 0.8, "highest": 1.3}
-    first = {"start": 1.0, "end": 3.0, "amplitude": 0.02, "shear_strain": 0.1}
-    assert x["equivalent"][0] == first | {"k_eq": 5e6, "k_eq_std": 1e5, "c_eq": 2e5, "c_eq_std": 1e4}
-    assert document["quality"][0]["kind"] == "offset"
-    assert document["start"] == "2024-01-01T00:00:00+00:00"
+    assert (found["estimator"], x["peak_force"], x["force_std"], x["cycles"]) == ("smoother", 3e6, 4e4, 2)
+    assert (x["peak_displacement"], x["peak_displacement_std"]) == (0.03, 2e-3)
+    assert (x["lowest_frequency"], x["highest_frequency"]) == (0.12, 50.0)
+    assert x["residual_displacement"] is y["peak_displacement"] is None
+    layer = found["layer"]
+    assert (layer["peak_torsion"], layer["peak_torsion_std"], layer["torsion_lowest_frequency"]) == (0.03, 2e-3, 0.12)
+    assert (layer["axial_load_level"], layer["lowest_axial_load"], layer["highest_axial_load"]) == ("slab", 0.8, 1.3)
+    first = {"direction": "x", "start": 1.0, "end": 3.0, "amplitude": 0.02, "shear_strain": 0.1}
+    assert found["cycles"][0] == first | {"k_eq": 5e6, "k_eq_std": 1e5, "c_eq": 2e5, "c_eq_std": 1e4}
+    assert found["estimators"] == {"x": "cms", "y": "cms"}
+    assert found["quality"][0]["kind"] == "offset"
+    assert found["start"] == "2024-01-01T00:00:00Z"
+    assert found["verdict"]["level"] == "undecided"
+    of_file = {"rate", "version", "estimator", "estimators", "settings", "refusal", "cycles", "missing"}
+    assert set(found) - set(EventOut.model_fields) == of_file
 
 
 def test_what_is_missing_is_null_with_its_reason() -> None:
-    document = as_json(analysed(), DESCRIPTION, AnalysisSettings())
-    assert document["directions"]["x"]["equivalent"][1]["c_eq"] is None
-    missing = document["missing"]
-    assert missing["directions.x.equivalent[1].c_eq"] == "the record does not determine it"
-    assert missing["directions.x.equivalent[1].c_eq_std"] == "the record does not determine it"
-    assert missing["directions.x.superstructure.modes[0].damping_ratio_std"] == "the estimator gives none"
-    assert "unless" in missing["peak_resultant"]
-    assert "no transducer" in missing["directions.x.motion.residual"]
+    found = document()
+    assert found["cycles"][1]["c_eq"] is None
+    missing = found["missing"]
+    assert missing["cycles[1].c_eq"] == "the record does not determine it"
+    assert missing["cycles[1].c_eq_std"] == "the record does not determine it"
+    assert missing["directions[0].modes[0].damping_ratio_std"] == "the estimator gives none"
+    assert "unless" in missing["layer.peak_resultant"]
+    assert "no transducer" in missing["directions[0].residual_displacement"]
     assert missing["pga"] == "no horizontal acceleration of the ground was measured"
-    assert "directions.x.equivalent[0].c_eq" not in missing
+    assert "cycles[0].c_eq" not in missing
 
 
 def test_every_null_has_a_reason_and_no_nan_is_left() -> None:
-    document = as_json(analysed(), DESCRIPTION, AnalysisSettings())
-    text = json.dumps(document, allow_nan=False)
-    assert orjson.loads(orjson.dumps(document)) == json.loads(text)
-    assert text.count("null") == len(document["missing"])
+    found = document()
+    text = json.dumps(found, allow_nan=False)
+    assert orjson.loads(orjson.dumps(found)) == json.loads(text)
+    without_verdict = json.dumps({name: value for name, value in found.items() if name != "verdict"})
+    assert without_verdict.count("null") == len(found["missing"])

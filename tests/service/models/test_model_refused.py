@@ -17,7 +17,7 @@ from core.workbench.earthquakes import Earthquakes, unusable
 from service.jobs import queue as job_queue
 from service.jobs.stages import silent
 from service.kinds import KINDS
-from service.models import diagnoses, requests as model_requests
+from service.models import jobs as model_jobs, requests as model_requests
 from service.models.comparing import records
 from service.models.inputs import WorkInputs
 from service.models.schema import FitRequest, ModelRequest
@@ -58,7 +58,7 @@ def requested(sessions: sessionmaker[Session], events: Sequence[int] | None) -> 
         claim = job_queue.claim(session, monitored_building.NOW, timedelta(minutes=1))
         assert claim is not None
         inputs = KINDS[job_queue.DIAGNOSE].inputs(session, claim, monitored_building.SETTINGS)
-    *reading, _ = diagnoses.stages(inputs)
+    *reading, _ = model_jobs.diagnosis_stages(inputs)
     return inputs, records(inputs, [stage.function(*stage.arguments((), silent)) for stage in reading])
 
 

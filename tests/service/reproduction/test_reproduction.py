@@ -12,12 +12,12 @@ import obspy
 import pytest
 from click.testing import Result
 from paper_records import building_file, miniseed, records
-from service.reproduction.table import Table
 from shared_data import BNCS, needs_shared
 from typer.testing import CliRunner
 
 from core.analysis import AnalysisSettings
 from core.estimators import ESTIMATORS
+from core.tables import Table
 from service.akt013 import PLACE
 from service.buildings.description import read
 from service.cli import app
@@ -226,7 +226,7 @@ def seven() -> Simulated:
 
 def test_every_axis_says_what_it_shows_and_in_which_unit(seven: Simulated) -> None:
     for figure in (*response_figures(seven), *force_figures(seven)):
-        for panel in figure.panels:
+        for panel in figure.pictures:
             titles = {
                 axis.get("title") or axis["axis"]["title"]
                 for layer in panel.to_dict()["layer"]
@@ -243,8 +243,8 @@ def test_modes_that_were_not_identified_leave_gaps_that_are_stated(seven: Simula
         noise: replace(case, shapes=case.shapes[:, :0], modal=case.modal[:0]) for noise, case in seven.cases.items()
     }
     without = replace(seven, cases=cases, by_modes={})
-    shown = [figure.number for figure in (*response_figures(without), *force_figures(without))]
-    assert shown == [6, 7, 8, 12, 13, 15, 16]
+    shown = [figure.key for figure in (*response_figures(without), *force_figures(without))]
+    assert shown == [f"figure-{number}" for number in (6, 7, 8, 12, 13, 15, 16)]
     section = report.sections(without, None)[0]
     assert any("not both of the first two are identified" in remark for remark in section.remarks)
     fits = {row[0]: row[3] for row in section.tables[-1].rows}
@@ -297,7 +297,7 @@ def test_the_real_building() -> None:
     tests = [BNCS / f"{name}.mseed" for name in ("CNP100", "LAC100", "SP100")]
     assert papers_sensors(described.description, "x") == ("base slab", "4", "roof")
     found = real(events(tests, described), described.description, None, AnalysisSettings(), lambda _: None)
-    assert [figure.number for figure in real_figures(found)] == list(SECTION_8)
+    assert [figure.key for figure in real_figures(found)] == [f"figure-{number}" for number in SECTION_8]
     modes, forces = real_tables(found)
     amplitudes, conclusions = amplitude_tables(found)
     assert _cells(forces, "fitting rate (%)", at=1) == pytest.approx([99.0, 98.7, 97.9], abs=0.2)
@@ -313,4 +313,4 @@ def test_the_real_building() -> None:
 
 def _cells(table: Table, word: str, at: int) -> list[float]:
     """The first estimator's numbers in the rows with that word."""
-    return [float(row[table.numbers_from]) for row in table.rows if row[at] == word]
+    return [float(row[1 + len(table.texts)]) for row in table.rows if row[at] == word]

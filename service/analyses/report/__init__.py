@@ -1,1 +1,0 @@
-"""An analysed event as a report: JSON, files of histories and figures, and a summary for the terminal."""
