@@ -92,7 +92,7 @@ def fitting_with(effect: str) -> str:
 
 def fitted_to(fitted: int, held_out: int) -> str:
     """Change of a version by a fit."""
-    return f"fitted to {fitted} event{'s' if fitted > 1 else ''}" + (f", {held_out} left out" if held_out else "")
+    return f"fitted to {fitted} event{'s' if fitted > 1 else ''}" + (f", {held_out} held out" if held_out else "")
 
 
 def held_out_twice(earthquake: str) -> str:

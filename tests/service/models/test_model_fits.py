@@ -35,7 +35,7 @@ def test_a_fit_makes_the_next_version(api: TestClient, sessions: sessionmaker[Se
     assert (job["kind"], job["progress"]["stages"], job["asked_by"]) == ("fit", 5, "loopback")
     fitted = api.get(f"/api/v1/models/{job['result']['made']}").json()
     assert (fitted["number"], fitted["state"], fitted["parent"], fitted["author"]) == (2, "draft", first, "loopback")
-    assert (fitted["change"], fitted["fitted_to"], fitted["left_out"]) == ("fitted to 1 event, 1 left out", [1], [2])
+    assert (fitted["change"], fitted["fitted_to"], fitted["left_out"]) == ("fitted to 1 event, 1 held out", [1], [2])
     assert fitted["outcome"].startswith("Fitted")
     assert fitted["reference"] == api.get("/api/v1/events/1").json()["start"]
     k_b = next(one for one in fitted["values"] if one["parameter"] == "k_b")
@@ -60,7 +60,7 @@ def test_an_effect_is_added_and_the_error_falls_where_nothing_was_fitted(
     job = finished_job(api, sessions, f"/api/v1/models/{without}/effects", {"effect": "bouc_wen", "hold_out": [1]})
     extended = api.get(f"/api/v1/models/{job['result']['made']}").json()
     assert extended["effects"] == [*TRUTH]
-    assert extended["change"] == "with bouc_wen, fitted to 1 event, 1 left out"
+    assert extended["change"] == "with bouc_wen, fitted to 1 event, 1 held out"
     assert (job["kind"], extended["fitted_to"], extended["left_out"]) == ("extend", [2], [1])
     before, after = api.get(f"/api/v1/models/{extended['id']}/lineage").json()["items"]
     assert after["errors"]["left_out"]["nrmse"] < 0.5 * before["errors"]["later"]["nrmse"]
