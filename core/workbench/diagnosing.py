@@ -28,7 +28,7 @@ from core.workbench.comparing import ComparisonResult, compare, counted
 from core.workbench.earthquakes import HELD_OUT, Earthquakes, Progress, Version, lowers, model_errors, silent
 from core.workbench.fitting import deviations, readable
 from core.workbench.tables import Deviations, gain, percent, values_table, version_tables
-from core.workbench.texts import evidence, lowers_error, missing, titled
+from core.workbench.texts import evidence, lowers_error, missing, remaining, titled
 
 RUNNERS_UP = 2
 """Number of effects that are named although something speaks against them."""
@@ -245,7 +245,7 @@ def _missing(result: DiagnosisResult) -> Iterator[str]:
 
 def _unknown(result: DiagnosisResult) -> Iterator[str]:
     yield (
-        f"Something is missing that no known effect explains: fitted, {_size(result)}, and that has structure. "
+        f"Something is missing that no known effect explains: fitted, {_size(result)}. "
         "Any effect named below is only the nearest known one."
     )
     yield from _nearest(result)
@@ -260,11 +260,7 @@ def _after(result: DiagnosisResult) -> Iterator[str]:
     if result.diagnosis.steps:
         yield from gain(result.versions[1], result.versions[-1], result.earthquakes)
     if result.diagnosis.steps and result.diagnosis.unexplained.is_there:
-        share = percent(max(result.diagnosis.unexplained.share, 0.0))
-        yield (
-            "With this effect, the model is still incomplete: its error is "
-            f"{plain(result.diagnosis.unexplained.noise_ratio, 3)} times the noise, {share} of it with structure."
-        )
+        yield remaining(result.diagnosis.unexplained, len(result.diagnosis.steps))
 
 
 def _open(result: DiagnosisResult) -> Iterator[str]:

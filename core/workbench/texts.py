@@ -9,6 +9,7 @@ from core.comparison.misfit import Misfit
 from core.diagnosis.missing_effects import LOWERS
 from core.diagnosis.plausibility import implausible
 from core.diagnosis.ranking import DECISIVE
+from core.diagnosis.unexplained import STRUCTURED, Unexplained
 from core.effect import Effect
 from core.effects import EFFECTS
 from core.model.isolator import Isolator
@@ -117,6 +118,18 @@ def missing(
         yield f"Records that would distinguish them: {distinguishing_records(alike)}."
     if not helps(before, after, earthquakes):
         yield f"The error falls only for the fitted earthquakes: do not add {stage.effect} without another reason."
+
+
+def remaining(left: Unexplained, added: int) -> str:
+    """The error that the added effects leave, and whether it follows the motion of the layer."""
+    effects = "this effect" if added == 1 else "these effects"
+    size = f"With {effects}, the error is still {plain(left.noise_ratio, DIGITS)} times the noise"
+    if left.share > STRUCTURED:
+        return f"{size}, and {percent(left.share)} of its power follows the motion: the model is incomplete."
+    return (
+        f"{size}. Less than {percent(STRUCTURED)} of its power follows the motion, so these records do not show "
+        "what else is missing."
+    )
 
 
 def distinguishing_records(effects: Sequence[str]) -> str:
