@@ -24,7 +24,7 @@ from service.db.sessions import NulError, reading, sessions
 from service.drift import api as drift_api, pages as drift_pages
 from service.health import api as health_api, metrics
 from service.health.metrics import Measured
-from service.http import pages as http_pages, problems
+from service.http import error_pages, problems
 from service.http.guard import Guard
 from service.http.rendering import FOLDER
 from service.http.request_capture import RequestCapture
@@ -94,12 +94,12 @@ def create(settings: Settings, visitor: Caller | None = None) -> FastAPI:
     app.state.unready_since = {}  # check name to time
     app.state.metrics = metrics.registry(app.state.reading)
     app.add_middleware(RequestCapture)
-    app.add_middleware(Guard, ending=app.state.ending, refusal=http_pages.service_problem)
+    app.add_middleware(Guard, ending=app.state.ending, refusal=error_pages.service_problem)
     app.add_middleware(Measured, registry=app.state.metrics)
     problems.install(app)
     app.add_exception_handler(NulError, problems.text_problem)
     app.add_exception_handler(SecretKeyError, problems.secret_key_problem)
-    http_pages.install(app)
+    error_pages.install(app)
     api = APIRouter(prefix="/api/v1", dependencies=[Depends(auth.viewer)])
     model_rooms = (effects, models, comparisons)
     message_rooms = (alert_api, access_api, recipients, messages)

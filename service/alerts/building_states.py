@@ -1,7 +1,7 @@
 """The stored state of the buildings as the periodic checks read it: one statement per subject for all of them."""
 
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from typing import Any
@@ -9,16 +9,19 @@ from typing import Any
 from sqlalchemy import ColumnElement, Text, cast, func, select
 from sqlalchemy.orm import InstrumentedAttribute, Session, aliased
 
-from service.alerts.data_health import Rejected
+from service.alerts.data_health import Rejected, Sighting
 from service.alerts.tables import Alert, AlertChange, Inspection, Silence
+from service.analyses.tables import Analysis
 from service.buildings.tables import Building, Revision
-from service.db.select import Question
+from service.db.select import Line, Question
 from service.jobs.queue import UNDER_WAY, WATCH
 from service.jobs.tables import Job
 from service.notify.tables import Receiver
-from service.records.tables import READ, REJECTED, Event, Recording, SourceState
+from service.records.tables import READ, REJECTED, Event, EventRecording, Recording, SourceState, Waveform
 
 Values = tuple[Any, ...]
+LATEST = 50
+"""Latest earthquakes in which dead channels are looked for."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,6 +68,29 @@ def read(
         )
         for number, created_at, events, alerts in _versions(session, building_id)
     }
+
+
+def channels_ever(session: Session, building_id: int) -> set[str]:
+    """Channels that the building has ever recorded."""
+    query = select(Waveform.channel).join(Event, Event.id == Waveform.event_id)
+    return set(session.scalars(query.where(Event.building_id == building_id).distinct()))
+
+
+def sightings(session: Session, building_id: int) -> list[Sighting]:
+    """The latest earthquakes, each with its channels except dead ones."""
+    rows = _latest_events(session, building_id)
+    numbers = [row.id for row in rows]
+    recorded, files = _channels(session, numbers), _files(session, numbers)
+    return [
+        Sighting(
+            event=row.id,
+            start=row.start,
+            channels=recorded.get(row.id, set()) - (dead := _dead(row.quality)).keys(),
+            findings=dead,
+            files=files.get(row.id, ()),
+        )
+        for row in rows
+    ]
 
 
 def _versions(session: Session, building_id: int | None) -> list[tuple[int, datetime, Values, Values]]:
@@ -167,3 +193,38 @@ def _lists(session: Session, query: Question) -> dict[int, list[object]]:
     for row in session.execute(query):
         rows[row[0]].append(row[1:])
     return rows
+
+
+def _latest_events(session: Session, building_id: int) -> Sequence[Line]:
+    """(number, start, screening findings or None) of the building's latest events, the earliest first.
+
+    Events that wait for files or their analysis are omitted.
+    """
+    ended = (Event.building_id == building_id, Event.state.in_(("analysed", "refused")))
+    query = select(Event.id, Event.start, Analysis.quality).outerjoin(
+        Analysis, (Analysis.event_id == Event.id) & Analysis.current
+    )
+    return session.execute(query.where(*ended).order_by(Event.start.desc()).limit(LATEST)).all()[::-1]
+
+
+def _channels(session: Session, events: Sequence[int]) -> Mapping[int, set[str]]:
+    """Recorded channels by event; events without any are omitted."""
+    channels: dict[int, set[str]] = {}
+    query = select(Waveform.event_id, Waveform.channel).where(Waveform.event_id.in_(events)).distinct()
+    for event, channel in session.execute(query):
+        channels.setdefault(event, set()).add(channel)
+    return channels
+
+
+def _files(session: Session, events: Sequence[int]) -> Mapping[int, tuple[str, ...]]:
+    """Names of the files and downloads of each event, in order of arrival."""
+    query = select(EventRecording.event_id, Recording.name).join(Recording, Recording.id == EventRecording.recording_id)
+    files: dict[int, tuple[str, ...]] = {}
+    for event, name in session.execute(query.where(EventRecording.event_id.in_(events)).order_by(Recording.id)):
+        files[event] = (*files.get(event, ()), name)
+    return files
+
+
+def _dead(quality: Sequence[dict[str, Any]] | None) -> dict[str, str]:
+    """Data quality finding of each dead channel."""
+    return {finding["channel"]: finding["message"] for finding in quality or () if finding["kind"] == "dead"}

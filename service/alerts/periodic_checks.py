@@ -1,28 +1,25 @@
 """Periodic checks of every building: data health, new messages and reminders, whether records arrive or not."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from datetime import datetime, timedelta
-from typing import Any
 
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.alerts import building_states, data_health, queries
 from service.alerts.building_states import BuildingState
 from service.alerts.candidates import KINDS, AlertCandidate
-from service.alerts.data_health import Sighting, Source, Thresholds, Work
+from service.alerts.data_health import Source, Thresholds, Work
 from service.alerts.messages import next_reminder, remind, write_messages
 from service.alerts.reconciliation import is_reconciled, reconcile
 from service.buildings import store as building_store
 from service.buildings.tables import Building
 from service.db.sessions import free_bytes, reading
-from service.health import queries as health_queries
+from service.jobs import queue as job_queue
 from service.settings import Settings
 
 NO_WORK = Work(oldest=None, last_progress=None)
 """Work of a building without a neglected job."""
-LATEST = 50
-"""Latest earthquakes in which dead channels are looked for."""
 FULL_CHECK, SPREAD = timedelta(hours=6), 100
 """Least time after which an unchanged building is checked in full all the same, at up to so many times until twice it.
 """
@@ -192,12 +189,13 @@ def _known(session: Session, building_id: int, thresholds: Thresholds) -> Known:
     revision = building_store.current(session, building)
     described = building_store.parsed(revision)
     channels = [channel.id for channel in described.description.channels]
-    seen = health_queries.channels_ever(session, building_id)
+    sightings = building_states.sightings(session, building_id)
+    seen = building_states.channels_ever(session, building_id)
     return Known(
         has_source=described.source is not None,
         is_continuous=described.source is not None and described.source.data == "continuous",
         described_at=revision.created_at,
-        dead_channels=tuple(data_health.dead_channels(_sightings(session, building_id), channels, seen, thresholds)),
+        dead_channels=tuple(data_health.dead_channels(sightings, channels, seen, thresholds)),
     )
 
 
@@ -213,34 +211,12 @@ def _thresholds(settings: Settings) -> Thresholds:
     )
 
 
-def _sightings(session: Session, building_id: int) -> list[Sighting]:
-    """The latest earthquakes, each with its channels except dead ones."""
-    rows = health_queries.latest_events(session, building_id, LATEST)
-    numbers = [row.id for row in rows]
-    recorded, files = health_queries.channels_of(session, numbers), health_queries.files_of(session, numbers)
-    return [
-        Sighting(
-            event=row.id,
-            start=row.start,
-            channels=recorded.get(row.id, set()) - (dead := _dead(row.quality)).keys(),
-            findings=dead,
-            files=files.get(row.id, ()),
-        )
-        for row in rows
-    ]
-
-
-def _dead(quality: Sequence[dict[str, Any]] | None) -> dict[str, str]:
-    """Data quality finding of each dead channel."""
-    return {finding["channel"]: finding["message"] for finding in quality or () if finding["kind"] == "dead"}
-
-
 def _work(session: Session, settings: Settings, now: datetime) -> dict[int, Work]:
     """Neglected work by building: read once for all of them."""
     lease, patience = timedelta(seconds=settings.jobs.lease), timedelta(seconds=settings.data_health.worker_timeout)
-    oldest = health_queries.neglected_since(session, now, lease)
+    oldest = job_queue.neglected_since(session, now, lease)
     late = {building_id: since for building_id, since in oldest.items() if now - since > patience}
-    progress = health_queries.last_progress(session, now, lease) if late else None
+    progress = job_queue.last_progress(session, now, lease) if late else None
     return {
         building_id: Work(oldest=since, last_progress=progress if building_id in late else None)
         for building_id, since in oldest.items()

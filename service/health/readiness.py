@@ -15,7 +15,7 @@ from service.buildings import store as building_store
 from service.buildings.tables import Building, Revision
 from service.db.process_leases import POLLING, POLLING_LEASE, WORKING, has_passed
 from service.db.sessions import free_bytes
-from service.health import queries
+from service.jobs.queue import last_progress
 from service.jobs.tables import Job, Lease
 from service.records import source_schedule
 from service.records.tables import SourceState
@@ -136,7 +136,7 @@ def _worker(session: Session, settings: Settings, now: datetime) -> Check:
     oldest = session.scalar(select(func.min(Job.created_at)).where(Job.state == "waiting"))
     patience = timedelta(seconds=settings.data_health.worker_timeout)
     if oldest is not None and now - oldest > patience:
-        last = queries.last_progress(session, now, lease) or oldest
+        last = last_progress(session, now, lease) or oldest
         if now - last > patience:
             return Check("worker", False, stuck, helps, max(last, oldest))
     if session.scalar(select(exists().where(Alert.cause == "worker", Alert.closed_at.is_(None)))):

@@ -1,4 +1,4 @@
-"""Sources and jobs in the API."""
+"""Jobs in the API."""
 
 from collections.abc import AsyncIterator
 from datetime import UTC, datetime
@@ -10,14 +10,10 @@ from fastapi.sse import EventSourceResponse
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.access.auth import Caller, engineer
-from service.addresses import without_credentials
-from service.buildings import queries as building_queries
-from service.buildings.schema import Sources
-from service.buildings.store import parsed
-from service.http.paging import AfterCode, Before, Limit, next_code, page_by_number, rows_of
+from service.http.paging import Before, Limit, page_by_number
 from service.http.parameters import LARGEST, JobId, Reading, Writing
 from service.http.problems import openapi_responses
-from service.http.responses import TaggedRoute, responses, table_responses
+from service.http.responses import TaggedRoute, responses
 from service.http.server_sent_events import followed
 from service.jobs import requests
 from service.jobs.queue import UNDER_WAY
@@ -31,24 +27,6 @@ State = Annotated[
 By = Annotated[Caller, Depends(engineer)]
 OfModel = Annotated[int | None, Query(description="Only jobs on this model.", ge=1, le=LARGEST)]
 OfEvent = Annotated[int | None, Query(description="Only jobs of this event.", ge=1, le=LARGEST)]
-
-
-@router.get("/sources", operation_id="list_sources", **table_responses(Sources))
-def sources(sessions: Reading, cursor: AfterCode = None, limit: Limit = 50) -> Sources:
-    """The buildings' monitoring servers and their state, by code; a page is of so many buildings."""
-    with sessions() as session:
-        every = building_queries.sources(session, cursor, limit)
-        rows = [
-            (
-                building.code,
-                source.kind,
-                without_credentials(source.location),
-                *(getattr(state, name, None) for name in ("attempted_at", "succeeded_at", "failing_since", "error")),
-            )
-            for building, revision, state in every
-            if (source := parsed(revision).source) is not None
-        ]
-    return rows_of(Sources, rows, next_code([building.code for building, _, _ in every], limit))
 
 
 @router.get("/jobs", operation_id="list_jobs", **responses(Jobs))

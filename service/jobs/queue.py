@@ -173,6 +173,35 @@ def still_running(session: Session, claims: Collection[Claim]) -> set[int]:
     return {number for number, token in session.execute(query) if tokens[number] == token}
 
 
+def neglected_since(session: Session, now: datetime, lease: timedelta) -> Mapping[int, datetime]:
+    """Time since which the oldest job of a building waits, or its worker is silent, by building.
+
+    Buildings without a neglected job are omitted. One statement for all of them, which reads the undone jobs only.
+    """
+    building_id = func.coalesce(Job.building_id, Event.building_id, ModelVersion.building_id)
+    jobs = (
+        select(building_id, func.min(func.coalesce(Job.claimed_until, Job.created_at)))
+        .outerjoin(Event, Event.id == Job.event_id)
+        .outerjoin(ModelVersion, ModelVersion.id == Job.model_id)
+    )
+    silent = or_(Job.claimed_until < now, is_wrong(Job.claimed_until, now, lease))
+    neglected = or_(Job.state == "waiting", silent)
+    rows = session.execute(jobs.where(Job.state.in_(UNDER_WAY), neglected).group_by(building_id))
+    return {building: since for building, since in rows if building is not None}
+
+
+def last_progress(session: Session, now: datetime, lease: timedelta) -> datetime | None:
+    """Last time at which a worker finished a job or renewed a lease; None before the first.
+
+    Times after now come from a wrong clock and are ignored.
+    """
+    finished = session.scalar(select(func.max(Job.finished_at)).where(Job.finished_at <= now))
+    leased = session.scalar(
+        select(func.max(Job.claimed_until)).where(Job.state == "running", Job.claimed_until <= now + lease)
+    )
+    return max((time for time in (finished, leased and leased - lease) if time is not None), default=None)
+
+
 def _end_event(session: Session, claim: Claim, state: str, reason: str, now: datetime) -> None:
     if claim.event_id is not None:
         event = session.get_one(Event, claim.event_id)

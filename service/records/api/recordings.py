@@ -1,4 +1,4 @@
-"""Files as they came, in the API and on a page: which were read, which were rejected, and why."""
+"""Monitoring servers and the files received from them, in the API and on a page, with the reasons of rejections."""
 
 from datetime import datetime
 from typing import Annotated, Literal
@@ -10,8 +10,9 @@ from service.access.pages import reader
 from service.addresses import without_credentials
 from service.alerts.api import AnyBuilding
 from service.buildings import queries as building_queries
-from service.buildings.store import described
-from service.http.paging import Before, Limit, next_number, page_by_number
+from service.buildings.schema import Sources
+from service.buildings.store import described, parsed
+from service.http.paging import AfterCode, Before, Limit, next_code, next_number, page_by_number, rows_of
 from service.http.parameters import Code, Reading
 from service.http.rendering import page
 from service.http.responses import TaggedRoute, table_responses
@@ -47,6 +48,24 @@ class RecordingOut(Answer):
 
 class Recordings(Page[RecordingOut]):
     """A page of recordings, the latest first."""
+
+
+@router.get("/sources", operation_id="list_sources", **table_responses(Sources))
+def sources(sessions: Reading, cursor: AfterCode = None, limit: Limit = 50) -> Sources:
+    """The buildings' monitoring servers and their state, by code; a page has as many buildings as `limit`."""
+    with sessions() as session:
+        every = building_queries.sources(session, cursor, limit)
+        rows = [
+            (
+                building.code,
+                source.kind,
+                without_credentials(source.location),
+                *(getattr(state, name, None) for name in ("attempted_at", "succeeded_at", "failing_since", "error")),
+            )
+            for building, revision, state in every
+            if (source := parsed(revision).source) is not None
+        ]
+    return rows_of(Sources, rows, next_code([building.code for building, _, _ in every], limit))
 
 
 @router.get("/recordings", operation_id="list_recordings", **table_responses(Recordings, 404))

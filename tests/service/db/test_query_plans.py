@@ -10,8 +10,8 @@ from sqlalchemy.orm import Session, sessionmaker
 
 from service.alerts import building_states
 from service.buildings.tables import Building
-from service.health import queries as health_queries
 from service.health.metrics import GAUGES
+from service.jobs import queue as job_queue
 from service.records import events
 from service.records.ingest import failed_before
 from service.settings import Settings
@@ -29,9 +29,9 @@ READS: dict[str, tuple[Callable[[Session], object], Sequence[str]]] = {
         ["ix_event_state_updated_at"],
     ),
     "recordings to read again": (lambda session: failed_before(session, BUILDING), ["ix_recording_refused"]),
-    "neglected jobs": (lambda session: health_queries.neglected_since(session, NOW, LEASE), ["ix_job_state_id"]),
+    "neglected jobs": (lambda session: job_queue.neglected_since(session, NOW, LEASE), ["ix_job_state_id"]),
     "last progress": (
-        lambda session: health_queries.last_progress(session, NOW, LEASE),
+        lambda session: job_queue.last_progress(session, NOW, LEASE),
         ["ix_job_finished_at", "ix_job_state_id"],
     ),
 }

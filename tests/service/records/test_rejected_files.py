@@ -73,7 +73,8 @@ def test_rejected_files_are_in_the_api_on_the_pages_in_the_log_and_an_alert(
 ) -> None:
     look(sessions)
     lines = [record.getMessage() for record in caplog.records if "was rejected" in record.getMessage()]
-    assert lines[0].startswith("junk.mseed of TOWER was rejected: junk.mseed begins with b'hello', as no known format")
+    unknown = "junk.mseed has an unknown format (it begins with b'hello')"
+    assert lines[0].startswith(f"junk.mseed of TOWER was rejected: {unknown}")
     assert lines[1] == f"truncated.mseed of TOWER was rejected: {TRUNCATED}"
     assert len(lines) == 2
     with client(url) as api:
