@@ -8,12 +8,15 @@ end of the step is met by turns. Second order.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
+from hashlib import sha256
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numba import njit
 
 from core.arrays import Matrix, Vector
+from core.laws.compilation import bound
 from hidden.building import Building
 from hidden.catalogue import compiled_laws, law_code
 from hidden.law import Law, Step
@@ -106,78 +109,86 @@ def states_between_events(laws: Sequence[Hidden], states: Matrix, seconds: float
 
 @cache
 def _kernel() -> Any:  # noqa: ANN401  numba's functions have no type
-    answer = compiled_laws()
+    """The loop over the steps; compiling takes 25 s, so that later processes get it from Numba's cache."""
+    found = bound(_integrate, layer=njit(bound(_layer, answer=compiled_laws())))
+    sources = sorted(Path(__file__).parent.rglob("*.py"))
+    digest = sha256(b"\0".join(source.read_bytes() for source in sources)).hexdigest()[:24]
+    found.__qualname__ = f"integrate_{digest}"  # names the entry in the cache: it depends on all of the laws' files
+    return njit(cache=True)(found)
 
-    @njit
-    def layer(codes, kinds, at_p, p, at_s, s, s1, step, past):  # noqa: ANN001, ANN202
-        """Force of all laws besides rubber and dashpot, and z at the end of the step."""
-        force, strength, z = 0.0, 1.0, 0.0
-        for slot in range(codes.size):
-            own, new = s[at_s[slot] : at_s[slot + 1]], s1[at_s[slot] : at_s[slot + 1]]
-            value = answer(codes[slot], p[at_p[slot] : at_p[slot + 1]], own, new, step, past)
-            if kinds[slot] == 0:
-                strength *= value
-            elif kinds[slot] == 1:
-                force += strength * value
-                z = new[0]
-            else:
-                force += value
-        return force, z
 
-    @njit
-    def integrate(codes, kinds, at_p, p, at_s, states, mass, L, advance, pushed, own, ground, vertical, constants):  # noqa: ANN001, ANN202
-        axes, n, modes = ground.shape[0], ground.shape[1], L.size
-        h, started, temperature, rubber, dashpot = constants[0], constants[1], constants[2], constants[3], constants[4]
-        u, v, f, slab = np.zeros((axes, n)), np.zeros((axes, n)), np.zeros((axes, n)), np.zeros((axes, n))
-        second = np.zeros((axes, modes, n))
-        q, ahead = np.zeros((axes, modes, 2)), np.zeros((axes, modes, 2))
-        z0, z, lent, tried, missed = np.zeros(axes), np.zeros(axes), np.zeros(axes), np.zeros(axes), np.zeros(axes)
-        s, s1, cross = states, states.copy(), axes - 1.0
-        carried = mass  # what of the mass the slab must move at once: the rest hangs on the oscillators
-        for j in range(modes):
-            carried += L[j] * (own[j, 0] * pushed[j, 0, 1] + own[j, 1] * pushed[j, 1, 1] - L[j])
-        for i in range(1, n):
+answer: Any = None
+layer: Any = None
+"""Placeholders of what is bound before compilation."""
+
+
+def _layer(codes, kinds, at_p, p, at_s, s, s1, step, past):  # noqa: ANN001, ANN202
+    """Force of all laws besides rubber and dashpot, and z at the end of the step."""
+    force, strength, z = 0.0, 1.0, 0.0
+    for slot in range(codes.size):
+        own, new = s[at_s[slot] : at_s[slot + 1]], s1[at_s[slot] : at_s[slot + 1]]
+        value = answer(codes[slot], p[at_p[slot] : at_p[slot + 1]], own, new, step, past)
+        if kinds[slot] == 0:
+            strength *= value
+        elif kinds[slot] == 1:
+            force += strength * value
+            z = new[0]
+        else:
+            force += value
+    return force, z
+
+
+def _integrate(codes, kinds, at_p, p, at_s, states, mass, L, advance, pushed, own, ground, vertical, constants):  # noqa: ANN001, ANN202
+    axes, n, modes = ground.shape[0], ground.shape[1], L.size
+    h, started, temperature, rubber, dashpot = constants[0], constants[1], constants[2], constants[3], constants[4]
+    u, v, f, slab = np.zeros((axes, n)), np.zeros((axes, n)), np.zeros((axes, n)), np.zeros((axes, n))
+    second = np.zeros((axes, modes, n))
+    q, ahead = np.zeros((axes, modes, 2)), np.zeros((axes, modes, 2))
+    z0, z, lent, tried, missed = np.zeros(axes), np.zeros(axes), np.zeros(axes), np.zeros(axes), np.zeros(axes)
+    s, s1, cross = states, states.copy(), axes - 1.0
+    carried = mass  # what of the mass the slab must move at once: the rest hangs on the oscillators
+    for j in range(modes):
+        carried += L[j] * (own[j, 0] * pushed[j, 0, 1] + own[j, 1] * pushed[j, 1, 1] - L[j])
+    for i in range(1, n):
+        for x in range(axes):
+            before = slab[x, i - 1]
+            lent[x] = 0.0
+            for j in range(modes):
+                for r in range(2):
+                    ahead[x, j, r] = (
+                        advance[j, r, 0] * q[x, j, 0] + advance[j, r, 1] * q[x, j, 1] + pushed[j, r, 0] * before
+                    )
+                lent[x] += L[j] * (own[j, 0] * ahead[x, j, 0] + own[j, 1] * ahead[x, j, 1])
+            slab[x, i] = 2 * before - slab[x, i - 2] if i > 1 else 0.0
+            z0[x] = z[x]
+        for turn in range(TURNS):
+            moved = 0.0
             for x in range(axes):
-                before = slab[x, i - 1]
-                lent[x] = 0.0
-                for j in range(modes):
-                    for r in range(2):
-                        ahead[x, j, r] = (
-                            advance[j, r, 0] * q[x, j, 0] + advance[j, r, 1] * q[x, j, 1] + pushed[j, r, 0] * before
-                        )
-                    lent[x] += L[j] * (own[j, 0] * ahead[x, j, 0] + own[j, 1] * ahead[x, j, 1])
-                slab[x, i] = 2 * before - slab[x, i - 2] if i > 1 else 0.0
-                z0[x] = z[x]
-            for turn in range(TURNS):
-                moved = 0.0
-                for x in range(axes):
-                    a0, a = slab[x, i - 1] - ground[x, i - 1], slab[x, i] - ground[x, i]
-                    u[x, i] = u[x, i - 1] + h * v[x, i - 1] + h * h * (a0 / 3 + a / 6)
-                    v[x, i] = v[x, i - 1] + h * (a0 + a) / 2
-                for x in range(axes):
-                    o = axes - 1 - x
-                    step = Step(
-                        u[x, i - 1], v[x, i - 1], u[x, i], v[x, i], slab[x, i] - ground[x, i],
-                        cross * u[o, i - 1], cross * u[o, i], cross * v[o, i],
-                        z0[x], z[x], slab[x, i - 1], slab[x, i], vertical[i], temperature, started + i * h, i, h,
-                    )  # fmt: skip
-                    hidden, z[x] = layer(codes, kinds, at_p, p, at_s, s[x], s1[x], step, u[x])
-                    f[x, i] = rubber * u[x, i] + dashpot * v[x, i] + hidden
-                    miss, slope = slab[x, i] + (f[x, i] + lent[x]) / carried, 1.0
-                    if turn > 0 and slab[x, i] != tried[x]:
-                        slope = max((miss - missed[x]) / (slab[x, i] - tried[x]), 0.5)
-                    tried[x], missed[x] = slab[x, i], miss
-                    slab[x, i] -= miss / slope
-                    moved = max(moved, abs(miss / slope) / (1.0 + abs(miss)))
-                if moved < CLOSE:
-                    break
+                a0, a = slab[x, i - 1] - ground[x, i - 1], slab[x, i] - ground[x, i]
+                u[x, i] = u[x, i - 1] + h * v[x, i - 1] + h * h * (a0 / 3 + a / 6)
+                v[x, i] = v[x, i - 1] + h * (a0 + a) / 2
             for x in range(axes):
-                for j in range(modes):
-                    for r in range(2):
-                        q[x, j, r] = ahead[x, j, r] + pushed[j, r, 1] * slab[x, i]
-                    second[x, j, i] = own[j, 0] * q[x, j, 0] + own[j, 1] * q[x, j, 1] - L[j] * slab[x, i]
-                for k in range(s.shape[1]):
-                    s[x, k] = s1[x, k]
-        return u, v, f, slab, second, s
-
-    return integrate
+                o = axes - 1 - x
+                step = Step(
+                    u[x, i - 1], v[x, i - 1], u[x, i], v[x, i], slab[x, i] - ground[x, i],
+                    cross * u[o, i - 1], cross * u[o, i], cross * v[o, i],
+                    z0[x], z[x], slab[x, i - 1], slab[x, i], vertical[i], temperature, started + i * h, i, h,
+                )  # fmt: skip
+                hidden, z[x] = layer(codes, kinds, at_p, p, at_s, s[x], s1[x], step, u[x])
+                f[x, i] = rubber * u[x, i] + dashpot * v[x, i] + hidden
+                miss, slope = slab[x, i] + (f[x, i] + lent[x]) / carried, 1.0
+                if turn > 0 and slab[x, i] != tried[x]:
+                    slope = max((miss - missed[x]) / (slab[x, i] - tried[x]), 0.5)
+                tried[x], missed[x] = slab[x, i], miss
+                slab[x, i] -= miss / slope
+                moved = max(moved, abs(miss / slope) / (1.0 + abs(miss)))
+            if moved < CLOSE:
+                break
+        for x in range(axes):
+            for j in range(modes):
+                for r in range(2):
+                    q[x, j, r] = ahead[x, j, r] + pushed[j, r, 1] * slab[x, i]
+                second[x, j, i] = own[j, 0] * q[x, j, 0] + own[j, 1] * q[x, j, 1] - L[j] * slab[x, i]
+            for k in range(s.shape[1]):
+                s[x, k] = s1[x, k]
+    return u, v, f, slab, second, s
