@@ -160,9 +160,9 @@ def open_at(session: Session, building_id: int, at: datetime | None) -> Sequence
         Alert.opened_at <= at,
         or_(Alert.closed_at.is_(None), Alert.closed_at > at),
     )
-    found = session.scalars(select(Alert).where(*was_open).order_by(Alert.id)).all()
-    states = _states(session, [one.id for one in found], at)
-    return [(one, states.get(one.id, one.state)) for one in found]
+    alerts = session.scalars(select(Alert).where(*was_open).order_by(Alert.id)).all()
+    states = _states(session, [one.id for one in alerts], at)
+    return [(one, states.get(one.id, one.state)) for one in alerts]
 
 
 def ended(session: Session, building_id: int) -> Sequence[Alert]:

@@ -63,14 +63,14 @@ class TrackedMode:
 def tracked_modes(session: Session, building_id: int, span: Span, direction: str) -> tuple[TrackedMode, ...]:
     """The modes of a building in one direction, by the latest analysis of each event.
 
-    Shapes are compared at the levels of the latest event; events with other levels are left out.
+    Shapes are compared at the levels of the latest event; events with other levels are ignored.
     """
     events = [list(rows) for _, rows in groupby(_rows(session, building_id, span, direction), lambda row: row.id)]
     levels = tuple(events[-1][0].ModeResult.shape) if events else ()
     events = [rows for rows in events if set(rows[0].ModeResult.shape) == set(levels)]
     seen = [[_sighting(row, levels) for row in rows] for rows in events]
-    found = tracks([[sighting.mode for sighting in sightings] for sightings in seen])
-    return tuple(_tracked(direction, number, track, seen) for number, track in enumerate(found, start=1))
+    tracked = tracks([[sighting.mode for sighting in sightings] for sightings in seen])
+    return tuple(_tracked(direction, number, track, seen) for number, track in enumerate(tracked, start=1))
 
 
 def _rows(session: Session, building_id: int, span: Span, direction: str) -> Sequence[Line]:

@@ -30,12 +30,12 @@ def peaks(session: Session, analyses: Sequence[int]) -> Mapping[tuple[int, str],
         DirectionResult.peak_displacement,
         DirectionResult.peak_force,
     )
-    found = session.execute(select(*columns).where(DirectionResult.analysis_id.in_(analyses)))
-    return {(analysis, direction): (displacement, force) for analysis, direction, displacement, force in found}
+    rows = session.execute(select(*columns).where(DirectionResult.analysis_id.in_(analyses)))
+    return {(analysis, direction): (displacement, force) for analysis, direction, displacement, force in rows}
 
 
 def cycle_counts(session: Session, analysis_id: int) -> Mapping[int, int]:
-    """Number of cycles of an analysis by direction result; results without cycles are left out."""
+    """Number of cycles of an analysis by direction result; results without cycles are missing."""
     query = select(CycleResult.result_id, func.count()).group_by(CycleResult.result_id)
     query = query.join(DirectionResult).where(DirectionResult.analysis_id == analysis_id)
     return dict(session.execute(query).all())
@@ -78,14 +78,14 @@ def restoring_force(session: Session, event_id: int, direction: str, analysis_id
     """
     wanted = {"event": event_id, "direction": direction}
     if analysis_id is None:
-        found = session.execute(LATEST_FORCE, wanted).one_or_none()
+        row = session.execute(LATEST_FORCE, wanted).one_or_none()
     else:
-        found = session.execute(NAMED_FORCE, wanted | {"analysis": analysis_id}).one_or_none()
-    if found is None:
+        row = session.execute(NAMED_FORCE, wanted | {"analysis": analysis_id}).one_or_none()
+    if row is None:
         raise NotFoundError("result", f"event {event_id}, direction {direction}, analysis {analysis_id or 'latest'}")
-    if found.stored <= len(DELETED):
-        raise NotFoundError("history any more", f"analysis {found.analysis}, which a later one superseded")
-    return found
+    if row.stored <= len(DELETED):
+        raise NotFoundError("history any more", f"analysis {row.analysis}, which a later one superseded")
+    return row
 
 
 def histories(session: Session, result_id: int, names: Sequence[str]) -> Line:
@@ -107,10 +107,10 @@ def loop(session: Session, result_id: int) -> Line:
     """
     query = select(DirectionResult.rate, DirectionResult.displacement, DirectionResult.force)
     usable = query.where(DirectionResult.id == result_id, DirectionResult.displacement.is_not(None))
-    found = session.execute(usable).one_or_none()
-    if found is None:
+    row = session.execute(usable).one_or_none()
+    if row is None:
         raise NotFoundError("loop of result", result_id)
-    return found
+    return row
 
 
 def layer_result(session: Session, analysis_id: int) -> LayerResult | None:
@@ -125,10 +125,10 @@ def layer_motion(session: Session, event_id: int, analysis_id: int | None) -> Li
         NotFoundError: there is no such event or analysis, or it has no result across its directions.
     """
     wanted = Analysis.current if analysis_id is None else Analysis.id == analysis_id
-    found = session.execute(_layer_motions().where(Event.id == event_id, wanted)).one_or_none()
-    if found is None:
+    row = session.execute(_layer_motions().where(Event.id == event_id, wanted)).one_or_none()
+    if row is None:
         raise NotFoundError("layer motion", f"event {event_id}, analysis {analysis_id or 'latest'}")
-    return found
+    return row
 
 
 def layer_motion_of(session: Session, layer_id: int) -> Line:
@@ -137,10 +137,10 @@ def layer_motion_of(session: Session, layer_id: int) -> Line:
     Raises:
         NotFoundError: there is no such result.
     """
-    found = session.execute(_layer_motions().where(LayerResult.id == layer_id)).one_or_none()
-    if found is None:
+    row = session.execute(_layer_motions().where(LayerResult.id == layer_id)).one_or_none()
+    if row is None:
         raise NotFoundError("layer result", layer_id)
-    return found
+    return row
 
 
 def _layer_motions() -> Question:

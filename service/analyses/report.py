@@ -53,8 +53,8 @@ def _parts(event: EventAnalysis, description: BuildingDescription) -> Iterator[R
         yield Text(f"refused: {event.refusal}", style=STYLES["fatal"])
     if event.quality:
         yield _quality(event.quality)
-    for name, found in event.directions.items():
-        yield from _direction(name, found, description)
+    for name, result in event.directions.items():
+        yield from _direction(name, result, description)
     yield from _across(event)
 
 
@@ -66,8 +66,8 @@ def _quality(findings: tuple[Finding, ...]) -> Table:
     return table
 
 
-def _direction(name: str, found: DirectionAnalysis, description: BuildingDescription) -> Iterator[RenderableType]:
-    force = found.restoring_force
+def _direction(name: str, result: DirectionAnalysis, description: BuildingDescription) -> Iterator[RenderableType]:
+    force = result.restoring_force
     peak, std = (value * KN for value in force.peak)
     yield Text(
         f"\ndirection {name}: peak force {with_std(peak, std)} kN (estimator {force.estimator})",
@@ -76,15 +76,15 @@ def _direction(name: str, found: DirectionAnalysis, description: BuildingDescrip
     if force.assessment is not None:
         yield Text(_assumed(force.assessment))
     if force.modes:
-        yield _modes(found, description)
-    if found.motion is not None:
-        yield Text(_moved(found.motion))
-    if found.displacement is None:
+        yield _modes(result, description)
+    if result.motion is not None:
+        yield Text(_moved(result.motion))
+    if result.displacement is None:
         yield Text("no displacement of the isolation layer was measured: no equivalent values")
-    elif not found.equivalent:
+    elif not result.equivalent:
         yield Text("no cycle was large enough for equivalent values")
     else:
-        yield _equivalent(found.equivalent)
+        yield _equivalent(result.equivalent)
 
 
 def _assumed(assessment: Assessment) -> str:
@@ -106,25 +106,25 @@ def _moved(motion: MeasuredMotion) -> str:
 
 def _across(event: EventAnalysis) -> Iterator[RenderableType]:
     """Results across the directions."""
-    found = []
+    parts = []
     if event.peak_resultant is not None:
-        found.append(f"peak resultant displacement {significant(event.peak_resultant * MM)} mm")
+        parts.append(f"peak resultant displacement {significant(event.peak_resultant * MM)} mm")
     if event.torsion is not None:
         peak, std = event.torsion.peak
-        found.append(f"peak torsion {with_std(peak * MRAD, std * MRAD)} mrad")
+        parts.append(f"peak torsion {with_std(peak * MRAD, std * MRAD)} mrad")
     if event.axial_load is not None:
         load = event.axial_load
-        found.append(f"vertical load {load.ratio.min():.2f} to {load.ratio.max():.2f} of the weight ({load.level})")
-    if found:
-        yield Text("\n" + ", ".join(found), style="bold")
+        parts.append(f"vertical load {load.ratio.min():.2f} to {load.ratio.max():.2f} of the weight ({load.level})")
+    if parts:
+        yield Text("\n" + ", ".join(parts), style="bold")
 
 
-def _modes(found: DirectionAnalysis, description: BuildingDescription) -> Table:
+def _modes(result: DirectionAnalysis, description: BuildingDescription) -> Table:
     floors = [level.name for level in description.floors]
     table = Table("mode", "Hz", "damping (%)", title="superstructure, fixed base", title_justify="left")
     for floor in floors:
         table.add_column(Text(floor), justify="right")
-    for number, mode in enumerate(found.restoring_force.modes, start=1):
+    for number, mode in enumerate(result.restoring_force.modes, start=1):
         shape = (f"{value:.2f}" for value in mode.shape)
         damping = with_std(mode.damping_ratio * PERCENT, _scaled(mode.damping_ratio_std, PERCENT))
         table.add_row(str(number), with_std(mode.frequency, mode.frequency_std), damping, *shape)
@@ -155,10 +155,10 @@ def _scaled(value: float | None, factor: float) -> float | None:
     return None if value is None else value * factor
 
 
-def histories_csv(found: DirectionAnalysis, rate: float) -> str:
+def histories_csv(result: DirectionAnalysis, rate: float) -> str:
     """The histories of one direction as CSV, SI units; a column that was not measured is empty."""
-    force = found.restoring_force
-    motion = found.motion
+    force = result.restoring_force
+    motion = result.motion
     moved: Sequence[Vector | None] = (
         [None] * 4
         if motion is None
@@ -196,10 +196,10 @@ def write_files(event: EventAnalysis, code: str, folder: Path) -> None:
         (folder / "layer.csv").write_text(layer_csv(event), encoding="utf-8")
     for name, chart in _figures_across(event).items():
         _save(chart, folder / name)
-    for direction, found in event.directions.items():
+    for direction, result in event.directions.items():
         csv = folder / f"restoring_force_{direction}.csv"
-        csv.write_text(histories_csv(found, event.rate), encoding="utf-8")
-        for name, chart in _figures(event, code, direction, found).items():
+        csv.write_text(histories_csv(result, event.rate), encoding="utf-8")
+        for name, chart in _figures(event, code, direction, result).items():
             _save(chart, folder / f"{name}_{direction}")
 
 
@@ -223,23 +223,23 @@ def _figures_across(event: EventAnalysis) -> dict[str, report_charts.Picture]:
 
 
 def _figures(
-    event: EventAnalysis, code: str, direction: str, found: DirectionAnalysis
+    event: EventAnalysis, code: str, direction: str, result: DirectionAnalysis
 ) -> dict[str, report_charts.Picture]:
-    force, title = found.restoring_force, f"{code}, direction {direction}"
-    if found.displacement is None:
+    force, title = result.restoring_force, f"{code}, direction {direction}"
+    if result.displacement is None:
         return {}
     pictures: dict[str, report_charts.Picture] = {
         "restoring_force": report_charts.restoring_force(
             time=np.arange(force.force.size) / event.rate,
-            displacement=found.displacement,
+            displacement=result.displacement,
             force=force.force,
             std=force.std,
             title=f"{title}: restoring force of the isolation layer",
             subtitle=f"{event.start:%Y-%m-%d %H:%M:%S} UTC, estimator {force.estimator}",
         )
     }
-    if found.equivalent:
-        cycles = {event.start: found.equivalent}
+    if result.equivalent:
+        cycles = {event.start: result.equivalent}
         pictures["k_eq"] = report_charts.equivalent_stiffness(cycles, f"{title}: equivalent stiffness by cycle")
         pictures["c_eq"] = report_charts.equivalent_damping(cycles, f"{title}: equivalent damping by cycle")
     return pictures

@@ -52,9 +52,9 @@ def prunable(session: Session, settings: Settings, now: datetime) -> Prunable:
 
 def prune(session: Session, settings: Settings, now: datetime) -> Prunable:
     """Delete the histories that the settings allow to delete."""
-    found, numbers = prunable(session, settings, now), _superseded(settings, now)
-    if numbers is None or not found.analyses:
-        return found
+    pruned, numbers = prunable(session, settings, now), _superseded(settings, now)
+    if numbers is None or not pruned.analyses:
+        return pruned
     directions = dict.fromkeys(REQUIRED, DELETED) | dict.fromkeys(OPTIONAL)
     session.execute(
         update(DirectionResult).where(DirectionResult.analysis_id.in_(numbers)).values(directions),
@@ -64,7 +64,7 @@ def prune(session: Session, settings: Settings, now: datetime) -> Prunable:
         update(LayerResult).where(LayerResult.analysis_id.in_(numbers)).values(dict.fromkeys(OF_LAYER)),
         execution_options={"synchronize_session": False},
     )
-    return found
+    return pruned
 
 
 def _superseded(settings: Settings, now: datetime) -> Select[int] | None:

@@ -56,15 +56,15 @@ def analyse(
     described = read_building(building)
     settings = _settings(estimator, sensors, described.description)
     try:
-        found = events(files, described)
+        earthquakes = events(files, described)
     except FormatError as error:
         end(str(error), REFUSED)
-    if not found:
+    if not earthquakes:
         raise typer.BadParameter("none of the files holds records", param_hint="FILE...")
-    stamps = [f"{event.start:%Y%m%dT%H%M%SZ}" if len(found) > 1 else "" for event in found]
+    stamps = [f"{event.start:%Y%m%dT%H%M%SZ}" if len(earthquakes) > 1 else "" for event in earthquakes]
     results = [
         _analysed(event, described.description, settings, _stamped(json, stamp), out and out / stamp)
-        for event, stamp in zip(found, stamps, strict=True)
+        for event, stamp in zip(earthquakes, stamps, strict=True)
     ]
     if any(result.refusal is not None for result in results):
         raise typer.Exit(REFUSED)

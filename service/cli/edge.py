@@ -80,18 +80,18 @@ def words(error: BaseException) -> str | None:
 def _system_error(error: OSError) -> str | None:
     if error.errno is None:
         return str(error) or None
-    found = error.strerror or str(error)
+    reason = error.strerror or str(error)
     where = "" if error.filename is None else f"{os.fsdecode(error.filename)}: "
     helps = HELPS.get(error.errno)
-    return f"{where}{found}" + (f"; {helps}" if helps else "")
+    return f"{where}{reason}" + (f"; {helps}" if helps else "")
 
 
 def _bug_report(error: Exception) -> str:
     """A line about a bug; its traceback goes into a file or the log."""
     text = "".join(traceback.format_exception(error))
-    found = f"menshin stopped because of a bug ({type(error).__name__})"
+    reason = f"menshin stopped because of a bug ({type(error).__name__})"
     if not sys.stderr.isatty():
-        return f"{text}{found}; the lines above show where"
+        return f"{text}{reason}; the lines above show where"
     with tempfile.NamedTemporaryFile("w", prefix="menshin-bug-", suffix=".txt", delete=False) as file:
         file.write(text)
-    return f"{found}; {file.name} shows where: please report it"
+    return f"{reason}; {file.name} shows where: please report it"

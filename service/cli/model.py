@@ -113,10 +113,8 @@ def fit(
     """
     from service.models import documents, operations, report
 
-    with _progress_bar() as report_step:
-        given, records = read_usable_records(model, files, building, report_step, hold_out or ())
-        with refusals():
-            done = operations.fit(given, model.name, records, report_step)
+    with _work(model, files, building, hold_out) as (given, records, report_step):
+        done = operations.fit(given, model.name, records, report_step)
     _write_model(done.model, output)
     _show(report.fit(done), json, lambda: documents.fit(done))
 
@@ -130,10 +128,8 @@ def compare(model: Model, files: Files, building: Building, json: Json = None, h
     """
     from service.models import documents, operations, report
 
-    with _progress_bar() as report_step:
-        given, records = read_usable_records(model, files, building, report_step)
-        with refusals():
-            done = operations.compare(given, records, report_step)
+    with _work(model, files, building) as (given, records, report_step):
+        done = operations.compare(given, records, report_step)
     _show(
         report.comparison(done),
         json,
@@ -202,12 +198,10 @@ def add(
     from service.models import documents, operations, report
 
     _check_known(effect, "EFFECT")
-    with _progress_bar() as report_step:
-        given, records = read_usable_records(model, files, building, report_step, hold_out or ())
+    with _work(model, files, building, hold_out) as (given, records, report_step):
         if effect in given.isolator.effects:
             raise typer.BadParameter(f"{model} has {effect} already; `menshin model fit` fits it", param_hint="EFFECT")
-        with refusals():
-            done = operations.add(effect, given, model.name, records, report_step)
+        done = operations.add(effect, given, model.name, records, report_step)
     _write_model(done.model, output)
     _show(report.change(done), json, lambda: documents.extension(done))
 
@@ -230,10 +224,8 @@ def improve(
     """
     from service.models import documents, operations, report
 
-    with _progress_bar() as report_step:
-        given, records = read_usable_records(model, files, building, report_step, hold_out or ())
-        with refusals():
-            done = operations.improve(given, model.name, records, report_step)
+    with _work(model, files, building, hold_out) as (given, records, report_step):
+        done = operations.improve(given, model.name, records, report_step)
     _write_model(done.model, output)
     _show(
         report.change(done),
@@ -260,7 +252,7 @@ def _show(
     """Print a result, and write the files that were requested."""
     from rich.console import Console
 
-    from service.reports.terminal import printed
+    from service.reports.text import printed
 
     Console().print(printed(shown))
     if json is not None:
@@ -295,6 +287,17 @@ def _check_known(effect: str, argument: str) -> None:
     if effect not in EFFECTS:
         message = f"there is no effect {effect!r}; there are {', '.join(sorted(EFFECTS))}"
         raise typer.BadParameter(message, param_hint=argument)
+
+
+@contextmanager
+def _work(
+    model: Path, files: list[Path], building: Path, hold_out: list[Path] | None = None
+) -> Iterator[tuple["ModelFile", "Earthquakes", "ReportStep"]]:
+    """A model, usable records and a progress bar; a refusal ends the command with its reason."""
+    with _progress_bar() as report_step:
+        given, records = read_usable_records(model, files, building, report_step, hold_out or ())
+        with refusals():
+            yield given, records, report_step
 
 
 @contextmanager

@@ -70,8 +70,7 @@ def reproduce(
     from rich.console import Console
 
     from service.reports.html import page
-    from service.reports.markdown import markdown as as_markdown
-    from service.reports.terminal import printed
+    from service.reports.text import markdown as as_markdown, printed
     from service.reproduction import report
     from service.reproduction.simulated import simulated
 

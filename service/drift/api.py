@@ -47,8 +47,8 @@ AnyEvent = Annotated[int | None, Query(description="Only of the event of this nu
 def every_series(code: Code, sessions: Reading) -> SeriesRows:
     """Every series of the building that is monitored for drift, with its latest value."""
     with sessions() as session:
-        found, _ = building_queries.building(session, code)
-        rows = queries.series_rows(session, found.id)
+        building, _ = building_queries.building(session, code)
+        rows = queries.series_rows(session, building.id)
     return SeriesRows(building=code, items=rows, next=None)
 
 
@@ -66,8 +66,8 @@ def baseline(
     In the band an event's value lies with 95 %. CSV has the curve alone.
     """
     with sessions() as session:
-        found, _ = building_queries.building(session, code)
-        series = queries.one_series(session, found.id, quantity, subject)
+        building, _ = building_queries.building(session, code)
+        series = queries.one_series(session, building.id, quantity, subject)
         return baseline_answer(code, series, temperature, points)
 
 
@@ -81,8 +81,8 @@ def observations(
 ) -> Observations:
     """The measurements of a series in order of time: the points to the baseline's curve."""
     with sessions() as session:
-        found, _ = building_queries.building(session, code)
-        rows = queries.observations(session, found.id, quantity, subject, event)
+        building, _ = building_queries.building(session, code)
+        rows = queries.observations(session, building.id, quantity, subject, event)
     return Observations(building=code, items=rows, next=None)
 
 
@@ -98,8 +98,8 @@ def history(
 ) -> Drift:
     """Deviation of each event from the baseline, a row for each series, the earliest event first."""
     with sessions() as session:
-        found, _ = building_queries.building(session, code)
-        rows = queries.values(session, found.id, span, quantity, subject, place(cursor), limit)
+        building, _ = building_queries.building(session, code)
+        rows = queries.values(session, building.id, span, quantity, subject, place(cursor), limit)
     return page_by_event(Drift, rows, limit, building=code)
 
 
@@ -107,8 +107,8 @@ def history(
 def alarms(code: Code, sessions: Reading) -> DriftAlarms:
     """Alarms in the building's series with their evidence; its alerts come from these."""
     with sessions() as session:
-        found, _ = building_queries.building(session, code)
-        rows = queries.alarm_rows(session, found.id)
+        building, _ = building_queries.building(session, code)
+        rows = queries.alarm_rows(session, building.id)
     return DriftAlarms(building=code, items=rows, next=None)
 
 
@@ -120,10 +120,10 @@ def periods(code: Code, sessions: Reading) -> ReferencePeriods:
     until the curve is determined.
     """
     with sessions() as session:
-        found, _ = building_queries.building(session, code)
+        building, _ = building_queries.building(session, code)
         rows = [
             ReferencePeriodOut.model_validate(one)
-            for one in analysis_history.reference_periods(session, found.id)[::-1]
+            for one in analysis_history.reference_periods(session, building.id)[::-1]
         ]
     return ReferencePeriods(building=code, items=rows, next=None)
 
@@ -147,10 +147,10 @@ def begin(
     Earlier ones are kept.
     """
     with sessions.begin() as session:
-        found, _ = building_queries.building(session, code)
+        building, _ = building_queries.building(session, code)
         made = reference_periods.begin(
             session,
-            found,
+            building,
             wanted.quantity,
             wanted.subject,
             wanted.start,

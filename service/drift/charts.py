@@ -112,11 +112,11 @@ def _panel(
 
 def _alarms(rows: Sequence[Mapping[str, object]], x: alt.X, y: alt.Y) -> list[alt.Chart]:
     """From the onset on, the interval of each drift with its size."""
-    found = alt.Chart(alt.InlineData(values=list(rows)))
+    chart = alt.Chart(alt.InlineData(values=list(rows)))
     return [
-        found.mark_rect(color=ORANGE, opacity=0.22).encode(x, y, x2="end:T", y2="high:Q"),
-        found.mark_rule(color=ORANGE, strokeDash=[5, 3], strokeWidth=1.5).encode(x),
-        found.mark_text(align="left", dx=4, color=DARK, fontSize=12).encode(x, y=alt.value(9), text="label:N"),
+        chart.mark_rect(color=ORANGE, opacity=0.22).encode(x, y, x2="end:T", y2="high:Q"),
+        chart.mark_rule(color=ORANGE, strokeDash=[5, 3], strokeWidth=1.5).encode(x),
+        chart.mark_text(align="left", dx=4, color=DARK, fontSize=12).encode(x, y=alt.value(9), text="label:N"),
     ]
 
 

@@ -106,7 +106,7 @@ def store(
         return
     pairs = results[-1]
     _update(session, claim, inputs.building_id, pairs, now)
-    monitorings = [(found, series_inputs.channels) for series_inputs, found in pairs]
+    monitorings = [(monitored, series_inputs.channels) for series_inputs, monitored in pairs]
     changes = drift_candidates(monitorings, inputs.starts, ZoneInfo(inputs.timezone))
     exceeded = limit_candidates(session, inputs.building_id)
     reconcile(session, inputs.building_id, (*exceeded, *changes), "events", now)
@@ -124,21 +124,21 @@ def _update(
         for one in session.scalars(of_building.options(selectinload(MonitoredSeries.alarms)))
     }
     rows = []
-    for series_inputs, found in pairs:
-        name = {"quantity": found.series.quantity, "subject": found.series.subject}
+    for series_inputs, monitored in pairs:
+        name = {"quantity": monitored.series.quantity, "subject": monitored.series.subject}
         row = stored.pop((name["quantity"], name["subject"]), None)
         row = row or MonitoredSeries(building_id=building_id, alarms=[], **name)
         row.job_id, row.created_at, row.version = claim.job_id, now, VERSION
-        row.reference_id, row.wanted = series_inputs.reference_id, found.events_needed
-        row.baseline = None if found.baseline is None else written(found.baseline)
+        row.reference_id, row.wanted = series_inputs.reference_id, monitored.events_needed
+        row.baseline = None if monitored.baseline is None else written(monitored.baseline)
         session.add(row)
-        rows.append((row, found))
+        rows.append((row, monitored))
     session.flush()  # new series have their numbers
     _update_values(
-        session, building_id, {(row.id, one.event): _value(one) for row, found in rows for one in found.values}
+        session, building_id, {(row.id, one.event): _value(one) for row, monitored in rows for one in monitored.values}
     )
-    for row, found in rows:
-        _update_alarms(session, row, found.alarms)
+    for row, monitored in rows:
+        _update_alarms(session, row, monitored.alarms)
     for row in stored.values():
         _delete(session, row.alarms)
         session.delete(row)
@@ -206,12 +206,15 @@ def _series_inputs(
 
 def _pooled(own: Sequence[tuple[SeriesInputs, Monitoring]]) -> Iterator[tuple[SeriesInputs, Monitoring]]:
     """The mean of both directions, for each quantity of the layer measured in both."""
-    known = {(found.series.quantity, found.series.subject): (series_inputs, found) for series_inputs, found in own}
+    known = {
+        (monitored.series.quantity, monitored.series.subject): (series_inputs, monitored)
+        for series_inputs, monitored in own
+    }
     for quantity in LAYER_QUANTITIES:
         if (quantity, "x") in known and (quantity, "y") in known:
             (x, of_x), (y, of_y) = known[quantity, "x"], known[quantity, "y"]
-            found = pooled(of_x, of_y, BOTH_DIRECTIONS)
-            yield SeriesInputs(found.series, x.reference, {}, x.reference_id, (*x.channels, *y.channels)), found
+            monitored = pooled(of_x, of_y, BOTH_DIRECTIONS)
+            yield SeriesInputs(monitored.series, x.reference, {}, x.reference_id, (*x.channels, *y.channels)), monitored
 
 
 def _value(value: EventValue) -> dict[str, Any]:

@@ -28,12 +28,12 @@ def one_series(session: Session, building_id: int, quantity: str, subject: str) 
         NotFoundError: no series of that name was monitored there.
     """
     named = (MonitoredSeries.quantity == quantity, MonitoredSeries.subject == subject)
-    found = session.scalars(
+    row = session.scalars(
         select(MonitoredSeries).where(MonitoredSeries.building_id == building_id, *named)
     ).one_or_none()
-    if found is None:
+    if row is None:
         raise NotFoundError("monitored series", f"{quantity}/{subject}")
-    return found
+    return row
 
 
 def values(
@@ -69,7 +69,7 @@ def values(
 
 
 def counts(session: Session, building_id: int) -> Mapping[int, int]:
-    """Number of values by series; series without values are left out."""
+    """Number of values by series; series without values are missing."""
     query = select(DriftValue.series_id, func.count()).group_by(DriftValue.series_id)
     query = query.join(MonitoredSeries).where(MonitoredSeries.building_id == building_id)
     return dict(session.execute(query).all())
@@ -78,8 +78,8 @@ def counts(session: Session, building_id: int) -> Mapping[int, int]:
 def latest_values(session: Session, building_id: int) -> Mapping[int, DriftValue]:
     """The value of the latest event of each series, by series."""
     query = select(DriftValue).join(MonitoredSeries).join(Event, Event.id == DriftValue.event_id)
-    found = session.scalars(query.where(MonitoredSeries.building_id == building_id).order_by(Event.start, Event.id))
-    return {value.series_id: value for value in found}
+    rows = session.scalars(query.where(MonitoredSeries.building_id == building_id).order_by(Event.start, Event.id))
+    return {value.series_id: value for value in rows}
 
 
 def alarms(session: Session, building_id: int) -> Sequence[DriftAlarm]:

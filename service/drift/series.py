@@ -32,7 +32,7 @@ from service.db.select import Span
 from service.models import queries as model_queries
 
 Temperatures = Mapping[int, float]
-"""°C, by event; events without a thermometer are left out."""
+"""°C, by event; only events with a thermometer."""
 
 
 def monitored_series(
@@ -91,7 +91,7 @@ def _frequencies(session: Session, building_id: int, temperatures: Temperatures)
 
 
 def _model_errors(session: Session, building_id: int, temperatures: Temperatures) -> Iterator[Named]:
-    """Errors of the current models over the force, at the peak displacement; retired models are left out."""
+    """Errors of the current models over the force, at the peak displacement; without retired models."""
     models = [model.id for model in model_queries.current_versions(session, building_id)]
     compared = model_queries.latest_comparisons(session, models) if models else {}
     peaks = {(row.event, row.direction): row.peak for row in history.peak_displacements(session, building_id)}

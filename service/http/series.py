@@ -56,6 +56,10 @@ class Histories:
         """The same as a response."""
         return written(self.content(model, **described))
 
+    def answer(self, model: type[BaseModel], /, *, as_csv: bool, **described: object) -> bytes:
+        """The series as CSV, or as JSON with the other fields of a model."""
+        return self.csv() if as_csv else self.json(model, **described)
+
     def csv(self) -> bytes:
         """Time and series as columns."""
         return csv_lines({"time": self.time} | {name: rounded(one) for name, one in self.shown.items()})

@@ -42,12 +42,12 @@ from service.models.results import (
 )
 
 
-def comparison(found: Work[ComparisonResult]) -> ComparisonDocument:
+def comparison(done: Work[ComparisonResult]) -> ComparisonDocument:
     """A comparison as a document."""
-    result = found.result
+    result = done.result
     return ComparisonDocument(
-        building=found.model.building,
-        model=ModelValues.of(found.model),
+        building=done.model.building,
+        model=ModelValues.of(done.model),
         events=_events(result.errors),
         all=AllErrors(
             force=MisfitOut.of(result.failure.misfit), prediction=_all_predictions(result.errors.predictions)
@@ -59,13 +59,13 @@ def comparison(found: Work[ComparisonResult]) -> ComparisonDocument:
     )
 
 
-def fit(found: Work[FitResult]) -> FitDocument:
+def fit(done: Work[FitResult]) -> FitDocument:
     """A fit as a document: values, covariance, outcome, and the errors before and after."""
-    result, ended = found.result, found.result.fit
+    result, ended = done.result, done.result.fit
     before, after = (_events(one.errors, result.earthquakes.held_out) for one in result.versions)
     return FitDocument(
-        building=found.model.building,
-        model=ModelValues.of(found.model),
+        building=done.model.building,
+        model=ModelValues.of(done.model),
         outcome=ended.outcome.name.lower(),
         undetermined=[list(key) for key in ended.undetermined],
         covariance=Covariance(
@@ -78,25 +78,25 @@ def fit(found: Work[FitResult]) -> FitDocument:
     )
 
 
-def extension(found: Work[ExtensionResult]) -> ExtensionDocument:
+def extension(done: Work[ExtensionResult]) -> ExtensionDocument:
     """An addition as a document."""
-    result = found.result
+    result = done.result
     return ExtensionDocument(
-        building=found.given.building,
+        building=done.given.building,
         added=CandidateOut.of(result.candidate, result.before),
         versions=_versions(result.versions, result.earthquakes),
-        model=ModelValues.of(found.model),
+        model=ModelValues.of(done.model),
         explanation=" ".join(result.text),
         unused=list(result.earthquakes.unused),
     )
 
 
-def diagnosis(found: Work[DiagnosisResult]) -> DiagnosisDocument:
+def diagnosis(done: Work[DiagnosisResult]) -> DiagnosisDocument:
     """A diagnosis as a document."""
-    result, steps = found.result, found.result.diagnosis.steps
+    result, steps = done.result, done.result.diagnosis.steps
     unexplained = result.diagnosis.unexplained
     return DiagnosisDocument(
-        building=found.given.building,
+        building=done.given.building,
         outcome=result.outcome,
         findings=_suspects(result.faults),
         candidates=[CandidateOut.of(one, result.before) for one in result.candidates],
@@ -114,7 +114,7 @@ def diagnosis(found: Work[DiagnosisResult]) -> DiagnosisDocument:
             for step in steps
         ],
         versions=_versions(result.versions, result.earthquakes),
-        model=ModelValues.of(found.model),
+        model=ModelValues.of(done.model),
         explanation=" ".join(result.text),
         unused=list(result.earthquakes.unused),
     )
@@ -141,15 +141,15 @@ def diagnosis_without_records(
     )
 
 
-def improvement(found: Work[ImprovementResult]) -> ImprovementDocument:
+def improvement(done: Work[ImprovementResult]) -> ImprovementDocument:
     """An improvement as a document."""
-    result = found.result
+    result = done.result
     return ImprovementDocument(
-        building=found.model.building,
+        building=done.model.building,
         taken=list(result.added),
         versions=_versions(result.versions, result.earthquakes),
-        model=ModelValues.of(found.model),
-        diagnoses=[diagnosis(work(one, found.given, found.model.parent or "")) for one in result.rounds],
+        model=ModelValues.of(done.model),
+        diagnoses=[diagnosis(work(one, done.given, done.model.parent or "")) for one in result.rounds],
         explanation=" ".join(result.text),
     )
 

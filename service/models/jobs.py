@@ -60,14 +60,14 @@ def fitted(model: ModelFile, parent: str, events: Earthquakes, report_step: Repo
         RecordError: no event is left to fit to.
         ModelError: the model's force grew beyond all bounds.
     """
-    found = fit(model, parent, events, report_step)
-    return Fitted(found.model, " ".join(found.result.fit_text), as_json(documents.fit(found)))
+    done = fit(model, parent, events, report_step)
+    return Fitted(done.model, " ".join(done.result.fit_text), as_json(documents.fit(done)))
 
 
 def extended(effect: str, model: ModelFile, parent: str, events: Earthquakes, report_step: ReportStep) -> Fitted:
     """The model with one more effect, everything fitted to the events; errors as of `fitted`."""
-    found = add(effect, model, parent, events, report_step)
-    return Fitted(found.model, " ".join(found.result.fit_text), as_json(documents.extension(found)))
+    done = add(effect, model, parent, events, report_step)
+    return Fitted(done.model, " ".join(done.result.fit_text), as_json(documents.extension(done)))
 
 
 def diagnosed(model: ModelFile, parent: str, events: Earthquakes, report_step: ReportStep) -> Diagnosis:
@@ -77,13 +77,13 @@ def diagnosed(model: ModelFile, parent: str, events: Earthquakes, report_step: R
     from service.models.figures import diagnosis_figures
     from service.reports.charts import CONFIG
 
-    found = diagnose(model, parent, events, report_step)
+    done = diagnose(model, parent, events, report_step)
     drawn = tuple(
         Picture(figure.title, figure.caption, vl_convert.vegalite_to_svg(picture.to_dict(), config=CONFIG))
-        for figure in diagnosis_figures(found.result)
+        for figure in diagnosis_figures(done.result)
         for picture in figure.pictures
     )
-    return Diagnosis(found.result.outcome, found.result.text, as_json(documents.diagnosis(found)), drawn)
+    return Diagnosis(done.result.outcome, done.result.text, as_json(documents.diagnosis(done)), drawn)
 
 
 def fit_stages(inputs: WorkInputs) -> Sequence[Stage]:

@@ -171,7 +171,7 @@ def _number(value: float) -> str:
 
 
 def _wrong_keys(document: Mapping[str, Any]) -> Iterator[Problem]:
-    """Keys that are unknown, missing or of a wrong kind; numbers in the tables of effects are told of by the others."""
+    """Keys that are unknown, missing or of a wrong kind, except those in the tables of effects."""
     tables = {"effects", "standard_deviations"}
     yield from wrong_keys(
         {key: {} if key in tables and isinstance(value, dict) else value for key, value in document.items()}, ModelTable

@@ -35,10 +35,10 @@ def version(session: Session, identity: int) -> ModelVersion:
         NotFoundError: there is none by that number.
     """
     query = select(ModelVersion).options(joinedload(ModelVersion.building))
-    found = session.scalars(query.where(ModelVersion.id == identity)).one_or_none()
-    if found is None:
+    row = session.scalars(query.where(ModelVersion.id == identity)).one_or_none()
+    if row is None:
         raise NotFoundError("model", identity)
-    return found
+    return row
 
 
 def lineage(session: Session, identity: int) -> Sequence[ModelVersion]:
@@ -63,8 +63,8 @@ def comparisons(
     query = select(ModelComparison, Event).join(ModelComparison.event).where(ModelComparison.model_id == model_id)
     if cursor is not None:
         query = query.where(tuple_(Event.start, ModelComparison.id) > tuple_(cursor.time, cursor.id))
-    found = session.execute(query.order_by(Event.start, ModelComparison.id).limit(limit))
-    return [(comparison, event) for comparison, event in found]
+    rows = session.execute(query.order_by(Event.start, ModelComparison.id).limit(limit))
+    return [(comparison, event) for comparison, event in rows]
 
 
 def comparison(session: Session, identity: int) -> ModelComparison:
@@ -74,10 +74,10 @@ def comparison(session: Session, identity: int) -> ModelComparison:
         NotFoundError: there is none by that number.
     """
     query = select(ModelComparison).options(joinedload(ModelComparison.event), undefer(ModelComparison.force))
-    found = session.scalars(query.where(ModelComparison.id == identity)).one_or_none()
-    if found is None:
+    row = session.scalars(query.where(ModelComparison.id == identity)).one_or_none()
+    if row is None:
         raise NotFoundError("comparison", identity)
-    return found
+    return row
 
 
 def latest_comparisons(
@@ -85,8 +85,8 @@ def latest_comparisons(
 ) -> Mapping[int, Sequence[tuple[ModelComparison, Event]]]:
     """By version: its last comparison with each event in each direction, the earliest event first."""
     query = select(ModelComparison, Event).join(ModelComparison.event)
-    found = session.execute(query.where(ModelComparison.model_id.in_(model_ids)).order_by(ModelComparison.id))
-    last = {(one.model_id, one.event_id, one.direction): (one, event) for one, event in found}
+    rows = session.execute(query.where(ModelComparison.model_id.in_(model_ids)).order_by(ModelComparison.id))
+    last = {(one.model_id, one.event_id, one.direction): (one, event) for one, event in rows}
     ordered = sorted(last.values(), key=lambda pair: (pair[1].start, pair[0].id))
     return {model: [pair for pair in ordered if pair[0].model_id == model] for model in model_ids}
 
@@ -147,10 +147,10 @@ def diagnosis(session: Session, identity: int) -> ModelDiagnosis:
         selectinload(ModelDiagnosis.pictures),
         joinedload(ModelDiagnosis.model).joinedload(ModelVersion.building),
     )
-    found = session.scalars(query.where(ModelDiagnosis.id == identity)).one_or_none()
-    if found is None:
+    row = session.scalars(query.where(ModelDiagnosis.id == identity)).one_or_none()
+    if row is None:
         raise NotFoundError("diagnosis", identity)
-    return found
+    return row
 
 
 def picture(session: Session, identity: int) -> str:
@@ -159,7 +159,7 @@ def picture(session: Session, identity: int) -> str:
     Raises:
         NotFoundError: there is none by that number.
     """
-    found = session.scalar(select(DiagnosisPicture.svg).where(DiagnosisPicture.id == identity))
-    if found is None:
+    svg = session.scalar(select(DiagnosisPicture.svg).where(DiagnosisPicture.id == identity))
+    if svg is None:
         raise NotFoundError("picture", identity)
-    return found
+    return svg

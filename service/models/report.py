@@ -15,9 +15,9 @@ from service.models.operations import Work
 from service.reports.document import Document, Part, notes, paragraph
 
 
-def comparison(found: Work[ComparisonResult]) -> Document:
+def comparison(done: Work[ComparisonResult]) -> Document:
     """A comparison for a terminal: errors by earthquake and over all, then where the model fails."""
-    result, model = found.result, found.model
+    result, model = done.result, done.model
     tables = (force_table(result), prediction_table(result, outer_levels(result)))
     return Document(
         f"{_subject(model)}: {', '.join(model.isolator.effects)}",
@@ -29,29 +29,29 @@ def comparison(found: Work[ComparisonResult]) -> Document:
     )
 
 
-def comparison_file(found: Work[ComparisonResult]) -> Document:
+def comparison_file(done: Work[ComparisonResult]) -> Document:
     """A comparison with its figures."""
-    result = found.result
+    result = done.result
     tables = (force_table(result), prediction_table(result, levels_of(result)))
     return Document(
-        texts.COMPARISON_TITLE.format(_subject(found.model)),
+        texts.COMPARISON_TITLE.format(_subject(done.model)),
         (
             paragraph(result.text),
             *(table for table in tables if table is not None),
-            _values(found.model),
+            _values(done.model),
             notes((*result.errors.remarks, *_unused(result.earthquakes.unused))),
             *comparison_figures(result),
         ),
     )
 
 
-def fit(found: Work[FitResult]) -> Document:
+def fit(done: Work[FitResult]) -> Document:
     """A fit for a terminal: values, errors before and after, and remarks."""
-    result = found.result
+    result = done.result
     return Document(
-        _subject(found.model),
+        _subject(done.model),
         (
-            _brief_values(found.model),
+            _brief_values(done.model),
             *version_tables(result.versions, result.earthquakes),
             paragraph(result.text),
             notes(_unused(result.earthquakes.unused)),
@@ -59,30 +59,30 @@ def fit(found: Work[FitResult]) -> Document:
     )
 
 
-def diagnosis(found: Work[DiagnosisResult]) -> Document:
+def diagnosis(done: Work[DiagnosisResult]) -> Document:
     """A diagnosis for a terminal: missing effects, effects tried, and the errors of the main versions."""
-    result, given = found.result, found.given
+    result, given = done.result, done.given
     versions = (*result.versions[:2], *result.versions[2:][-1:])
     parts: tuple[Part, ...] = (
         paragraph(result.text),
         _without_last(candidate_table(result, result.candidates[:BRIEF])),  # the text has the remarks that matter
         *version_tables(versions, result.earthquakes),
-        *([_brief_values(found.model)] if result.diagnosis.steps else []),
+        *([_brief_values(done.model)] if result.diagnosis.steps else []),
         notes(_unused(result.earthquakes.unused)),
     )
     return Document(f"{_subject(given)}: {', '.join(given.isolator.effects)}", parts)
 
 
-def diagnosis_file(found: Work[DiagnosisResult]) -> Document:
+def diagnosis_file(done: Work[DiagnosisResult]) -> Document:
     """A diagnosis with its figures."""
-    result = found.result
+    result = done.result
     return Document(
-        texts.DIAGNOSIS_TITLE.format(_subject(found.given)),
+        texts.DIAGNOSIS_TITLE.format(_subject(done.given)),
         (
             paragraph(result.text),
             *version_tables(result.versions, result.earthquakes),
             candidate_table(result, result.candidates),
-            _values(found.model),
+            _values(done.model),
             notes((*result.refitted.errors.remarks, *_unused(result.earthquakes.unused))),
             paragraph([texts.DIAGNOSIS_FIGURES]),
             *diagnosis_figures(result),
@@ -90,15 +90,15 @@ def diagnosis_file(found: Work[DiagnosisResult]) -> Document:
     )
 
 
-def change(found: Work[ExtensionResult] | Work[ImprovementResult]) -> Document:
+def change(done: Work[ExtensionResult] | Work[ImprovementResult]) -> Document:
     """An addition or improvement for a terminal: the added effects, the errors of every version, the values."""
-    result = found.result
+    result = done.result
     return Document(
         "",
         (
             paragraph(result.text),
             *version_tables(result.versions, result.earthquakes),
-            _brief_values(found.model),
+            _brief_values(done.model),
             notes(_unused(result.earthquakes.unused)),
         ),
     )

@@ -56,7 +56,7 @@ class ModelRow(Answer):
     parent: int | None = Field(description="Number of the model that it was made from; null of a first one.")
     state: str = Field(description="`draft`, `current` or `retired`.")
     change: str = Field(description="What is new against the parent, and why.")
-    author: str = Field(description="Name of the key that asked for it.")
+    author: str = Field(description="Name of the key that requested it.")
     created_at: datetime = Field(description="When it was made.")
     effects: list[str] = Field(description="Names of its effects.")
     errors: Errors = Field(description="Of its force, driven by the measured motion.")
@@ -265,7 +265,7 @@ class DiagnosisRow(Answer):
         description="Numbers of the analyses of all of them, and of refused events that only show the sensors' state."
     )
     revision_id: int = Field(description="Of the building's description.")
-    author: str = Field(description="Name of the key that asked for it.")
+    author: str = Field(description="Name of the key that requested it.")
     created_at: datetime = Field(description="When it was made.")
     version: str = Field(description="Of the code.")
     job: int = Field(description="Number of the job that made it.")

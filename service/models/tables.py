@@ -42,7 +42,7 @@ class ModelVersion(Base):
     change: Mapped[str] = mapped_column(Text)
     """What is new against the parent, and why."""
     author: Mapped[str]
-    """Name of the key that asked for it."""
+    """Name of the key that requested it."""
     created_at: Mapped[datetime]
     accepted_by: Mapped[str | None]
     """Name of the key that put it in force last; None of a draft."""
@@ -100,7 +100,7 @@ class ModelDiagnosis(Base):
     job_id: Mapped[int] = mapped_column(ForeignKey("job.id"), unique=True)
     revision_id: Mapped[int] = mapped_column(ForeignKey("revision.id"))
     author: Mapped[str]
-    """Name of the key that asked for it."""
+    """Name of the key that requested it."""
     created_at: Mapped[datetime]
     version: Mapped[str]
     """Of the code."""

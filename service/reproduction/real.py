@@ -101,11 +101,11 @@ def real(
     usable, refused = [], []
     for event in events:
         report_step(f"analysing the event of {event.start:%Y-%m-%d %H:%M:%S}")
-        found = _event(event, description, direction, chosen)
-        if isinstance(found, str):
-            refused.append(f"{event.start:%Y-%m-%d %H:%M:%S}: {found}")
+        result = _event(event, description, direction, chosen)
+        if isinstance(result, str):
+            refused.append(f"{event.start:%Y-%m-%d %H:%M:%S}: {result}")
         else:
-            usable.append(found)
+            usable.append(result)
     if not usable:
         raise RecordError("; ".join(refused) or "the files hold no event")
     return RealBuilding(description, direction, chosen.sensors or (), tuple(usable), tuple(refused))

@@ -23,67 +23,72 @@ from service.reproduction.simulated import MODES
 from service.reproduction.simulated_figures import GAL, KN, MM, ROOT_T, WINDOW
 
 
-def real_figures(found: RealBuilding) -> tuple[Figure, ...]:
+def real_figures(building: RealBuilding) -> tuple[Figure, ...]:
     """In the paper's order, histories of the strongest event; what needs a displacement only where there is one."""
-    event = found.strongest
-    figures = [_accelerations(found, event), _deformation(found, event), _shapes(found, event), _modal(found, event)]
-    figures += [_force(found, event), _loop(found, event), _equivalents(found)]
+    event = building.strongest
+    figures = [
+        _accelerations(building, event),
+        _deformation(building, event),
+        _shapes(building, event),
+        _modal(building, event),
+    ]
+    figures += [_force(building, event), _loop(building, event), _equivalents(building)]
     return tuple(one for one in figures if one is not None)
 
 
-def _of(found: RealBuilding, event: RealEvent) -> str:
-    return f"{found.description.name}, {event.start:%Y-%m-%d %H:%M} UTC, direction {found.direction}"
+def _of(building: RealBuilding, event: RealEvent) -> str:
+    return f"{building.description.name}, {event.start:%Y-%m-%d %H:%M} UTC, direction {building.direction}"
 
 
-def _accelerations(found: RealBuilding, event: RealEvent) -> Figure:
+def _accelerations(building: RealBuilding, event: RealEvent) -> Figure:
     structure = event.superstructure
     rows = [structure.base_acceleration, *structure.floor_acceleration]
-    names = [found.description.base.name, *(found.description.floors[i].name for i in structure.measured)]
+    names = [building.description.base.name, *(building.description.floors[i].name for i in structure.measured)]
     panels = [
         histories(event.time, [Curve(name, GAL * samples)], "acceleration (gal)", title=f"level {name}")
         for name, samples in zip(names[::-1], rows[::-1], strict=True)
     ]
-    return figure(18, "Acceleration response", f"{_of(found, event)}: absolute.", panels)
+    return figure(18, "Acceleration response", f"{_of(building, event)}: absolute.", panels)
 
 
-def _deformation(found: RealBuilding, event: RealEvent) -> Figure | None:
+def _deformation(building: RealBuilding, event: RealEvent) -> Figure | None:
     displacement = event.by_estimator[cms.NAME].displacement
     if displacement is None:
         return None
-    caption = f"{_of(found, event)}: up to {MM * np.abs(displacement).max():.1f} mm."
+    caption = f"{_of(building, event)}: up to {MM * np.abs(displacement).max():.1f} mm."
     picture = histories(event.time, [Curve("layer", MM * displacement)], "deformation (mm)")
     return figure(19, "Deformation of the isolation layer", caption, (picture,))
 
 
-def _shapes(found: RealBuilding, event: RealEvent) -> Figure | None:
-    levels = [found.description.base.name, *(level.name for level in found.description.floors)]
+def _shapes(building: RealBuilding, event: RealEvent) -> Figure | None:
+    levels = [building.description.base.name, *(level.name for level in building.description.floors)]
     measured = (event.superstructure.measured + 1).tolist()
     panels = [
         profiles(levels, [Curve("expanded", np.append(0.0, mode.shape))], measured, f"mode {number}")
         for number, mode in enumerate(event.by_estimator[cms.NAME].restoring_force.modes[:MODES], start=1)
     ]
-    caption = f"{_of(found, event)}: identified at the dots, by eq 21 elsewhere. Table IV has the numbers."
+    caption = f"{_of(building, event)}: identified at the dots, by eq 21 elsewhere. Table IV has the numbers."
     return figure(20, "Expanded mode shapes", caption, panels) if panels else None
 
 
-def _modal(found: RealBuilding, event: RealEvent) -> Figure | None:
+def _modal(building: RealBuilding, event: RealEvent) -> Figure | None:
     unit = GAL * ROOT_T
     panels = [
         histories(event.time, [Curve("ξ", unit * series)], f"ξ{'₁₂'[number]}″ (gal √t)", title=f"mode {number + 1}")
         for number, series in enumerate(event.modal)
     ]
-    caption = f"{_of(found, event)}: eq 23, of mass-normalised shapes."
+    caption = f"{_of(building, event)}: eq 23, of mass-normalised shapes."
     return figure(21, "Acceleration in modal coordinates", caption, panels) if panels else None
 
 
-def _force(found: RealBuilding, event: RealEvent) -> Figure:
+def _force(building: RealBuilding, event: RealEvent) -> Figure:
     forces = {name: KN * analysis.restoring_force.force for name, analysis in event.by_estimator.items()}
     whole = histories(event.time, estimates(forces), FORCE, title="whole record")
     window = strongest(event.by_estimator[cms.NAME].restoring_force.force, event.rate, WINDOW)
     curves = estimates({name: force[window] for name, force in forces.items()})
     known = [] if event.truth is None else [exact(KN * event.truth[window])]
     panels = [whole, histories(event.time[window], [*known, *curves], FORCE, title=f"the strongest {WINDOW:g} s")]
-    caption = f"{_of(found, event)}: eq 10."
+    caption = f"{_of(building, event)}: eq 10."
     if event.truth is not None:
         truth = KN * event.truth
         fits = ", ".join(f"{name} {fitting_rate(truth, force):.1f} %" for name, force in forces.items())
@@ -93,27 +98,27 @@ def _force(found: RealBuilding, event: RealEvent) -> Figure:
     return figure(22, "Restoring force of the isolation layer", caption, panels)
 
 
-def _loop(found: RealBuilding, event: RealEvent) -> Figure | None:
+def _loop(building: RealBuilding, event: RealEvent) -> Figure | None:
     displacement = event.by_estimator[cms.NAME].displacement
     if displacement is None:
         return None
     forces = {name: KN * analysis.restoring_force.force for name, analysis in event.by_estimator.items()}
     panels = [loops(MM * displacement, [curve], title=curve.name) for curve in estimates(forces)]
-    caption = f"{_of(found, event)}. The paper finds strong hysteresis."
+    caption = f"{_of(building, event)}. The paper finds strong hysteresis."
     return figure(23, "Force against displacement", caption, panels)
 
 
-def _equivalents(found: RealBuilding) -> Figure | None:
+def _equivalents(building: RealBuilding) -> Figure | None:
     panels: list[LayerChart] = []
-    for name in found.strongest.by_estimator:
-        analyses = {event.start: event.by_estimator.get(name) for event in found.events}
+    for name in building.strongest.by_estimator:
+        analyses = {event.start: event.by_estimator.get(name) for event in building.events}
         cycles = {start: analysis.equivalent for start, analysis in analyses.items() if analysis is not None}
         if any(cycles.values()):
             panels.append(report_charts.equivalent_stiffness(cycles, f"equivalent stiffness, {name}"))
             panels.append(report_charts.equivalent_damping(cycles, f"equivalent damping, {name}"))
     caption = (
-        f"{found.description.name}, direction {found.direction}, every cycle of every event; bars are ± 1 standard "
-        "deviation. The paper finds that both fall with amplitude and that stiffness is the more stable; "
+        f"{building.description.name}, direction {building.direction}, every cycle of every event; bars are ± 1 "
+        "standard deviation. The paper finds that both fall with amplitude and that stiffness is the more stable; "
         "the table above says how far that holds here."
     )
     title = "Equivalent stiffness and damping coefficient"

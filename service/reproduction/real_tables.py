@@ -30,17 +30,17 @@ Cycles = Mapping[str, Sequence[EquivalentSegment]]
 """By estimator, of all events."""
 
 
-def real_tables(found: RealBuilding) -> tuple[Table, ...]:
+def real_tables(building: RealBuilding) -> tuple[Table, ...]:
     """Table IV, and the force."""
-    return (_modal_information(found), _forces(found))
+    return (_modal_information(building), _forces(building))
 
 
-def _modal_information(found: RealBuilding) -> Table:
-    floor = found.description.floors[found.middle].name
+def _modal_information(building: RealBuilding) -> Table:
+    floor = building.description.floors[building.middle].name
     title = f"Table IV. Identified modal information of the superstructure; shape at {floor}, the roof being 1"
     columns = ("building and event", "by", "mode", "frequency (Hz)", "damping (%)", "shape")
     note = "Two buildings: their numbers are alike in kind only."
-    return table(title, columns, (*_papers_modes(), *_our_modes(found)), numbers_from=2, note=note)
+    return table(title, columns, (*_papers_modes(), *_our_modes(building)), numbers_from=2, note=note)
 
 
 def _papers_modes() -> Iterator[tuple[str, ...]]:
@@ -50,9 +50,9 @@ def _papers_modes() -> Iterator[tuple[str, ...]]:
         yield "Raiosya, 2005-07-23", "paper", str(mode + 1), f"{frequency:.4f}", f"{damping:.2f}", f"{shape:.4f}"
 
 
-def _our_modes(found: RealBuilding) -> Iterator[tuple[str, ...]]:
-    for event in found.events:
-        name = f"{found.description.code}, {event.start:%Y-%m-%d %H:%M}"
+def _our_modes(building: RealBuilding) -> Iterator[tuple[str, ...]]:
+    for event in building.events:
+        name = f"{building.description.code}, {event.start:%Y-%m-%d %H:%M}"
         for estimator, analysis in event.by_estimator.items():
             for number, mode in enumerate(analysis.restoring_force.modes[:MODES], start=1):
                 std = None if mode.damping_ratio_std is None else PERCENT * mode.damping_ratio_std
@@ -62,13 +62,13 @@ def _our_modes(found: RealBuilding) -> Iterator[tuple[str, ...]]:
                     str(number),
                     with_std(mode.frequency, mode.frequency_std, 3),
                     with_std(PERCENT * mode.damping_ratio, std, 2),
-                    f"{mode.shape[found.middle]:.4f}",
+                    f"{mode.shape[building.middle]:.4f}",
                 )
 
 
-def _forces(found: RealBuilding) -> Table:
+def _forces(building: RealBuilding) -> Table:
     rows = []
-    for event in found.events:
+    for event in building.events:
         forces = {name: analysis.restoring_force.force for name, analysis in event.by_estimator.items()}
         name = f"{event.start:%Y-%m-%d %H:%M}"
         peaks = {estimator: f"{np.abs(force).max() * KN:.0f}" for estimator, force in forces.items()}
@@ -78,21 +78,21 @@ def _forces(found: RealBuilding) -> Table:
             rows.append((name, "fitting rate (%)", *by_estimator(fits)))
     note = (
         "The truth of the fitting rate is F = -Σ m_i a_i over every level, all of which were recorded; "
-        f"the estimators were given {', '.join(found.sensors)}."
+        f"the estimators were given {', '.join(building.sensors)}."
     )
-    known = any(event.truth is not None for event in found.events)
+    known = any(event.truth is not None for event in building.events)
     title = "Figure 22. Restoring force of the isolation layer"
     return table(title, ("event", "", *ours()), tuple(rows), numbers_from=2, note=note if known else "")
 
 
-def amplitude_tables(found: RealBuilding) -> tuple[Table, ...]:
+def amplitude_tables(building: RealBuilding) -> tuple[Table, ...]:
     """k_eq and c_eq by amplitude, and what section 8 concludes from them."""
-    cycles = {name: _cycles(found, name) for name in ESTIMATORS}
+    cycles = {name: _cycles(building, name) for name in ESTIMATORS}
     return (_by_amplitude(cycles), _conclusions(cycles))
 
 
-def _cycles(found: RealBuilding, estimator: str) -> tuple[EquivalentSegment, ...]:
-    analyses = (event.by_estimator.get(estimator) for event in found.events)
+def _cycles(building: RealBuilding, estimator: str) -> tuple[EquivalentSegment, ...]:
+    analyses = (event.by_estimator.get(estimator) for event in building.events)
     return tuple(cycle for analysis in analyses if analysis is not None for cycle in analysis.equivalent)
 
 
@@ -157,21 +157,21 @@ def _spread(values: Vector, std: Vector) -> str:
     return f"{PERCENT * np.median(std / np.abs(values)):.0f}"
 
 
-def real_remarks(found: RealBuilding) -> tuple[str, ...]:
+def real_remarks(building: RealBuilding) -> tuple[str, ...]:
     """Remarks on section 8."""
     return (
         "The paper's building is Raiosya, whose records do not come with this program. Here the same steps are applied "
-        f"to {found.description.name}, direction {found.direction}, from the sensors {', '.join(found.sensors)}: the "
-        "numbers are another building's and comparable in kind only.",
+        f"to {building.description.name}, direction {building.direction}, from the sensors "
+        f"{', '.join(building.sensors)}: the numbers are another building's and comparable in kind only.",
         "The paper cuts the record into segments and does not say which; here a segment is one cycle between zero "
         "up-crossings, with an intercept, and every value has a standard deviation.",
-        *_missing(found),
-        *(f"Not used: {reason}" for reason in found.refused),
+        *_missing(building),
+        *(f"Not used: {reason}" for reason in building.refused),
     )
 
 
-def _missing(found: RealBuilding) -> Iterator[str]:
-    shown = found.strongest.by_estimator[cms.NAME]
+def _missing(building: RealBuilding) -> Iterator[str]:
+    shown = building.strongest.by_estimator[cms.NAME]
     if shown.displacement is None:
         yield OMITTED.format("19, 23 and 24", "no sensor measures the layer's motion")
     if not shown.restoring_force.modes:

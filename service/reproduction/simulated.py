@@ -60,9 +60,9 @@ def _accelerations(name: str, data: bytes) -> tuple[Trace, ...]:
 
 
 def _chosen(name: str, traces: tuple[Trace, ...], channel: str | None) -> Trace:
-    found = [trace for trace in traces if channel in (None, trace.channel)]
-    if len(found) == 1:
-        return found[0]
+    matching = [trace for trace in traces if channel in (None, trace.channel)]
+    if len(matching) == 1:
+        return matching[0]
     names = ", ".join(sorted({trace.channel for trace in traces})) or "no acceleration"
     wanted = "one unbroken channel" if channel is None else f"{channel} in one piece"
     raise FormatError(f"{name} holds {names}; {wanted} is needed, name it with --channel")

@@ -43,28 +43,34 @@ WINDOW = 20.0
 SHOWN = f"the strongest {WINDOW:g} s; the fitting rate is of the whole record"
 
 
-def response_figures(found: Simulated) -> tuple[Figure, ...]:
+def response_figures(run: Simulated) -> tuple[Figure, ...]:
     """In the paper's order; without those of modes where none was identified."""
-    figures = (_ground(found), _accelerations(found), _loop(found), _shapes(found), *_modal(found))
+    figures = (
+        _ground(run),
+        _accelerations(run),
+        _loop(run),
+        _shapes(run),
+        *_modal(run),
+    )
     return tuple(one for one in figures if one.pictures)
 
 
-def _ground(found: Simulated) -> Figure:
+def _ground(run: Simulated) -> Figure:
     return figure(
         6,
         "Ground acceleration",
-        f"{found.ground.name}, scaled to the {GAL * PEAK:.2f} gal of the record observed at Hiyoshi, which the paper "
+        f"{run.ground.name}, scaled to the {GAL * PEAK:.2f} gal of the record observed at Hiyoshi, which the paper "
         "shows here.",
-        (histories(found.time, [Curve("ground", GAL * found.ground.acceleration)], "acceleration (gal)"),),
+        (histories(run.time, [Curve("ground", GAL * run.ground.acceleration)], "acceleration (gal)"),),
     )
 
 
-def _accelerations(found: Simulated) -> Figure:
-    response = found.response
+def _accelerations(run: Simulated) -> Figure:
+    response = run.response
     levels = {"roof": response.floor_acceleration[ROOF], "fourth storey": response.floor_acceleration[FOURTH_STOREY]}
     levels["first floor (base slab)"] = response.base_acceleration
     panels = [
-        histories(found.time, [Curve(name, GAL * samples)], "acceleration (gal)", title=f"{name}, absolute")
+        histories(run.time, [Curve(name, GAL * samples)], "acceleration (gal)", title=f"{name}, absolute")
         for name, samples in levels.items()
     ]
     peaks = ", ".join(f"{name} {GAL * np.abs(samples).max():.1f}" for name, samples in levels.items())
@@ -72,8 +78,8 @@ def _accelerations(found: Simulated) -> Figure:
     return figure(7, "Acceleration response of the superstructure", caption, panels)
 
 
-def _loop(found: Simulated) -> Figure:
-    x, force = MM * found.response.isolator_displacement, KN * found.response.force
+def _loop(run: Simulated) -> Figure:
+    x, force = MM * run.response.isolator_displacement, KN * run.response.force
     caption = (
         f"Exact: up to {np.abs(x).max():.1f} mm and {np.abs(force).max():.0f} kN, with Table II's parameters. "
         "The smaller a loop, the steeper it is."
@@ -82,10 +88,10 @@ def _loop(found: Simulated) -> Figure:
     return figure(8, "Restoring force of the isolation layer against displacement", caption, (picture,))
 
 
-def _shapes(found: Simulated) -> Figure:
-    analytic = found.shapes[:, :MODES] / found.shapes[ROOF, :MODES]
+def _shapes(run: Simulated) -> Figure:
+    analytic = run.shapes[:, :MODES] / run.shapes[ROOF, :MODES]
     panels = []
-    for part, (noise, case) in zip("ab", found.cases.items(), strict=True):
+    for part, (noise, case) in zip("ab", run.cases.items(), strict=True):
         expanded = case.shapes / case.shapes[ROOF]
         for mode in range(expanded.shape[1]):
             curves = [exact(_from_base(analytic[:, mode])), Curve("expanded", _from_base(expanded[:, mode]))]
@@ -103,60 +109,60 @@ def _from_base(shape: Vector) -> Vector:
     return np.concatenate([[0.0], shape])
 
 
-def _modal(found: Simulated) -> tuple[Figure, ...]:
+def _modal(run: Simulated) -> tuple[Figure, ...]:
     papers = (published.FIRST_MODAL_FIT, published.SECOND_MODAL_FIT)
     ordinal = ("first", "second")
     figures = []
     for mode, paper in enumerate(papers):
-        cases = {noise: case for noise, case in found.cases.items() if mode < len(case.modal)}
+        cases = {noise: case for noise, case in run.cases.items() if mode < len(case.modal)}
         if not cases:
             continue
-        fits = {noise: fitting_rate(found.modal[mode], case.modal[mode]) for noise, case in cases.items()}
+        fits = {noise: fitting_rate(run.modal[mode], case.modal[mode]) for noise, case in cases.items()}
         said = "; ".join(f"{with_noise(noise)}: paper {paper[noise]}, ours {fit:.1f}" for noise, fit in fits.items())
         caption = f"Eq 23; {SHOWN}. Fitting rate (%) at {said}."
-        panels = [_modal_panel(found, case, mode, with_noise(noise)) for noise, case in cases.items()]
+        panels = [_modal_panel(run, case, mode, with_noise(noise)) for noise, case in cases.items()]
         title = f"Acceleration in the {ordinal[mode]} modal coordinate"
         figures.append(figure(10 + mode, title, caption, panels))
     return tuple(figures)
 
 
-def _modal_panel(found: Simulated, case: NoisyCase, mode: int, title: str) -> LayerChart:
+def _modal_panel(run: Simulated, case: NoisyCase, mode: int, title: str) -> LayerChart:
     unit = GAL * ROOT_T
-    truth = unit * found.modal[mode]
+    truth = unit * run.modal[mode]
     window = strongest(truth, RATE, WINDOW)
     curves = [exact(truth[window]), Curve("estimated", unit * case.modal[mode][window])]
-    return histories(found.time[window], curves, f"ξ{'₁₂'[mode]}″ (gal √t)", title=title)
+    return histories(run.time[window], curves, f"ξ{'₁₂'[mode]}″ (gal √t)", title=title)
 
 
 FEW_CYCLES = 5.0
 """s, of a loop that shows how it is distorted."""
 
 
-def force_figures(found: Simulated) -> tuple[Figure, ...]:
+def force_figures(run: Simulated) -> tuple[Figure, ...]:
     """In the paper's order; without those of modes where none was identified."""
-    figures = (_force(found), _loops(found), _modes(found), _light(found), _scattered(found))
+    figures = (_force(run), _loops(run), _modes(run), _light(run), _scattered(run))
     return tuple(one for one in figures if one.pictures)
 
 
-def _force(found: Simulated) -> Figure:
+def _force(run: Simulated) -> Figure:
     panels = []
     said = []
-    for part, (noise, case) in zip("ab", found.cases.items(), strict=True):
+    for part, (noise, case) in zip("ab", run.cases.items(), strict=True):
         forces = _series(case.forces)
-        panels.append(_overlay(found, forces, f"({part}) {with_noise(noise)}"))
-        panels.append(_differences(found, forces, f"({part}) {with_noise(noise)}: estimated − exact"))
-        said.append(f"{with_noise(noise)}: paper {published.FORCE_FIT[noise]}, ours {_fits(found, forces)}")
+        panels.append(_overlay(run, forces, f"({part}) {with_noise(noise)}"))
+        panels.append(_differences(run, forces, f"({part}) {with_noise(noise)}: estimated − exact"))
+        said.append(f"{with_noise(noise)}: paper {published.FORCE_FIT[noise]}, ours {_fits(run, forces)}")
     caption = f"Eq 10; {SHOWN}. Fitting rate (%) at {'; '.join(said)}."
     return figure(12, "Estimated restoring force of the isolation layer", caption, panels)
 
 
-def _loops(found: Simulated) -> Figure:
-    window = strongest(found.response.force, RATE, FEW_CYCLES)
-    x = MM * found.response.isolator_displacement[window]
-    truth = exact(KN * found.response.force[window])
+def _loops(run: Simulated) -> Figure:
+    window = strongest(run.response.force, RATE, FEW_CYCLES)
+    x = MM * run.response.isolator_displacement[window]
+    truth = exact(KN * run.response.force[window])
     panels = [
         loops(x, [truth, curve], title=f"{curve.name}, {with_noise(noise)}")
-        for noise, case in found.cases.items()
+        for noise, case in run.cases.items()
         for curve in estimates({name: KN * force.force[window] for name, force in case.forces.items()})
     ]
     caption = (
@@ -167,19 +173,19 @@ def _loops(found: Simulated) -> Figure:
     return figure(13, "Estimated restoring force against displacement", caption, panels)
 
 
-def _modes(found: Simulated) -> Figure:
-    window = strongest(found.response.force, RATE, WINDOW)
-    truth = exact(KN * found.response.force[window])
+def _modes(run: Simulated) -> Figure:
+    window = strongest(run.response.force, RATE, WINDOW)
+    truth = exact(KN * run.response.force[window])
     panels = [
         histories(
-            found.time[window],
+            run.time[window],
             [truth, Curve("estimated", KN * force[window])],
             FORCE,
             title=f"first {count} modes" if count > 1 else "first mode",
         )
-        for count, force in found.by_modes.items()
+        for count, force in run.by_modes.items()
     ]
-    rates = {count: fitting_rate(found.response.force, force) for count, force in found.by_modes.items()}
+    rates = {count: fitting_rate(run.response.force, force) for count, force in run.by_modes.items()}
     fits = ", ".join(f"{rate:.1f} % with {count}" for count, rate in rates.items())
     caption = (
         f"By {cms.NAME}, {with_noise(LOW)}; {SHOWN}: {fits} modes. The paper finds the first "
@@ -188,26 +194,26 @@ def _modes(found: Simulated) -> Figure:
     return figure(14, "Effect of mode selection", caption, panels)
 
 
-def _light(found: Simulated) -> Figure:
-    forces = _series(found.light)
+def _light(run: Simulated) -> Figure:
+    forces = _series(run.light)
     scale = published.MASS_SCALE
     corrected = {name: force / scale for name, force in forces.items()}
     caption = (
-        f"All masses assumed {scale:g} times their own, {with_noise(LOW)}; {SHOWN}: {_fits(found, forces)}, and "
-        f"{_fits(found, corrected)} once divided by {scale:g}. The paper says that the "
+        f"All masses assumed {scale:g} times their own, {with_noise(LOW)}; {SHOWN}: {_fits(run, forces)}, and "
+        f"{_fits(run, corrected)} once divided by {scale:g}. The paper says that the "
         "shape is kept and scaled by the same degree."
     )
-    return figure(15, "Effect of mass estimation: all masses scaled", caption, _with_differences(found, forces))
+    return figure(15, "Effect of mass estimation: all masses scaled", caption, _with_differences(run, forces))
 
 
-def _scattered(found: Simulated) -> Figure:
-    forces = _series(found.scattered)
+def _scattered(run: Simulated) -> Figure:
+    forces = _series(run.scattered)
     corrected = {name: force / scattered_total() for name, force in forces.items()}
     caption = (
         f"The masses assumed as the paper's draw, {with_noise(LOW)}; {SHOWN}: paper {published.SCATTERED_FIT}, ours "
-        f"{_fits(found, forces)}, and {_fits(found, corrected)} with the right total mass."
+        f"{_fits(run, forces)}, and {_fits(run, corrected)} with the right total mass."
     )
-    return figure(16, "Effect of mass estimation: masses scattered by 20 %", caption, _with_differences(found, forces))
+    return figure(16, "Effect of mass estimation: masses scattered by 20 %", caption, _with_differences(run, forces))
 
 
 def _series(forces: Forces) -> Mapping[str, Vector]:
@@ -215,21 +221,21 @@ def _series(forces: Forces) -> Mapping[str, Vector]:
     return {name: force.force for name, force in forces.items()}
 
 
-def _fits(found: Simulated, forces: Mapping[str, Vector]) -> str:
-    return ", ".join(f"{name} {fitting_rate(found.response.force, force):.1f}" for name, force in forces.items())
+def _fits(run: Simulated, forces: Mapping[str, Vector]) -> str:
+    return ", ".join(f"{name} {fitting_rate(run.response.force, force):.1f}" for name, force in forces.items())
 
 
-def _overlay(found: Simulated, forces: Mapping[str, Vector], title: str) -> LayerChart:
-    window = strongest(found.response.force, RATE, WINDOW)
+def _overlay(run: Simulated, forces: Mapping[str, Vector], title: str) -> LayerChart:
+    window = strongest(run.response.force, RATE, WINDOW)
     curves = estimates({name: KN * force[window] for name, force in forces.items()})
-    return histories(found.time[window], [exact(KN * found.response.force[window]), *curves], FORCE, title=title)
+    return histories(run.time[window], [exact(KN * run.response.force[window]), *curves], FORCE, title=title)
 
 
-def _with_differences(found: Simulated, forces: Mapping[str, Vector]) -> tuple[LayerChart, LayerChart]:
-    return _overlay(found, forces, ""), _differences(found, forces, "estimated − exact")
+def _with_differences(run: Simulated, forces: Mapping[str, Vector]) -> tuple[LayerChart, LayerChart]:
+    return _overlay(run, forces, ""), _differences(run, forces, "estimated − exact")
 
 
-def _differences(found: Simulated, forces: Mapping[str, Vector], title: str) -> LayerChart:
-    window = strongest(found.response.force, RATE, WINDOW)
-    errors = {name: KN * (force - found.response.force)[window] for name, force in forces.items()}
-    return histories(found.time[window], estimates(errors), "difference (kN)", title=title, height=90)
+def _differences(run: Simulated, forces: Mapping[str, Vector], title: str) -> LayerChart:
+    window = strongest(run.response.force, RATE, WINDOW)
+    errors = {name: KN * (force - run.response.force)[window] for name, force in forces.items()}
+    return histories(run.time[window], estimates(errors), "difference (kN)", title=title, height=90)

@@ -33,9 +33,9 @@ IDENTIFICATION = (
 )
 
 
-def simulated_tables(found: Simulated) -> tuple[Table, ...]:
+def simulated_tables(run: Simulated) -> tuple[Table, ...]:
     """The building, tables I to III, and every fitting rate of the figures."""
-    return (_masses(), _modal_information(), _parameters(), _shapes(found), _fits(found))
+    return (_masses(), _modal_information(), _parameters(), _shapes(run), _fits(run))
 
 
 def _masses() -> Table:
@@ -83,8 +83,8 @@ def _parameters() -> Table:
     return table("Table II. Parameter values", ("parameter", "paper", "ours"), rows, note=note)
 
 
-def _shapes(found: Simulated) -> Table:
-    exact = found.shapes[FOURTH_STOREY] / found.shapes[ROOF]
+def _shapes(run: Simulated) -> Table:
+    exact = run.shapes[FOURTH_STOREY] / run.shapes[ROOF]
     rows = (
         (
             f"mode {mode + 1}, {with_noise(noise)}",
@@ -98,40 +98,45 @@ def _shapes(found: Simulated) -> Table:
                 }
             ),
         )
-        for noise, case in found.cases.items()
+        for noise, case in run.cases.items()
         for mode in range(MODES)
     )
     title = "Table III. Identified mode shapes of the superstructure: fourth storey, the roof being 1"
     return table(title, ("", "paper", "analytic", *ours()), tuple(rows))
 
 
-def _fits(found: Simulated) -> Table:
+def _fits(run: Simulated) -> Table:
     title = "Fitting rates (%), 100 (1 - ‖y - ŷ‖ / ‖y - mean(y)‖) over the whole record"
-    return table(title, ("figure", "", "paper", *ours()), tuple(_fit_rows(found)), numbers_from=2)
+    return table(title, ("figure", "", "paper", *ours()), tuple(_fit_rows(run)), numbers_from=2)
 
 
-def _fit_rows(found: Simulated) -> Iterator[tuple[str, ...]]:
+def _fit_rows(run: Simulated) -> Iterator[tuple[str, ...]]:
     for figure, mode, paper in (("10", 0, published.FIRST_MODAL_FIT), ("11", 1, published.SECOND_MODAL_FIT)):
         for part, noise in zip("ab", (LOW, HIGH), strict=True):
             what = f"acceleration of mode {mode + 1}, {with_noise(noise)}"
-            modal = found.cases[noise].modal
-            fit = NONE if mode >= len(modal) else _rate(found.modal[mode], modal[mode])
+            modal = run.cases[noise].modal
+            fit = NONE if mode >= len(modal) else _rate(run.modal[mode], modal[mode])
             yield f"{figure}{part}", what, f"{paper[noise]:.1f}", *by_estimator({cms.NAME: fit})
-    truth = found.response.force
+    truth = run.response.force
     for part, noise in zip("ab", (LOW, HIGH), strict=True):
-        fits = _rates(truth, found.cases[noise].forces)
+        fits = _rates(truth, run.cases[noise].forces)
         yield f"12{part}", f"restoring force, {with_noise(noise)}", f"{published.FORCE_FIT[noise]:.1f}", *fits
     above = f"the same, {with_noise(HIGH)} above the base slab only"
-    yield "12b", above, NONE, *_rates(truth, found.quiet_base)
-    for count, force in found.by_modes.items():
+    yield "12b", above, NONE, *_rates(truth, run.quiet_base)
+    for count, force in run.by_modes.items():
         modes = f"restoring force, {with_noise(LOW)}, {count} mode" + "s" * (count > 1)
         yield "14", modes, NONE, *by_estimator({cms.NAME: _rate(truth, force)})
     scale = published.MASS_SCALE
-    yield "15", f"restoring force, {with_noise(LOW)}, all masses × {scale:g}", NONE, *_rates(truth, found.light)
-    yield "15", f"the same, divided by {scale:g}", NONE, *_rates(truth, found.light, scale)
+    yield "15", f"restoring force, {with_noise(LOW)}, all masses × {scale:g}", NONE, *_rates(truth, run.light)
+    yield "15", f"the same, divided by {scale:g}", NONE, *_rates(truth, run.light, scale)
     drawn = f"restoring force, {with_noise(LOW)}, the masses of Figure 16"
-    yield "16", drawn, f"{published.SCATTERED_FIT:.2f}", *_rates(truth, found.scattered)
-    yield "16", "the same, scaled to the right total mass", NONE, *_rates(truth, found.scattered, scattered_total())
+    yield "16", drawn, f"{published.SCATTERED_FIT:.2f}", *_rates(truth, run.scattered)
+    yield (
+        "16",
+        "the same, scaled to the right total mass",
+        NONE,
+        *_rates(truth, run.scattered, scattered_total()),
+    )
 
 
 def _grouped(value: float) -> str:
@@ -148,26 +153,32 @@ def _rate(truth: Vector, estimate: Vector) -> str:
     return f"{fitting_rate(truth, estimate):.1f}"
 
 
-def simulated_remarks(found: Simulated) -> tuple[str, ...]:
+def simulated_remarks(run: Simulated) -> tuple[str, ...]:
     """Remarks on section 7."""
-    return (_ground(found), IDENTIFICATION, *_force_remarks(found), *_mode_remarks(found), *_mass_remarks(found))
-
-
-def _ground(found: Simulated) -> str:
     return (
-        "The record observed at Hiyoshi on 2005-07-23 does not come with this program. It is replaced by "
-        f"{found.ground.name}: at 100 Hz, 0.1-30 Hz, at rest before and after, scaled to 70.13 gal. Another record "
-        "moves every fitting rate by some points. The paper does not say how its noise is scaled; here it is white, "
-        "its standard deviation the given part of each channel's RMS, on all channels, one draw "
-        f"(seed {found.seed})."
+        _ground(run),
+        IDENTIFICATION,
+        *_force_remarks(run),
+        *_mode_remarks(run),
+        *_mass_remarks(run),
     )
 
 
-def _force_remarks(found: Simulated) -> tuple[str, ...]:
+def _ground(run: Simulated) -> str:
+    return (
+        "The record observed at Hiyoshi on 2005-07-23 does not come with this program. It is replaced by "
+        f"{run.ground.name}: at 100 Hz, 0.1-30 Hz, at rest before and after, scaled to 70.13 gal. Another record "
+        "moves every fitting rate by some points. The paper does not say how its noise is scaled; here it is white, "
+        "its standard deviation the given part of each channel's RMS, on all channels, one draw "
+        f"(seed {run.seed})."
+    )
+
+
+def _force_remarks(run: Simulated) -> tuple[str, ...]:
     papers = published.FORCE_FIT
-    truth = found.response.force
-    low, high = (fitting_rate(truth, found.cases[noise].forces[cms.NAME].force) for noise in (LOW, HIGH))
-    quiet = fitting_rate(truth, found.quiet_base[cms.NAME].force)
+    truth = run.response.force
+    low, high = (fitting_rate(truth, run.cases[noise].forces[cms.NAME].force) for noise in (LOW, HIGH))
+    quiet = fitting_rate(truth, run.quiet_base[cms.NAME].force)
     return (
         f"Figure 12: errors add in squares, so that {with_noise(HIGH)} adds {_added(papers[LOW], papers[HIGH]):.1f} % "
         f"of the force's norm in the paper ({papers[LOW]} to {papers[HIGH]}), {_added(low, high):.1f} % by {cms.NAME} "
@@ -184,8 +195,8 @@ def _added(low: float, high: float) -> float:
     return float(np.sqrt(max(0.0, (100 - high) ** 2 - (100 - low) ** 2)))
 
 
-def _mode_remarks(found: Simulated) -> tuple[str, ...]:
-    fits = [[_modal_fit(found, noise, mode) for noise in (LOW, HIGH)] for mode in range(2)]
+def _mode_remarks(run: Simulated) -> tuple[str, ...]:
+    fits = [[_modal_fit(run, noise, mode) for noise in (LOW, HIGH)] for mode in range(2)]
     losses = [low - high for low, high in fits if low is not None and high is not None]
     if len(losses) < len(fits):
         return ("Figures 9 to 11 and 14 lack modes: under this motion not both of the first two are identified.",)
@@ -199,17 +210,17 @@ def _mode_remarks(found: Simulated) -> tuple[str, ...]:
     )
 
 
-def _modal_fit(found: Simulated, noise: float, mode: int) -> float | None:
-    modal = found.cases[noise].modal
-    return None if mode >= len(modal) else fitting_rate(found.modal[mode], modal[mode])
+def _modal_fit(run: Simulated, noise: float, mode: int) -> float | None:
+    modal = run.cases[noise].modal
+    return None if mode >= len(modal) else fitting_rate(run.modal[mode], modal[mode])
 
 
-def _mass_remarks(found: Simulated) -> tuple[str, ...]:
-    truth, right = found.response.force, found.cases[LOW].forces
-    slopes = (f"{name} {_slope(right[name].force, light.force):.3f}" for name, light in found.light.items())
+def _mass_remarks(run: Simulated) -> tuple[str, ...]:
+    truth, right = run.response.force, run.cases[LOW].forces
+    slopes = (f"{name} {_slope(right[name].force, light.force):.3f}" for name, light in run.light.items())
     losses = (
         f"{name} {fitting_rate(truth, right[name].force) - fitting_rate(truth, drawn.force):.1f}"
-        for name, drawn in found.scattered.items()
+        for name, drawn in run.scattered.items()
     )
     papers = published.FORCE_FIT[LOW] - published.SCATTERED_FIT
     return (

@@ -35,23 +35,23 @@ LOCATION = {"description": "Address of the job.", "schema": {"type": "string"}}
 def event(event_id: Id, sessions: Reading, analysis: AnalysisId = None) -> EventOut:
     """An event: channels, quality, peaks, modes, and what the analysis was made from."""
     with sessions() as session:
-        found = record_queries.event(session, event_id)
+        stored = record_queries.event(session, event_id)
         made = record_queries.analyses(session, event_id)
         shown = chosen(made, analysis)
         return EventOut(
-            id=found.id,
-            building=found.building.code,
-            start=found.start,
-            end=found.end,
-            state=found.state,
-            reason=found.reason,
+            id=stored.id,
+            building=stored.building.code,
+            start=stored.start,
+            end=stored.end,
+            state=stored.state,
+            reason=stored.reason,
             pga=shown.pga if shown else None,
             temperature=shown.temperature if shown else None,
-            waveforms=[WaveformOut.model_validate(waveform) for waveform in found.waveforms],
+            waveforms=[WaveformOut.model_validate(waveform) for waveform in stored.waveforms],
             analysis=Provenance.model_validate(shown) if shown else None,
             earlier=[Provenance.model_validate(one) for one in made if one is not shown],
-            verdict=verdict_out(reading.of_event(session, found)),
-            **(_results(session, shown, described(session, found.building).description) if shown else NO_RESULTS),
+            verdict=verdict_out(reading.of_event(session, stored)),
+            **(_results(session, shown, described(session, stored.building).description) if shown else NO_RESULTS),
         )
 
 
@@ -95,9 +95,9 @@ def analyse(
     The requested settings must fit the building and the current settings; otherwise 409 gives the remedy.
     """
     with sessions.begin() as session:
-        found = record_queries.event(session, event_id)
-        arguments = checked(wanted, described(session, found.building).description, request.app.state.settings)
-        job = job_queue.enqueue(session, found, arguments, datetime.now(UTC), by.name)
+        stored = record_queries.event(session, event_id)
+        arguments = checked(wanted, described(session, stored.building).description, request.app.state.settings)
+        job = job_queue.enqueue(session, stored, arguments, datetime.now(UTC), by.name)
         answer = JobOut.model_validate(job)
     response.headers["Location"] = f"/api/v1/jobs/{answer.id}"
     return answer

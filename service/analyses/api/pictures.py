@@ -93,11 +93,11 @@ def _of_layer(
 
     def draw() -> charts.Picture:
         with sessions() as session:
-            found = queries.layer_motion_of(session, layer)
-        histories = [decode_history(blob) for one in wanted if (blob := found._mapping[one]) is not None]
+            row = queries.layer_motion_of(session, layer)
+        histories = [decode_history(blob) for one in wanted if (blob := row._mapping[one]) is not None]
         if len(histories) < len(wanted):
             raise NotFoundError(f"{name} of layer result", layer)
-        return chart(np.arange(found.length) / found.rate, *histories)
+        return chart(np.arange(row.length) / row.rate, *histories)
 
     return picture(draw, name, layer)
 
@@ -106,8 +106,8 @@ def _of_layer(
 def stiffness(sessions: Reading, shown: Shown) -> Tagged:
     """Equivalent stiffness over amplitude, the latest cycles of all events."""
     with sessions() as session:
-        found, _ = building_queries.building(session, shown.building)
-        rows = history.latest_cycles(session, found.id, shown.direction, CYCLES)
+        building, _ = building_queries.building(session, shown.building)
+        rows = history.latest_cycles(session, building.id, shown.direction, CYCLES)
 
     def draw() -> charts.Picture:
         events = defaultdict(list)
@@ -123,8 +123,8 @@ def stiffness(sessions: Reading, shown: Shown) -> Tagged:
 def modes(sessions: Reading, shown: Shown) -> Tagged:
     """Frequency and damping of each established mode, over time and over the strength of the shaking."""
     with sessions() as session:
-        found, _ = building_queries.building(session, shown.building)
-        tracked = mode_tracks.tracked_modes(session, found.id, Span(), shown.direction)
+        building, _ = building_queries.building(session, shown.building)
+        tracked = mode_tracks.tracked_modes(session, building.id, Span(), shown.direction)
     established = [mode for mode in tracked if mode.is_established]
     if not established:
         raise NotFoundError("mode of building", f"{shown.building}, direction {shown.direction}")

@@ -33,9 +33,7 @@ ONLY = Query(description="Only these series; repeat the parameter for several.")
 Names = Annotated[list[Name] | None, ONLY]
 LayerName = Literal["displacement_x", "displacement_y", "torsion", "torsion_std", "axial_load"]
 LAYER_NAMES: tuple[str, ...] = get_args(LayerName)
-LayerNames = Annotated[
-    list[LayerName] | None, Query(description="Only these series; repeat the parameter for several.")
-]
+LayerNames = Annotated[list[LayerName] | None, ONLY]
 
 
 @router.get("/{event_id}/restoring-force", operation_id="get_restoring_force", **responses(ForceSeries, 404, csv=True))
@@ -58,13 +56,11 @@ def restoring_force(
     def make() -> bytes:
         with sessions() as session:
             stored = queries.histories(session, result.id, [COLUMN.get(name, name) for name in names])
-        found = {name: decode_history(blob) for name, blob in zip(names, stored, strict=True) if blob is not None}
-        shown = histories(found, result.rate, result.length, points)
-        if csv:
-            return shown.csv()
+        decoded = {name: decode_history(blob) for name, blob in zip(names, stored, strict=True) if blob is not None}
         measured = result.peak_displacement is not None
-        return shown.json(
+        return histories(decoded, result.rate, result.length, points).answer(
             ForceSeries,
+            as_csv=csv,
             **dict.fromkeys(names),
             event=result.event,
             building=result.building,
@@ -98,12 +94,10 @@ def layer_motion(
         result = queries.layer_motion(session, event_id, analysis)
 
     def make() -> bytes:
-        found = {name: decode_history(blob) for name in names if (blob := result._mapping[name]) is not None}
-        shown = histories(found, result.rate, result.length, points)
-        if csv:
-            return shown.csv()
-        return shown.json(
+        decoded = {name: decode_history(blob) for name in names if (blob := result._mapping[name]) is not None}
+        return histories(decoded, result.rate, result.length, points).answer(
             LayerMotionSeries,
+            as_csv=csv,
             **dict.fromkeys(LAYER_NAMES),
             event=result.event,
             building=result.building,

@@ -21,8 +21,8 @@ ComparisonId = Annotated[int, Path(description="Number of the comparison.", ge=1
 def comparison(comparison_id: ComparisonId, sessions: Reading) -> ComparisonOut:
     """A comparison: errors of force, displacement and floor accelerations."""
     with sessions() as session:
-        found = queries.comparison(session, comparison_id)
-        return answers.comparison(found, found.event)
+        stored = queries.comparison(session, comparison_id)
+        return answers.comparison(stored, stored.event)
 
 
 @router.get(
@@ -36,25 +36,23 @@ def force(
     """Displacement, estimated and modelled force; sample i is at start + i · step unless `time` is given."""
     csv = wants_csv(request, format)
     with sessions() as session:
-        found = queries.comparison(session, comparison_id)
-        measured = queries.measured(session, found.analysis_id, found.direction)
+        stored = queries.comparison(session, comparison_id)
+        measured = queries.measured(session, stored.analysis_id, stored.direction)
 
     def make() -> bytes:
-        blobs = {"displacement": measured.displacement, "measured": measured.force, "modelled": found.force}
+        blobs = {"displacement": measured.displacement, "measured": measured.force, "modelled": stored.force}
         series = {name: decode_history(blob) for name, blob in blobs.items()}
-        shown = histories(series, measured.rate, series["modelled"].size, points)
-        if csv:
-            return shown.csv()
-        return shown.json(
+        return histories(series, measured.rate, series["modelled"].size, points).answer(
             ComparisonSeries,
-            comparison=found.id,
-            model=found.model_id,
-            event=found.event_id,
-            direction=found.direction,
+            as_csv=csv,
+            comparison=stored.id,
+            model=stored.model_id,
+            event=stored.event_id,
+            direction=stored.direction,
             start=measured.start,
         )
 
-    return Tagged(make, CSV if csv else JSON, "comparison", found.id, found.created_at, points)
+    return Tagged(make, CSV if csv else JSON, "comparison", stored.id, stored.created_at, points)
 
 
 DiagnosisId = Annotated[int, Path(description="Number of the diagnosis.", ge=1, le=LARGEST, examples=[1])]

@@ -33,7 +33,7 @@ LOCATION = {"description": "Address of what was made.", "schema": {"type": "stri
 
 
 def making(*statuses: int) -> dict[int | str, dict[str, Any]]:
-    """What the OpenAPI document says of the answers of an operation that changes something."""
+    """Answers of an operation that changes something, for the OpenAPI document."""
     return openapi_responses(400, 401, 403, 404, 409, 422, 429) | {
         status: {"headers": {"Location": LOCATION}} for status in statuses
     }
@@ -50,8 +50,8 @@ def models_of_building(
 ) -> Models:
     """Versions of the building's models, the latest first."""
     with sessions() as session:
-        found, _ = building_queries.building(session, code)
-        rows = answers.rows(session, queries.versions(session, found.id, direction, state, cursor, limit))
+        building, _ = building_queries.building(session, code)
+        rows = answers.rows(session, queries.versions(session, building.id, direction, state, cursor, limit))
     return page_by_number(Models, rows, limit)
 
 
@@ -71,7 +71,7 @@ def make(
 ) -> ModelOut:
     """Make a model, a draft as yet: of the values given, or the first one by the building's design values.
 
-    What is asked must fit the building and the effects there are; else 409 says what would.
+    The values must fit the building and the effects there are; otherwise 409 gives the remedy.
     """
     with sessions.begin() as session:
         made = requests.make(session, code, wanted, by.name, datetime.now(UTC))
@@ -97,7 +97,7 @@ def lineage(model_id: ModelId, sessions: Reading) -> Lineage:
 
 @router.get("/models/{model_id}/comparisons", operation_id="list_comparisons", **table_responses(Comparisons, 404))
 def comparisons(model_id: ModelId, sessions: Reading, cursor: Cursor = None, limit: RowLimit = 5000) -> Comparisons:
-    """The events that the model was held against, a row for each and direction, the earliest event first."""
+    """The events that the model was compared with, a row for each and direction, the earliest event first."""
     with sessions() as session:
         queries.version(session, model_id)
         pairs = queries.comparisons(session, model_id, place(cursor), limit)
@@ -123,9 +123,9 @@ def trend(model_id: ModelId, sessions: Reading) -> Trend:
 def accept(model_id: ModelId, sessions: Writing, by: By) -> ModelOut:
     """Put the model in force; the one that was for its building and direction retires."""
     with sessions.begin() as session:
-        found = queries.version(session, model_id)
-        store.accept(session, found, by.name, datetime.now(UTC))
-        return answers.whole(session, found)
+        version = queries.version(session, model_id)
+        store.accept(session, version, by.name, datetime.now(UTC))
+        return answers.whole(session, version)
 
 
 FittingWanted = Annotated[

@@ -8,34 +8,34 @@ from service.models.figures.residual import over_motion, shares, spectrum
 from service.reports.document import Figure
 
 
-def comparison_figures(found: ComparisonResult) -> list[Figure]:
+def comparison_figures(result: ComparisonResult) -> list[Figure]:
     """Figures that need no candidates."""
-    strongest = strongest_of(found.errors.forces)
-    shown = found.errors.of([strongest[0].observation.name])
+    strongest = strongest_of(result.errors.forces)
+    shown = result.errors.of([strongest[0].observation.name])
     drawn = (
-        stiffness_over_amplitude(found.corrections),
+        stiffness_over_amplitude(result.corrections),
         loop(strongest),
-        over_motion(found.errors.forces),
-        yield_over_travel(found.corrections),
-        None if found.failure.is_noise else shares(found.failure.profiles),
-        spectrum(found.errors.forces),
+        over_motion(result.errors.forces),
+        yield_over_travel(result.corrections),
+        None if result.failure.is_noise else shares(result.failure.profiles),
+        spectrum(result.errors.forces),
         histories(shown.forces, shown.predictions),
     )
     return [figure for figure in drawn if figure is not None]
 
 
-def diagnosis_figures(found: DiagnosisResult) -> list[Figure]:
+def diagnosis_figures(result: DiagnosisResult) -> list[Figure]:
     """Figures of the refitted model's residual; spectrum and histories also with the added effects."""
-    before = found.refitted.errors.forces
-    after = found.versions[-1].errors if found.diagnosis.steps else None
+    before = result.refitted.errors.forces
+    after = result.versions[-1].errors if result.diagnosis.steps else None
     strongest = strongest_of(before)
-    last = found.versions[-1].errors.of([strongest[0].observation.name])
+    last = result.versions[-1].errors.of([strongest[0].observation.name])
     drawn = (
-        stiffness_over_amplitude(found.refitted.corrections),
+        stiffness_over_amplitude(result.refitted.corrections),
         loop(strongest),
         over_motion(before),
-        yield_over_travel(found.refitted.corrections),
-        candidates(found.candidates, found.diagnosis.first.noise_ratio(found.diagnosis.refitted)),
+        yield_over_travel(result.refitted.corrections),
+        candidates(result.candidates, result.diagnosis.first.noise_ratio(result.diagnosis.refitted)),
         spectrum(before, after.forces if after else ()),
         histories(last.forces, last.predictions),
     )

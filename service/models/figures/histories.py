@@ -88,11 +88,11 @@ def histories(forces: Sequence[ForceComparison], predictions: Sequence[Predictio
 
 def _panels(force: ForceComparison, prediction: Prediction | None) -> list[alt.LayerChart]:
     rate, layer = force.observation.rate, force.observation.layer
-    found = [_history(layer.force * KN, force.model * KN, rate, "restoring force (kN)")]
+    panels = [_history(layer.force * KN, force.model * KN, rate, "restoring force (kN)")]
     if prediction is not None:
         moved = prediction.displacement
-        found.append(_history(moved.measured * MM, moved.model * MM, rate, "displacement (mm)"))
-    return found
+        panels.append(_history(moved.measured * MM, moved.model * MM, rate, "displacement (mm)"))
+    return panels
 
 
 def _titled(panel: alt.LayerChart, direction: str, directions: Sized) -> alt.LayerChart:

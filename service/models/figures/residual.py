@@ -183,10 +183,10 @@ def _ranges(edges: Sequence[float]) -> list[str]:
     """Names of the ranges between inner edges, with as few digits as distinguish them."""
     inner = edges[1:-1]
     digits = next((d for d in range(2, 9) if len({plain(edge, d) for edge in inner}) == len(inner)), 9)
-    told = [plain(edge, digits) for edge in inner]
-    if not told:
+    labels = [plain(edge, digits) for edge in inner]
+    if not labels:
         return ["all"]
-    return [f"< {told[0]}", *(f"{low} – {high}" for low, high in pairwise(told)), f"> {told[-1]}"]
+    return [f"< {labels[0]}", *(f"{low} – {high}" for low, high in pairwise(labels)), f"> {labels[-1]}"]
 
 
 def _bars(rows: Rows, label: str) -> alt.LayerChart:

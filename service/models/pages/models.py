@@ -55,15 +55,15 @@ def _listed(
 ) -> Response:
     """The building's models, with the form to make one if it was refused."""
     with sessions() as session:
-        found, _ = building_queries.building(session, code)
-        rows = answers.rows(session, queries.versions(session, found.id, None, None, None, VERSIONS))
-        directions = described(session, found).description.horizontal_directions
+        building, _ = building_queries.building(session, code)
+        rows = answers.rows(session, queries.versions(session, building.id, None, None, None, VERSIONS))
+        directions = described(session, building).description.horizontal_directions
         return page(
             request,
             "models",
             refused.status,
             refused=refused,
-            building=found,
+            building=building,
             models=rows,
             directions=directions,
             may_work=by.role >= Role.engineer,
@@ -100,17 +100,17 @@ def _shown_model(
     if refused.of("improve"):
         ticked = _ticked(refused.given)
     with sessions() as session:
-        found = queries.version(session, model_id)
+        version = queries.version(session, model_id)
         compared = queries.latest_comparisons(session, [model_id])[model_id]
         jobs = job_requests.jobs(session, None, None, model_id, None, JOBS)
-        there = queries.comparable(session, found.building_id, DIRECTIONS[found.direction], None)
-        model = answers.whole(session, found)
+        there = queries.comparable(session, version.building_id, DIRECTIONS[version.direction], None)
+        model = answers.whole(session, version)
         return page(
             request,
             "model",
             refused.status,
             refused=refused,
-            building=found.building,
+            building=version.building,
             model=model,
             lineage=answers.rows(session, queries.lineage(session, model_id)),
             comparisons=[answers.comparison_row(*pair) for pair in compared],
@@ -122,7 +122,7 @@ def _shown_model(
             may_cancel=lambda job: may_cancel(job, by),
             offered=there[: -OFFERED - 1 : -1],
             diagnoses=queries.diagnoses(session, model_id, None, JOBS),
-            addable=[name for name in EFFECTS if name not in found.effects],
+            addable=[name for name in EFFECTS if name not in version.effects],
             may_work=by.role >= Role.engineer,
         )
 
@@ -141,16 +141,16 @@ def _shown(compared: list[ModelComparison], number: int | None) -> int | None:
 def of_diagnosis(request: Request, diagnosis_id: DiagnosisId, sessions: Reading, by: Reader) -> Response:
     """A diagnosis: the text, the effects tried, and the pictures; an engineer may add one of the effects."""
     with sessions() as session:
-        found = queries.diagnosis(session, diagnosis_id)
-        (model,) = answers.rows(session, [found.model])
+        stored = queries.diagnosis(session, diagnosis_id)
+        (model,) = answers.rows(session, [stored.model])
         return page(
             request,
             "diagnosis",
-            building=found.model.building,
+            building=stored.model.building,
             model=model,
-            diagnosis=answers.diagnosis(found),
-            sentences=found.sentences,
-            pictures=found.pictures,
+            diagnosis=answers.diagnosis(stored),
+            sentences=stored.sentences,
+            pictures=stored.pictures,
             may_work=by.role >= Role.engineer,
         )
 
@@ -244,8 +244,8 @@ def cancel(request: Request, job_id: JobId, sessions: Writing, by: By) -> Respon
         if model_id is None:
             raise
         return _shown_model(request, model_id, sessions, by, refused=refused("work", {}, error))
-    found = (f"/models/{model_id}", model_id), (f"/events/{event_id}", event_id)
-    return RedirectResponse(next((path for path, number in found if number is not None), "/"), 303)
+    pages = (f"/models/{model_id}", model_id), (f"/events/{event_id}", event_id)
+    return RedirectResponse(next((path for path, number in pages if number is not None), "/"), 303)
 
 
 def _worked(

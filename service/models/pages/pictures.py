@@ -26,19 +26,19 @@ router = APIRouter(prefix="/charts", include_in_schema=False, dependencies=[Depe
 def loop(sessions: Reading, comparison: Annotated[int, Query(ge=1, le=LARGEST)]) -> Tagged:
     """The model's force beside the estimated one, over displacement."""
     with sessions() as session:
-        found = queries.comparison(session, comparison)
-        measured = queries.measured(session, found.analysis_id, found.direction)
-        title = f"{found.event.start:%Y-%m-%d %H:%M:%S} UTC, direction {found.direction}"
+        stored = queries.comparison(session, comparison)
+        measured = queries.measured(session, stored.analysis_id, stored.direction)
+        title = f"{stored.event.start:%Y-%m-%d %H:%M:%S} UTC, direction {stored.direction}"
 
     def draw() -> Picture:
         return loops(
             displacement=decode_history(measured.displacement),
             measured=decode_history(measured.force),
-            modelled=decode_history(found.force),
+            modelled=decode_history(stored.force),
             title=title,
         )
 
-    return picture(draw, "model-loop", found.id, found.created_at)
+    return picture(draw, "model-loop", stored.id, stored.created_at)
 
 
 @router.get("/model-trend.svg")

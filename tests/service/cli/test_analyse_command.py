@@ -178,7 +178,7 @@ def test_an_unusable_event_is_refused_with_its_reason(folder: Path, tmp_path: Pa
     assert "refused" in done.output
     document = json.loads(target.read_text("utf-8"))
     assert document["refusal"]
-    assert document["directions"] == {}
+    assert document["directions"] == []
     assert any(finding["severity"] == "fatal" for finding in document["quality"])
 
 

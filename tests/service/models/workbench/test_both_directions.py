@@ -22,7 +22,7 @@ from service.models.model_file import ModelFile, read, written
 from service.models.operations import Work, compare, diagnose
 from service.models.results import as_json
 from service.reports.html import page
-from service.reports.terminal import printed
+from service.reports.text import printed
 
 GIVEN = ModelFile("PAPER", "xy", Isolator({n: v for n, v in COUPLED.effects.items() if n != "biaxial"}))
 OFFERED = ("biaxial", "friction", "hardening", "asymmetry")

@@ -27,7 +27,7 @@ from service.models.model_file import ModelFile, read, written
 from service.models.operations import Work, add, diagnose, improve
 from service.models.results import as_json
 from service.reports.html import page
-from service.reports.terminal import printed
+from service.reports.text import printed
 
 OFFERED = ("friction", "hardening", "power_viscous")
 HARD = Isolator({**BOUC_WEN.effects, "hardening": {"k3": 2e10, "k5": 0.0}})

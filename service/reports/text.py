@@ -1,4 +1,4 @@
-"""Reports at a terminal."""
+"""Reports as text: at a terminal, and as Markdown. Figures are for HTML files."""
 
 from collections.abc import Iterator
 
@@ -15,11 +15,17 @@ STYLES = {"heading": "bold", "note": "dim"}
 
 
 def printed(document: Document) -> RenderableType:
-    """Text and tables, a blank line between two; figures are for files."""
+    """Text and tables at a terminal, a blank line between two."""
     blocks = [block for part in document.parts for block in _blocks(part)]
     if document.title:
         blocks.insert(0, [RichText(document.title, style="bold")])
     return Group(*(one for number, block in enumerate(blocks) for one in ([RichText("")] * bool(number) + block)))
+
+
+def markdown(document: Document) -> str:
+    """Text and tables as Markdown."""
+    blocks = [f"# {document.title}", *(block for part in document.parts for block in _markdown(part))]
+    return "\n\n".join(blocks) + "\n"
 
 
 def table(content: Table) -> RichTable:
@@ -45,3 +51,27 @@ def _blocks(part: Part) -> Iterator[list[RenderableType]]:
                 yield [RichText(sentence, style=STYLES.get(kind, ""))]
         case Figure():
             pass
+
+
+def _markdown(part: Part) -> Iterator[str]:
+    match part:
+        case Table():
+            yield f"### {part.caption}"
+            yield _rows(part)
+            if part.note:
+                yield part.note
+        case Text(sentences, "heading"):
+            yield f"## {sentences[0]}"
+        case Text(sentences, "paragraph"):
+            yield "\n".join(sentences)
+        case Text(sentences):
+            if sentences:
+                yield "\n".join(f"- {sentence}" for sentence in sentences)
+        case Figure():
+            pass
+
+
+def _rows(table: Table) -> str:
+    is_text = [not number or title in table.texts for number, title in enumerate(table.headings)]
+    rule = ["---" if text else "---:" for text in is_text]
+    return "\n".join(f"| {' | '.join(row)} |" for row in (table.headings, rule, *table.rows))
