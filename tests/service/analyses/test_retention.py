@@ -3,6 +3,7 @@
 from datetime import timedelta
 from pathlib import Path
 
+import numpy as np
 import pytest
 import stored_histories
 from processes import run
@@ -10,8 +11,8 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session, sessionmaker, undefer
 
 from service.analyses import queries, retention
-from service.analyses.tables import Analysis, CycleResult, DirectionResult
-from service.db.blobs import decode_history
+from service.analyses.tables import Analysis, CycleResult, DirectionResult, LayerResult
+from service.db.blobs import decode_history, encode_history
 from service.errors import NotFoundError
 from service.models.tables import ModelComparison, ModelVersion
 from service.records.tables import Event
@@ -62,6 +63,21 @@ def test_only_histories_of_superseded_analyses_go(sessions: sessionmaker[Session
         assert queries.restoring_force(session, superseded.event_id, "x", None).length == 4
         with pytest.raises(NotFoundError, match="which a later one superseded"):
             queries.restoring_force(session, superseded.event_id, "x", superseded.id)
+
+
+@pytest.mark.usefixtures("analysed_twice")
+def test_histories_across_directions_go_with_the_others(sessions: sessionmaker[Session]) -> None:
+    torsion = encode_history(np.ones(4))
+    with sessions.begin() as session:
+        for analysis in session.scalars(select(Analysis)):
+            analysis.layer = LayerResult(start=NOW, rate=100.0, count=4, torsion=torsion, peak_torsion=1.0)
+    with sessions.begin() as session:
+        assert retention.prune(session, PRUNES, NOW + 2 * DAY).size > len(torsion)
+    with sessions() as session:
+        kept = session.execute(
+            select(Analysis.current, LayerResult.torsion, LayerResult.peak_torsion).join(LayerResult)
+        )
+        assert sorted(map(tuple, kept)) == [(False, None, 1.0), (True, torsion, 1.0), (True, torsion, 1.0)]
 
 
 @pytest.mark.usefixtures("analysed_twice")
