@@ -9,9 +9,11 @@ from sqlalchemy import Connection, event, text
 from sqlalchemy.orm import Session, sessionmaker
 
 from service.alerts import building_states
+from service.analyses import queries as analysis_queries
 from service.buildings.tables import Building
 from service.health.metrics import GAUGES
 from service.jobs import queue as job_queue
+from service.models import queries as model_queries
 from service.records import events
 from service.records.ingest import failed_before
 from service.settings import Settings
@@ -34,6 +36,14 @@ READS: dict[str, tuple[Callable[[Session], object], Sequence[str]]] = {
         lambda session: job_queue.last_progress(session, NOW, LEASE),
         ["ix_job_finished_at", "ix_job_state_id"],
     ),
+    "results of an analysis": (lambda session: analysis_queries.direction_results(session, 1), ["direction_result"]),
+    "its results across directions": (lambda session: analysis_queries.layer_result(session, 1), ["layer_result"]),
+    "comparisons of models": (lambda session: model_queries.latest_comparisons(session, [1, 2]), ["model_comparison"]),
+    "an event that models in force are compared with": (
+        lambda session: model_queries.comparable(session, 1, ("x",), [1]),
+        ["direction_result"],
+    ),
+    "models in force": (lambda session: model_queries.current_versions(session, 1), ["model_version"]),
 }
 """A query, and an index that each of its statements uses."""
 ROUND = ("ix_event_building_id_updated_at", "ix_recording_read", "ix_recording_refused", "ix_alert_building_id")
