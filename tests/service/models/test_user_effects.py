@@ -1,4 +1,5 @@
-"""Effects of the user's: an effect is one new file, in processes of their own since effects are compiled once."""
+"""Effects of the user's: an effect is one new file. Those that are added need a process of their own: effects are
+compiled once."""
 
 import re
 import subprocess
@@ -6,6 +7,10 @@ import sys
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
+
+from core.effects import EFFECTS
+from service.cli import app
 
 DOCUMENT = Path(__file__).resolve().parents[3] / "docs" / "models" / "effects-own.md"
 EXAMPLE = re.search(r"```python\n(.*?)```", DOCUMENT.read_text(encoding="utf-8"), re.DOTALL)[1]  # type: ignore[index]
@@ -99,12 +104,22 @@ WORKED = """assert "drag" not in EFFECTS
         ("elastic", EXAMPLE, "an effect cannot be called 'elastic'"),
     ],
 )
-def test_what_is_wrong_with_a_file_is_reported(folder: Path, name: str, text: str, message: str) -> None:
+def test_what_is_wrong_with_a_file_is_reported(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, name: str, text: str, message: str
+) -> None:
+    """In this process, which adds none of them and forgets the file's module afterwards."""
     (folder / "drag.py").unlink()
     (folder / f"{name}.py").write_text(text, encoding="utf-8")
-    ended = menshin(folder, "effects")
-    assert ended.returncode == 2
+    monkeypatch.setenv("MENSHIN_EFFECTS_FOLDER", str(folder))
+    monkeypatch.chdir(folder.parent)
+    before = dict(EFFECTS)
+    try:
+        ended = CliRunner(env={"COLUMNS": "200"}).invoke(app, ["effects"])
+    finally:
+        sys.modules.pop(f"menshin_own_effects.{name}", None)
+    assert ended.exit_code == 2
     assert re.search(message, ended.stderr.replace("\n", " ")), ended.stderr
+    assert before == EFFECTS
 
 
 def test_a_folder_that_is_not_there_is_reported(tmp_path: Path) -> None:
