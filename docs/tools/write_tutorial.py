@@ -162,11 +162,11 @@ def _diagnosed(page: Page, pictures: Path) -> Seen:
 
 
 def _improved(page: Page, effect: str, shown: Demonstration) -> Seen:
-    """The effect added, the model that has it put in force, and what the demonstration says to that."""
+    """The effect added, the model that has it made current, and what the demonstration says to that."""
     row = page.get_by_role("row").filter(has=page.get_by_role("link", name=effect, exact=True))
     row.get_by_role("button", name="Add").click()
     page.get_by_role("link", name="the next version").first.click()
-    page.get_by_role("button", name="Put in force").click()
+    page.get_by_role("button", name="Make current").click()
     told = shown.until(lambda said: re.search(r"(an earthquake of .*?)\n.*(no model was .*?);", said, re.DOTALL))
     return {"told": [" ".join(line.split()) for line in told.groups()]}
 
@@ -227,7 +227,7 @@ def _picture(page: Page, path: Path, first: str, last: str) -> None:
 
 def _steps(said: str, address: str) -> str:
     """Text that the demonstration prints for its spectator, at its default address."""
-    begin, end = said.index("The model in force misses"), said.index("the records lie in")
+    begin, end = said.index("The current model misses"), said.index("the records lie in")
     return said[begin:end].strip().replace(address, "http://127.0.0.1:8000")
 
 

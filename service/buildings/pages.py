@@ -89,7 +89,7 @@ def troubles(session: Session) -> list[Trouble]:
 
 
 def failing_models(session: Session, building: Building) -> list[tuple[ModelVersion, Trend]]:
-    """The building's models in force that miss its latest events."""
+    """The building's current models that miss its latest events."""
     in_force = model_queries.current_versions(session, building.id)
     compared = model_queries.latest_comparisons(session, [model.id for model in in_force])
     trends = [(model, model_answers.trend(model.id, compared[model.id])) for model in in_force]

@@ -46,7 +46,7 @@ class ChannelOut(Answer):
 
 
 class BuildingOut(Answer):
-    """A building and its description in force."""
+    """A building and its current description."""
 
     code: str = Field(description="Short name, as addresses have it.")
     name: str = Field(description="As the building file gives it.")

@@ -39,7 +39,7 @@ def demo(
         typer.Option(
             "--hidden-effect",
             help="A building whose isolation layer does something that its model lacks: find out what, by the pages; "
-            "one more earthquake happens once a better model is in force. Kept in a folder within the folder.",
+            "one more earthquake follows once a better model is current. Kept in a folder within the folder.",
         ),
     ] = False,
     stiffness_loss: Annotated[

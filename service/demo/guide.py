@@ -96,12 +96,12 @@ def _halves(session: Session, model: ModelVersion) -> tuple[Sequence[int], Seque
 SOON = timedelta(seconds=2)
 """Delay of the next earthquake after a model was accepted."""
 STEPS = """\
-[bold]The model in force misses the strong earthquakes.[/] Something is missing in it; find out what:
+[bold]The current model misses the strong earthquakes.[/] Something is missing in it; find out what:
  1. open {address}/models/{number}: its error over the events, its loop beside the measured one
  2. under "Improve it", open the list of events, hold out the latest one, press "Diagnose"
  3. after half a minute the page has a link "What it lacks": open it and read; press "Add" beside the effect it names
  4. the page of the model then has a link "the next version": the error has fallen, also on the held-out event
- 5. press "Put in force" there: one more strong earthquake happens, to which nothing was fitted"""
+ 5. press "Make current" there: one more strong earthquake follows, to which nothing was fitted"""
 
 
 def guide(address: str, stage: Stage, sessions: sessionmaker[Session], stop: Signal, console: Console) -> None:
@@ -122,7 +122,7 @@ def guide(address: str, stage: Stage, sessions: sessionmaker[Session], stop: Sig
     if former is None or stop.is_set():
         return
     if former.accepted_by != BY:
-        console.print(f"your model x {former.number} is in force: {address}/models/{former.id}", highlight=False)
+        console.print(f"your model x {former.number} is current: {address}/models/{former.id}", highlight=False)
         return
     console.print(STEPS.format(address=address, number=former.id), highlight=False, soft_wrap=True)
     console.print(
@@ -130,7 +130,7 @@ def guide(address: str, stage: Stage, sessions: sessionmaker[Session], stop: Sig
     )
     better = _successor(former, sessions, stop)
     if better is not None:
-        console.print(f"model x {better.number} is in force", highlight=False)
+        console.print(f"model x {better.number} is current", highlight=False)
         _show_predictions(stage, (former, better), sessions, stop, console)
 
 

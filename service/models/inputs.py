@@ -65,7 +65,7 @@ class WorkInputs:
     reference: datetime
     """From which effects count time."""
     description: BuildingDescription
-    """The building's, in force."""
+    """The building's current one."""
     revision_id: int
     band: tuple[float, float]
     """Hz, within which forces are compared."""

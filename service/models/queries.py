@@ -51,7 +51,7 @@ def lineage(session: Session, identity: int) -> Sequence[ModelVersion]:
 
 
 def current_versions(session: Session, building_id: int) -> Sequence[ModelVersion]:
-    """The versions in force, one of a direction at most."""
+    """The current versions, one of a direction at most."""
     query = select(ModelVersion).where(ModelVersion.building_id == building_id, ModelVersion.state == "current")
     return session.scalars(query.order_by(ModelVersion.direction)).all()
 

@@ -86,7 +86,7 @@ class ValueOut(Answer):
 class ModelOut(ModelRow):
     """A version of a model."""
 
-    accepted_by: str | None = Field(description="Name of the key that put it in force last; null of a draft.")
+    accepted_by: str | None = Field(description="Name of the key that last made it current; null of a draft.")
     accepted_at: datetime | None = Field(description="When that was.")
     version: str = Field(description="Of the code that made it.")
     revision_id: int = Field(description="Of the building's description that it was made with.")

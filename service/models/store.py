@@ -1,4 +1,4 @@
-"""Versions of a building's model and their comparisons, written to the database; the version in force."""
+"""Versions of a building's model and their comparisons, written to the database; the current version."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
@@ -71,7 +71,7 @@ def add(session: Session, building_id: int, draft: Draft, now: datetime) -> Mode
 
 
 def accept(session: Session, model: ModelVersion, by: str, now: datetime) -> None:
-    """Put a version in force; the one that was retires."""
+    """Make a version current; the former one retires."""
     session.get_one(Building, model.building_id, with_for_update=True)
     of_line = (ModelVersion.building_id == model.building_id, ModelVersion.direction == model.direction)
     for former in session.scalars(select(ModelVersion).where(*of_line, ModelVersion.state == "current")):
@@ -114,7 +114,7 @@ def add_comparisons(
 
 
 def follow(session: Session, event: Event, now: datetime) -> list[Job]:
-    """Queue the comparison of an event that was analysed with the models in force at its building."""
+    """Queue the comparison of an event that was analysed with the current models at its building."""
     return [
         job_queue.enqueue_work(session, model, COMPARE, {"events": [event.id]}, None, now)
         for model in queries.current_versions(session, event.building_id)

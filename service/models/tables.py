@@ -45,7 +45,7 @@ class ModelVersion(Base):
     """Name of the key that requested it."""
     created_at: Mapped[datetime]
     accepted_by: Mapped[str | None]
-    """Name of the key that put it in force last; None of a draft."""
+    """Name of the key that last made it current; None of a draft."""
     accepted_at: Mapped[datetime | None]
     version: Mapped[str]
     """Of the code."""

@@ -3,76 +3,78 @@
 from collections.abc import Collection, Mapping, Sequence
 from datetime import datetime
 
+from core.workbench.tables import percent
+
 COMPARISON_TITLE = "{}: the model against the records"
 DIAGNOSIS_TITLE = "{}: what the model lacks"
 DIAGNOSIS_FIGURES = (
-    "The pictures are of the model as it was given, its values fitted; the last two also with what was added."
+    "The figures show the given model with its values fitted; the last two also show it with the added effects."
 )
-NOT_FITTED = "held"
+NOT_FITTED = "fixed"
 """In place of a standard deviation."""
 
 FIGURES: Mapping[str, tuple[str, str]] = {
     "stiffness": (
         "Stiffness correction over amplitude",
-        "Each point is a block of 5 s: its correction of the model's stiffness, with its standard deviation. A correct "
-        "model's points scatter about zero at every amplitude. A trend with amplitude shows a missing law or a wrong "
-        "yield force. An offset between earthquakes shows a change between them: past motion, temperature, a step.",
+        "Each point is the correction of the model's stiffness in a block of 5 s, with its standard deviation. With a "
+        "correct model the points scatter about zero at every amplitude. A trend with amplitude shows a missing law or "
+        "a wrong yield force. An offset between earthquakes shows a change between them: past motion, temperature, a "
+        "step of the stiffness.",
     ),
     "yield": (
         "Yield correction over travel",
-        "Correction of the model's yield force by each block in which the layer yields, over the layer's total travel. "
-        "Heating lowers the yield force during an earthquake, and it recovers before the next; after degradation it "
-        "does not recover.",
+        "Correction of the model's yield force in each block in which the layer yields, over the total travel of the "
+        "layer. After heating, the yield force recovers before the next earthquake; after degradation it does not.",
     ),
     "candidates": (
         "Effects that would reduce the error",
-        "Remaining error with each effect that the model does not have, added alone and the whole model refitted. "
-        "Dashed: no effect added, {before:.3g}; grey line: noise alone. Orange: the best effect, and those that the "
-        "records cannot distinguish from it. Effects at the dashed line do not help.",
+        "Remaining error with each effect that the model lacks, added alone and the whole model fitted again. Dashed "
+        "line: without another effect, {before:.3g}; grey line: noise alone. Orange: the best effect, and those that "
+        "the records cannot distinguish from it. Effects at the dashed line do not help.",
     ),
     "motion": (
         "Residual over displacement and velocity",
-        "Mean of what the model leaves (measured − model) where displacement and velocity were so, each earthquake to "
-        "its own scale. Bands along the velocity are a damping law that is not linear, ends along the displacement an "
-        "elastic one, a turn between the quadrants a hysteresis.",
+        "Mean residual (measured − model) over displacement and velocity, each earthquake on its own scale. Bands "
+        "along the velocity axis show nonlinear damping, residuals at the ends of the displacement axis nonlinear "
+        "elasticity, a rotation through the quadrants hysteresis.",
     ),
     "where": (
         "Where the excess error lies",
-        "Bars: share of the excess error, with its 95 % interval; grey ticks: share of the force's energy, where an "
-        "error in proportion to the force would lie. A bar far above its tick is where the model fails.",
+        "Bars: share of the excess error, with its 95 % interval. Grey ticks: share of the force's energy, where an "
+        "error in proportion to the force would lie. The model fails where a bar is far above its tick.",
     ),
     "spectrum": (
         "Residual spectrum",
-        "What the model leaves over frequency, each earthquake in multiples of its own noise. Above the noise about "
-        "the frequency of the motion: the layer's law; far above it: impact, stick-slip or the superstructure.",
+        "Residual over frequency, each earthquake in multiples of its own noise. An excess near the frequency of the "
+        "motion points to the law of the layer; far above it, to impact, stick-slip or the superstructure.",
     ),
     "loop": (
         "Loop of the strongest earthquake",
-        "The earthquake of {name}, the one of the largest displacement. Residual: measured "
-        "− model. Where its ends turn up: hardening or a moat wall; ends unlike each other: an asymmetry; steps at the "
-        "reversals: friction, or another yield; a loop of its own: damping that is missing.",
+        "The earthquake of {name}, which has the largest displacement. Residual: measured − model. Ends that turn up "
+        "show hardening or contact with the moat wall; unequal ends, an asymmetry; steps at the reversals, friction "
+        "or another yield; a loop of the residual itself, missing damping.",
     ),
     "histories": (
         "Measured and modelled",
-        "The earthquake of {name}, the one of the largest displacement: the force, driven by the measured motion"
+        "The earthquake of {name}, which has the largest displacement: the force, driven by the measured motion"
         "{predicted}.",
     ),
 }
 """Title and caption of every figure, by its key."""
-PREDICTED = "; below, the displacement that model and superstructure predict from the ground motion alone"
+PREDICTED = "; below, the displacement that the model and the superstructure predict from the ground motion alone"
 
-COMPARING = "Holding the model against every event"
-COMPARING_GIVEN = "Holding the model as it was against every event"
-COMPARING_MADE = "Holding the new one against every event"
+COMPARING = "Comparing the model with every event"
+COMPARING_GIVEN = "Comparing the former version with every event"
+COMPARING_MADE = "Comparing the new version with every event"
 FITTING = "Fitting the model"
-DIAGNOSING = "Asking every effect what it would explain"
-BY_DESIGN, BY_VALUES = "by the design values", "by values that were given"
+DIAGNOSING = "Testing every effect"
+BY_DESIGN, BY_VALUES = "from the design values", "from given values"
 """Reason for a first model."""
 NOT_COMPARABLE = (
-    "none of these events has the isolation layer's motion and force in the model's direction; events that "
-    "were analysed, at a building with a transducer or accelerometers on both sides of the layer, are needed"
+    "none of these events has the motion and the force of the isolation layer in the model's direction; analysed "
+    "events of a building with a transducer, or with accelerometers on both sides of the layer, are needed"
 )
-ALL_HELD_OUT = "Every event is held out; leave at least one to fit."
+ALL_HELD_OUT = "Every event is held out; keep at least one to fit."
 
 
 def reading(earthquake: str) -> str:
@@ -109,7 +111,7 @@ def not_measured(code: str, missing: Sequence[str], measured: Sequence[str]) -> 
 
 def no_model(reason: object) -> str:
     """Refusal of values."""
-    return f"The values make no model: {reason}."
+    return f"These values do not make a model: {reason}."
 
 
 def unknown_effect(name: str, known: Collection[str]) -> str:
@@ -130,16 +132,16 @@ def both_fitted_and_held_out(events: Collection[int]) -> str:
 def events_not_comparable(events: Collection[int], direction: str) -> str:
     """Refusal of events that a model cannot be compared with."""
     return (
-        f"With events {', '.join(map(str, events))} a model of direction {direction} cannot be compared: "
-        "they are not this building's, or their analyses have no displacement of the isolation layer in it."
+        f"A model of direction {direction} cannot be compared with events {', '.join(map(str, events))}: they belong "
+        "to another building, or their analyses have no displacement of the isolation layer in this direction."
     )
 
 
 def no_event_comparable(direction: str) -> str:
     """Refusal of work before the first event."""
     return (
-        f"No event can be compared with a model of direction {direction} yet: one that was analysed and "
-        "has the isolation layer's displacement is needed."
+        f"No event can be compared with a model of direction {direction} yet: an analysed event with the displacement "
+        "of the isolation layer is needed."
     )
 
 
@@ -154,8 +156,9 @@ def missed(latest: int, start: datetime, direction: str, excess: float, allowed:
         allowed: the usual limit of the same.
     """
     events = "event" if latest == 1 else f"{latest} events"
+    limit = "" if allowed is None else f"; the limit, from the events it was fitted to, is {percent(allowed)}"
     return (
-        f"The model misses the latest {events}: in the event of {start:%Y-%m-%d %H:%M:%S} UTC, direction "
-        f"{direction}, {excess:.1%} of the force is neither the model's nor noise; up to "
-        f"{allowed:.1%} would be as in the events it was fitted to. A diagnosis shows what is missing."
+        f"The model misses the latest {events}: in the event of {start:%Y-%m-%d %H:%M:%S} UTC, direction {direction}, "
+        f"{percent(excess)} of the force is explained neither by the model nor by noise{limit}. A diagnosis shows what "
+        "is missing."
     )

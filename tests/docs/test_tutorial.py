@@ -67,7 +67,7 @@ def test_the_walk_can_be_gone_again(tmp_path: Path) -> None:
         seen = writer.walk(page, shown, pictures)
     assert "Traceback" not in shown.printed.read_text("utf-8")
     with writer.demonstration(tmp_path) as again:
-        assert again.until(lambda printed: f"your model {seen['after']['name']} is in force" in printed)
+        assert again.until(lambda printed: f"your model {seen['after']['name']} is current" in printed)
     assert "The model misses the latest 2 events" in seen["warning"]
     assert {picture.name for picture in pictures.iterdir()} == {file.name for file in writer.PICTURES.glob("*.png")}
     assert seen["set"] == SEEN["set"] == ["hardening"]

@@ -75,7 +75,7 @@ def test_a_hidden_effect_is_missed_until_a_model_that_has_it_is_in_force(tmp_pat
     assert "Traceback" not in running.printed.read_text()
 
     with demo(tmp_path / "kept", tmp_path / "again.txt", "--hidden-effect") as again:
-        again.until(lambda: "your model x 3 is in force" in again.printed.read_text())
+        again.until(lambda: "your model x 3 is current" in again.printed.read_text())
         seconds_to_end(again)
 
 

@@ -109,8 +109,9 @@ def comparisons(model_id: ModelId, sessions: Reading, cursor: Cursor = None, lim
 def trend(model_id: ModelId, sessions: Reading) -> Trend:
     """Errors of the model in every compared event, and whether the model is still valid.
 
-    The model in force is compared with every new event. It misses an event if more of the force is neither the model's
-    nor noise than 1.5 times the most in the events it was fitted to, 2 % at least, and the noise ratio is above 1.25.
+    The current model is compared with every new event. It misses an event if the share of the force that
+    neither the model nor noise explains exceeds 1.5 times the largest in the events it was fitted to, and 2 %, and the
+    noise ratio exceeds 1.25.
     A model that misses two events in a row is no longer valid.
     """
     with sessions() as session:
@@ -121,7 +122,7 @@ def trend(model_id: ModelId, sessions: Reading) -> Trend:
 
 @router.post("/models/{model_id}/accept", operation_id="accept_model", response_model=ModelOut, responses=making())
 def accept(model_id: ModelId, sessions: Writing, by: By) -> ModelOut:
-    """Put the model in force; the one that was for its building and direction retires."""
+    """Put the current model; the one that was for its building and direction retires."""
     with sessions.begin() as session:
         version = queries.version(session, model_id)
         store.accept(session, version, by.name, datetime.now(UTC))

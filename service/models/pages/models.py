@@ -183,7 +183,7 @@ def make(request: Request, code: Code, sessions: Writing, by: By, form: Making) 
 
 @router.post("/models/{model_id}/accept")
 def accept(request: Request, model_id: ModelId, sessions: Writing, by: By, form: Fitting) -> Response:
-    """Put the model in force, and show it."""
+    """Put the current model, and show it."""
 
     def work(session: Session, _: FitForm, now: datetime) -> None:
         store.accept(session, queries.version(session, model_id), by.name, now)

@@ -43,8 +43,8 @@ def test_a_form_makes_the_first_model_and_shows_it(api: TestClient) -> None:
     assert (sent.status_code, sent.headers["location"]) == (303, "/models/1")
     page = shown(api, "/models/1")
     assert "model x 1, draft" in page
-    assert "by the design values" in page
-    assert "kN/mm stiffness of the rubber after yield (assumed: it only starts a fit)" in page
+    assert "from the design values" in page
+    assert "kN/mm stiffness of the rubber after yield (assumed, as the start of a fit)" in page
     assert "not been compared with any event yet" in page
     assert "x 1 draft" in shown(api, MODELS)
     assert api.post(MODELS, data={"direction": "up"}).status_code == 409
@@ -62,8 +62,8 @@ def test_a_form_puts_a_model_in_force(api: TestClient) -> None:
     api.post(MODELS, data={"direction": "x"})
     assert api.post("/models/1/accept").headers["location"] == "/models/1"
     page = shown(api, "/models/1")
-    assert "put in force by loopback" in page
-    assert "Put in force" not in page
+    assert "made current by loopback" in page
+    assert "Make current" not in page
 
 
 def test_what_cannot_be_is_refused(api: TestClient) -> None:
@@ -82,7 +82,7 @@ def test_a_viewer_sees_no_form_and_another_sites_form_does_nothing(
         key = keys.create(session, "viewer", Role.viewer, NOW)
     assert api.get(MODELS).headers["location"] == "/login?next=%2Fbuildings%2FPAPER%2Fmodels"
     assert api.post("/login", data={"key": key, "next": MODELS}).headers["location"] == MODELS
-    assert "Begin anew" not in shown(api, MODELS)
+    assert "New model" not in shown(api, MODELS)
     assert api.post(MODELS, data={"direction": "x"}).status_code == 403
     foreign = api.post(MODELS, data={"direction": "x"}, headers={"Origin": "https://elsewhere.example"})
     assert "another site" in foreign.json()["detail"]
