@@ -61,7 +61,7 @@ def test_two_missed_in_a_row_are_a_warning(later: tuple[float, ...], severity: s
     assert (found and found.severity) == severity
     if found:
         assert "50.0 % of the force" in found.message
-        assert "4.5%" in found.message
+        assert "4.5 %" in found.message
 
 
 @pytest.mark.parametrize(
